@@ -71,7 +71,7 @@ mod timer {
     const MASK: u32 = 0x00ff_ffff;
 
     pub(super) fn start() {
-        // SAFETY: nobody else in these images uses a peripheral.
+        // SAFETY: nothing else in these images uses a peripheral.
         let mut timer = unsafe { Peripherals::steal() }.SYST;
         timer.set_clock_source(SystClkSource::Core);
         timer.set_reload(MASK);

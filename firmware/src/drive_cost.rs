@@ -47,7 +47,7 @@ pub fn report(name: &str, drive: &Drive<f32, 7>, step: Step) -> ! {
         });
         say!("instructions, {}, {}: {}", name, case, most);
     }
-    // A wheel that falls silent: the motion is to be told from the others, by a matrix that is inverted anew.
+    // A wheel that falls silent: the motion is to be estimated from the others, by a matrix that is inverted anew.
     let mut state = DriveState::new(drive);
     let silent = counter.most(10, |k| {
         let mut input = input(command, whole);

@@ -48,7 +48,7 @@ pub struct Memory {
     pub sample: ControlSample<f32, 7>,
     /// Where the vehicle is.
     pub pose: OdometryState<f32, 7>,
-    /// What tells of slip.
+    /// What shows slip.
     pub residual: WheelVelocities<f32, 7>,
 }
 
@@ -141,7 +141,7 @@ pub fn step(
     controller.step_into(&mut memory.state, &twist, measured, &mut memory.sample);
 }
 
-/// The pose, and what tells of slip, from what the step took for measured: a reading that is no number counts as rest.
+/// The pose, and what shows slip, from what the step took for measured: a reading that is no number counts as rest.
 #[inline(always)]
 pub fn pose(controller: &Controller<f32, 7>, odometry: &Odometry<f32, 7>, memory: &mut Memory) {
     let measured = memory.sample.wheels.measured;

@@ -41,17 +41,17 @@ impl Base {
     /// To be called from a timer's interrupt, every `PERIOD_US`.
     pub fn every_period(&mut self, board: &mut impl Board) -> DriveSample<f32, WHEELS> {
         let mut measured = WheelVelocities::zero();
-        let mut heard = [false; WHEELS];
+        let mut received = [false; WHEELS];
         for wheel in 0..WHEELS {
             if let Some(counter) = board.counter(wheel) {
                 let counts = COUNTER.update(&mut self.counters[wheel], counter);
                 measured.rad_s[wheel] = VELOCITY.step(&mut self.velocities[wheel], counts, None);
-                heard[wheel] = true;
+                received[wheel] = true;
             }
         }
         let mut input = DriveInput::measured(&measured);
         for wheel in 0..WHEELS {
-            if !heard[wheel] {
+            if !received[wheel] {
                 input.readings_rad_s[wheel] = None;
             }
         }

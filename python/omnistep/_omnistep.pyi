@@ -71,7 +71,7 @@ __all__ = [
     "read_mcap",
     "reference_factor",
     "run",
-    "run_outside",
+    "run_external",
     "scenarios",
     "shape_error",
     "shortened",
@@ -110,7 +110,7 @@ def run(
         on_progress: called with the completed part, 0 to 1, every few milliseconds; an exception in it ends the run.
     """
 
-def run_outside(
+def run_external(
     physics: object,
     scenario: str | PathLike[str] | Scenario,
     *,
@@ -875,7 +875,7 @@ class Estimator:
         *,
         yaw_rates: float | _Row | None = None,
         accelerations: _Rows | None = None,
-        told_to_rest: bool | Sequence[bool] | _Bools | None = None,
+        commanded_rest: bool | Sequence[bool] | _Bools | None = None,
     ) -> _Floats:
         """One period a row.
 
@@ -884,7 +884,7 @@ class Estimator:
             yaw_rates: of the heading by the gyro [rad/s], one or (T,); none by default.
             accelerations: along the heading and to its left, level and without gravity [m/s^2], (2,) or (T, 2);
                 none by default.
-            told_to_rest: the command is rest, one or (T,); False by default.
+            commanded_rest: the command is rest, one or (T,); False by default.
 
         Returns:
             The pose after each, (3,) or (T, 3).
@@ -1383,8 +1383,8 @@ class DcMotor:
         >>> motor = omnistep.DcMotor(
         ...     torque_constant_n_m_a=0.05, resistance_ohm=2.0, no_load_current_a=0.1, supply_v=12.0,
         ...     current_limit_a=3.0)
-        >>> told = motor.duty([0.045, 1.0], [84.0, 0.0])  # the second is more than the driver's current gives
-        >>> told.duty.round(6).tolist(), told.torque_n_m.round(6).tolist(), told.limited.tolist()
+        >>> given = motor.duty([0.045, 1.0], [84.0, 0.0])  # the second is more than the driver's current gives
+        >>> given.duty.round(6).tolist(), given.torque_n_m.round(6).tolist(), given.limited.tolist()
         ([0.516667, 0.5], [0.045, 0.15], [False, True])
     """
 

@@ -20,7 +20,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from omnistep._omnistep import Scenario, Trace, run_outside
+from omnistep._omnistep import Scenario, Trace, run_external
 from omnistep.own_policy import PolicyLike
 from omnistep.runs import bar
 
@@ -112,11 +112,11 @@ def run(
     given = Scenario(scenario, policy=preset, overrides=overrides, seed=seed)
     with bar("MuJoCo", shown=progress) as told:
         on_progress = told if progress else None
-        return run_outside(_Physics(given, model, watch), given, policy=policy, on_progress=on_progress)
+        return run_external(_Physics(given, model, watch), given, policy=policy, on_progress=on_progress)
 
 
 class _Physics:
-    """A scenario's vehicle in MuJoCo, one physics step at a time: the interface that ``run_outside`` needs."""
+    """A scenario's vehicle in MuJoCo, one physics step at a time: the interface that ``run_external`` needs."""
 
     def __init__(self, scenario: Scenario, model: Any, watch: Watch | None) -> None:
         self._mujoco = mujoco = _mujoco()

@@ -65,7 +65,7 @@ def recorded(seed, friction):
 def ours(data):
     estimator = omnistep.Estimator(kinematics=kinematics(), period_s=PERIOD_S)
     estimator.reset(data["poses"][0])
-    return estimator.step(data["wheels"], yaw_rates=data["gyro"], accelerations=data["felt"], told_to_rest=data["rest"])
+    return estimator.step(data["wheels"], yaw_rates=data["gyro"], accelerations=data["felt"], commanded_rest=data["rest"])
 
 
 def theirs(data):
@@ -142,7 +142,7 @@ def test_rows_at_once_are_the_rows_one_by_one():
     some = slice(0, 700)
     rows = zip(*(data[name][some] for name in ("wheels", "gyro", "felt", "rest")), strict=True)
     one_by_one = [
-        estimator.step(wheels, yaw_rates=float(gyro), accelerations=felt, told_to_rest=bool(rest))
+        estimator.step(wheels, yaw_rates=float(gyro), accelerations=felt, commanded_rest=bool(rest))
         for wheels, gyro, felt, rest in rows
     ]
     np.testing.assert_array_equal(at_once[some], one_by_one)
@@ -157,7 +157,7 @@ def test_what_still_is_can_be_set():
 
     def learnt(**settings):
         estimator = omnistep.Estimator(kinematics=kinematics(), period_s=PERIOD_S, **settings)
-        estimator.step(np.zeros((3000, 4)), yaw_rates=shakes, accelerations=[0.0, 0.0], told_to_rest=True)
+        estimator.step(np.zeros((3000, 4)), yaw_rates=shakes, accelerations=[0.0, 0.0], commanded_rest=True)
         return estimator.gyro_bias_rad_s
 
     # The noise of 2950 readings leaves 2e-4 rad/s, and the sine less.

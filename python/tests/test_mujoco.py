@@ -241,8 +241,8 @@ def test_physics_that_show_no_numbers_have_diverged_and_too_few_are_refused():
     nowhere[5] = np.nan
     for shown, state in ((np.full(6, np.nan), seen), (still, nowhere)):
         with pytest.raises(omnistep.SimulationError, match="diverged"):
-            second.run_outside(_Fake(shown, state), scenario)
+            second.run_external(_Fake(shown, state), scenario)
     with pytest.raises(ValueError, match="step returned 5 angles and rates"):
-        second.run_outside(_Fake(still[:5], seen), scenario)
+        second.run_external(_Fake(still[:5], seen), scenario)
     with pytest.raises(ValueError, match="observe returned 35 numbers, allowed: 36"):
-        second.run_outside(_Fake(still, seen[:35]), scenario)
+        second.run_external(_Fake(still, seen[:35]), scenario)

@@ -16,7 +16,7 @@ QUICK = {"physics.engine": "articulated", "duration_s": 6.0}
 def test_its_signals_tell_why_it_does_what_it_does(policy):
     trace = omnistep.run("step", policy=policy, overrides=QUICK)
     assert trace.outcome.climbed
-    believed = trace["traction_believed"]
+    believed = trace["traction_speed_wheel"]
     assert set(np.unique(believed)) <= set(range(8))  # wheels from 1; 0 is none
     row = trace["traction_row"]
     first = [int(np.argmax(row == wanted)) for wanted in (0, 1, 2)]

@@ -1,5 +1,7 @@
 """Checks that the documents name only what exists: files, links, make targets, subcommands, tests.
 
+In Rust, C and C++ no name and no comment may have a word of `RIDDLES`: CONTRIBUTING.md, "How we write".
+
 python scripts/checks/documents.py [--self-test]: one line a finding, exit code 1 if there is any.
 """
 
@@ -16,6 +18,10 @@ ROOT = Path(__file__).resolve().parents[2]
 PLACES = ("docs", "crates", "tests", "benches", "examples", "python", "scripts", "firmware")
 # What may not stand in any tracked file: places of one machine.
 MACHINE = re.compile(r"(?<![\w.])/(?:root|home|Users|work)/\w")
+# What no wheel does: parts of names, as in `told_to_rest` and `ToldTwist`, and words of comments.
+RIDDLES = {"believe", "believes", "believed", "believing", "heard", "unheard", "told", "untold"}
+SUFFIXES = ("rs", "h", "hpp", "c", "cpp")
+SOURCES = [f"{folder}/*.{suffix}" for folder in ("crates", "wasm", "firmware") for suffix in SUFFIXES]
 
 
 def tracked(*patterns: str) -> list[Path]:
@@ -158,6 +164,17 @@ def findings(path: Path, text: str) -> list[str]:
     return found
 
 
+def riddles(text: str) -> list[tuple[int, str]]:
+    """Line and name, or word of a comment, where a part of it is in `RIDDLES`."""
+    found = []
+    for number, line in enumerate(text.splitlines(), start=1):
+        for name in re.findall(r"[A-Za-z]\w*", line):
+            parts = re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+", name)
+            if RIDDLES & {part.lower() for part in parts}:
+                found.append((number, name))
+    return found
+
+
 def self_test() -> None:
     """Prove that a wrong document is noticed."""
     wrong = (
@@ -176,6 +193,9 @@ def self_test() -> None:
     assert rust_findings("omni_config::Scenario::fly()") and not rust_findings("omni_config::Scenario::load(x)")
     assert findings(ROOT / "README.md", "`firmware/target/nowhere/libomnistep.a`") == []
     assert findings(ROOT / "README.md", "`make test` [x](LICENSE-MIT)\ncargo run --release -- compare step\n") == []
+    wrong = "let told_to_rest = a;\nstruct ToldTwist;\nconst TOLD_M: f64 = 0.1;\nx.unheard // a wheel is believed\n"
+    assert [number for number, _ in riddles(wrong)] == [1, 2, 3, 4, 4]
+    assert riddles("let (sheared, commanded_rest, threshold) = tolds;\n") == []
     assert MACHINE.search("see /" + "home/somebody/x") and not MACHINE.search("target/release, a/home/b")
 
 
@@ -193,6 +213,9 @@ def main() -> int:
         for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), start=1):
             if MACHINE.search(line):
                 found.append(f"{path.relative_to(ROOT)}:{number}: a place of one machine")
+    for path in tracked(*SOURCES):
+        for number, name in riddles(path.read_text(encoding="utf-8")):
+            found.append(f"{path.relative_to(ROOT)}:{number}: {name}: say it plainly, as CONTRIBUTING.md has it")
     print("\n".join(found) if found else "documents: every file, link, target, subcommand and test they name exists")
     return 1 if found else 0
 

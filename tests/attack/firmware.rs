@@ -1,5 +1,5 @@
 //! Started as `qemu-system-arm`: a firmware of the scenario `flat`, with the `[drive]` of the environment's `OMNISTEP_DRIVE` where it has
-//! one, that lies as `OMNISTEP_LIE` says.
+//! one, that answers falsely as `OMNISTEP_LIE` says.
 
 use std::io::{Read as _, Write as _};
 
@@ -12,16 +12,16 @@ use omni_sim::config::{Override, Scenario};
 
 /// Wheels of `chugo7`.
 const N: usize = 7;
-/// The first answer that lies.
-const FIRST_LIE: u32 = 10;
+/// The first altered answer.
+const FIRST_ALTERED: u32 = 10;
 
-/// Serves standard input and output until the host closes them, and lies.
-pub(crate) fn serve(lie: &str) {
+/// Serves standard input and output until the host closes them, with false answers.
+pub(crate) fn serve(kind: &str) {
     let table = std::env::var("OMNISTEP_DRIVE").ok();
     let keys = table.map(|table| Override::parse(&format!("drive={table}")).unwrap());
     let scenario = Scenario::load("flat", keys.as_slice()).unwrap();
     match scenario.drive::<f32, N>().unwrap() {
-        Some(drive) => converse(lie, &scenario, &drive),
+        Some(drive) => converse(kind, &scenario, &drive),
         None => {
             let controller = scenario.controller::<f32, N>().unwrap();
             let limiter = scenario.limiter::<f32>().unwrap();
@@ -29,12 +29,12 @@ pub(crate) fn serve(lie: &str) {
                 controller: &controller,
                 limiter: &limiter,
             };
-            converse(lie, &scenario, &loops);
+            converse(kind, &scenario, &loops);
         }
     }
 }
 
-fn converse(lie: &str, scenario: &Scenario, served: &impl Served<N>) {
+fn converse(kind: &str, scenario: &Scenario, served: &impl Served<N>) {
     let period_us = scenario.control.period_us as u32;
     let digest = scenario.constants_digest().unwrap();
     let mut server = Server::new(digest, period_us);
@@ -52,7 +52,7 @@ fn converse(lie: &str, scenario: &Scenario, served: &impl Served<N>) {
             continue;
         };
         let said = match decode::<ToController<N>>(&mut frame.to_vec()) {
-            Ok(ToController::Hello) => greet(lie, greeting),
+            Ok(ToController::Hello) => greet(kind, greeting),
             _ => {
                 let mut out = [0; MAX_ANSWER_FRAME];
                 let length = server.answer(served, frame, &mut out).len();
@@ -61,7 +61,7 @@ fn converse(lie: &str, scenario: &Scenario, served: &impl Served<N>) {
                 let FromController::Answer(answer) = answer else {
                     continue;
                 };
-                reply(lie, answer, *first.get_or_insert(answer), answers)
+                reply(kind, answer, *first.get_or_insert(answer), answers)
             }
         };
         let Some((said, times)) = said else { return };
@@ -77,8 +77,8 @@ fn converse(lie: &str, scenario: &Scenario, served: &impl Served<N>) {
 /// Bytes, and how many times.
 type Said = Option<(Vec<u8>, usize)>;
 
-fn greet(lie: &str, mut greeting: Greeting) -> Said {
-    match lie {
+fn greet(kind: &str, mut greeting: Greeting) -> Said {
+    match kind {
         "silent" => return Some((Vec::new(), 0)),
         "garbage" => return Some((b"Guru Meditation Error\0\x07\xff\x1b[2J\0".repeat(10), 1)),
         "endless_garbage" => return Some((b"\x55\xaa\xff\0".repeat(1000), usize::MAX)),
@@ -92,14 +92,14 @@ fn greet(lie: &str, mut greeting: Greeting) -> Said {
     Some((framed(&FromController::Greeting(greeting)), 1))
 }
 
-/// The answer as the lie has it.
-fn reply(lie: &str, mut answer: Answer<N>, first: Answer<N>, answers: u32) -> Said {
-    if answers < FIRST_LIE {
+/// The answer, altered.
+fn reply(kind: &str, mut answer: Answer<N>, first: Answer<N>, answers: u32) -> Said {
+    if answers < FIRST_ALTERED {
         return Some((framed(&FromController::Answer(answer)), 1));
     }
     let torques = &mut answer.sample.wheels.applied.n_m;
     let mut times = 1;
-    match lie {
+    match kind {
         "torque_1000" => *torques = [1000.0; N],
         "torque_nan" => *torques = [f32::NAN; N],
         "torque_inf" => *torques = [f32::NEG_INFINITY; N],
@@ -125,13 +125,13 @@ fn reply(lie: &str, mut answer: Answer<N>, first: Answer<N>, answers: u32) -> Sa
         "dies_later" => return None,
         "drive_more_wheels" => return Some((of_wheels::<8>(&answer), 1)),
         "drive_fewer_wheels" => return Some((of_wheels::<6>(&answer), 1)),
-        lie => of_a_drive(lie, &mut answer, answers - FIRST_LIE),
+        kind => of_a_drive(kind, &mut answer, answers - FIRST_ALTERED),
     }
     Some((framed(&FromController::Answer(answer)), times))
 }
 
-/// What a drive tells beside the wheels' signals; this is the `kth` answer with a lie.
-fn of_a_drive(lie: &str, answer: &mut Answer<N>, kth: u32) {
+/// What a drive reports beside the wheels' signals; this is the `kth` altered answer.
+fn of_a_drive(kind: &str, answer: &mut Answer<N>, kth: u32) {
     let Answer {
         drive,
         sample,
@@ -139,34 +139,34 @@ fn of_a_drive(lie: &str, answer: &mut Answer<N>, kth: u32) {
         ..
     } = answer;
     let silent = Fault::Silent.number();
-    // All that follows from no wheel being believed.
-    let mut believe_none = |drive: &mut DriveReport<N>| {
+    // All that follows from no wheel being accepted.
+    let mut accept_none = |drive: &mut DriveReport<N>| {
         let wheels = &mut sample.wheels;
         (drive.faults, drive.excluded, drive.motion_known) = ([silent; N], [true; N], false);
         (wheels.active, wheels.applied.n_m, wheels.measured.rad_s) = ([false; N], [0.0; N], [0.0; N]);
         *estimated = BodyTwist::zero();
         drive.pose = [0.0; 3];
     };
-    match lie {
+    match kind {
         "drive_mode_4" => drive.mode = 4,
         "drive_mode_255" => drive.mode = u8::MAX,
         "drive_degraded" => drive.mode = DriveMode::Degraded.number(),
         "drive_safe_stop" => drive.mode = DriveMode::SafeStop.number(),
         "drive_emergency_stop" => drive.mode = DriveMode::EmergencyStop.number(),
         "drive_shorts_motors" => {
-            believe_none(drive);
+            accept_none(drive);
             (drive.mode, drive.motion_known) = (DriveMode::SafeStop.number(), true);
         }
         "drive_shorts_motors_in_an_emergency" => {
-            believe_none(drive);
+            accept_none(drive);
             drive.mode = DriveMode::EmergencyStop.number();
         }
         // Nothing is wrong with the first of these by itself.
         "drive_leaves_a_safe_stop" if kth == 0 => {
-            believe_none(drive);
+            accept_none(drive);
             drive.mode = DriveMode::SafeStop.number();
         }
-        "drive_normal_without_wheels" => believe_none(drive),
+        "drive_normal_without_wheels" => accept_none(drive),
         "drive_normal_without_a_wheel" => drive.excluded[2] = true,
         "drive_fault_6" => drive.faults[3] = 6,
         "drive_fault_255" => drive.faults = [u8::MAX; N],

@@ -53,7 +53,7 @@ fn the_noise_of_a_steady_velocity_falls_as_the_estimators_say() {
     );
     // Stamps read exactly what the velocity was on the way: what is left is how the loop makes it change.
     assert!(edges < 0.1, "{edges}");
-    // And the vehicle goes as fast as told by every one of them.
+    // And the vehicle goes as fast as commanded by every one of them.
     for velocity in ["{ kind = \"window\", periods = 16 }", "{ kind = \"edges\" }"] {
         let trace = drive("flat", Some(velocity), &keys);
         let vx = trace.column("twist_vx_m_s").expect("a column");

@@ -106,7 +106,7 @@ fn gains_of_a_run_are_the_vehicles_own_and_the_same_when_it_is_read_again() {
     assert_eq!(scenario.vehicle().gains, Some(derived));
     let config = scenario.wheel_control::<f64, 3>().expect("three wheels");
     assert_eq!(config.pid.gains, derived.pid());
-    // What a log holds: the gains are in it, so they are nobody's guess any more.
+    // What a log holds: the gains are in it, so they are no guess any more.
     let written = toml::to_string(&scenario).expect("plain data");
     let again = Scenario::from_source(&Source::text("log", written), &[]).expect("valid");
     assert_eq!(

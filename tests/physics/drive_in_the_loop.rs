@@ -63,7 +63,7 @@ fn a_drive_does_in_the_loop_what_it_does_by_hand() {
     assert!((1e-4..0.01).contains(&own[6]), "{own:?}");
 }
 
-fn nobody_commands_and_the_vehicle_rests_half_a_second_later() {
+fn without_a_command_the_vehicle_rests_half_a_second_later() {
     let lost = "fault=[{kind='command_lost',from_s=2.0}]";
     let trace = run(&scenario(&[lost])).expect("runs");
     let timed_out = first(&trace, "drive_command_status", 3.0);
@@ -77,13 +77,13 @@ fn nobody_commands_and_the_vehicle_rests_half_a_second_later() {
         "{}",
         speed[3900]
     );
-    // The loops alone go on: nobody watches them.
+    // The loops alone go on: no monitor watches them.
     let alone = load("flat", &[Override::parse(lost).expect("KEY=VALUE")]).expect("valid");
     let trace = run(&alone).expect("runs");
     assert!((column(&trace, "twist_vx_m_s").last().expect("rows") - 0.3).abs() < 0.01);
 }
 
-fn a_silent_and_a_stuck_encoder_are_named_and_let_go_and_the_others_carry_on() {
+fn a_silent_and_a_stuck_encoder_are_named_and_released() {
     for (kind, number, within) in [("encoder_silent", 4.0, 25), ("encoder_stuck", 3.0, 400)] {
         // A stuck encoder shows when the motion changes: the vehicle slows down at 1.5 s.
         let fault = format!("fault=[{{kind='{kind}',wheel='1',from_s=1.2}}]");
@@ -107,7 +107,7 @@ fn a_silent_and_a_stuck_encoder_are_named_and_let_go_and_the_others_carry_on() {
 }
 
 fn too_few_wheels_are_a_safe_stop_that_lasts_and_the_shorted_motor_takes_its_slope_times_speed_squared() {
-    // Three wheels have no redundancy: with one silent nobody knows how the vehicle moves.
+    // Three wheels have no redundancy: with one silent it is not known how the vehicle moves.
     let fault = "fault=[{kind='encoder_silent',wheel='2',from_s=1.5,until_s=2.0}]";
     let trace = run(&scenario(&["vehicle=omni3", fault])).expect("runs");
     let stopped = first(&trace, "drive_mode", 2.0);
@@ -120,7 +120,7 @@ fn too_few_wheels_are_a_safe_stop_that_lasts_and_the_shorted_motor_takes_its_slo
         "latched"
     );
     assert_eq!(column(&trace, "drive_brake_2")[stopped], 1.0);
-    assert_eq!(column(&trace, "drive_brake_1")[stopped], 0.0); // it is believed, and brakes by its loop
+    assert_eq!(column(&trace, "drive_brake_1")[stopped], 0.0); // its readings are accepted, and it brakes by its loop
     // The one motion that two wheels at rest leave has nothing to brake it but the third one's shorted motor, and all are when the torque
     // has ended: 0.03 N.m.s/rad.
     let squares: f64 = (0..3)
@@ -372,8 +372,8 @@ fn a_vehicle_that_pushes_in_vain_is_stopped_where_a_dead_encoder_would_look_the_
 
 on_both_engines! {
     a_drive_does_in_the_loop_what_it_does_by_hand,
-    nobody_commands_and_the_vehicle_rests_half_a_second_later,
-    a_silent_and_a_stuck_encoder_are_named_and_let_go_and_the_others_carry_on,
+    without_a_command_the_vehicle_rests_half_a_second_later,
+    a_silent_and_a_stuck_encoder_are_named_and_released,
     too_few_wheels_are_a_safe_stop_that_lasts_and_the_shorted_motor_takes_its_slope_times_speed_squared,
     an_emergency_stop_brakes_at_its_own_deceleration_and_commands_after_its_release_are_followed,
     a_drive_goes_on_from_a_snapshot_bit_for_bit,

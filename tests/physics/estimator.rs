@@ -36,7 +36,7 @@ fn normal(rng: &mut ChaCha8Rng) -> f64 {
         - 6.0
 }
 
-/// Half a second of rest, then as fast as told at once, a stop, and sideways in a turn: wheels slip on every start.
+/// Half a second of rest, then as fast as commanded at once, a stop, and sideways in a turn: wheels slip on every start.
 fn manoeuvre(t: f64) -> [f64; 3] {
     match t {
         t if t < 0.5 => [0.0; 3],
@@ -179,7 +179,7 @@ fn drive<R: Real, const N: usize>(drive: &Drive, vehicle: &str, seed: u64) -> Ca
         let mut single = EstimatorInput::new(&wheels.map(R::of).into());
         single.yaw_rate_rad_s = R::of(input.yaw_rate_rad_s);
         single.acceleration_m_s2 = input.acceleration_m_s2.map(R::of);
-        single.told_to_rest = input.told_to_rest;
+        single.commanded_rest = input.commanded_rest;
         let step = estimator.step(&mut state, &single);
         odometry.step_velocities(&mut other, &kinematics, &single.wheels);
         assert!(step.taken);

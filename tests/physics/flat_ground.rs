@@ -1,4 +1,4 @@
-//! The vehicle on flat ground does what it is told.
+//! The vehicle on flat ground follows its command.
 
 use omni_core::BodyTwist;
 use omni_sim::Simulation;

@@ -187,7 +187,7 @@ fn a_sagging_supply_gives_the_torque_where_limit_and_load_meet() {
     assert!((torque - 0.5 / 1.3).abs() < 1e-6, "{torque}");
 }
 
-fn a_lost_wheel_gives_no_torque_and_the_others_carry_on() {
+fn a_lost_wheel_gives_no_torque_and_the_others_drive_on() {
     let fault = r#"fault=[{ kind = "wheel_lost", wheel = "5", from_s = 1.0, until_s = 2.0 }]"#;
     let trace = drive(&[fault, "duration_s=3.0"]);
     let torque = trace.wheel("torque_n_m", 4).expect("a signal");
@@ -292,7 +292,7 @@ fn heading_hold_brings_back_the_heading_that_a_push_took_and_wheels_do_not_notic
         held_end < 0.1 * free_end,
         "{held_end} rad held, {free_end} rad free"
     );
-    // A gyro's bias is believed: after 2 s of it the heading is off by the bias times the time, less one time constant.
+    // A gyro's bias counts as motion: after 2 s of it the heading is off by the bias times the time, less one time constant.
     let biased = drive(&[
         hold,
         "sensors.gyro_bias_rad_s=0.02",
@@ -373,7 +373,7 @@ fn bad_keys_name_themselves() {
 
 /// What is off by more than 5 % of the 0.3 m/s asked for, over the second half of 8 s: until then the integrals have found
 /// the torque that single counts ask for beyond the limit. What the wheels count, and the vehicle itself; not that under noise,
-/// whose own mean over 4 s no loop can tell from motion.
+/// whose own mean over 4 s no loop can distinguish from motion.
 fn off_by_5_percent(vehicle: &str, policy: &str, precision: &str, sensors: &str) -> Vec<String> {
     let trace = drive(&[
         &format!("vehicle={vehicle}"),
@@ -432,7 +432,7 @@ fn every_encoder_leaves_the_mean_speed_within_5_percent_under_every_policy() {
 }
 
 fn wheels_that_were_blocked_end_without_torque() {
-    // A step of 20 cm is a wall; the vehicle pushes against it, and is told to rest after 3 s.
+    // A step of 20 cm is a wall; the vehicle pushes against it, and is commanded to rest after 3 s.
     for policy in ["independent", "paper", "synchronised", "load_sharing"] {
         let keys = [
             "terrain.height_m=0.2",
@@ -460,7 +460,7 @@ on_both_engines! {
     torque_follows_its_command_with_the_time_constant_of_the_lag,
     velocity_and_counted_angle_follow_the_torque_by_the_lag_and_agree_with_each_other,
     a_sagging_supply_gives_the_torque_where_limit_and_load_meet,
-    a_lost_wheel_gives_no_torque_and_the_others_carry_on,
+    a_lost_wheel_gives_no_torque_and_the_others_drive_on,
     a_dragging_wheel_takes_the_power_that_its_damper_asks_for,
     a_stuck_encoder_goes_on_reading_what_it_last_read,
     a_load_added_shows_in_the_row_loads_by_its_lever,

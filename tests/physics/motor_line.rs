@@ -3,7 +3,7 @@
 use omni_core::BodyTwist;
 use omni_sim::config::{Engine, Override, Scenario};
 use omni_sim::controller::AnyController;
-use omni_sim::{AxleDrive, OutsideFailure, OutsidePhysics, OutsideState, OutsideStep, Simulation, run};
+use omni_sim::{AxleDrive, ExternalFailure, ExternalPhysics, ExternalState, ExternalStep, Simulation, run};
 
 use crate::engines::{load, on_both_engines};
 
@@ -162,11 +162,11 @@ fn with_ideal_encoders_a_run_within_the_line_is_as_without_one() {
     // What the controller's limit lets through at the start of a period, the plant's lets through too: the same torque, in every bit.
     let trace = run(&scenario(&["duration_s=3.0", "command.vx_m_s=0.5"])).expect("runs");
     for wheel in 0..4 {
-        let (told, acted) = (
+        let (commanded, acted) = (
             trace.wheel("applied_n_m", wheel),
             trace.wheel("torque_n_m", wheel),
         );
-        assert_eq!(told, acted, "wheel {wheel}");
+        assert_eq!(commanded, acted, "wheel {wheel}");
     }
 }
 
@@ -187,16 +187,16 @@ struct Free {
     rate_rad_s: [f64; 4],
 }
 
-impl OutsidePhysics for Free {
+impl ExternalPhysics for Free {
     fn engine(&self) -> Engine {
         Engine::Mujoco
     }
 
-    fn start(&mut self, _: f64, _: f64) -> Result<(), OutsideFailure> {
+    fn start(&mut self, _: f64, _: f64) -> Result<(), ExternalFailure> {
         Ok(())
     }
 
-    fn step(&mut self, axles: &[AxleDrive], shown: &mut OutsideStep) -> Result<(), OutsideFailure> {
+    fn step(&mut self, axles: &[AxleDrive], shown: &mut ExternalStep) -> Result<(), ExternalFailure> {
         for (i, axle) in axles.iter().enumerate() {
             self.rate_rad_s[i] += axle.torque_n_m / self.inertia_kg_m2 * self.step_s;
             self.turned_rad[i] += self.rate_rad_s[i] * self.step_s;
@@ -206,7 +206,7 @@ impl OutsidePhysics for Free {
         Ok(())
     }
 
-    fn observe(&mut self, state: &mut OutsideState) -> Result<(), OutsideFailure> {
+    fn observe(&mut self, state: &mut ExternalState) -> Result<(), ExternalFailure> {
         for body in &mut state.bodies {
             body.pose.rotation_xyzw = [0.0, 0.0, 0.0, 1.0];
         }
@@ -215,7 +215,7 @@ impl OutsidePhysics for Free {
 }
 
 #[test]
-fn outside_physics_get_no_torque_beyond_the_line_behind_a_stuck_encoder() {
+fn external_physics_get_no_torque_beyond_the_line_behind_a_stuck_encoder() {
     let stuck = r#"fault=[{ kind = "encoder_stuck", wheel = "front_left", from_s = 0.0 }]"#;
     let scenario = scenario(&[stuck, "control.policy=independent"]);
     let free = Free {
@@ -249,7 +249,7 @@ fn outside_physics_get_no_torque_beyond_the_line_behind_a_stuck_encoder() {
 }
 
 #[test]
-fn outside_physics_refuse_ground_that_changes_and_loads_that_are_added() {
+fn external_physics_refuse_ground_that_changes_and_loads_that_are_added() {
     for (key, message) in [
         (
             "friction_patch=[{ x_m = [0, 1], y_m = [0, 1], friction = 0.1, velocity_m_s = [1, 0] }]",

@@ -59,7 +59,7 @@ fn the_figures_are_those_of_the_last_row() {
 }
 
 fn wheels_on_ice_deceive_odometry() {
-    // At 0.02 the ice gives 0.2 m/s^2: 0.23 m in 1.5 s. Wheels that spin up to 1 m/s tell of a metre more.
+    // At 0.02 the ice gives 0.2 m/s^2: 0.23 m in 1.5 s. Wheels that spin up to 1 m/s show a metre more.
     let overrides = |friction: f64| {
         trace(
             "ice",
@@ -156,8 +156,8 @@ fn a_drives_own_pose_is_the_odometry() {
     }
 }
 
-fn a_wheel_that_is_not_heard_has_no_say() {
-    // Six of seven wheels tell the motion as well. If a period without a reading were one without motion, half the way would be missing.
+fn a_wheel_without_a_reading_is_excluded() {
+    // Six of seven wheels determine the motion as well. If a period without a reading were one without motion, half the way would be missing.
     let silent = "fault=[{ kind = \"encoder_silent\", wheel = \"5\", from_s = 1.0, until_s = 3.0 }]";
     let run = trace("flat", &[silent, "duration_s=3.5"]);
     let way_m = last(&run, "pose_x_m");
@@ -169,8 +169,8 @@ fn a_wheel_that_is_not_heard_has_no_say() {
     );
 }
 
-fn while_too_few_wheels_tell_the_motion_the_truth_stays_inside() {
-    // Two wheels of three tell it no more, from 1.0 to 2.0 s; the vehicle drives on, by loops that know nothing of it or in a safe stop.
+fn while_too_few_wheels_determine_the_motion_the_true_pose_stays_inside() {
+    // Two wheels of three do not determine it, from 1.0 to 2.0 s; the vehicle drives on, by loops that know nothing of it or in a safe stop.
     let silent = "fault=[{ kind = \"encoder_silent\", wheel = \"1\", from_s = 1.0, until_s = 2.0 }]";
     for more in [None, Some("drive={}")] {
         let keys = ["vehicle=omni3", silent, "duration_s=3.0", "command.wz_rad_s=0.4"];
@@ -178,7 +178,7 @@ fn while_too_few_wheels_tell_the_motion_the_truth_stays_inside() {
         let run = trace("flat", &overrides);
         let of = |name: &str| column(&run, name);
         let top = load("flat", &overrides).vehicle().limits.expect("it has limits");
-        let (mut strays, mut farthest) = (0, 0.0_f64);
+        let (mut outside, mut farthest) = (0, 0.0_f64);
         for row in 0..run.rows() {
             let time_s = of("time_s")[row];
             let off = |truth: &str, odometry: &str| of(truth)[row] - of(odometry)[row];
@@ -203,13 +203,13 @@ fn while_too_few_wheels_tell_the_motion_the_truth_stays_inside() {
                     (deviation_m - expected_m).abs() < 0.02 * expected_m + 0.01,
                     "{more:?}, {time_s} s: {deviation_m} m, {expected_m} m"
                 );
-                strays += 1;
+                outside += 1;
             }
         }
-        // It did go astray, or nothing was tested.
-        assert!(strays > 500, "{strays}");
+        // It did leave it, or nothing was tested.
+        assert!(outside > 500, "{outside}");
         assert!(more.is_some() || farthest > 0.1, "{farthest} m");
-        // Wheels that tell again do not say where it went.
+        // Wheels with readings again do not say where it went.
         assert!(last(&run, "odom_var_x_m2").sqrt() > 0.5 * top.vx_m_s);
     }
 }
@@ -242,7 +242,7 @@ on_both_engines! {
     the_covariance_begins_at_nothing_and_grows_as_the_core_says,
     it_begins_where_the_vehicle_is_put,
     a_drives_own_pose_is_the_odometry,
-    a_wheel_that_is_not_heard_has_no_say,
-    while_too_few_wheels_tell_the_motion_the_truth_stays_inside,
+    a_wheel_without_a_reading_is_excluded,
+    while_too_few_wheels_determine_the_motion_the_true_pose_stays_inside,
     a_snapshot_goes_on_with_the_odometry_it_had,
 }

@@ -43,7 +43,7 @@ fn each_vehicle_follows_every_direction_on_flat_ground() {
                     "{vehicle} {command:?}: {column} {got}"
                 );
             }
-            // The encoders tell the same motion: nothing slips.
+            // The encoders measure the same motion: nothing slips.
             for (estimated, actual) in [
                 ("estimated_vx_m_s", "twist_vx_m_s"),
                 ("estimated_vy_m_s", "twist_vy_m_s"),

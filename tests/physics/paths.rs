@@ -102,7 +102,7 @@ fn the_torque_ends_after_a_path_whatever_odometry_says() {
         let scenario = load(name, &[coarse, shorted, drive]);
         let path = scenario.planned_path().expect("planned").expect("it has a path");
         let end_s = path.trajectory().duration_s();
-        // The vehicle has 2 s to get there, and `control.rest.bleed_s` to let go, after a stop out of 3 cm/s at most.
+        // The vehicle has 2 s to get there, and `control.rest.bleed_s` to release the wheels, after a stop out of 3 cm/s at most.
         let over_s = end_s + 2.0 + scenario.control.rest.torque_ends_s() + 0.2;
         let scenario = load(
             name,
@@ -149,8 +149,8 @@ fn the_trace_has_where_the_path_wants_the_vehicle() {
     }
     let peak = error.iter().fold(0.0_f64, |peak, error| peak.max(*error));
     // Rounding of the time, as above.
-    let told = trace.outcome().path_error_peak_m.expect("it has a path");
-    assert!((told - peak).abs() < 1e-12, "{told}, {peak}");
+    let reported = trace.outcome().path_error_peak_m.expect("it has a path");
+    assert!((reported - peak).abs() < 1e-12, "{reported}, {peak}");
     let plain = run(&load("flat", &["duration_s=0.1"])).expect("finite");
     assert_eq!(plain.outcome().path_error_rms_m, None);
     assert!(!plain.names().iter().any(|name| name.starts_with("path_")));

@@ -27,7 +27,7 @@ fn tail(trace: &Trace, column: &str, rows: usize) -> f64 {
     all[all.len() - rows..].iter().sum::<f64>() / rows as f64
 }
 
-/// Twist that the vehicle has and twist that its encoders tell, averaged over the last rows of a run at `command`.
+/// Twist that the vehicle has and twist by its encoders, averaged over the last rows of a run at `command`.
 fn driven(vehicle: &str, command: [f64; 3], duration_s: f64, rows: usize) -> [[f64; 3]; 2] {
     let [vx, vy, wz] = command;
     let overrides = [
@@ -46,12 +46,12 @@ fn driven(vehicle: &str, command: [f64; 3], duration_s: f64, rows: usize) -> [[f
 
 fn forward_command_is_followed_by_seven_roller_wheels() {
     // A roller takes 0.115 s to pass at 0.3 m/s, so 0.46 s average over whole rollers.
-    let [twist, told] = driven("chugo7", [0.3, 0.0, 0.0], 1.5, 460);
+    let [twist, encoders] = driven("chugo7", [0.3, 0.0, 0.0], 1.5, 460);
     // Rollers that pass shake the vehicle by a millimetre a second, which averages to less than a thousandth of its speed; the
-    // encoders cannot tell more than that either.
+    // encoders do not measure more than that either.
     assert!(
-        (twist[0] / told[0] - 1.0).abs() < 1e-3,
-        "{twist:?}, encoders {told:?}"
+        (twist[0] / encoders[0] - 1.0).abs() < 1e-3,
+        "{twist:?}, encoders {encoders:?}"
     );
     assert!((twist[0] - 0.3).abs() < 2e-3 * 0.3, "{twist:?}"); // what the loops' integrals have not settled yet
     assert!(twist[1].abs() < 3e-4 && twist[2].abs() < 1e-3, "{twist:?}");
@@ -59,13 +59,16 @@ fn forward_command_is_followed_by_seven_roller_wheels() {
 
 fn every_direction_is_followed_by_three_double_wheels() {
     for command in [[0.3, 0.0, 0.0], [0.0, 0.3, 0.0], [0.0, 0.0, 0.8]] {
-        let [twist, told] = driven("omni3", command, 2.0, 700);
+        let [twist, encoders] = driven("omni3", command, 2.0, 700);
         for axis in 0..3 {
             // The rows' contacts are 9 mm to either side of a wheel's middle and change between rollers: forces off the middle turn
             // the vehicle by milliradians a second for as long as a roller is down.
             let allowed = if axis == 2 { 0.01 } else { 0.002 };
-            let error = twist[axis] - told[axis];
-            assert!(error.abs() < allowed, "{command:?}: {twist:?}, encoders {told:?}");
+            let error = twist[axis] - encoders[axis];
+            assert!(
+                error.abs() < allowed,
+                "{command:?}: {twist:?}, encoders {encoders:?}"
+            );
         }
     }
 }
@@ -82,8 +85,8 @@ fn mecanum_rollers_lose_sideways_what_their_tilt_takes() {
         (2, [0.0, 0.0, 0.6], yaw, 0.004),
     ] {
         // 0.53 s: three rollers a wheel at 0.3 m/s, all wheels' rollers in step; with 0.45 m for yaw it is two and a half.
-        let [twist, told] = driven("mecanum4", command, 2.0, 531);
-        let ratio = twist[axis] / told[axis];
+        let [twist, encoders] = driven("mecanum4", command, 2.0, 531);
+        let ratio = twist[axis] / encoders[axis];
         assert!(
             (ratio - expected).abs() < allowed,
             "axis {axis}: {ratio}, expected {expected}"
@@ -202,13 +205,13 @@ fn a_wheel_of_rollers_among_balls_carries_its_share_and_drives() {
     let load = tail(&trace, "wheel_4_force_normal_n", 300);
     // 66.7 N by the moment balance; as its rollers pass, the frames beside it swing by some newtons.
     assert!((load / 66.7 - 1.0).abs() < 0.05, "{load} N on wheel 4");
-    let (speed, told) = (
+    let (speed, encoders) = (
         tail(&trace, "twist_vx_m_s", 300),
         tail(&trace, "estimated_vx_m_s", 300),
     );
     assert!(
-        (speed / told - 1.0).abs() < 1e-3,
-        "{speed} m/s, encoders {told} m/s"
+        (speed / encoders - 1.0).abs() < 1e-3,
+        "{speed} m/s, encoders {encoders} m/s"
     );
 }
 

@@ -8,7 +8,7 @@ use crate::engines::{load, on_both_engines};
 
 const G: f64 = 9.81;
 
-/// The vehicle after one second at rest on flat ground. Its loops hold it: let go, wheels without friction would roll on by what is left
+/// The vehicle after one second at rest on flat ground. Its loops hold it: released, wheels without friction would roll on by what is left
 /// of settling.
 fn at_rest() -> Simulation {
     let hold = [("hold_s", 60.0), ("hold_heat_n2m2s", 1e6)];

@@ -150,9 +150,9 @@ fn without_tries_the_vehicle_stays_where_it_is_stuck() {
     assert!(mode.contains(&1.0) && mode.contains(&2.0));
 }
 
-/// Every vehicle that has wheels enough, in every direction, on flat ground: it goes where it is told.
+/// Every vehicle that has wheels enough, in every direction, on flat ground: it goes where it is commanded.
 #[test]
-fn every_vehicle_goes_ahead_sideways_diagonally_and_turns_as_told() {
+fn every_vehicle_goes_ahead_sideways_diagonally_and_turns_as_commanded() {
     for vehicle in ["chugo7", "mecanum4", "omni3", "rocker_bogie6"] {
         for (vx, vy, wz) in [
             (0.3, 0.0, 0.0),
@@ -231,14 +231,14 @@ fn compare_linkage<const N: usize>(scenario: &Scenario) {
             .collect();
         for i in 0..N {
             let truth = heights[i] - heights[0];
-            let told = motion.height_m[i] - motion.height_m[0];
+            let estimated = motion.height_m[i] - motion.height_m[0];
             highest = highest.max(truth.abs());
-            worst = worst.max((told - truth).abs());
+            worst = worst.max((estimated - truth).abs());
             if let Some(before) = &before {
                 let truth = (truth - (before[i] - before[0])) / scenario.period_s();
-                let told = motion.rise_m_s[i] - motion.rise_m_s[0];
+                let estimated = motion.rise_m_s[i] - motion.rise_m_s[0];
                 rises += truth * truth;
-                worst_rise += (told - truth) * (told - truth);
+                worst_rise += (estimated - truth) * (estimated - truth);
             }
         }
         before = Some(heights);

@@ -100,8 +100,8 @@ fn a_lost_connection_ends_a_climb() {
     assert_eq!(torque_from(&trace, 1400 + 500 + 300 + 500 + 2), 0.0);
 }
 
-fn a_wheel_whose_encoder_dies_is_let_go_and_the_others_drive_on() {
-    // One of the front. Of the rear, nobody climbs; plain loops of their own run away along the riser with either.
+fn a_wheel_whose_encoder_dies_is_released_and_the_others_drive_on() {
+    // One of the front. Of the rear, none climbs; plain loops of their own run away along the riser with either.
     let dies = "fault=[{kind='encoder_dead',wheel='1',from_s=0.3}]";
     let trace = run(&scenario(&[dies, "sensors.encoder_counts=4096"])).expect("runs");
     let fault = column(&trace, "drive_fault_1");
@@ -125,5 +125,5 @@ on_both_engines! {
     an_emergency_stop_on_the_riser_ends_without_torque_and_nothing_is_tried,
     a_stop_while_it_backs_off_does_not_drive_it_on,
     a_lost_connection_ends_a_climb,
-    a_wheel_whose_encoder_dies_is_let_go_and_the_others_drive_on,
+    a_wheel_whose_encoder_dies_is_released_and_the_others_drive_on,
 }

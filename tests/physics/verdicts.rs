@@ -33,8 +33,8 @@ fn a_vehicle_that_rolls_away_without_motors_ran_away_and_one_that_is_braked_in_t
     assert_eq!(failing(", until_s = 6.3"), Verdict::Unfinished);
 }
 
-/// The same slope and the same failure, 1.16 m/s at the most: half as fast again as the farthest wheel at the 2 rad/s it is told is more.
-fn a_vehicle_that_is_told_to_turn_and_slides_off_ran_away() {
+/// The same slope and the same failure, 1.16 m/s at the most: half as fast again as the farthest wheel at the commanded 2 rad/s is more.
+fn a_vehicle_that_is_commanded_to_turn_and_slides_off_ran_away() {
     let faults: Vec<_> = (1..=7)
         .map(|wheel| format!("{{ kind = \"wheel_lost\", wheel = \"{wheel}\", from_s = 4.0 }}"))
         .collect();
@@ -251,7 +251,7 @@ on_both_engines! {
     a_rocker_without_a_differential_falls_on_its_nose_and_leaned,
     traction_control_that_backs_off_for_another_try_does_not_go_the_wrong_way,
     a_vehicle_that_rolls_away_without_motors_ran_away_and_one_that_is_braked_in_time_did_not,
-    a_vehicle_that_is_told_to_turn_and_slides_off_ran_away,
+    a_vehicle_that_is_commanded_to_turn_and_slides_off_ran_away,
     hills_that_turn_a_vehicle_are_no_runaway_under_any_policy,
     a_frame_that_stands_at_its_stop_on_flat_ground_leaned_and_did_not_drive,
 }

@@ -126,11 +126,11 @@ impl Bound {
         most
     }
 
-    /// The bound of a scenario: its vehicle, its step, its motors' torque at rest, and the fastest that it is told to drive ahead.
+    /// The bound of a scenario: its vehicle, its step, its motors' torque at rest, and the fastest that it is commanded to drive ahead.
     ///
     /// # Errors
     /// [`Error::Config`] for a scenario without a plain step, with patches of other friction, that meets it with another heading
-    /// than 0, or is told to go aside or to turn; and as [`Linkage::bound`].
+    /// than 0, or is commanded to go aside or to turn; and as [`Linkage::bound`].
     ///
     /// ```
     /// use omni_config::{Override, Scenario};
@@ -186,15 +186,15 @@ impl Bound {
                 (format!("command.then[{i}].wz_rad_s"), then.wz_rad_s),
             ]
         });
-        let mut told = aside
+        let mut other = aside
             .map(|(key, value)| (key.to_owned(), value))
             .into_iter()
             .chain(later);
-        if let Some((key, value)) = told.find(|(_, value)| *value != 0.0) {
+        if let Some((key, value)) = other.find(|(_, value)| *value != 0.0) {
             return Err(refused(&key, &format!("{value}, allowed for a bound: 0")));
         }
-        let told = command.then.iter().map(|then| then.vx_m_s);
-        let speed_m_s = told.fold(command.vx_m_s, f64::max).max(0.0);
+        let later = command.then.iter().map(|then| then.vx_m_s);
+        let speed_m_s = later.fold(command.vx_m_s, f64::max).max(0.0);
         let vehicle = scenario.vehicle();
         let step = Step {
             gravity_m_s2: scenario.physics.gravity_m_s2,

@@ -75,7 +75,7 @@ fn main() -> Result<(), Error> {
             }
             _ => {}
         }
-        // Wheels take 20 ms to follow; one that is let go rolls on.
+        // Wheels take 20 ms to follow; a released one rolls on.
         for i in 0..7 {
             if active[i] {
                 wheels.rad_s[i] += 0.05 * (references.rad_s[i] - wheels.rad_s[i]);

@@ -3,7 +3,7 @@
 use crate::{Command, Scenario};
 
 impl Command {
-    /// The earliest time \[s\] at which a vehicle that does what it is told has gone `way_m` \[m\]; none where the command never takes it so far. On a
+    /// The earliest time \[s\] at which a vehicle that does what is commanded has gone `way_m` \[m\]; none where the command never takes it so far. On a
     /// ramp between two directions it is taken to be as fast as on one between their speeds, which it never is: no vehicle is earlier.
     ///
     /// ```
@@ -48,14 +48,14 @@ impl Command {
         None
     }
 
-    /// Is it ever told to turn?
+    /// Is it ever commanded to turn?
     pub(crate) fn turns(&self) -> bool {
         self.comes_by_itself() || self.wz_rad_s != 0.0 || self.then.iter().any(|then| then.wz_rad_s != 0.0)
     }
 }
 
 impl Scenario {
-    /// What is wrong where `duration_s` cannot suffice: even a vehicle that does all it is told would not have every wheel beyond the obstacle by then. One
+    /// What is wrong where `duration_s` cannot suffice: even a vehicle that does all that is commanded would not have every wheel beyond the obstacle by then. One
     /// line; none where it may suffice, on flat ground, and of a table of twists. Of a path, that the run ends before it does.
     ///
     /// ```
@@ -98,7 +98,7 @@ impl Scenario {
     }
 
     /// Place of the rearmost wheel along the way at the start, as far ahead as the perturbation may bring it, seen from the origin \[m\]. Where the vehicle
-    /// is told to turn, the mean of the wheels at its furthest ahead: whatever the heading, some wheel is no further ahead than that.
+    /// is commanded to turn, the mean of the wheels at its furthest ahead: whatever the heading, some wheel is no further ahead than that.
     fn rearmost_m(&self) -> f64 {
         let wheels = || self.vehicle().wheel.iter().map(|wheel| wheel.position_m);
         let spread_rad = self.perturbation.yaw_rad;

@@ -334,7 +334,7 @@ impl Scenario {
         Some(faults)
     }
 
-    /// How long readings may tell of a motion that is over, or not yet of one that has begun \[s\]: until a counter is known to stand, and what
+    /// How long readings may show a motion that is over, or not yet of one that has begun \[s\]: until a counter is known to stand, and what
     /// is left of an observer's transient, e^-3 of it.
     fn held_s(&self) -> f64 {
         // A loaded scenario's is one.

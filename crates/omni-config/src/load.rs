@@ -76,7 +76,7 @@ impl Source {
         }
     }
 
-    /// A text out of a log, a pickle or a message: whoever made it does not say which files of this machine are read. A vehicle
+    /// A text out of a log, a pickle or a message: its author does not choose which files of this machine are read. A vehicle
     /// or a picture that it names, built-in or not, is refused: what we write holds both.
     ///
     /// ```

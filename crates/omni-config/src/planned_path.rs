@@ -194,7 +194,7 @@ impl Scenario {
         }))
     }
 
-    /// How far from its start a vehicle that does what it is told gets at most \[m\].
+    /// How far from its start a vehicle that does what is commanded gets at most \[m\].
     ///
     /// ```
     /// use omni_config::Scenario;

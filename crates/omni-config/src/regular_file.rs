@@ -126,7 +126,7 @@ mod tests {
         assert!(made.expect("mkfifo is a program of every Unix").success());
         let replaced = check_replaceable(&pipe).expect_err("refused").to_string();
         assert_eq!(replaced, "a pipe, allowed: a regular file");
-        // Nobody writes to it: opened, it would be waited for until the end of days.
+        // Nothing writes to it: opened, it would be waited for without end.
         let said = said(&pipe.display().to_string(), 10);
         fs::remove_file(&pipe).expect("removable");
         assert_eq!(said, "a pipe, allowed: a regular file");

@@ -183,7 +183,7 @@ impl Scenario {
     }
 
     /// The files that [`Scenario::load`] reads for a name, its vehicle's, its height map's and its table of commands included; none
-    /// for what is built in. A build script tells Cargo to watch them.
+    /// for what is built in. A build script makes Cargo watch them.
     ///
     /// # Errors
     /// [`Error::UnknownName`], [`Error::Missing`], [`Error::Io`] or [`Error::Syntax`].
@@ -250,7 +250,7 @@ impl Scenario {
             each.apply(source, &mut table)?;
         }
         check_version(source, &table)?;
-        // Whoever replaces a key says a path as it is from here, not from where the file is.
+        // A path in a replaced key is relative to the working directory, not to the file.
         let folder_of = |key: &str| match own.iter().any(|each| each.replaces(key)) {
             true => None,
             false => source.folder(),

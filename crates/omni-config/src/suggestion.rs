@@ -68,7 +68,7 @@ fn likeness(name: &str, known: &str) -> f64 {
 /// What likeness to a part of a name counts for, against likeness to the whole of it.
 const PART: f64 = 0.9;
 
-/// A refusal with what a whole file tells about it: the place of a key that is in another table, as `terrain.friction` for a `friction`
+/// A refusal with what the whole file shows about it: the place of a key that is in another table, as `terrain.friction` for a `friction`
 /// at the top level, and an example of a key that is missing or whose value is of another type.
 pub(crate) fn with_place(mut error: Error, whole: impl FnOnce() -> Option<Table>) -> Error {
     let Error::Key { key, message, .. } = &mut error else {

@@ -45,7 +45,7 @@ impl Scenario {
     pub fn tries(&self) -> Option<u32> {
         let preset = self.control.traction()?;
         let given = self.control.tries;
-        Some(given.unwrap_or_else(|| preset.supervisor::<f64>(self.period_s()).ladder.tries.into()))
+        Some(given.unwrap_or_else(|| preset.supervisor::<f64>(self.period_s()).retry.retries.into()))
     }
 
     /// Refuses traction control where only loops of single wheels will do: `place` says where, as "allowed {place}" in the message.
@@ -153,12 +153,12 @@ impl Scenario {
             None => [R::of(MOST_M_S); 2],
         };
         if let Some(tries) = self.control.tries {
-            config.ladder.tries = u16::try_from(tries).unwrap_or(u16::MAX);
+            config.retry.retries = u16::try_from(tries).unwrap_or(u16::MAX);
         }
-        let spare = self.spin_to_spare_m_s(config.ladder.run_up_m_s.as_f64());
-        if spare < config.ladder.spin_m_s.as_f64() {
-            config.ladder.spin_m_s = R::of(if spare < LEAST_SPIN_M_S { 0.0 } else { spare });
-            config.ladder.spin_more_m_s = R::zero();
+        let spare = self.spin_to_spare_m_s(config.retry.run_up_m_s.as_f64());
+        if spare < config.retry.spin_m_s.as_f64() {
+            config.retry.spin_m_s = R::of(if spare < LEAST_SPIN_M_S { 0.0 } else { spare });
+            config.retry.spin_more_m_s = R::zero();
         }
         config
     }
@@ -204,7 +204,7 @@ impl Scenario {
                 "{policy} without hinge encoders: it cannot tell a climbing row from slipping wheels"
             ));
         }
-        let wanted = SupervisorConfig::<f64>::reach(self.period_s()).ladder;
+        let wanted = SupervisorConfig::<f64>::reach(self.period_s()).retry;
         let spare = self.spin_to_spare_m_s(wanted.run_up_m_s);
         if preset == TractionPreset::Reach && spare < wanted.spin_m_s {
             let fastest = self.vehicle().no_load_rad_s().unwrap_or(f64::INFINITY);

@@ -131,7 +131,7 @@ impl Vehicle {
         ))
     }
 
-    /// Wheels without which the others do not tell the motion.
+    /// Wheels without which the others do not determine the motion.
     fn unreplaceable(&self) -> Result<Option<String>, Error> {
         // Of three wheels every one is, whatever the file says.
         if self.wheel.len() == 3 {
@@ -214,7 +214,7 @@ impl Vehicle {
         }))
     }
 
-    /// Wheels that nobody drives so fast.
+    /// Wheels that no vehicle drives so fast.
     fn too_fast(&self, no_load_rad_s: f64) -> Option<String> {
         let rim_m_s = |wheel: &WheelSpec| no_load_rad_s * wheel.gear * wheel.radius_m;
         let wheel = self.wheel.iter().find(|wheel| rim_m_s(wheel) > FAST_M_S)?;

@@ -162,7 +162,7 @@ impl<R: Real, const N: usize> Controller<R, N> {
     /// One step: torques that move the vehicle with `command`, given the actuator velocities `measured` \[rad/s\]. To
     /// be called once every control period.
     ///
-    /// A command that is not finite, or beyond 1e6, stands for rest; a measurement that is not lets its wheel go. What
+    /// A command that is not finite, or beyond 1e6, stands for rest; a measurement that is not releases its wheel. What
     /// the measured velocities say of the vehicle's motion is [`Kinematics::forward`] and [`Kinematics::residual`].
     ///
     /// ```

@@ -35,7 +35,7 @@ pub enum Saturation<R> {
     /// Each wheel is cut to its own limit; the others do not notice.
     Clip,
     /// Eqs. (11), (12) with |torque|: all torques are multiplied by the factor of the wheel furthest over its limit.
-    /// Ratios of torques are kept. The integrals are not told.
+    /// Ratios of torques are kept. The integrals do not know of it.
     ScaleTorques,
     /// All references are multiplied by one factor s, as large as keeps every wheel within its limit, and the loops see
     /// the error against the reduced reference (a conditioned controller shared by the wheels). Ratios of velocities are
@@ -164,7 +164,7 @@ impl<R: Real> Coordination<R> {
     /// let sample = wheels.step(&mut state, &[8.0, 2.0].into(), &[0.0; 2].into());
     /// assert_eq!(sample.requested.n_m, [3.0, 0.75]);
     /// assert_eq!(sample.common_factor, 1.0 / 3.0);
-    /// assert_eq!(state.integral_n_m, [2.0, 0.5]); // 4 * 0.0625 s of the whole errors: not told of the limit
+    /// assert_eq!(state.integral_n_m, [2.0, 0.5]); // 4 * 0.0625 s of the whole errors: without knowledge of the limit
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
     #[must_use]
@@ -271,7 +271,7 @@ impl<R: Real> TorqueRange<R> {
         }
     }
 
-    /// Nothing but 0: a wheel that is let go.
+    /// Nothing but 0: a released wheel.
     ///
     /// ```
     /// use omni_core::TorqueRange;
@@ -454,7 +454,7 @@ pub fn torque_factor<R: Real, const N: usize>(requested_n_m: &[R; N], ranges: &T
 ///
 /// `requested_n_m`: torque of each wheel for its whole reference. `slopes_n_m`: the part of it that is proportional to the
 /// reference, so that the torque for s times the reference is `requested - (1 - s) slope`. A wheel without reference (slope
-/// 0) has no say. Limits on the other side are left to the final clip. Closed form: `u_i = 1 - (requested - limit) / slope`.
+/// 0) is excluded. Limits on the other side are left to the final clip. Closed form: `u_i = 1 - (requested - limit) / slope`.
 ///
 /// ```
 /// use omni_core::{TorqueRanges, coordination::reference_factor};

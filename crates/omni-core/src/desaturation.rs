@@ -165,7 +165,7 @@ impl<R: Real, const N: usize> SpeedLimits<R, N> {
     }
 
     /// [`SpeedLimits::desaturate`] of the twist of a point of the body, which moves as commanded as far as it can, for
-    /// wheels on paths of their own; wheels marked in `dropped` do not drive and have no say.
+    /// wheels on paths of their own; wheels marked in `dropped` do not drive and are excluded.
     pub(crate) fn desaturate_at(
         &self,
         kinematics: &Kinematics<R, N>,

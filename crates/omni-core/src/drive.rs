@@ -22,8 +22,8 @@ pub use traction::{BodyReadings, TractionDrive, TractionDriveSample, TractionDri
 
 /// A vehicle's whole controller: readings and commands in, torques out. Immutable; what changes is in [`DriveState`].
 ///
-/// In order: readings are judged, faulty wheels let go, the motion estimated from the rest; the command is checked,
-/// limited, moved to the origin and brought within what the wheels can turn; the loops run; the pose is carried on.
+/// In order: readings are judged, faulty wheels released, the motion estimated from the rest; the command is checked,
+/// limited, moved to the origin and brought within what the wheels can turn; the loops run; the pose is integrated.
 ///
 /// ```
 /// use omni_core::{BodyTwist, Coordination, Drive, DriveConfig, DriveInput, DriveMode, DriveState, PidConfig, PidGains};
@@ -38,7 +38,7 @@ pub use traction::{BodyReadings, TractionDrive, TractionDriveSample, TractionDri
 /// let mut state = DriveState::new(&drive);
 /// let forward = BodyTwist { vx_m_s: 0.3, vy_m_s: 0.0, wz_rad_s: 0.0 };
 /// let mut input = DriveInput::measured(&WheelVelocities::zero()).with_command(forward);
-/// input.readings_rad_s[4] = None; // wheel 5 is not heard from
+/// input.readings_rad_s[4] = None; // no reading of wheel 5
 /// let sample = drive.step(&mut state, &input);
 /// assert_eq!((sample.mode, sample.wheels.applied.n_m[4]), (DriveMode::Degraded, 0.0));
 /// assert!((sample.wheels.applied.n_m[0] - (0.3 + 0.002) * 0.3 / 0.066).abs() < 1e-12); // the others drive on
@@ -136,7 +136,7 @@ impl<R: Real, const N: usize> Drive<R, N> {
     /// One period: torques that move the vehicle as commanded, as far as command, limits and wheels allow. To be called
     /// once every control period. O(N).
     ///
-    /// Never fails: nonsense in the input is refused or lets the wheel go that it came from.
+    /// Never fails: nonsense in the input is refused, or its wheel is released.
     ///
     /// ```
     /// use omni_core::{BodyTwist, Drive, DriveConfig, DriveInput, DriveMode, DriveState, WheelLayout, WheelVelocities};
@@ -146,7 +146,7 @@ impl<R: Real, const N: usize> Drive<R, N> {
     /// let mut input = DriveInput::measured(&WheelVelocities { rad_s: [5.0, 5.0, 5.0, 21.0] });
     /// input.lifted[3] = true;
     /// let sample = drive.step(&mut DriveState::new(&drive), &input);
-    /// assert!((sample.slip.estimated.vx_m_s - 0.5).abs() < 1e-12); // it has no say
+    /// assert!((sample.slip.estimated.vx_m_s - 0.5).abs() < 1e-12); // it is excluded
     /// assert_eq!(sample.wheels.applied.n_m[3], -0.0625 * 21.0); // but it is braked as the others are
     /// assert_eq!(sample.mode, DriveMode::Degraded);
     /// # Ok::<(), omni_core::ConfigError>(())
@@ -180,22 +180,26 @@ impl<R: Real, const N: usize> Drive<R, N> {
         let kinematics = self.controller.kinematics();
 
         // What the remaining wheels say of the motion.
-        let mut untold = dropped;
-        for (untold, &lifted) in untold.iter_mut().zip(&input.lifted) {
-            *untold |= lifted;
+        let mut excluded = dropped;
+        for (excluded, &lifted) in excluded.iter_mut().zip(&input.lifted) {
+            *excluded |= lifted;
         }
-        let enough = state.slip.declare(kinematics, &untold);
+        let enough = state.slip.declare(kinematics, &excluded);
         let beneath = input.path.of_body(&measured);
         let slip = if enough {
             self.slip.step(kinematics, &mut state.slip, &beneath)
         } else {
             // What too few wheels say is no motion.
-            SlipSample::unknown(untold)
+            SlipSample::unknown(excluded)
         };
         // Lifted wheels still hold the vehicle on its course when they come down: no reason to stop.
-        let blind = !enough && dropped.contains(&true) && kinematics.excluding(&dropped).is_none();
-        state.blind = if blind { state.blind.saturating_add(1) } else { 0 };
-        state.stopping |= state.blind > self.blind_periods;
+        let unobservable = !enough && dropped.contains(&true) && kinematics.excluding(&dropped).is_none();
+        state.unobservable_periods = if unobservable {
+            state.unobservable_periods.saturating_add(1)
+        } else {
+            0
+        };
+        state.stopping |= state.unobservable_periods > self.blind_periods;
         if state.stopping || state.emergency {
             state.shaper.emergency_stop();
         } else {
@@ -234,9 +238,9 @@ impl<R: Real, const N: usize> Drive<R, N> {
         let wheels = loops(&mut state.control, &asked);
 
         if enough {
-            self.carry_on(state, &observed, &slip, &beneath);
+            self.integrate_pose(state, &observed, &slip, &beneath);
         }
-        self.remember(state, &measured, &slip, &wheels, input);
+        self.store_expectation(state, &measured, &slip, &wheels, input);
         let mode = if state.emergency {
             DriveMode::EmergencyStop
         } else if state.stopping {
@@ -262,7 +266,7 @@ impl<R: Real, const N: usize> Drive<R, N> {
     }
 
     /// Odometry and its covariance.
-    fn carry_on(
+    fn integrate_pose(
         &self,
         state: &mut DriveState<R, N>,
         observed: &Kinematics<R, N>,
@@ -286,7 +290,7 @@ impl<R: Real, const N: usize> Drive<R, N> {
     }
 
     /// What the next period's readings will be compared with.
-    fn remember(
+    fn store_expectation(
         &self,
         state: &mut DriveState<R, N>,
         measured: &WheelVelocities<R, N>,

@@ -48,13 +48,13 @@ const STANDING_M_S: f64 = 3e-4;
 ///    direction (wheels that slide hold in none) and as the wheels disagree. It changes by as much, but in a period by no more than 400 times what
 ///    the velocity does (variances), which is little with an accelerometer. A body innovation beyond three deviations widens it at once, by its excess (after Jazwinski, *Adaptive
 ///    filtering*, Automatica 5, 1969);
-/// 3. every wheel that is heard is taken in by itself, its noise widened by its own residual (as variance components are estimated
+/// 3. every valid wheel reading is taken in by itself, its noise widened by its own residual (as variance components are estimated
 ///    from redundancy: Baarda, 1968). No matrix is inverted, and the covariance is updated in Joseph's form. Its variances are never below 0.
 ///
-/// A vehicle that is told to rest and stands (wheels, gyro and accelerometer are quiet for 50 ms) has no velocity, and what the gyro says
+/// A vehicle whose command is rest and that stands (wheels, gyro and accelerometer are quiet for 50 ms) has no velocity, and what the gyro says
 /// beyond the wheels' yaw rate is its bias: it trembles as its loops answer their encoders' noise. Nothing else teaches the bias: a wheel's slip in a turn is one-sided, and would be taken for one.
 ///
-/// What it is not: it has no bias of the accelerometer. One of b m/s^2, or a lean that nobody tells, is b t m/s of error while
+/// What it is not: it has no bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s of error while
 /// all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
 ///
 /// ```
@@ -143,7 +143,7 @@ pub struct EstimatorState<R, const N: usize> {
 /// use omni_core::{Estimator, EstimatorConfig, EstimatorInput, Kinematics, WheelLayout};
 /// let kinematics = Kinematics::new(&WheelLayout::<f64, 4>::mecanum4(0.6, 0.4, 0.1)?)?;
 /// let estimator = Estimator::new(EstimatorConfig::new(1e-3), &kinematics)?;
-/// // A wheel that is not heard is left out.
+/// // A wheel without a reading is left out.
 /// let step = estimator.step(&mut estimator.start(), &EstimatorInput::new(&[1.0, f64::NAN, 1.0, 1.0].into()));
 /// assert_eq!((step.readings, step.standing), (3, false));
 /// # Ok::<(), omni_core::ConfigError>(())

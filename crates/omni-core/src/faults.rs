@@ -31,7 +31,7 @@ pub enum Fault {
     /// Its reading never changes although the vehicle moves, or although the motor pulls: an encoder that is dead, or a wheel that is
     /// blocked.
     Stuck = 3,
-    /// It has not been heard from for too long.
+    /// No reading has arrived for too long.
     Silent = 4,
     /// It has been declared lost.
     Lost = 5,
@@ -45,7 +45,7 @@ impl Fault {
     }
 }
 
-/// When a reading is not believed. An infinite velocity or torque, or a count of 65535 periods, switches its check off.
+/// When a reading is rejected. An infinite velocity or torque, or a count of 65535 periods, switches its check off.
 /// Checked by [`FaultMonitor::new`].
 ///
 /// ```
@@ -66,17 +66,17 @@ impl Fault {
 #[repr(C)]
 #[non_exhaustive]
 pub struct FaultConfig<R> {
-    /// Largest change \[rad/s\] of an actuator's velocity within one period, 1e-9 or more: a reading further from the last one
-    /// believed is held back.
+    /// Largest change \[rad/s\] of an actuator's velocity within one period, 1e-9 or more: a reading further from the last accepted one
+    /// is held back.
     pub jump_rad_s: R,
-    /// Periods a jump is bridged with the last reading believed; then the wheel is faulty. Good readings between jumps count
+    /// Periods a jump is bridged with the last accepted reading; then the wheel is faulty. Good readings between jumps count
     /// against jumps one by one. 1 to 65535.
     pub jump_periods: u16,
     /// A reading that stays exactly the same while what the other wheels say of it moves by more than this \[rad/s\] is
     /// stuck, 1e-9 or more. So is, after ten times as long, a reading that stays exactly 0 while the others say that the wheel turns by more
-    /// than this and its loop pulls in vain towards its reference. Also how well a faulty wheel must agree with the others to be believed again.
+    /// than this and its loop pulls in vain towards its reference. Also how well a faulty wheel must agree with the others to be accepted again.
     pub stuck_rad_s: R,
-    /// A reading that stays exactly the same while the motor is told to give at least this torque \[N.m\] towards the reference, or with a
+    /// A reading that stays exactly the same while the motor is commanded to give at least this torque \[N.m\] towards the reference, or with a
     /// reference further away than `stuck_rad_s`, is stuck after ten times `stuck_periods`, 1e-9 or more. One of 0 that the others can check is
     /// so once they say that the wheel has turned by `stuck_rad_s` in that time. Of three wheels, which cannot check each other, one of 0 or so
     /// far away is stuck after `stuck_periods` if another wheel turns faster than `stuck_rad_s`. A wheel that is blocked while others turn looks
@@ -87,8 +87,8 @@ pub struct FaultConfig<R> {
     pub stuck_periods: u16,
     /// Periods without a reading after which a wheel is faulty, 1 to 65535; until then its last reading stands.
     pub silent_periods: u16,
-    /// Good readings in a row after which a faulty wheel (never one declared lost) is believed again, 1 to 65535: readings
-    /// without a jump that agree with the other wheels as far as these can tell, from a stuck wheel readings that change.
+    /// Good readings in a row after which a faulty wheel (never one declared lost) is accepted again, 1 to 65535: readings
+    /// without a jump that agree with the other wheels as far as these determine it, from a stuck wheel readings that change.
     pub recovery_periods: u16,
 }
 
@@ -103,14 +103,14 @@ constant_struct!(FaultConfig<R> {
 });
 
 impl<R: Real> FaultConfig<R> {
-    /// No check but for readings that are missing or no numbers, which are not believed for as long as they last. What is
+    /// No check but for readings that are missing or no numbers, which are rejected for as long as they last. What is
     /// to be checked is set from here.
     ///
     /// ```
     /// use omni_core::{Fault, FaultConfig, FaultMonitor, FaultState};
     /// # let expected = omni_core::examples::nothing_expected();
     /// let (monitor, mut state) = (FaultMonitor::new(FaultConfig::unchecked())?, FaultState::default());
-    /// // From 1 to 900 rad/s within a period: nobody looks.
+    /// // From 1 to 900 rad/s within a period: not checked.
     /// assert_eq!(monitor.step(&mut state, &[Some(1.0)], &expected).rad_s, [1.0]);
     /// assert_eq!(monitor.step(&mut state, &[Some(900.0)], &expected).rad_s, [900.0]);
     /// assert_eq!(monitor.step(&mut state, &[None], &expected).rad_s, [0.0]);
@@ -140,7 +140,7 @@ impl<R: Real> FaultConfig<R> {
 /// config.jump_periods = 3;
 /// let (monitor, mut state) = (FaultMonitor::new(config)?, FaultState::default());
 /// monitor.step(&mut state, &[Some(1.0)], &expected);
-/// // No wheel gains 8 rad/s in a period. Twice the reading before stands for it, then the wheel is let go.
+/// // No wheel gains 8 rad/s in a period. Twice the reading before stands for it, then the wheel is released.
 /// let velocities = [0; 3].map(|_| monitor.step(&mut state, &[Some(9.0)], &expected).rad_s[0]);
 /// assert_eq!(velocities, [1.0, 1.0, 0.0]);
 /// assert_eq!(state.faults(), [Some(Fault::Jump)]);
@@ -186,10 +186,10 @@ pub struct FaultState<R, const N: usize> {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct WheelHistory<R> {
-    /// Last reading believed, and the periods without any reading since.
-    believed: Option<R>,
+    /// Last reading accepted, and the periods without any reading since.
+    accepted: Option<R>,
     gap: u16,
-    /// Last finite reading, believed or not, and the periods without any since.
+    /// Last finite reading, accepted or not, and the periods without any since.
     last: Option<R>,
     last_gap: u16,
     /// What the others said when the reading last changed.
@@ -210,7 +210,7 @@ const FAINT: f64 = 1.0;
 
 impl<R: Real> WheelHistory<R> {
     const FRESH: Self = Self {
-        believed: None,
+        accepted: None,
         gap: 0,
         last: None,
         last_gap: 0,
@@ -239,7 +239,7 @@ impl<R: Real, const N: usize> Default for FaultState<R, N> {
 }
 
 impl<R: Real, const N: usize> FaultState<R, N> {
-    /// Declares which wheels are lost: no torque, no say, whatever they read, until declared otherwise.
+    /// Declares which wheels are lost: no torque, not counted, whatever they read, until declared otherwise.
     ///
     /// ```
     /// use omni_core::{Fault, FaultMonitor, FaultState};
@@ -269,7 +269,7 @@ impl<R: Real, const N: usize> FaultState<R, N> {
         self.wheel = [WheelHistory::FRESH; N];
     }
 
-    /// Which wheels have a velocity to go on with: no fault, and heard of at least once.
+    /// Which wheels have a velocity to go on with: no fault, and at least one reading so far.
     ///
     /// ```
     /// use omni_core::FaultState;
@@ -280,14 +280,14 @@ impl<R: Real, const N: usize> FaultState<R, N> {
     pub fn usable(&self) -> [bool; N] {
         let mut usable = self
             .wheel
-            .map(|wheel| wheel.fault.is_none() && wheel.believed.is_some());
+            .map(|wheel| wheel.fault.is_none() && wheel.accepted.is_some());
         for (usable, &lost) in usable.iter_mut().zip(&self.lost) {
             *usable &= !lost;
         }
         usable
     }
 
-    /// What is wrong with each wheel, in the layout's order; none where it is believed. [`Fault::Lost`] hides any
+    /// What is wrong with each wheel, in the layout's order; none where its readings are accepted. [`Fault::Lost`] hides any
     /// other.
     ///
     /// ```
@@ -317,7 +317,7 @@ impl<R: Real, const N: usize> FaultState<R, N> {
 /// config.stuck_periods = 3;
 /// # let zero = WheelVelocities::zero();
 /// let (monitor, mut state) = (FaultMonitor::new(config)?, FaultState::default());
-/// // By what the others say both wheels speed up from 2 to 6 rad/s, but of the second they cannot tell.
+/// // By what the others say both wheels speed up from 2 to 6 rad/s, but the second they do not determine.
 /// for k in 0..=5 {
 ///     let by_others = WheelVelocities { rad_s: [2.0 + 0.8 * f64::from(k); 2] };
 ///     let checked = [true, false];
@@ -334,7 +334,7 @@ impl<R: Real, const N: usize> FaultState<R, N> {
 pub struct Expectation<'a, R, const N: usize> {
     /// Velocity \[rad/s\] each wheel should have by what the other wheels say.
     pub by_others: &'a WheelVelocities<R, N>,
-    /// Which of these are worth something: the others must be able to tell.
+    /// Which of these are worth something: the others must determine it.
     pub checked: &'a [bool; N],
     /// Reference of the last step \[rad/s\].
     pub reference: &'a WheelVelocities<R, N>,
@@ -455,7 +455,7 @@ impl<R: Real> FaultMonitor<R> {
             } else if N > 3 {
                 alone().then_some(R::of(FAINT))
             } else {
-                // Of three wheels no other will ever tell.
+                // Of three wheels no other ever determines it.
                 Some(R::of(if is_away && others_turn { FULL } else { FAINT }))
             };
         }
@@ -488,7 +488,7 @@ impl<R: Real> FaultMonitor<R> {
             if reached(wheel.silent, config.silent_periods) {
                 wheel.fail(Fault::Silent);
             }
-            return wheel.believed.unwrap_or(R::zero());
+            return wheel.accepted.unwrap_or(R::zero());
         };
         wheel.silent = 0;
         if !is_plausible(reading) {
@@ -511,7 +511,7 @@ impl<R: Real> FaultMonitor<R> {
             if reached(wheel.good, config.recovery_periods) {
                 let reading = Some(reading);
                 *wheel = WheelHistory {
-                    believed: reading,
+                    accepted: reading,
                     last: reading,
                     said_then: by_others,
                     ..WheelHistory::FRESH
@@ -519,17 +519,17 @@ impl<R: Real> FaultMonitor<R> {
             }
             return reading;
         }
-        if let Some(believed) = wheel.believed
-            && !self.reaches(believed, reading, wheel.gap)
+        if let Some(accepted) = wheel.accepted
+            && !self.reaches(accepted, reading, wheel.gap)
         {
             wheel.jumping = wheel.jumping.saturating_add(1);
             if reached(wheel.jumping, config.jump_periods) {
                 wheel.fail(Fault::Jump);
             }
-            return believed;
+            return accepted;
         }
         wheel.jumping = wheel.jumping.saturating_sub(1);
-        (wheel.believed, wheel.gap) = (Some(reading), 0);
+        (wheel.accepted, wheel.gap) = (Some(reading), 0);
         // Standing still is no fault: only a reading that stays while it should have moved.
         let moved = match (wheel.said_then, by_others) {
             (Some(then), Some(now)) => (now - then).abs() > config.stuck_rad_s,
@@ -553,9 +553,9 @@ impl<R: Real> FaultMonitor<R> {
         reading
     }
 
-    /// A wheel that is believed and was last read to turn.
+    /// A wheel whose readings are accepted and that was last read to turn.
     fn is_turning(&self, wheel: &WheelHistory<R>) -> bool {
-        let read = wheel.believed.unwrap_or(R::zero());
+        let read = wheel.accepted.unwrap_or(R::zero());
         wheel.fault.is_none() && read.abs() > self.config.stuck_rad_s
     }
 

@@ -1,7 +1,7 @@
 //! Heading hold: an outer loop with a gyro.
 //!
 //! Wheels know the heading only as far as they do not slip, and on a step they do. A gyro knows better: what the vehicle was
-//! told to turn less what it has turned is an error of heading, and a yaw rate in proportion to it takes the vehicle back.
+//! commanded to turn less what it has turned is an error of heading, and a yaw rate in proportion to it takes the vehicle back.
 
 use crate::error::{period, within};
 use crate::sum::Sum;
@@ -102,7 +102,7 @@ impl<R: Real> HeadingHold<R> {
     /// let hold = HeadingHold::new(HeadingHoldConfig { gain_per_s: 4.0, limit_rad_s: 0.5, period_s: 0.01 })?;
     /// let turn = BodyTwist { wz_rad_s: 1.0, ..BodyTwist::ZERO };
     /// let mut state = HeadingHoldState::default();
-    /// assert_eq!(hold.step(&mut state, &turn, 1.0).wz_rad_s, 1.0); // it turns as told
+    /// assert_eq!(hold.step(&mut state, &turn, 1.0).wz_rad_s, 1.0); // it turns as commanded
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
     pub fn step(
@@ -160,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn a_vehicle_that_turns_as_told_comes_back_with_the_time_constant_of_the_gain() {
+    fn a_vehicle_that_turns_as_commanded_comes_back_with_the_time_constant_of_the_gain() {
         let (hold, mut state) = (hold(2.0, 10.0), HeadingHoldState::default());
         // Pushed by 0.2 rad in one period, then a vehicle that follows at once.
         let mut yaw_rate = 200.0;

@@ -112,7 +112,7 @@ impl<R: Real, const N: usize> Kinematics<R, N> {
     /// The maps of `layout`, forward by weighted least squares: the twist with the smallest `sum of weight_i error_i^2`.
     ///
     /// `weights` are 0 to 1e6, one a wheel: the inverse variance of what each wheel says, in any unit. A wheel of weight 0
-    /// has no say; at least three wheels that span the plane must have one.
+    /// is excluded; at least three wheels that span the plane must count.
     ///
     /// # Errors
     /// As [`Kinematics::new`], of the wheels with a weight; parameter `weight` with the wheel's index.
@@ -149,7 +149,7 @@ impl<R: Real, const N: usize> Kinematics<R, N> {
     }
 
     /// The same vehicle with the wheels marked in `excluded` left out of the forward map: least squares of the rest. None
-    /// where the rest no longer tells the three motions apart (rank below 3, or too ill-conditioned to trust).
+    /// where the rest no longer separates the three motions (rank below 3, or too ill-conditioned to trust).
     ///
     /// Closed form, O(N): may be called in a control step. A map that was not least squares becomes it.
     ///
@@ -399,7 +399,7 @@ impl<R: Real, const N: usize> Kinematics<R, N> {
     ///
     /// ```
     /// use omni_core::{Kinematics, WheelLayout};
-    /// // Four omni wheels on a circle: no direction of motion is told better than another, whatever the lengths.
+    /// // Four omni wheels on a circle: no direction of motion is determined better than another, whatever the lengths.
     /// let four = Kinematics::new(&WheelLayout::<f64, 4>::omni(0.5, 0.0, 0.1)?)?;
     /// assert!((four.condition_number() - 1.0).abs() < 1e-12);
     /// // Five wheels along x against two along y.

@@ -75,7 +75,7 @@ pub use shaping::{
 pub use slip::LEAST_REDUNDANCY;
 pub use slip::{SlipConfig, SlipDetector, SlipSample, SlipState};
 pub use traction::{
-    Ladder, Supervisor, SupervisorConfig, SupervisorMode, SupervisorState, Traction, TractionConfig,
+    RetrySchedule, Supervisor, SupervisorConfig, SupervisorMode, SupervisorState, Traction, TractionConfig,
     TractionLoops, TractionPolicy, TractionPolicyState, TractionSample, TractionSensors, TractionState,
     TractionTarget, TractionWheel,
 };

@@ -29,8 +29,8 @@ pub fn slip_ratio_literal<R: Real>(rim_m_s: R, along_m_s: R) -> R {
 /// The sign is that of `wanted`'s direction (of `got`'s where nothing is wanted). `floor` > 0 is the speed under which a
 /// difference counts as noise.
 fn bounded_ratio<R: Real>(wanted: R, got: R, floor: R) -> R {
-    let larger = |a: R, b: R| if a > b { a } else { b };
-    let scale = larger(larger(wanted.abs(), got.abs()), floor);
+    let max = |a: R, b: R| if a > b { a } else { b };
+    let scale = max(max(wanted.abs(), got.abs()), floor);
     let direction = if wanted != R::zero() { wanted } else { got };
     let difference = (wanted - got) / scale;
     if direction < R::zero() {

@@ -13,7 +13,7 @@ use crate::error::{ConfigError, period, within};
 use crate::{Real, TorqueRange};
 pub use anti_windup::AntiWindup;
 pub(crate) use anti_windup::Excess;
-use anti_windup::{reciprocal, taken_back};
+use anti_windup::{back_calculation_gain, reciprocal};
 pub use bounds::TermBounds;
 pub use config::{EncoderStep, IntegrationOrder, PidConfig, PidGains};
 pub use feed_forward::{Discrete, FeedForward};
@@ -135,8 +135,8 @@ impl<R: Real> Pid<R> {
             feeds_forward,
             per_slope: reciprocal(slope),
             per_first_slope: reciprocal(first_slope),
-            conditioned_gain: taken_back(ki_dt, reciprocal(slope), kd_per_dt * derivative_weight),
-            first_conditioned_gain: taken_back(ki_dt, reciprocal(first_slope), zero),
+            conditioned_gain: back_calculation_gain(ki_dt, reciprocal(slope), kd_per_dt * derivative_weight),
+            first_conditioned_gain: back_calculation_gain(ki_dt, reciprocal(first_slope), zero),
             anti_windup: config.anti_windup,
             tracking: config.anti_windup.tracking(dt)?,
             bounds: TermBounds::new(config.integral_zone_rad_s, config.proportional_limit_n_m)?,
@@ -164,11 +164,11 @@ impl<R: Real> Pid<R> {
         }
         let error = reference_rad_s - measured_rad_s;
         let outside_zone = self.bounds.any && self.bounds.is_outside_zone(error);
-        let taken_in = if outside_zone { R::zero() } else { error };
+        let integrated_error = if outside_zone { R::zero() } else { error };
         if outside_zone {
             state.integral_n_m = R::zero();
         }
-        let mut terms = self.terms(state, reference_rad_s, measured_rad_s, taken_in);
+        let mut terms = self.terms(state, reference_rad_s, measured_rad_s, integrated_error);
         if !terms.sum().is_finite_real() {
             // Only a state set from outside gets here: start afresh.
             *state = PidState::default();
@@ -181,9 +181,9 @@ impl<R: Real> Pid<R> {
             p_n_m: terms.p_n_m,
             unbounded_p_n_m: self.proportional(reference_rad_s, measured_rad_s),
         };
-        let (correction, shift) = self.correction(self.anti_windup, taken_in, &excess, started);
+        let (correction, shift) = self.correction(self.anti_windup, integrated_error, &excess, started);
         if !outside_zone {
-            state.integral_n_m = self.held(state.integral_n_m + self.ki_dt * taken_in + correction);
+            state.integral_n_m = self.held(state.integral_n_m + self.ki_dt * integrated_error + correction);
         }
         if self.remembers {
             terms.d_n_m += self.derivative_slope(started) * shift;
@@ -240,7 +240,7 @@ impl<R: Real> Pid<R> {
     }
 
     /// The terms for a reference and a measurement; changes nothing.
-    fn terms(&self, state: &PidState<R>, reference: R, measured: R, taken_in: R) -> PidTerms<R> {
+    fn terms(&self, state: &PidState<R>, reference: R, measured: R, integrated_error: R) -> PidTerms<R> {
         let (mut d_n_m, mut ff_n_m) = (R::zero(), R::zero());
         if self.remembers {
             let now = LastStep {
@@ -255,7 +255,7 @@ impl<R: Real> Pid<R> {
         let p_n_m = self.bounds.proportional(self.proportional(reference, measured));
         PidTerms {
             p_n_m,
-            i_n_m: self.integral(state.integral_n_m, taken_in),
+            i_n_m: self.integral(state.integral_n_m, integrated_error),
             d_n_m,
             ff_n_m,
         }
@@ -267,8 +267,8 @@ impl<R: Real> Pid<R> {
     }
 
     #[inline]
-    pub(crate) fn integral(&self, integral: R, taken_in: R) -> R {
-        integral + self.ki_dt_output * taken_in
+    pub(crate) fn integral(&self, integral: R, integrated_error: R) -> R {
+        integral + self.ki_dt_output * integrated_error
     }
 
     /// Change of what the derivative looks at since the last step.

@@ -44,11 +44,11 @@ impl<R: Real> Imu<R> {
         }
     }
 
-    /// No unit, or one that was not heard: NaN throughout.
+    /// No unit, or no reading of it: NaN throughout.
     ///
     /// ```
-    /// let heard = |imu: omni_core::Imu<f64>| imu.rate_rad_s.iter().filter(|rate| !rate.is_nan()).count();
-    /// assert_eq!((heard(omni_core::Imu::silent()), heard(omni_core::Imu::level())), (0, 3));
+    /// let valid = |imu: omni_core::Imu<f64>| imu.rate_rad_s.iter().filter(|rate| !rate.is_nan()).count();
+    /// assert_eq!((valid(omni_core::Imu::silent()), valid(omni_core::Imu::level())), (0, 3));
     /// ```
     #[must_use]
     pub fn silent() -> Self {
@@ -68,19 +68,19 @@ impl<R: Real> Imu<R> {
 /// use omni_core::{BodyTwist, Imu, Readings};
 /// let ahead = BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO };
 /// let readings = Readings::new(ahead, &[1.0, f64::NAN, -1.0]);
-/// assert!(readings.wheels_rad_s[1].is_nan() && readings.hinges_rad.is_empty()); // wheel 2 was not heard
+/// assert!(readings.wheels_rad_s[1].is_nan() && readings.hinges_rad.is_empty()); // no reading of wheel 2
 /// assert_eq!((readings.new_command, readings.imu), (true, Imu::level()));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Readings<'a, R> {
-    /// What the vehicle is told to do: the last command that arrived.
+    /// The vehicle's command: the last one that arrived.
     pub command: BodyTwist<R>,
     /// The command arrived since the period before.
     pub new_command: bool,
     /// Actuator velocities by the encoders \[rad/s\], one a wheel; NaN where no reading arrived.
     pub wheels_rad_s: &'a [R],
-    /// Torques that the actuators were told in the period before \[N.m\], one a wheel; empty where nobody keeps them.
+    /// Torques commanded of the actuators in the period before \[N.m\], one a wheel; empty where they are not kept.
     pub torques_n_m: &'a [R],
     /// Angles of the hinges \[rad\], and their rates \[rad/s\], one a hinge; empty where they have no encoders.
     pub hinges_rad: &'a [R],
@@ -140,7 +140,7 @@ pub trait Policy<R> {
     /// Back to the start: nothing is remembered.
     fn reset(&mut self);
 
-    /// One control period: writes a torque a wheel \[N.m\], finite. `torques_n_m` is all zero before. Whoever calls it brings the torques
+    /// One control period: writes a torque a wheel \[N.m\], finite. `torques_n_m` is all zero before. The caller brings the torques
     /// within what the motors have.
     fn step(&mut self, readings: &Readings<'_, R>, torques_n_m: &mut [R]);
 
@@ -149,7 +149,7 @@ pub trait Policy<R> {
         "own"
     }
 
-    /// Why the last step gave no torques, in one line: whoever calls it stops then. None where all is well.
+    /// Why the last step gave no torques, in one line: the caller stops then. None where all is well.
     ///
     /// ```
     /// # use omni_core::{Policy, Readings};

@@ -180,7 +180,7 @@ impl<R: Real> ShaperState<R> {
     /// let mut config = ShapingConfig::none();
     /// config.limits = TwistLimits::PerAxis { vx, vy, wz };
     /// let mut state = ShaperState::at(&BodyTwist { vx_m_s: 1.0, ..BodyTwist::ZERO });
-    /// // Nobody commands: it comes to rest as the limits say, 2 m/s^2 for 0.125 s.
+    /// // No command arrives: it comes to rest as the limits say, 2 m/s^2 for 0.125 s.
     /// assert_eq!(CommandShaper::new(config, 0.125)?.step(&mut state, None).twist.vx_m_s, 0.75);
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
@@ -208,7 +208,7 @@ impl<R: Real> ShaperState<R> {
     /// let ahead = BodyTwist { vx_m_s: 0.5, ..BodyTwist::ZERO };
     /// shaper.step(&mut state, Some(&ahead));
     /// state.emergency_stop();
-    /// let shaped = shaper.step(&mut state, Some(&ahead)); // whoever still commands is not heard
+    /// let shaped = shaper.step(&mut state, Some(&ahead)); // commands that still arrive are ignored
     /// assert_eq!((shaped.twist.vx_m_s, shaped.status), (0.0, CommandStatus::EmergencyStop));
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```

@@ -1,6 +1,6 @@
 //! Slip detection by redundancy; a slipping wheel is left out of the forward kinematics until it grips again.
 //!
-//! Seven wheels tell three motions four times over. A wheel that slips or has lost the ground breaks that agreement; the
+//! Seven wheels determine three motions four times over. A wheel that slips or has lost the ground breaks that agreement; the
 //! residual of the others names it (data snooping, Baarda 1968).
 
 #[cfg(test)]
@@ -134,14 +134,14 @@ pub struct SlipState<R, const N: usize> {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub struct SlipSample<R, const N: usize> {
-    /// The motion that the trusted wheels tell.
+    /// The motion by the trusted wheels.
     pub estimated: BodyTwist<R>,
     /// What each wheel says beyond that motion \[rad/s\]; of a wheel left out, its whole slip.
     pub residual: WheelVelocities<R, N>,
     /// Slip \[rad/s\] of each wheel if it alone slips: the residual over the wheel's redundancy. 0 for a wheel that the
     /// others cannot check.
     pub slip_rad_s: [R; N],
-    /// The wheels disagree, but what they say fits the slip of several of them equally well, and nobody is accused: always
+    /// The wheels disagree, but what they say fits the slip of several of them equally well, and none is excluded: always
     /// so with four wheels (one check), and between wheels 2 and 6 of the seven-wheel vehicle.
     pub unattributed: bool,
     /// The others can check this wheel: its `slip_rad_s` means something.
@@ -151,7 +151,7 @@ pub struct SlipSample<R, const N: usize> {
 }
 
 impl<R: Real, const N: usize> SlipSample<R, N> {
-    /// Nothing is known of the motion: too few wheels tell it.
+    /// Nothing is known of the motion: too few wheels determine it.
     pub(crate) fn unknown(excluded: [bool; N]) -> Self {
         Self {
             estimated: BodyTwist::zero(),
@@ -202,9 +202,9 @@ impl<R: Real, const N: usize> SlipState<R, N> {
         out
     }
 
-    /// Declares which wheels tell nothing: lifted, lost, or with a broken encoder. They stay out until declared otherwise.
+    /// Declares which wheels do not count: lifted, lost, or with a broken encoder. They stay out until declared otherwise.
     ///
-    /// False, and nothing changes but that wheels found slipping are let in again to help, where the rest would not tell
+    /// False, and nothing changes but that wheels found slipping are let in again to help, where the rest would not determine
     /// the three motions apart.
     ///
     /// ```

@@ -1,7 +1,7 @@
 //! Traction control for vehicles that climb: one thrust for all driven wheels, slip control for each wheel.
 //!
 //! Over a step every wheel should give all that its motor and the ground allow, at the moment at which it is needed. Scaling torques or
-//! references can only take from that. This law measures one speed for the whole vehicle from the wheels that tell the truth, gives all
+//! references can only take from that. This law measures one speed for the whole vehicle from the slowest wheels that push, gives all
 //! wheels the thrust that this speed lacks, and takes out of each the part that would only spin it: what the ground takes is estimated
 //! from the motor's torque and the wheel's acceleration (maximum transmissible torque; Yin, Oh and Hori, 2009).
 //!
@@ -38,7 +38,9 @@ pub use policy::{TractionPolicy, TractionPolicyState};
 pub use sample::TractionSample;
 pub use state::TractionState;
 pub(crate) use supervised::{Supervised, SupervisedState};
-pub use supervisor::{Ladder, Supervisor, SupervisorConfig, SupervisorMode, SupervisorState, TractionTarget};
+pub use supervisor::{
+    RetrySchedule, Supervisor, SupervisorConfig, SupervisorMode, SupervisorState, TractionTarget,
+};
 pub use thrust::TractionLoops;
 
 /// Part of its motor's torque against the thrust from which on a wheel brakes.
@@ -63,7 +65,7 @@ const MUTE_AGAIN_S: f64 = 4.0;
 /// # let config = TractionConfig::steady(0.3, 2.0, 1e-3);
 /// let traction = Traction::new(Kinematics::new(&layout)?, linkage, wheels, config)?;
 /// let mut state = TractionState::new();
-/// // At rest, told to go ahead at 0.3 m/s: every wheel that points ahead gives the same, those across nothing.
+/// // At rest, commanded to go ahead at 0.3 m/s: every wheel that points ahead gives the same, those across nothing.
 /// let ahead = BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO };
 /// let sample = traction.step(&mut state, &Readings::new(ahead, &[0.0; 7]), &TractionTarget::at(0.3));
 /// assert_eq!(sample.speed_m_s, 0.0);
@@ -116,7 +118,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         let per_yaw = largest(rows.map(|row| row[2].abs()));
         let way_m = largest(way_m_rad);
         let torque_n_m = wheels.iter().fold(R::of(1e6), |least, wheel| {
-            self::least(least, wheel.limit.range(R::zero()).upper_n_m)
+            self::min(least, wheel.limit.range(R::zero()).upper_n_m)
         });
         let inertia_kg_m2 = largest(wheels.map(|wheel| wheel.inertia_kg_m2));
         Ok(Self {
@@ -161,7 +163,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
     /// for _ in 0..200 {
     ///     sample = traction.step(&mut state, &Readings::new(ahead, &[3.0, 3.0, 3.0, 2.0]), &TractionTarget::at(0.3));
     /// }
-    /// assert_eq!(sample.believed, Some(3)); // the slowest: the others slip
+    /// assert_eq!(sample.speed_wheel, Some(3)); // the slowest: the others slip
     /// assert!((sample.speed_m_s - 0.2).abs() < 1e-3);
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
@@ -211,12 +213,12 @@ impl<R: Real, const N: usize> Traction<R, N> {
             state.target_m_s = target.speed_m_s;
         }
         // 1. How bodies and wheels move.
-        let rates_rad_s = self.hear(state, readings);
+        let rates_rad_s = self.read_wheels(state, readings);
         self.find_motion(state, readings);
         let free_rad_s = self.free_of_carriers(&rates_rad_s, &state.motion);
         // 2. One speed.
-        self.see_yaw(state, &readings.imu, &free_rad_s);
-        let believed = self.see_speed(state, &free_rad_s);
+        self.measure_yaw(state, &readings.imu, &free_rad_s);
+        let speed_wheel = self.measure_speed(state, &free_rad_s);
         // 3. One thrust.
         let wheels = &mut sample.wheels;
         self.limits.ranges(&rates_rad_s, &mut wheels.range);
@@ -247,7 +249,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         sample.factor = state.speed_part();
         (sample.speed_m_s, sample.target_m_s, sample.thrust_n_m) =
             (state.speed_m_s, state.target_m_s, state.thrust_n_m);
-        (sample.believed, sample.drift_m_s) = (believed, state.drift_m_s);
+        (sample.speed_wheel, sample.drift_m_s) = (speed_wheel, state.drift_m_s);
         (sample.yaw_rad_s, sample.heading_rad, sample.gyro_zero_rad_s) =
             (state.yaw_rad_s, state.heading_rad, state.gyro_zero_rad_s);
     }
@@ -264,14 +266,14 @@ fn follow<R: Real>(held: &mut R, now: R, part: R) {
     *held += part * (now - *held);
 }
 
-fn larger<R: Real>(a: R, b: R) -> R {
+fn max<R: Real>(a: R, b: R) -> R {
     if a > b { a } else { b }
 }
 
-fn least<R: Real>(a: R, b: R) -> R {
+fn min<R: Real>(a: R, b: R) -> R {
     if a < b { a } else { b }
 }
 
 fn largest<R: Real, const N: usize>(sizes: [R; N]) -> R {
-    sizes.into_iter().fold(R::zero(), larger)
+    sizes.into_iter().fold(R::zero(), max)
 }

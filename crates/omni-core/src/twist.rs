@@ -109,7 +109,7 @@ impl<R: Real> BodyTwist<R> {
 
     /// The constant twist that, held for `dt_s` > 0 \[s\], ends at the pose (vx dt, vy dt, wz dt) seen from the start.
     ///
-    /// A vehicle that turns while it moves drifts off the line that it was told to follow; commands held for a period
+    /// A vehicle that turns while it moves drifts off the line that it was commanded to follow; commands held for a period
     /// are straightened by this ("discretised"). It is the logarithm map of the plane's rigid motions, the inverse of
     /// [`PlanarPose::moved_by`]: with t = wz dt, rotate (vx, vy) by -t/2 and multiply by (t/2) / sin(t/2).
     ///

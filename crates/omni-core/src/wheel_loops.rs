@@ -58,7 +58,7 @@ constant_struct!(WheelController<R, const N> {
 pub(crate) struct LoopInputs<'a, R, const N: usize> {
     pub(crate) reference: &'a WheelVelocities<R, N>,
     pub(crate) measured: &'a WheelVelocities<R, N>,
-    /// Wheels to be let go whatever they measure; none where nobody knows of any.
+    /// Wheels to be released whatever they measure; none where none is known.
     pub(crate) dropped: Option<&'a [bool; N]>,
     /// Ranges that hold besides the actuators' own limits.
     pub(crate) within: Option<&'a TorqueRanges<R, N>>,
@@ -140,7 +140,7 @@ impl<R: Real, const N: usize> WheelController<R, N> {
     /// control period. O(N).
     ///
     /// A reference that is not finite, or beyond 1e6 rad/s, stands for rest of all wheels; a measurement that is not
-    /// lets its wheel go.
+    /// releases its wheel.
     ///
     /// ```
     /// use omni_core::{ControlState, WheelController};
@@ -222,7 +222,7 @@ impl<R: Real, const N: usize> WheelController<R, N> {
         sample
     }
 
-    /// A step of loops without a vehicle: nothing is shared, and nobody has looked at the references yet.
+    /// A step of loops without a vehicle: nothing is shared, and the references are not checked yet.
     #[inline]
     fn step_with(
         &self,
@@ -267,9 +267,9 @@ impl<R: Real, const N: usize> WheelController<R, N> {
         out.common_factor = R::one();
         (out.ended, out.shorted) = (false, false);
         self.limits.ranges(&out.measured.rad_s, &mut out.range);
-        let some_let_go = inputs.dropped.is_some() || !all_plausible(&out.measured.rad_s);
-        if some_let_go {
-            let_go(inputs.dropped, state, out);
+        let some_released = inputs.dropped.is_some() || !all_plausible(&out.measured.rad_s);
+        if some_released {
+            release_wheels(inputs.dropped, state, out);
         }
         if let Some(within) = inputs.within {
             out.range.restrict(within);
@@ -283,21 +283,21 @@ impl<R: Real, const N: usize> WheelController<R, N> {
             rest.narrow(&state.rest, &mut out.range);
         }
 
-        let mut taken_in = [R::zero(); N];
+        let mut integrated_error = [R::zero(); N];
         for i in 0..N {
-            taken_in[i] = out.reference.rad_s[i] - out.measured.rad_s[i];
+            integrated_error[i] = out.reference.rad_s[i] - out.measured.rad_s[i];
         }
         if let Some(share) = &share {
-            taken_in = share(&taken_in);
-            if some_let_go {
-                keep(&mut taken_in, &out.active);
+            integrated_error = share(&integrated_error);
+            if some_released {
+                zero_inactive(&mut integrated_error, &out.active);
             }
         }
-        self.write_terms(state, &taken_in, out);
+        self.write_terms(state, &integrated_error, out);
         // Wheels whose integral is set to 0, wheel i is bit i.
         let mut outside_zone = 0;
         if self.pid.bounds().any {
-            outside_zone = self.bound(state, &mut taken_in, out);
+            outside_zone = self.bound(state, &mut integrated_error, out);
         }
         // Wheel i is bit i.
         const { assert!(N <= 32, "at most 32 wheels") };
@@ -328,33 +328,33 @@ impl<R: Real, const N: usize> WheelController<R, N> {
                 sum += torque;
             }
             if !sum.is_finite_real() {
-                start_afresh_where_not_finite(state, &mut taken_in, out);
+                start_afresh_where_not_finite(state, &mut integrated_error, out);
             }
             let mut correction = [R::zero(); N];
             // Two functions, so that loops without bounds, the usual ones, do not pay for them.
             let corrected = if self.pid.bounds().any {
                 let at_limit = AtLimit { beyond, outside_zone };
-                self.limit_bounded(state, at_limit, &mut taken_in, out, &mut correction)
+                self.limit_bounded(state, at_limit, &mut integrated_error, out, &mut correction)
             } else {
                 let at_limit = AtLimit {
                     beyond,
                     outside_zone: 0,
                 };
-                self.limit::<false>(state, at_limit, &mut taken_in, out, &mut correction)
+                self.limit::<false>(state, at_limit, &mut integrated_error, out, &mut correction)
             };
             if let Some(share) = &share
                 && corrected
             {
                 correction = share(&correction);
-                keep(&mut correction, &out.active);
+                zero_inactive(&mut correction, &out.active);
             }
             for i in 0..N {
-                state.integral_n_m[i] += ki_dt * taken_in[i] + correction[i];
+                state.integral_n_m[i] += ki_dt * integrated_error[i] + correction[i];
             }
         } else {
             state.overload = Overload::new();
             for i in 0..N {
-                state.integral_n_m[i] += ki_dt * taken_in[i];
+                state.integral_n_m[i] += ki_dt * integrated_error[i];
             }
             if self.pid.remembers() {
                 (state.derivative_n_m, state.last_reference_rad_s) = (out.d_n_m, out.reference.rad_s);
@@ -374,12 +374,17 @@ impl<R: Real, const N: usize> WheelController<R, N> {
 
     /// Writes the terms of every wheel for its reference and measurement.
     #[inline]
-    fn write_terms(&self, state: &ControlState<R, N>, taken_in: &[R; N], out: &mut WheelSample<R, N>) {
+    fn write_terms(
+        &self,
+        state: &ControlState<R, N>,
+        integrated_error: &[R; N],
+        out: &mut WheelSample<R, N>,
+    ) {
         for i in 0..N {
             out.p_n_m[i] = self
                 .pid
                 .proportional(out.reference.rad_s[i], out.measured.rad_s[i]);
-            out.i_n_m[i] = self.pid.integral(state.integral_n_m[i], taken_in[i]);
+            out.i_n_m[i] = self.pid.integral(state.integral_n_m[i], integrated_error[i]);
             // In here, and not as whole arrays: those are cleared by a function that costs more than all of these stores.
             (out.d_n_m[i], out.ff_n_m[i]) = (R::zero(), R::zero());
         }
@@ -433,7 +438,7 @@ pub(crate) fn all_plausible<R: Real, const N: usize>(values: &[R; N]) -> bool {
 }
 
 /// Zero where a wheel is not active.
-fn keep<R: Real, const N: usize>(values: &mut [R; N], active: &[bool; N]) {
+fn zero_inactive<R: Real, const N: usize>(values: &mut [R; N], active: &[bool; N]) {
     for (value, &active) in values.iter_mut().zip(active) {
         if !active {
             *value = R::zero();
@@ -441,10 +446,10 @@ fn keep<R: Real, const N: usize>(values: &mut [R; N], active: &[bool; N]) {
     }
 }
 
-/// Lets wheels go that are dropped or measure nonsense: all their numbers are zero, so that they have no say in any common
+/// Releases wheels that are dropped or measure nonsense: all their numbers are zero, so that they are excluded from any common
 /// factor.
 #[inline(never)]
-fn let_go<R: Real, const N: usize>(
+fn release_wheels<R: Real, const N: usize>(
     dropped: Option<&[bool; N]>,
     state: &mut ControlState<R, N>,
     out: &mut WheelSample<R, N>,

@@ -16,7 +16,7 @@ pub const HOLD_PERIODS: u32 = 10;
 /// ```
 /// use omni_link::{Action, Guard, HOLD_PERIODS};
 /// let mut guard = Guard::new();
-/// assert_eq!(guard.missed(), Action::Stop); // nothing moves before it is told to
+/// assert_eq!(guard.missed(), Action::Stop); // nothing moves before a command
 /// guard.restart(0);
 /// let actions: Vec<_> = (0..=HOLD_PERIODS).map(|_| guard.missed()).collect();
 /// assert_eq!(actions[..10], [Action::Hold; 10]);

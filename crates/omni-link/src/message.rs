@@ -243,11 +243,11 @@ pub struct Answer<const N: usize> {
     /// Part of the measured velocities that no motion explains \[rad/s\]: [`omni_core::Kinematics::residual`].
     #[serde(with = "crate::wire::Velocities")]
     pub residual: WheelVelocities<f32, N>,
-    /// What a drive tells beside the wheels' signals.
+    /// What a drive reports beside the wheels' signals.
     pub drive: DriveReport<N>,
 }
 
-/// What a [`Drive`](omni_core::Drive) tells beside the wheels' signals. The bare loops tell nothing of the kind:
+/// What a [`Drive`](omni_core::Drive) reports beside the wheels' signals. The bare loops report nothing of the kind:
 /// [`DriveReport::of_loops`].
 ///
 /// ```
@@ -263,7 +263,7 @@ pub struct DriveReport<const N: usize> {
     /// [`Fault::number`](omni_core::Fault::number) of each wheel: 0 none, 1 not a number, 2 jump, 3 stuck, 4 silent, 5 lost.
     #[serde(with = "each")]
     pub faults: [u8; N],
-    /// Enough wheels tell the motion.
+    /// Enough wheels determine the motion.
     pub motion_known: bool,
     /// Wheels that are left out of the motion.
     #[serde(with = "each")]

@@ -121,7 +121,7 @@ impl<const N: usize> Served<N> for Drive<f32, N> {
 
     fn step(&self, state: &mut Self::State, request: &Request<N>, _: &Bodies, answer: &mut Answer<N>) {
         let input = ask(state, request);
-        tell(&Drive::step(self, state, &input), answer);
+        report(&Drive::step(self, state, &input), answer);
     }
 }
 
@@ -138,7 +138,7 @@ impl<const N: usize> Served<N> for TractionDrive<f32, N> {
 
     fn step(&self, state: &mut Self::State, request: &Request<N>, bodies: &Bodies, answer: &mut Answer<N>) {
         let input = ask(&mut state.drive, request);
-        tell(
+        report(
             &TractionDrive::step(self, state, &input, &bodies.readings()).drive,
             answer,
         );
@@ -152,14 +152,14 @@ fn ask<const N: usize>(state: &mut DriveState<f32, N>, request: &Request<N>) -> 
     } else {
         state.release_emergency_stop();
     }
-    let mut input = DriveInput::heard(&request.measured_rad_s.into());
+    let mut input = DriveInput::received(&request.measured_rad_s.into());
     // One with a NaN is refused by the drive, which is as if none had arrived.
     input.command = Some(request.command);
     input
 }
 
 /// What a drive did, into its answer.
-fn tell<const N: usize>(sample: &DriveSample<f32, N>, answer: &mut Answer<N>) {
+fn report<const N: usize>(sample: &DriveSample<f32, N>, answer: &mut Answer<N>) {
     answer.sample.command = sample.shaped.twist;
     answer.sample.wheels = sample.wheels;
     answer.estimated = sample.slip.estimated;

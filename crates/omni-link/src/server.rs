@@ -146,7 +146,7 @@ impl<T, const N: usize> Server<T, N> {
         &self.answer.sample
     }
 
-    /// What a drive told in the last step.
+    /// What a drive reported in the last step.
     #[must_use]
     pub fn report(&self) -> &DriveReport<N> {
         &self.answer.drive

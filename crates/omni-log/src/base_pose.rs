@@ -36,7 +36,7 @@ pub(crate) fn by_odometry(seen: &Observation) -> BasePose {
 /// What odometry on the plane says nothing of \[m^2, rad^2\]: height, roll and pitch have a variance that outweighs none of another sensor.
 const UNKNOWN: f64 = 1e6;
 
-/// Covariance of a pose or twist of which nobody said how sure it is. A 0 would say that it is exact, and a message of odometry has no other word for it:
+/// Covariance of a pose or twist for which none is known. A 0 would say that it is exact, and a message of odometry has no other word for it:
 /// the first element -1 is one of `sensor_msgs` alone.
 pub(crate) fn unknown_covariance() -> [[f64; 6]; 6] {
     std::array::from_fn(|row| std::array::from_fn(|column| if row == column { UNKNOWN } else { 0.0 }))

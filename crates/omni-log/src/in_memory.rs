@@ -7,7 +7,7 @@ use std::rc::Rc;
 
 use crate::part_file::Place;
 
-/// Takes a log's bytes; whoever has a clone takes them away while the log grows.
+/// Takes a log's bytes; the owner of a clone takes them away while the log grows.
 #[derive(Clone, Debug, Default)]
 pub struct InMemory {
     name: PathBuf,

@@ -43,10 +43,10 @@ const SLOWEST: f64 = 1e-3;
 /// Time between two looks for the first client, and at whether to go on.
 const LOOK: Duration = Duration::from_millis(20);
 
-/// Says what whoever started the run should know; called on any thread.
+/// Says what the user who started the run should know; called on any thread.
 type Warn = Arc<dyn Fn(&str) + Send + Sync>;
 
-/// Runs a scenario in step with the clock, serves it on 127.0.0.1 and sends it to ROS 2, as [`Live`] says. `opened` is told where it is before
+/// Runs a scenario in step with the clock, serves it on 127.0.0.1 and sends it to ROS 2, as [`Live`] says. `opened` is called with where it is before
 /// the first period; `warn`, on any thread and at most 42 times, of connections and commands that were refused; `watch` is called after
 /// every control period with the part done (0 where there is no end), every 20 ms while the run waits for the clock, and, without a simulation,
 /// while it waits for the first client: where it breaks the run ends with the figures so far, its error ends the run. A run that is more than 0.5 s behind
@@ -57,7 +57,7 @@ type Warn = Arc<dyn Fn(&str) + Send + Sync>;
 /// clients may be there at a time. With [`Live::steer`] clients may set the parameters `command.vx_m_s`, `command.vy_m_s`,
 /// `command.wz_rad_s` or publish a twist on `/cmd_vel`. `control.policy` and `vehicle.motor.stall_torque_n_m` are settings:
 /// they stay when the client goes; the controller goes on from the state that it has. What is not allowed changes nothing, and the
-/// client is told why.
+/// client gets the reason.
 ///
 /// Nodes of ROS 2 in the same domain publish `geometry_msgs/msg/Twist` or `TwistStamped` on `/cmd_vel`; with [`Ros2::joints`] they publish
 /// `sensor_msgs/msg/JointState` on `/joint_commands` instead.
@@ -96,11 +96,11 @@ pub fn run_live<E: From<omni_sim::Error> + From<Error>>(
     let end = match live.until {
         Until::Scenario => Some(control_periods(scenario)),
         Until::Seconds(seconds) => Some((seconds / scenario.period_s()).ceil().max(1.0) as u64),
-        Until::Told => None,
+        Until::Stopped => None,
     };
     let warn: Warn = Arc::new(warn);
     let (controller, mut outlets) = Outlets::open(scenario, live, &warn)?;
-    outlets.tell(opened);
+    outlets.report(opened);
     while live.wait && !outlets.take_subscribed() {
         match watch(None, 0.0) {
             Ok(ControlFlow::Continue(())) => std::thread::sleep(LOOK),
@@ -242,10 +242,10 @@ impl Outlets {
         #[cfg(feature = "ros2")]
         let ros = match &live.ros2 {
             Some(ros2) => {
-                let told = (&requests, joints.as_ref());
+                let commands = (&requests, joints.as_ref());
                 Some((
                     ros2.domain,
-                    OnRos::open(scenario, &controller, ros2, told, boxed())?,
+                    OnRos::open(scenario, &controller, ros2, commands, boxed())?,
                 ))
             }
             None => None,
@@ -265,7 +265,7 @@ impl Outlets {
         Ok((controller, outlets))
     }
 
-    fn tell(&self, mut opened: impl FnMut(&Opened)) {
+    fn report(&self, mut opened: impl FnMut(&Opened)) {
         if let Some(viewers) = &self.viewers {
             opened(&Opened::Port(viewers.address()));
         }
@@ -323,7 +323,7 @@ impl Outlets {
         }
         #[cfg(feature = "ros2")]
         if self.by_joints {
-            // Nobody says where the vehicle shall go but by its wheels: it is judged by what they amount to.
+            // The command is of the wheels alone: the vehicle is judged by the motion that they amount to.
             let twist = simulation.observation().odometry.twist;
             let known = twist.to_array().iter().all(|part| part.is_finite());
             return Ok(if known { twist } else { BodyTwist::ZERO });

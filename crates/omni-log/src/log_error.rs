@@ -23,7 +23,7 @@ pub enum LogError {
         /// What the system said.
         source: io::Error,
     },
-    /// Another program, or another run of this one, writes the log or has just written it and still tells of it.
+    /// Another program, or another run of this one, writes the log or has just written it and still reports it.
     #[error(
         "{}: is being written by another run: wait for that one, or name another file or folder",
         short(path)
@@ -107,7 +107,7 @@ pub enum LogError {
         /// What is missing, and where it would come from.
         what: String,
     },
-    /// Reading was stopped by whoever watched it.
+    /// Reading was stopped by its caller.
     #[error("{}: reading was stopped", short(path))]
     Stopped {
         /// The file.

@@ -74,7 +74,7 @@ impl LoggedRun {
         Self::read_watched(path, |_| true)
     }
 
-    /// [`LoggedRun::read`] that tells `watch` the part done, 0 to 1, every some milliseconds, and stops where that says false.
+    /// [`LoggedRun::read`] that calls `watch` with the part done, 0 to 1, every some milliseconds, and stops where that says false.
     ///
     /// # Errors
     /// As [`read_log`](super::read_log), and [`LogError::Stopped`].

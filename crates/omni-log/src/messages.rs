@@ -57,7 +57,7 @@ pub mod topic {
     pub const CLOCK: &str = "/clock";
     /// The inertial measurement unit; live on ROS 2 alone.
     pub const IMU: &str = "/imu";
-    /// What the wheels are told by a controller of somebody else's; live on ROS 2 alone.
+    /// Commands of the wheels by a foreign controller; live on ROS 2 alone.
     pub const JOINT_COMMANDS: &str = "/joint_commands";
 }
 
@@ -180,7 +180,7 @@ impl Messages {
     /// What wheels turned in a control period; part of [`Messages::push`].
     pub(crate) fn turn_wheels(&mut self, sample: &ControlSample) {
         for (angle, wheel) in self.wheel_angles.iter_mut().zip(&sample.wheels) {
-            // A wheel that nobody measured is shown where it was: NaN would stay.
+            // A wheel without a measurement is shown where it was: NaN would stay.
             if wheel.measured_rad_s.is_finite() {
                 *angle += wheel.measured_rad_s * self.period_s;
             }

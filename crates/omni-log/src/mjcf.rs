@@ -278,7 +278,7 @@ fn roller_geoms(xml: &mut Xml, wheel: &Wheel<'_>) -> io::Result<()> {
     }
 }
 
-/// A number to twelve digits: what sums leave behind that is for nobody to read.
+/// A number to twelve digits: without the rounding of sums.
 fn number(value: f64) -> String {
     let rounded: f64 = format!("{value:.11e}").parse().unwrap_or(value);
     if rounded == 0.0 {

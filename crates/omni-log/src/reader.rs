@@ -60,7 +60,7 @@ pub struct LogFile {
     pub run: BTreeMap<String, String>,
     /// The controller was one of somebody's own, which is not in the log: the scenario does not say what it did.
     pub own_controller: bool,
-    /// It was measured on a vehicle: a [`Recording`](crate::Recording), without an outcome, NaN where nobody knows.
+    /// It was measured on a vehicle: a [`Recording`](crate::Recording), without an outcome, NaN where it is not known.
     pub recorded: bool,
     /// The scenario as it was run.
     pub scenario: Scenario,
@@ -110,7 +110,7 @@ pub fn read_log(
     read_log_watched(path, |_| true, on)
 }
 
-/// [`read_log`] that tells `watch` the part read, 0 to 1, every quarter of a megabyte, and stops where that says false.
+/// [`read_log`] that calls `watch` with the part read, 0 to 1, every quarter of a megabyte, and stops where that says false.
 ///
 /// # Errors
 /// As [`read_log`], and [`LogError::Stopped`].

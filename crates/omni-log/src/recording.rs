@@ -66,9 +66,9 @@ impl Recording {
         }
     }
 
-    /// Writes it as a log: the messages of a run, without the forces that nobody measured (`/markers`), and without an outcome.
+    /// Writes it as a log: the messages of a run, without the forces, which were not measured (`/markers`), and without an outcome.
     /// `/tf` has the base where somebody saw it, else where odometry had it, and no message where neither is known;
-    /// hinges that nobody measured are shown straight. `scenario` says vehicle, ground and control period, and what a simulation would be told. Row k ends at (k + 1) periods.
+    /// hinges that were not measured are shown straight. `scenario` says vehicle, ground and control period, and what a simulation would be given. Row k ends at (k + 1) periods.
     ///
     /// ```
     /// use std::collections::BTreeMap;
@@ -202,7 +202,7 @@ impl<'a> Columns<'a> {
             let state = self.vehicle_state(row, time, scenario);
             for (angle, wheel) in angles_rad.iter_mut().zip(&state.wheels) {
                 let measured_rad_s = wheel.signal("measured_rad_s");
-                // As of a run: a wheel that nobody measured is shown where it was.
+                // As of a run: a wheel without a measurement is shown where it was.
                 if measured_rad_s.is_finite() {
                     *angle += measured_rad_s * scenario.period_s();
                 }
@@ -293,7 +293,7 @@ impl<'a> Columns<'a> {
         Some((base, reckoned.unwrap_or(base)))
     }
 
-    /// As somebody saw it from outside; none where nobody knows.
+    /// As measured from outside; none where it is not known.
     fn seen(&self, row: usize) -> Option<BasePose> {
         let [x, y, z, yaw] = self.truth.map(|column| at(column, row));
         let [x, y] = known([x, y])?;
@@ -325,7 +325,7 @@ fn known<const N: usize>(values: [f64; N]) -> Option<[f64; N]> {
     values.iter().all(|value| value.is_finite()).then_some(values)
 }
 
-/// A pose whose twist nobody measured.
+/// A pose whose twist was not measured.
 fn placed(time: u64, frame: &str, ([x, y, z], turn): BasePose) -> Odometry {
     let orientation = quaternion(turn);
     let unknown = BodyTwist::from_array([f64::NAN; 3]);

@@ -44,7 +44,7 @@ fn what_is_known_comes_back_in_every_bit_and_the_rest_is_not_a_number() {
         let read = logged.trace.column(unknown).expect("a column");
         assert!(read.iter().all(|v| v.is_nan()), "{unknown}");
     }
-    // 0.2 s at 50 Hz and the first period; the second half has no pose; nobody gave the robot's own odometry.
+    // 0.2 s at 50 Hz and the first period; the second half has no pose; the robot's own odometry is missing.
     let counts = &logged.file.counts;
     assert_eq!((counts["/joint_states"], counts["/ground_truth/odom"]), (11, 6));
     assert!(!counts.contains_key("/odom") && !counts.contains_key("/cmd_vel"));
@@ -81,7 +81,7 @@ fn without_anybody_who_saw_it_the_vehicle_is_where_its_odometry_has_it_and_hinge
     for pose in &logged.frames[ODOM_LINK] {
         assert!(pose[..3].iter().all(|place| place.abs() < 1e-15), "{pose:?}");
     }
-    // The front frame: turned by the sensed angle, and by the last one where nobody sensed it. It stays where the hinge is.
+    // The front frame: turned by the sensed angle, and by the last one where it was not sensed. It stays where the hinge is.
     let front = &logged.frames["front"];
     let turned = |pose: &[f64; 7]| {
         2.0 * libm::acos(
@@ -99,7 +99,7 @@ fn without_anybody_who_saw_it_the_vehicle_is_where_its_odometry_has_it_and_hinge
 }
 
 #[test]
-fn of_a_pose_nobody_said_how_sure_it_is_and_the_message_says_so() {
+fn a_pose_without_a_stated_covariance_is_named_in_the_message() {
     let mut columns = ODOMETRY.map(|name| (name, column(|k| 0.01 * k as f64))).to_vec();
     columns.extend(TRUTH.map(|name| (name, column(|k| 0.01 * k as f64))));
     let (_folder, path, done) = written(&columns);
@@ -152,7 +152,7 @@ fn replay_feeds_the_controller_and_compares_torques_where_the_log_has_them() {
     let replayed = replay(&path, &[]).expect("its measurements are there");
     assert!(replayed.file.recorded && replayed.first.is_none());
     assert_eq!(replayed.periods, 200);
-    // At rest and told to rest the controller asks for nothing.
+    // At rest and commanded to rest the controller asks for nothing.
     let [wheel_1, wheel_2] = [&replayed.wheels[0], &replayed.wheels[1]];
     assert_eq!((wheel_1.compared, wheel_2.compared), (0, 150));
     assert_eq!((wheel_2.logged_rms_n_m, wheel_2.replayed_rms_n_m), (0.5, 0.0));

@@ -60,9 +60,9 @@ pub struct Replay {
     pub differing: u64,
     /// The first difference.
     pub first: Option<Difference>,
-    /// Control periods in which a recording has no command: the controller is told the last one.
+    /// Control periods in which a recording has no command: the controller gets the last one.
     pub without_command: u64,
-    /// Control periods in which a recording lacks the velocity of a wheel: the controller is told that no reading arrived.
+    /// Control periods in which a recording lacks the velocity of a wheel: for the controller no reading arrived.
     pub without_measurement: u64,
     /// Torques, wheel by wheel.
     pub wheels: Vec<WheelReplay>,
@@ -143,9 +143,9 @@ pub fn replay(path: impl AsRef<Path>, overrides: &[Override]) -> Result<Replay, 
         sensed.wheels_rad_s.clone_from(&measured);
         sensed.gyro_rad_s = state.gyro_rad_s;
         if scenario.has_traction() {
-            let heard = signals.get(period).filter(|(at_ns, _)| at_ns == time_ns);
-            if !heard
-                .is_some_and(|(_, heard)| sensed.take_signals(scenario.vehicle(), &heard.name, &heard.value))
+            let found = signals.get(period).filter(|(at_ns, _)| at_ns == time_ns);
+            if !found
+                .is_some_and(|(_, found)| sensed.take_signals(scenario.vehicle(), &found.name, &found.value))
             {
                 let what = format!(
                     "no readings of hinges and inertial measurement unit at t = {} s, but {} needs them, \
@@ -174,12 +174,12 @@ pub fn replay(path: impl AsRef<Path>, overrides: &[Override]) -> Result<Replay, 
             }
             without_measurement += u64::from(measured.iter().any(|measured| measured.is_nan()));
         }
-        let told = planar(&state.asked_twist);
-        // A recording may not know; the controller is told what it was told last.
-        if file.recorded && told.to_array().iter().any(|part| part.is_nan()) {
+        let commanded = planar(&state.asked_twist);
+        // A recording may not know; the controller gets its last command.
+        if file.recorded && commanded.to_array().iter().any(|part| part.is_nan()) {
             without_command += 1;
         } else {
-            asked = told;
+            asked = commanded;
         }
         control.step(&asked, &sensed, &mut sample)?;
         let differs = if file.recorded {

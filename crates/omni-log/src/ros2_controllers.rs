@@ -114,7 +114,7 @@ fn joint(vehicle: &Vehicle, wheel: usize) -> String {
     format!("\"{}\"", wheel_link(&vehicle.wheel[wheel].name)) // letters, digits, _ and -
 }
 
-/// The controller manager and what tells of joints, for a controller of that package and class.
+/// The controller manager and the broadcaster of joints, for a controller of that package and class.
 fn manager(text: &mut String, vehicle: &Vehicle, controller: &str, class: &str) -> std::fmt::Result {
     write!(
         text,

@@ -21,7 +21,7 @@ use crate::{FinishedLog, LogError, LogWriter};
 pub(crate) const SCENARIO: &str = "scenario.toml";
 /// Key and value of the metadata of a run whose controller is not the scenario's.
 pub(crate) const OWN_CONTROLLER: (&str, &str) = ("controller", "own");
-/// Those of a log that nobody simulated.
+/// Those of a log that was not simulated.
 pub(crate) const RECORDED: (&str, &str) = ("controller", "recorded");
 /// Name of the attachment that says how a recording was read.
 pub(crate) const MAP: &str = "map.toml";

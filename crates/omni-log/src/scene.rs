@@ -17,7 +17,7 @@ const MOST_CORNERS: usize = 200;
 /// Speed that keys ask for where the scenario asks for less than a tenth of it \[m/s\]: a slow walk.
 const WALK_M_S: f64 = 0.3;
 
-/// Shows a run to whoever draws it: the JSON that the page of a live run is told, for other pages.
+/// Shows a run to a page that draws it: the JSON that the page of a live run gets, for other pages.
 ///
 /// ```
 /// use omni_log::View;

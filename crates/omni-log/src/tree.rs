@@ -30,7 +30,7 @@ pub(crate) enum Roots {
     /// The world: below it the base as it is, below the base the frame of odometry.
     World,
     /// The frame of odometry, as REP 105 asks of a robot: below it the base by odometry, and the world, so that what is in the world is shown
-    /// where it is. Whoever localises the robot puts its map above.
+    /// where it is. A node that localises the robot puts its map above.
     #[cfg(feature = "ros2")]
     Odometry,
     /// The same below a map, which is the world: a localisation without error.

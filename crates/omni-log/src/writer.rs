@@ -160,7 +160,7 @@ fn options() -> WriteOptions {
 
 impl<P: Place> LogWriter<P> {
     fn over(part: P, sink: P::Sink) -> Result<Self, LogError> {
-        // Tells this process's logs apart, so that no channel is used with the wrong one; never written.
+        // Separates this process's logs, so that no channel is used with the wrong one; never written.
         static WRITERS: AtomicU64 = AtomicU64::new(0);
         let writer = mcap::Writer::with_options(NoSeek::new(BufWriter::new(sink)), options())
             .map_err(|source| mcap_error(&part, source))?;

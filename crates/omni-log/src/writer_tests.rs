@@ -222,7 +222,7 @@ fn a_log_that_another_run_writes_is_refused_and_stays_that_run_s() -> Result<(),
     refused();
     fill(&mut first, 1)?;
     let finished = first.finish()?;
-    // Whoever tells of the log still holds it.
+    // The reporter of the log still holds it.
     refused();
     assert_eq!(
         messages(&fs::read(finished.path()).expect("readable"), true).len(),
@@ -333,6 +333,6 @@ fn a_stopped_run_s_log_has_every_message_until_then_and_is_not_whole() -> Result
     let bytes = fs::read(&part).expect("readable");
     assert!(!bytes.ends_with(mcap::MAGIC));
     assert_eq!(messages(&bytes, false).len(), 1 + 30);
-    drop(LogWriter::create(dir.path().join("a.mcap"))?); // and blocks nobody
+    drop(LogWriter::create(dir.path().join("a.mcap"))?); // and blocks none
     Ok(())
 }

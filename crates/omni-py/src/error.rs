@@ -108,10 +108,12 @@ fn raised(
     Ok(PyErr::from_value(class.call((message,), Some(&kwargs))?))
 }
 
-/// Ctrl-C, and whoever wants to know how far a long call is: the part done, 0 to 1.
+/// Ctrl-C, and a callback for how far a long call is: the part done, 0 to 1.
 pub(crate) fn looked(py: Python<'_>, on_progress: Option<&Py<PyAny>>, part: f64) -> PyResult<()> {
     py.check_signals()?;
-    on_progress.map_or(Ok(()), |told| nested(|| told.call1(py, (part,)).map(drop)))
+    on_progress.map_or(Ok(()), |callback| {
+        nested(|| callback.call1(py, (part,)).map(drop))
+    })
 }
 
 /// What ends a run early: its own error, or a signal such as Ctrl-C.

@@ -7,11 +7,11 @@ use pyo3::prelude::*;
 
 use crate::error::of_core;
 
-/// What a row tells beside its wheels.
+/// What a row has beside its wheels.
 pub(crate) struct Beside {
     pub(crate) yaw_rate_rad_s: f64,
     pub(crate) acceleration_m_s2: [f64; 2],
-    pub(crate) told_to_rest: bool,
+    pub(crate) commanded_rest: bool,
 }
 
 /// What a row led to.
@@ -59,7 +59,7 @@ impl<const N: usize> Estimate for Filter<N> {
         let mut input = EstimatorInput::new(&WheelVelocities { rad_s });
         input.yaw_rate_rad_s = beside.yaw_rate_rad_s;
         input.acceleration_m_s2 = beside.acceleration_m_s2;
-        input.told_to_rest = beside.told_to_rest;
+        input.commanded_rest = beside.commanded_rest;
         let step = self.estimator.step(&mut self.state, &input);
         Estimated {
             pose: self.pose(),

@@ -151,7 +151,7 @@ impl Estimator {
     ///     yaw_rates: of the heading by the gyro [rad/s], one or (T,); none by default.
     ///     accelerations: along the heading and to its left, level and without gravity [m/s^2], (2,) or (T, 2);
     ///         none by default.
-    ///     told_to_rest: the command is rest, one or (T,); False by default.
+    ///     commanded_rest: the command is rest, one or (T,); False by default.
     ///
     /// Returns:
     ///     The pose after each, (3,) or (T, 3).
@@ -159,13 +159,13 @@ impl Estimator {
     /// Raises:
     ///     ConfigError: a shape is wrong.
     ///     TypeError: not numbers.
-    #[pyo3(signature = (wheels, *, yaw_rates = None, accelerations = None, told_to_rest = None))]
+    #[pyo3(signature = (wheels, *, yaw_rates = None, accelerations = None, commanded_rest = None))]
     fn step<'py>(
         &mut self,
         wheels: &Bound<'py, PyAny>,
         yaw_rates: Option<&Bound<'py, PyAny>>,
         accelerations: Option<&Bound<'py, PyAny>>,
-        told_to_rest: Option<&Bound<'py, PyAny>>,
+        commanded_rest: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Array<'py, f64>> {
         let py = wheels.py();
         let rows = Rows::with_gaps("wheels", wheels, self.wheels)?;
@@ -178,13 +178,13 @@ impl Estimator {
             Some(given) => Rows::with_gaps("accelerations", given, 2)?.values,
             None => vec![f64::NAN; 2],
         };
-        let rests = match told_to_rest {
-            Some(given) => flags("told_to_rest", given)?,
+        let rests = match commanded_rest {
+            Some(given) => flags("commanded_rest", given)?,
             None => vec![false],
         };
         each("yaw_rates", yaw_rates.len(), count)?;
         each("accelerations", accelerations.len() / 2, count)?;
-        each("told_to_rest", rests.len(), count)?;
+        each("commanded_rest", rests.len(), count)?;
         let (filter, width) = (&mut *self.filter, self.wheels);
         let accelerations: &[[f64; 2]] = accelerations.as_chunks().0;
         let (poses, nis) = py.detach(|| -> PyResult<_> {
@@ -200,7 +200,7 @@ impl Estimator {
                         .get(last(accelerations.len(), k))
                         .copied()
                         .unwrap_or([f64::NAN; 2]),
-                    told_to_rest: rests.get(last(rests.len(), k)).copied().unwrap_or(false),
+                    commanded_rest: rests.get(last(rests.len(), k)).copied().unwrap_or(false),
                 };
                 let came = filter.step(row, &beside);
                 poses.extend(came.pose);

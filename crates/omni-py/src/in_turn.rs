@@ -12,7 +12,7 @@ const LOOK_EVERY: Duration = Duration::from_millis(50);
 
 /// What one thread at a time uses.
 pub(crate) struct InTurn<T> {
-    /// Whoever waits for it does not have the interpreter's lock, which a policy of one's own asks for: nobody waits for both.
+    /// A thread that waits for it does not have the interpreter's lock, which a user's policy asks for: none waits for both.
     inner: Mutex<T>,
     /// Who has it: a policy that asks for its own simulation would wait for itself.
     user: Mutex<Option<ThreadId>>,
@@ -40,7 +40,7 @@ impl<T: Send> InTurn<T> {
                 *self.user.lock() = Some(here);
                 let done = work.take().map(|work| work(&mut inner));
                 *self.user.lock() = None;
-                // To whoever has waited longest: a thread in a loop would take it again and again.
+                // To the thread that has waited longest: a thread in a loop would take it again and again.
                 MutexGuard::unlock_fair(inner);
                 done
             });

@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 
 use crate::error::exception;
 
-/// Time between two looks at Ctrl-C, and two words to whoever watches.
+/// Time between two looks at Ctrl-C, and two calls of the callback.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
 
 /// Works on a thread of its own, outside the interpreter's lock, while this one looks at Ctrl-C, which sets the flag that
@@ -19,10 +19,10 @@ pub(crate) fn interruptible<T: Send, E: Into<Error> + Send>(
     py: Python<'_>,
     work: impl FnOnce(&AtomicBool) -> Result<T, E> + Send,
 ) -> PyResult<T> {
-    with_progress(py, None, |stop, _heard| work(stop))
+    with_progress(py, None, |stop, _rows| work(stop))
 }
 
-/// [`interruptible`], which also tells `watch` how many rows there are and how many of them failed: the work says it of each.
+/// [`interruptible`], which also calls `watch` with how many rows there are and how many of them failed: the work says it of each.
 pub(crate) fn with_progress<T: Send, E: Into<Error> + Send>(
     py: Python<'_>,
     watch: Option<Py<PyAny>>,

@@ -155,7 +155,7 @@ impl Episodes {
             mode,
             "\"Disabled\", \"NextStep\" or \"SameStep\"",
         )?;
-        // A copy: nobody can write to it while the lock is released.
+        // A copy: nothing can write to it while the lock is released.
         let actions: Vec<f32> = actions.as_array().iter().copied().collect();
         let turns = with_progress(py, |look| self.batch.step(&actions, mode, look))?;
         let last = if turns.iter().any(|turn| turn.last.is_some()) {

@@ -83,7 +83,7 @@ mod _omnistep {
     #[pymodule_export]
     use crate::outcome::{Outcome, figures};
     #[pymodule_export]
-    use crate::outside::run_outside;
+    use crate::outside::run_external;
     #[pymodule_export]
     use crate::pid::{Pid, PidSample};
     #[pymodule_export]

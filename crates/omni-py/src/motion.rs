@@ -83,7 +83,7 @@ pub(crate) fn moved_by<'py>(
     array(py, shape, values)
 }
 
-/// Every twist through `map`, which is told its row.
+/// Every twist through `map`, which gets its row.
 fn of_twists<'py>(
     py: Python<'py>,
     rows: &Rows,

@@ -28,8 +28,8 @@ use crate::error::of_core;
 ///     >>> motor = omnistep.DcMotor(
 ///     ...     torque_constant_n_m_a=0.05, resistance_ohm=2.0, no_load_current_a=0.1, supply_v=12.0,
 ///     ...     current_limit_a=3.0)
-///     >>> told = motor.duty([0.045, 1.0], [84.0, 0.0])  # the second is more than the driver's current gives
-///     >>> told.duty.round(6).tolist(), told.torque_n_m.round(6).tolist(), told.limited.tolist()
+///     >>> given = motor.duty([0.045, 1.0], [84.0, 0.0])  # the second is more than the driver's current gives
+///     >>> given.duty.round(6).tolist(), given.torque_n_m.round(6).tolist(), given.limited.tolist()
 ///     ([0.516667, 0.5], [0.045, 0.15], [False, True])
 #[pyclass(frozen, module = "omnistep")]
 pub(crate) struct DcMotor {
@@ -119,11 +119,11 @@ impl DcMotor {
     fn duty(&self, torque_n_m: &Bound<'_, PyAny>, velocity_rad_s: &Bound<'_, PyAny>) -> PyResult<MotorDuty> {
         let py = torque_n_m.py();
         let pairs = Pairs::read((TORQUE, torque_n_m), (VELOCITY, velocity_rad_s))?;
-        let told = pairs.each(|torque, velocity| self.inner.duty(torque, velocity));
+        let given = pairs.each(|torque, velocity| self.inner.duty(torque, velocity));
         let column = |of: fn(&omni_core::MotorDuty<f64>) -> f64| -> PyResult<_> {
-            Ok(array(py, pairs.shape(), told.iter().map(of).collect())?.unbind())
+            Ok(array(py, pairs.shape(), given.iter().map(of).collect())?.unbind())
         };
-        let limited = told.iter().map(|each| each.limited).collect();
+        let limited = given.iter().map(|each| each.limited).collect();
         Ok(MotorDuty {
             duty: column(|each| each.duty)?,
             current_a: column(|each| each.current_a)?,

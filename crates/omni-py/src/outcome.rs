@@ -12,7 +12,7 @@ use crate::values::Pickled;
 /// Key, heading, meaning, unit and ``lower``, ``zero`` or nothing for every figure, in the order of tables.
 #[pyfunction]
 pub(crate) fn figures() -> Vec<(&'static str, String, &'static str, &'static str, &'static str)> {
-    let told = |figure: &Figure| {
+    let value_of = |figure: &Figure| {
         (
             figure.key,
             figure.heading(),
@@ -21,7 +21,7 @@ pub(crate) fn figures() -> Vec<(&'static str, String, &'static str, &'static str
             figure.better.name(),
         )
     };
-    Figure::ALL.iter().map(told).collect()
+    Figure::ALL.iter().map(value_of).collect()
 }
 
 /// Figures of a run; where there is an obstacle, over the crossing (docs/conventions.md).

@@ -5,7 +5,9 @@ use std::sync::Arc;
 use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2};
 use omni_sim::config::Engine;
 use omni_sim::observation::Pose3;
-use omni_sim::{AxleDrive, BodyState, OutsideFailure, OutsidePhysics, OutsideState, OutsideStep, Run, Touch};
+use omni_sim::{
+    AxleDrive, BodyState, ExternalFailure, ExternalPhysics, ExternalState, ExternalStep, Run, Touch,
+};
 use parking_lot::Mutex;
 use pyo3::exceptions::{PyFloatingPointError, PyValueError};
 use pyo3::intern;
@@ -40,7 +42,7 @@ const OF_TOUCH: usize = 10;
 ///     on_progress: called with the completed part, 0 to 1, every few milliseconds; an exception in it ends the run.
 #[pyfunction]
 #[pyo3(signature = (physics, scenario, *, policy = None, on_progress = None))]
-pub(crate) fn run_outside(
+pub(crate) fn run_external(
     py: Python<'_>,
     physics: Py<PyAny>,
     scenario: ScenarioArg,
@@ -85,26 +87,26 @@ struct Stepped {
 
 impl Stepped {
     /// Does something with the object; what that raises is kept.
-    fn with(&self, work: impl FnOnce(&Bound<'_, PyAny>) -> PyResult<()>) -> Result<(), OutsideFailure> {
+    fn with(&self, work: impl FnOnce(&Bound<'_, PyAny>) -> PyResult<()>) -> Result<(), ExternalFailure> {
         Python::attach(|py| {
             nested(|| work(self.object.bind(py))).map_err(|error| {
                 if error.is_instance_of::<PyFloatingPointError>(py) {
-                    return OutsideFailure::Diverged;
+                    return ExternalFailure::Diverged;
                 }
                 let said = error.value(py).to_string();
                 *self.error.lock() = Some(error);
-                OutsideFailure::Failed(said)
+                ExternalFailure::Failed(said)
             })
         })
     }
 }
 
-impl OutsidePhysics for Stepped {
+impl ExternalPhysics for Stepped {
     fn engine(&self) -> Engine {
         Engine::Mujoco
     }
 
-    fn start(&mut self, x_m: f64, yaw_rad: f64) -> Result<(), OutsideFailure> {
+    fn start(&mut self, x_m: f64, yaw_rad: f64) -> Result<(), ExternalFailure> {
         self.with(|object| {
             object
                 .call_method1(intern!(object.py(), "start"), (x_m, yaw_rad))
@@ -112,7 +114,7 @@ impl OutsidePhysics for Stepped {
         })
     }
 
-    fn step(&mut self, axles: &[AxleDrive], shown: &mut OutsideStep) -> Result<(), OutsideFailure> {
+    fn step(&mut self, axles: &[AxleDrive], shown: &mut ExternalStep) -> Result<(), ExternalFailure> {
         self.with(|object| {
             let py = object.py();
             let array = |of: fn(&AxleDrive) -> f64| PyArray1::from_iter(py, axles.iter().map(of));
@@ -145,7 +147,7 @@ impl OutsidePhysics for Stepped {
         })
     }
 
-    fn observe(&mut self, state: &mut OutsideState) -> Result<(), OutsideFailure> {
+    fn observe(&mut self, state: &mut ExternalState) -> Result<(), ExternalFailure> {
         self.with(|object| {
             let given = object.call_method0(intern!(object.py(), "observe"))?;
             let given: PyReadonlyArray1<'_, f64> = given.extract()?;

@@ -175,7 +175,7 @@ impl OwnPolicy {
     }
 }
 
-/// What a policy is told once.
+/// What a policy gets once.
 fn info<'py>(py: Python<'py>, scenario: &config::Scenario) -> PyResult<Bound<'py, PyAny>> {
     let class = py.import("omnistep.own_policy")?.getattr("PolicyInfo")?;
     class.call_method1("of", (Scenario::of(scenario.clone()),))
@@ -195,7 +195,7 @@ fn said(py: Python<'_>, error: &PyErr) -> String {
     format!("{class}: {}", error.value(py))
 }
 
-/// What whoever runs the controller shares with it.
+/// What the runner of the controller shares with it.
 #[derive(Clone, Default)]
 pub(crate) struct Raised(Arc<Shared>);
 

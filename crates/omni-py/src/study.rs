@@ -93,7 +93,7 @@ impl Plan {
                 Ok((values::overrides(Some(point))?, scenario))
             };
             scenarios.push(own().map_err(|error| about(py, &format!("points[{i}]"), error))?);
-            // Many points take seconds: meanwhile Ctrl-C is heard, and other threads of Python go on.
+            // Many points take seconds: meanwhile Ctrl-C is handled, and other threads of Python go on.
             py.detach(|| ());
             py.check_signals()?;
         }
@@ -222,8 +222,8 @@ impl Store {
         watch: Option<Py<PyAny>>,
     ) -> PyResult<(usize, usize)> {
         let missing = &rows.get().missing;
-        let computed = with_progress(py, watch, |stop, heard| {
-            compute(missing, &self.store, jobs, stop, hearing(heard))
+        let computed = with_progress(py, watch, |stop, rows| {
+            compute(missing, &self.store, jobs, stop, reporting(rows))
         })?;
         Ok((computed.rows, computed.errors))
     }
@@ -275,11 +275,11 @@ pub(crate) fn compute_batch(
     Ok((computed.rows, computed.errors))
 }
 
-/// Tells of each row whether it failed.
-fn hearing(heard: Sender<bool>) -> impl FnMut(&Row) {
+/// Sends of each row whether it failed.
+fn reporting(rows: Sender<bool>) -> impl FnMut(&Row) {
     move |row| {
         // Somebody listens for as long as this is there.
-        let _ = heard.send(row.error.is_some());
+        let _ = rows.send(row.error.is_some());
     }
 }
 

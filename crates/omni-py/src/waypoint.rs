@@ -173,7 +173,7 @@ pub(crate) fn waypoints(given: &Bound<'_, PyAny>) -> PyResult<Vec<omni_core::Way
                 omni_core::Waypoint::at(x_m, y_m)
             }
         });
-        // No more than is allowed, and one: whoever hands in something endless is told so.
+        // No more than is allowed, and one: an endless iterator is refused.
         if found.len() > 1000 {
             break;
         }

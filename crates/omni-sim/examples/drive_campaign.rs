@@ -206,10 +206,10 @@ fn beyond_limits(scenario: &Scenario, trace: &Trace) -> bool {
     (0..trace.wheel_names().len()).any(|wheel| {
         let of = |signal| trace.wheel(signal, wheel).unwrap_or_default();
         let mut limits = of("limit_lower_n_m").iter().zip(of("limit_upper_n_m"));
-        let mut told = of("applied_n_m").iter();
+        let mut torques = of("applied_n_m").iter();
         // An average over the period: a rounding more than the limit.
         let acts_within = |torque: &f64| torque.abs() <= stall_n_m * (1.0 + 1e-12);
-        told.any(|torque| {
+        torques.any(|torque| {
             limits
                 .next()
                 .is_none_or(|(lower, upper)| !(*lower..=*upper).contains(torque))
@@ -251,17 +251,17 @@ pub fn goes_against(scenario: &Scenario, trace: &Trace) -> bool {
     let Some([vx, vy, _]) = steady_command(scenario, trace, RESTS_S) else {
         return false;
     };
-    let (told, rows) = (vx.hypot(vy), (0.5 / scenario.period_s()).round() as usize);
+    let (commanded, rows) = (vx.hypot(vy), (0.5 / scenario.period_s()).round() as usize);
     let columns = ["twist_vx_m_s", "twist_vy_m_s"].map(|name| trace.column(name).unwrap_or_default());
     let along = columns[0]
         .iter()
         .zip(columns[1])
         .rev()
         .take(rows)
-        .map(|(x, y)| (x * vx + y * vy) / told);
+        .map(|(x, y)| (x * vx + y * vy) / commanded);
     let back: Vec<f64> = along.map(|along| -along).collect();
-    let (least, way) = (AGAINST[0].max(0.1 * told), AGAINST[1]);
-    told > AGAINST[0]
+    let (least, way) = (AGAINST[0].max(0.1 * commanded), AGAINST[1]);
+    commanded > AGAINST[0]
         && back.iter().all(|back| *back > least)
         && back.iter().sum::<f64>() * scenario.period_s() > way
 }

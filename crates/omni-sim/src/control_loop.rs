@@ -131,13 +131,13 @@ impl ControlLoop {
         controlled
     }
 
-    /// The torques that the actuators were told in this period \[N.m\], where something was added to the controller's.
+    /// The torques commanded of the actuators in this period \[N.m\], where something was added to the controller's.
     pub(crate) fn gave(&mut self, torques_n_m: &[f64]) {
         self.memory.torques_n_m.clear();
         self.memory.torques_n_m.extend_from_slice(torques_n_m);
     }
 
-    /// A period in which somebody else told the actuators their torques \[N.m\].
+    /// A period in which another controller commanded the actuators' torques \[N.m\].
     pub(crate) fn passed_by(&mut self, torques_n_m: &[f64]) {
         self.memory.periods += 1;
         self.gave(torques_n_m);

@@ -26,7 +26,7 @@ pub use qemu::{DEFAULT_FIRMWARE, Firmware, emulator};
 #[non_exhaustive]
 pub struct ControlSample {
     /// What was asked for, before the heading hold and the limits. With the measured velocities and the gyro's rate it is all that
-    /// the controller is told: replay starts from these.
+    /// the controller gets: replay starts from these.
     pub asked: BodyTwist<f64>,
     /// The gyro's rate \[rad/s\], counter-clockwise positive; 0 where no simulation reads one.
     pub gyro_rad_s: f64,
@@ -118,7 +118,7 @@ trait Loop: Send + Sync {
     }
 }
 
-struct Sized<R, const N: usize>(ControllerPolicy<R, N>);
+struct WheelLoops<R, const N: usize>(ControllerPolicy<R, N>);
 
 fn scalar<R: Real>(t: &BodyTwist<f64>) -> BodyTwist<R> {
     BodyTwist {
@@ -186,11 +186,11 @@ impl ControlSample {
     }
 }
 
-impl<R: Real + Serialize + DeserializeOwned, const N: usize> Loop for Sized<R, N> {
+impl<R: Real + Serialize + DeserializeOwned, const N: usize> Loop for WheelLoops<R, N> {
     fn step(&mut self, readings: &Readings<'_, f64>, sample: &mut ControlSample) -> Result<(), Error> {
         let velocities = velocities::<R, N>(readings.wheels_rad_s);
-        let told = Readings::new(scalar(&readings.command), &velocities.rad_s);
-        self.0.step(&told, &mut [R::zero(); N]);
+        let converted = Readings::new(scalar(&readings.command), &velocities.rad_s);
+        self.0.step(&converted, &mut [R::zero(); N]);
         let (s, kinematics) = (self.0.sample(), self.0.controller().kinematics());
         sample.take(
             s,
@@ -321,7 +321,7 @@ impl AnyController {
     /// `f32` whatever the scenario says. Greets it: it must be built for this scenario, with [`Scenario::constants_digest`].
     ///
     /// # Errors
-    /// [`Error::Config`] as [`AnyController::new`]; [`Error::Firmware`] where nobody answers, or not for this scenario.
+    /// [`Error::Config`] as [`AnyController::new`]; [`Error::Firmware`] where there is no answer, or not for this scenario.
     pub fn over_link(scenario: &Scenario, link: Link) -> Result<Self, Error> {
         without_bare_traction(scenario)?;
         let refuse = |_| Err(wheel_count_refused(scenario).into());
@@ -458,23 +458,23 @@ fn sized<R: Real + Serialize + DeserializeOwned, const N: usize>(
     scenario: &Scenario,
 ) -> Result<Box<dyn Loop>, config::Error> {
     if let Some(drive) = scenario.traction_drive::<R, N>()? {
-        return Ok(Box::new(drive::Gripping::new(scenario, drive)));
+        return Ok(Box::new(drive::TractionLoop::new(scenario, drive)));
     }
     if let Some(drive) = scenario.drive::<R, N>()? {
-        return Ok(Box::new(drive::Driven::new(scenario, drive)));
+        return Ok(Box::new(drive::DriveLoop::new(scenario, drive)));
     }
     if let Some(policy) = scenario.traction::<R, N>()? {
-        return Ok(Box::new(traction::Gripping::new(scenario, policy)));
+        return Ok(Box::new(traction::TractionLoop::new(scenario, policy)));
     }
     let (limiter, controller) = (scenario.limiter()?, scenario.controller::<R, N>()?);
-    Ok(Box::new(Sized(ControllerPolicy::new(limiter, controller))))
+    Ok(Box::new(WheelLoops(ControllerPolicy::new(limiter, controller))))
 }
 
 fn owned<const N: usize>(
     scenario: &Scenario,
     policy: Box<dyn Policy<f64> + Send + Sync>,
 ) -> Result<Box<dyn Loop>, config::Error> {
-    Ok(Box::new(own::Own::<N>::new(scenario, policy)?))
+    Ok(Box::new(own::UserPolicy::<N>::new(scenario, policy)?))
 }
 
 fn linked<const N: usize>(scenario: &Scenario, link: Link) -> Result<Box<dyn Loop>, Error> {

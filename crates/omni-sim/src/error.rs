@@ -97,7 +97,7 @@ pub enum Error {
     },
     /// Physics of somebody else's cannot go on.
     #[error("{engine}: t = {time_s:.3} s: {}", shortened(reason))]
-    Outside {
+    External {
         /// What simulates.
         engine: &'static str,
         /// Simulated time \[s\].
@@ -167,7 +167,7 @@ impl Error {
                 | Self::GainedEnergy { .. }
                 | Self::OutOfTime { .. }
                 | Self::Link { .. }
-                | Self::Outside { .. }
+                | Self::External { .. }
                 | Self::PolicyFailed { .. }
         )
     }

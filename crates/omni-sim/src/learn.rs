@@ -78,7 +78,7 @@ trait Rules: Send + Sync {
     fn control(&mut self, simulation: &mut Simulation, action: &[f64]) -> Result<(), Error>;
     /// What the time since the last call is worth, and whether the task is over. `failed` where the physics ended it.
     fn judge(&mut self, simulation: &Simulation, action: &[f64], failed: bool) -> (f64, bool);
-    /// What the sensors tell, before scaling: pairs of value and scale.
+    /// Readings of the sensors, before scaling: pairs of value and scale.
     fn observe(&self, simulation: &Simulation, seen: &mut Vec<(f64, f64)>);
     /// Figures for people; the first is 1 for a success and 0 else.
     fn info(&self, simulation: &Simulation) -> Vec<f64>;

@@ -44,5 +44,6 @@ pub use stepped_run::SteppedRun;
 pub use trace::{Rows, Trace, TraceBuilder};
 pub use wheel_signals::{LOGGED_SIGNALS, WheelSignal, WheelSignals};
 pub use world::{
-    AxleDrive, BodyState, OutsideFailure, OutsidePhysics, OutsideState, OutsideStep, Touch, ground_heights_m,
+    AxleDrive, BodyState, ExternalFailure, ExternalPhysics, ExternalState, ExternalStep, Touch,
+    ground_heights_m,
 };

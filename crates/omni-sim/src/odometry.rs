@@ -16,7 +16,7 @@ const WHEELS: usize = 8;
 /// encoder are then no noise of their own, and it costs next to nothing.
 const WINDOW_S: f64 = 0.01;
 
-/// Speeds along \[m/s\] and about \[rad/s\] where nobody says how fast the vehicle goes: the most that a file may have.
+/// Speeds along \[m/s\] and about \[rad/s\] where it is not known how fast the vehicle goes: the most that a file may have.
 const FASTEST: f64 = 100.0;
 
 /// Dead reckoning by twists: how many wheels there are does not matter to it.
@@ -66,11 +66,11 @@ pub(crate) struct State {
     turned: [f64; WHEELS],
     periods: u32,
     from: PlanarPose<f64>,
-    /// Wheels that have no say.
+    /// Wheels that are excluded.
     left_out: [bool; WHEELS],
-    /// How far it may have come along \[m\] and about \[rad\] since too few wheels tell the motion, and how fast it was or may be.
-    lost: [f64; 2],
-    lost_at: [f64; 2],
+    /// How far it may have come along \[m\] and about \[rad\] since too few wheels determine the motion, and how fast it was or may be.
+    drift: [f64; 2],
+    drift_speed: [f64; 2],
 }
 
 /// Where the pose of a drive and the wheels that it leaves out are among the controller's own signals.
@@ -86,7 +86,7 @@ pub(crate) struct Odometer {
     odometry: ByTwists,
     growth: CovarianceGrowth<f64>,
     /// Takes each residual as the deviation that it is.
-    astray: CovarianceGrowth<f64>,
+    residual_growth: CovarianceGrowth<f64>,
     /// The fastest that the vehicle goes along \[m/s\] and about \[rad/s\].
     top: [f64; 2],
     period_s: f64,
@@ -94,7 +94,7 @@ pub(crate) struct Odometer {
     window: u32,
     start: PlanarPose<f64>,
     drive: Option<OfDrive>,
-    /// None where too few wheels tell the motion.
+    /// None where too few wheels determine the motion.
     maps: Option<Maps>,
     state: State,
 }
@@ -161,7 +161,7 @@ impl Odometer {
             wheel_rad_per_sqrt_rad,
             residual_gain,
         });
-        let astray = CovarianceGrowth::new(OdometryNoise {
+        let residual_growth = CovarianceGrowth::new(OdometryNoise {
             wheel_rad_per_sqrt_rad: 0.0,
             residual_gain: 1.0,
         });
@@ -183,7 +183,7 @@ impl Odometer {
             vehicle: scenario.vehicle().clone(),
             odometry: Odometry::new(period_s).map_err(refuse)?,
             growth: growth.map_err(refuse)?,
-            astray: astray.map_err(refuse)?,
+            residual_growth: residual_growth.map_err(refuse)?,
             top: [ahead.max(aside), about].map(|speed| speed.min(FASTEST)),
             period_s,
             window: (WINDOW_S / period_s).round().max(1.0) as u32,
@@ -197,20 +197,20 @@ impl Odometer {
                 turned: [0.0; WHEELS],
                 periods: 0,
                 left_out,
-                lost: [0.0; 2],
-                lost_at: [0.0; 2],
+                drift: [0.0; 2],
+                drift_speed: [0.0; 2],
             },
         })
     }
 
-    /// The encoders were read \[rad/s\] at the end of a period. A drive that has not been told of it yet keeps to what it said.
+    /// The encoders were read \[rad/s\] at the end of a period. A drive that has not read it yet keeps its pose.
     pub(crate) fn read(&mut self, wheels_rad_s: &[f64]) {
         if self.drive.is_none() {
             self.turn(wheels_rad_s.iter().copied(), |_| false);
         }
     }
 
-    /// The controller did its step: where it is a drive, its own pose counts, and its word on which wheels have a say.
+    /// The controller did its step: where it is a drive, its own pose counts, and which wheels it excludes.
     pub(crate) fn stepped(&mut self, sample: &ControlSample) {
         let Some(OfDrive { pose, left_out }) = self.drive else {
             return;
@@ -228,7 +228,7 @@ impl Odometer {
         }
     }
 
-    /// The wheels turned with these velocities \[rad/s\] for a period. One without a reading has no say.
+    /// The wheels turned with these velocities \[rad/s\] for a period. One without a reading is excluded.
     fn turn(&mut self, wheels_rad_s: impl Iterator<Item = f64>, is_left_out: impl Fn(usize) -> bool) {
         let (mut read, mut left_out) = ([0.0; WHEELS], [false; WHEELS]);
         for (i, velocity) in wheels_rad_s.enumerate().take(WHEELS) {
@@ -239,15 +239,15 @@ impl Odometer {
         }
         if left_out != self.state.left_out {
             self.grow();
-            // The layout was good when all wheels had a say.
+            // The layout was good with all wheels.
             self.maps = Maps::of(&self.vehicle, &left_out).ok().flatten();
             self.state.left_out = left_out;
             if self.maps.is_some() {
-                self.state.lost = [0.0; 2];
+                self.state.drift = [0.0; 2];
             }
         }
         let Some(maps) = &self.maps else {
-            self.stray();
+            self.grow_without_motion();
             return;
         };
         self.state.twist = BodyTwist::from_array(maps.moved_by(&read));
@@ -262,28 +262,31 @@ impl Odometer {
         }
     }
 
-    /// Nobody tells the motion for a period. The vehicle may be as far as its top speed brings it, or that which it had: that is the deviation along
+    /// The motion is undetermined for a period. The vehicle may be as far as its top speed brings it, or that which it had: that is the deviation along
     /// every axis, in proportion to the time, because one way lasts. About it is half a turn at most.
-    fn stray(&mut self) {
+    fn grow_without_motion(&mut self) {
         const AXES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         let state = &mut self.state;
-        if state.lost == [0.0; 2] {
+        if state.drift == [0.0; 2] {
             let BodyTwist {
                 vx_m_s,
                 vy_m_s,
                 wz_rad_s,
             } = state.twist;
             let had = [libm::hypot(vx_m_s, vy_m_s), wz_rad_s.abs()];
-            state.lost_at = [0, 1].map(|axis| self.top[axis].max(had[axis]));
+            state.drift_speed = [0, 1].map(|axis| self.top[axis].max(had[axis]));
         }
         state.twist = BodyTwist::ZERO;
-        let [way, turn] = [0, 1].map(|axis| state.lost[axis] + state.lost_at[axis] * self.period_s);
+        let [way, turn] = [0, 1].map(|axis| state.drift[axis] + state.drift_speed[axis] * self.period_s);
         let further = [way, turn.min(std::f64::consts::PI)];
         // The deviations grow in a straight line: so much is new of their squares.
-        let [way, turn] =
-            [0, 1].map(|axis| (further[axis].powi(2) - state.lost[axis].powi(2)).max(0.0).sqrt());
-        state.lost = further;
-        self.astray.step_by(
+        let [way, turn] = [0, 1].map(|axis| {
+            (further[axis].powi(2) - state.drift[axis].powi(2))
+                .max(0.0)
+                .sqrt()
+        });
+        state.drift = further;
+        self.residual_growth.step_by(
             &mut state.covariance,
             &PlanarPose::origin(),
             &AXES,

@@ -35,8 +35,8 @@ pub enum Verdict {
     Driven,
     /// The base leaned by more than 60 degrees.
     Tipped,
-    /// For half a second the vehicle went more than half as fast again as it was told, and 0.1 m/s more than that. Yaw counts as the speed of the
-    /// farthest wheel about the origin; a vehicle that is told to slow down may take 0.5 m/s^2 for it.
+    /// For half a second the vehicle went more than half as fast again as commanded, and 0.1 m/s more than that. Yaw counts as the speed of the
+    /// farthest wheel about the origin; a vehicle that is commanded to slow down may take 0.5 m/s^2 for it.
     RanAway,
     /// For half a second, and by 5 cm, the vehicle moved or turned against its command. Traction control that backs off for another try does so
     /// on purpose.

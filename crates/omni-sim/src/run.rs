@@ -8,7 +8,7 @@ use crate::config::Scenario;
 use crate::controller::AnyController;
 use crate::trace::{Trace, TraceBuilder};
 use crate::wall_clock::WallClock;
-use crate::world::OutsidePhysics;
+use crate::world::ExternalPhysics;
 use crate::{Error, Outcome, Simulation, SteppedRun};
 
 /// Control periods between two looks at the clock.
@@ -53,7 +53,7 @@ pub fn run(scenario: &Scenario) -> Result<Trace, Error> {
 pub struct Run<'a, E = Error> {
     scenario: &'a Scenario,
     controller: Option<AnyController>,
-    physics: Option<Box<dyn OutsidePhysics>>,
+    physics: Option<Box<dyn ExternalPhysics>>,
     command: Box<Commanding<'a>>,
     watch: Box<Watch<'a, E>>,
     /// Does it end with the scenario's `duration_s`, and within its `wall_clock_s`?
@@ -100,17 +100,17 @@ impl<'a, E: From<Error> + 'a> Run<'a, E> {
     ///
     /// ```
     /// use omni_sim::config::{Engine, Override, Scenario};
-    /// use omni_sim::{AxleDrive, Error, OutsideFailure, OutsidePhysics, OutsideState, OutsideStep, Run};
+    /// use omni_sim::{AxleDrive, Error, ExternalFailure, ExternalPhysics, ExternalState, ExternalStep, Run};
     /// /// A vehicle on a stand.
     /// struct Stand(Vec<f64>);
-    /// impl OutsidePhysics for Stand {
+    /// impl ExternalPhysics for Stand {
     ///     fn engine(&self) -> Engine {
     ///         Engine::Mujoco
     ///     }
-    ///     fn start(&mut self, _: f64, _: f64) -> Result<(), OutsideFailure> {
+    ///     fn start(&mut self, _: f64, _: f64) -> Result<(), ExternalFailure> {
     ///         Ok(())
     ///     }
-    ///     fn step(&mut self, axles: &[AxleDrive], shown: &mut OutsideStep) -> Result<(), OutsideFailure> {
+    ///     fn step(&mut self, axles: &[AxleDrive], shown: &mut ExternalStep) -> Result<(), ExternalFailure> {
     ///         for (i, axle) in axles.iter().enumerate() {
     ///             self.0[i] += axle.torque_n_m * 5e-4 / 0.002178;
     ///             shown.turned_rad[i] += self.0[i] * 5e-4;
@@ -118,7 +118,7 @@ impl<'a, E: From<Error> + 'a> Run<'a, E> {
     ///         shown.rate_rad_s.copy_from_slice(&self.0);
     ///         Ok(())
     ///     }
-    ///     fn observe(&mut self, _: &mut OutsideState) -> Result<(), OutsideFailure> {
+    ///     fn observe(&mut self, _: &mut ExternalState) -> Result<(), ExternalFailure> {
     ///         Ok(())
     ///     }
     /// }
@@ -129,7 +129,7 @@ impl<'a, E: From<Error> + 'a> Run<'a, E> {
     /// assert_eq!(trace.outcome().engine, Engine::Mujoco);
     /// # Ok::<(), Error>(())
     /// ```
-    pub fn physics(self, physics: Box<dyn OutsidePhysics>) -> Self {
+    pub fn physics(self, physics: Box<dyn ExternalPhysics>) -> Self {
         Self {
             physics: Some(physics),
             ..self

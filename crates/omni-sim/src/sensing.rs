@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use crate::config::{Fault, Scenario, Sensors, Vehicle};
 use crate::observation::Observation;
 
-/// Columns of what the inertial measurement unit says, and of each hinge: a log is enough to replay a controller that was told it.
+/// Columns of what the inertial measurement unit says, and of each hinge: a log is enough to replay a controller that read it.
 pub(crate) const SENSED: [&str; 5] = [
     "sensed_roll_rate_rad_s",
     "sensed_pitch_rate_rad_s",
@@ -63,7 +63,7 @@ impl Sensed {
         }
     }
 
-    /// Takes what hinges and inertial measurement unit said out of the signals of a controller that was told it (`steady`, `reach`): their
+    /// Takes what hinges and inertial measurement unit said out of the signals of a controller that read it (`steady`, `reach`): their
     /// names and values in one control period. Says whether everything was there.
     ///
     /// ```
@@ -113,7 +113,7 @@ impl Sensed {
         there
     }
 
-    /// With a new command: what a controller is told.
+    /// With a new command: what a controller gets.
     #[must_use]
     pub fn readings(&self, command: BodyTwist<f64>) -> Readings<'_, f64> {
         let mut readings = Readings::new(command, &self.wheels_rad_s);

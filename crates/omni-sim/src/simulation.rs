@@ -11,7 +11,7 @@ use crate::following::{Following, true_pose};
 use crate::observation::Observation;
 use crate::odometry::Odometer;
 use crate::sensing::{Sensed, Sensing};
-use crate::world::{AnyPlant, OutsidePhysics, outside, plant};
+use crate::world::{AnyPlant, ExternalPhysics, external, plant};
 use crate::{Error, Period};
 
 /// A scenario being simulated.
@@ -62,14 +62,14 @@ impl Simulation {
     /// saved.
     ///
     /// # Errors
-    /// As [`Simulation::with_controller`]; [`Error::Outside`] where they cannot start.
+    /// As [`Simulation::with_controller`]; [`Error::External`] where they cannot start.
     pub fn with_physics(
         scenario: &Scenario,
         controller: AnyController,
-        physics: Box<dyn OutsidePhysics>,
+        physics: Box<dyn ExternalPhysics>,
     ) -> Result<Self, Error> {
         Self::of_plant(scenario, controller, |x_m, yaw_rad| {
-            outside(scenario, physics, x_m, yaw_rad)
+            external(scenario, physics, x_m, yaw_rad)
         })
     }
 

@@ -156,7 +156,7 @@ impl Simulation {
                 "it has version {theirs}, this program reads version {ours}"
             )));
         }
-        // Physics that go on from numbers of no run end in a panic, or in a run that nobody asked for.
+        // Physics that go on from numbers of no run end in a panic, or in a run of another scenario.
         if u32::from_le_bytes(*checksum) != crc32fast::hash(whole) {
             return Err(refuse("it is damaged: its checksum is wrong"));
         }

@@ -43,7 +43,7 @@ impl SteppedRun {
     pub(crate) fn of(scenario: &Scenario, simulation: Simulation) -> Self {
         let mut meter = Meter::new(scenario);
         if let Some(engine) = simulation.engine() {
-            meter.set_outside(engine);
+            meter.set_external(engine);
         }
         Self {
             simulation,
@@ -53,7 +53,7 @@ impl SteppedRun {
         }
     }
 
-    /// One control period. False where the physics failed in it, or before: nothing moves any more then, and [`SteppedRun::failure`] tells why.
+    /// One control period. False where the physics failed in it, or before: nothing moves any more then, and [`SteppedRun::failure`] says why.
     ///
     /// # Errors
     /// As [`Simulation::step`], but for failed physics.

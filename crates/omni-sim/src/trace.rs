@@ -83,7 +83,7 @@ pub struct Trace {
     first_wheel_column: usize,
 }
 
-/// A trace as it was written; whoever wrote it.
+/// A trace as it was written, by any program.
 #[derive(Deserialize)]
 struct Unchecked {
     #[serde(with = "crate::outcome::as_json")]

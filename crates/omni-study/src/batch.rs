@@ -17,7 +17,7 @@ use crate::{Cell, Columns, Computed, Error, OwnPolicy, Plan, Row, Run, Store};
 
 /// Some runs of a plan as plain text, for a worker that sees the folder of results.
 ///
-/// The worker adds each row to the batch's own part as soon as it is done. So nothing is lost with a worker, and whoever
+/// The worker adds each row to the batch's own part as soon as it is done. So nothing is lost with a worker, and the one that
 /// gets the same batch again goes on where it was.
 ///
 /// ```

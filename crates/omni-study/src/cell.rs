@@ -9,7 +9,7 @@ use toml::Value as Toml;
 /// A value in a column of results.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
-// Not `non_exhaustive`, nor is `Kind`: whoever writes a table has to write every cell of it.
+// Not `non_exhaustive`, nor is `Kind`: a writer of tables has to write every cell.
 pub enum Cell {
     /// Nothing was measured: null.
     Missing,

@@ -27,7 +27,7 @@ pub enum Error {
         /// The system's reason.
         source: std::io::Error,
     },
-    /// Whoever asked for it does not want it any more.
+    /// The caller does not want it any more.
     #[error("stopped before the end")]
     Stopped,
 }

@@ -35,7 +35,7 @@ pub struct OwnPolicy {
 }
 
 impl OwnPolicy {
-    /// `name` is what rows call it, `identity` what tells it from every other: another law or other numbers, another identity.
+    /// `name` is what rows call it, `identity` what distinguishes it from every other: another law or other numbers, another identity.
     #[must_use]
     pub fn new(
         name: impl Into<String>,
@@ -55,7 +55,7 @@ impl OwnPolicy {
         &self.name
     }
 
-    /// What tells it from every other.
+    /// What distinguishes it from every other.
     #[must_use]
     pub fn identity(&self) -> &str {
         &self.identity

@@ -21,7 +21,7 @@ pub(crate) fn named<'a>(keys: impl Iterator<Item = &'a str>) -> String {
     hex(&digest.finalize(), 8)
 }
 
-/// A name that nobody else gives, in this program, in another or on another machine.
+/// A name that is given nowhere else, in this program, in another or on another machine.
 pub(crate) fn unique() -> String {
     let now = SystemTime::UNIX_EPOCH
         .elapsed()

@@ -56,7 +56,7 @@ pub(crate) fn compute_into(
             pool.install(|| {
                 let each = |sender: &mut mpsc::SyncSender<Row>, run: &Run| {
                     if let Some(row) = row(run, stop) {
-                        // Nobody receives any more where writing has failed.
+                        // There is no receiver any more where writing has failed.
                         let _ = sender.send(row);
                     }
                 };
@@ -73,7 +73,7 @@ pub(crate) fn compute_into(
     })
 }
 
-/// Writes rows as they come, until nobody sends any. Those that come while others are written wait for one another. Whoever
+/// Writes rows as they come, until no sender is left. Those that come while others are written wait for one another. The one that
 /// still sends after an error is not kept waiting: the receiver ends with this.
 fn collect(
     receiver: mpsc::Receiver<Row>,

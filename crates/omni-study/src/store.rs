@@ -114,7 +114,7 @@ impl Store {
             shared,
             study,
         };
-        // Made by whoever holds the study.
+        // Made by the holder of the study.
         if store.folder.join(LOCK).is_file() {
             return Ok(store);
         }
@@ -158,7 +158,7 @@ impl Store {
         if rows.is_empty() {
             return Ok(None);
         }
-        // The same rows are the same part, whoever writes them and whenever.
+        // The same rows are the same part, by any writer and at any time.
         let path = self.part(&named(rows.iter().map(|row| row.key.as_str())), WHOLE);
         self.replace(&path, rows)?;
         Ok(Some(path))
@@ -172,11 +172,11 @@ impl Store {
     /// The part of that name, which has all rows that it will have, is whole.
     pub(crate) fn complete(&self, name: &str) -> Result<(), Error> {
         let growing = self.part(name, GROWING);
-        // Whoever came to hold the folder has done it, if it is gone.
+        // The present holder of the folder has done it, if it is gone.
         unless_gone(fs::rename(&growing, self.part(name, WHOLE))).map_err(io_error(&growing))
     }
 
-    /// The part of a batch is whole if each of its runs has a row by now, whoever computed it; else what there is grows on.
+    /// The part of a batch is whole if each of its runs has a row by now, by any worker; else what there is grows on.
     pub(crate) fn complete_batch(&self, name: &str, keys: &BTreeSet<String>) -> Result<(), Error> {
         let there = self.of_batch(name)?;
         if !there.rows.has_all(keys) {
@@ -250,7 +250,7 @@ impl Store {
     ///
     /// # Errors
     /// [`Error::Io`]; [`Error::Study`] where a part is of another version, of another scenario or of other axes: its rows
-    /// would not be told apart from this study's.
+    /// could not be distinguished from this study's.
     pub fn read(&self) -> Result<Found, Error> {
         self.read_until(&AtomicBool::new(false))
     }
@@ -369,7 +369,7 @@ impl Store {
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
             file => file.map_err(io_error(path))?,
         };
-        // Before anything in it is believed.
+        // Before anything in it is used.
         let checksum = checksum::check(&mut file).map_err(io_error(path))?;
         if checksum == Checksum::Wrong {
             return Ok(Some(Err(CHANGED.into())));
@@ -380,7 +380,7 @@ impl Store {
         };
         self.check(&opened)?;
         match opened.difference(&self.columns) {
-            // Of this version and this study: only that may be told from one that is damaged.
+            // Of this version and this study: only that can be distinguished from one that is damaged.
             Ok(None) if checksum == Checksum::Missing => Ok(Some(Err(WITHOUT_CHECKSUM.into()))),
             Ok(None) => Ok(Some(
                 opened.rows(&self.columns).map_err(|error| error.to_string()),

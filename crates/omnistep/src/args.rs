@@ -408,7 +408,7 @@ pub(crate) struct Ros2Args {
     pub(crate) ros2_control: Option<CommandInterface>,
 }
 
-/// What ros2_control tells a wheel.
+/// What ros2_control commands of a wheel.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum CommandInterface {
     Velocity,

@@ -18,12 +18,12 @@ const SPEED_M_S: f64 = 0.3;
 /// Says what a file describes, or what is wrong with it, and warns of what is doubtful: whether there was anything. `step_m` is the height of a
 /// step that its motors shall be strong enough for.
 pub(super) fn check(file: &str, step_m: Option<f64>, out: &mut dyn Write) -> Result<bool, Error> {
-    let mut told = Told::default();
+    let mut report = Report::default();
     let loaded = File::load(file)?;
     if let Some(height_m) = step_m {
         allowed_step(height_m, &loaded)?;
     }
-    told.name = match &loaded {
+    report.name = match &loaded {
         File::Vehicle(vehicle) => vehicle.name.clone(),
         File::Scenario(scenario) => scenario.name.clone(),
         File::Study(study) => study.name.clone(),
@@ -36,10 +36,10 @@ pub(super) fn check(file: &str, step_m: Option<f64>, out: &mut dyn Write) -> Res
                 None => Some(vehicle.derived_gains(PERIOD_S)?),
             };
             announce_assumed(&vehicle, PERIOD_S, derived.as_ref());
-            told.warn(vehicle.doubts(PERIOD_S)?);
-            told.warn(vehicle.falls(GRAVITY_M_S2));
+            report.warn(vehicle.doubts(PERIOD_S)?);
+            report.warn(vehicle.falls(GRAVITY_M_S2));
             let facts = facts(&vehicle, PERIOD_S, GRAVITY_M_S2, derived.as_ref())?;
-            let step = on_step(&vehicle, step_m, FRICTION, GRAVITY_M_S2, SPEED_M_S, &mut told)?;
+            let step = on_step(&vehicle, step_m, FRICTION, GRAVITY_M_S2, SPEED_M_S, &mut report)?;
             format!(
                 "vehicle {}{facts}{step}{}",
                 described(&vehicle),
@@ -50,14 +50,14 @@ pub(super) fn check(file: &str, step_m: Option<f64>, out: &mut dyn Write) -> Res
             let (vehicle, derived) = (scenario.vehicle(), scenario.derived_gains());
             announce_assumed(vehicle, scenario.period_s(), derived);
             let gravity = scenario.physics.gravity_m_s2;
-            told.warn(vehicle.doubts(scenario.period_s())?);
-            told.warn(vehicle.falls(gravity));
-            told.warn(doubts_of(&scenario));
-            told.warn(scenario.encoder_warning()?);
+            report.warn(vehicle.doubts(scenario.period_s())?);
+            report.warn(vehicle.falls(gravity));
+            report.warn(doubts_of(&scenario));
+            report.warn(scenario.encoder_warning()?);
             let balls = beyond_balls(&scenario);
-            told.doubtful |= balls.is_some();
+            report.doubtful |= balls.is_some();
             let (friction, speed_m_s) = (scenario.terrain.friction(), scenario.command.vx_m_s.abs());
-            let step = on_step(vehicle, step_m, friction, gravity, speed_m_s, &mut told)?;
+            let step = on_step(vehicle, step_m, friction, gravity, speed_m_s, &mut report)?;
             format!(
                 "scenario {}, {} s, policy {}, engine {}; vehicle {}{}{}{step}{}",
                 scenario.name,
@@ -80,10 +80,10 @@ pub(super) fn check(file: &str, step_m: Option<f64>, out: &mut dyn Write) -> Res
         }
         File::Study(study) => {
             let (described, doubts_of_runs, balls) = checked(&study)?;
-            told.warn(doubts_of_runs);
+            report.warn(doubts_of_runs);
             match balls {
                 Some(why) => {
-                    told.doubtful = true;
+                    report.doubtful = true;
                     format!("study {described}\n  {:<8} WARNING: {why}", "balls")
                 }
                 None => format!("study {described}"),
@@ -98,17 +98,17 @@ pub(super) fn check(file: &str, step_m: Option<f64>, out: &mut dyn Write) -> Res
         }
     };
     print(out, &format!("{file}: {said}\n"))?;
-    Ok(told.doubtful)
+    Ok(report.doubtful)
 }
 
 /// What was warned of, of whom.
 #[derive(Default)]
-struct Told {
+struct Report {
     name: String,
     doubtful: bool,
 }
 
-impl Told {
+impl Report {
     fn warn(&mut self, doubts: impl IntoIterator<Item = String>) {
         for doubt in doubts {
             self.doubtful = true;
@@ -339,12 +339,12 @@ fn on_step(
     friction: f64,
     gravity_m_s2: f64,
     speed_m_s: f64,
-    told: &mut Told,
+    report: &mut Report,
 ) -> Result<String, Error> {
     let Some(height_m) = step_m else {
         return Ok(String::new());
     };
-    told.warn(too_low(vehicle, height_m));
+    report.warn(too_low(vehicle, height_m));
     let has = vehicle.motor.peak_torque_n_m();
     let mut step = omni_bound::Step::new(height_m, friction)?;
     step.gravity_m_s2 = gravity_m_s2;
@@ -360,14 +360,14 @@ fn on_step(
             for row in &rows {
                 let (wheels, torque) = (row.wheels.join(" "), row.torque_n_m);
                 if torque.is_infinite() {
-                    told.warn([format!(
+                    report.warn([format!(
                         "{where_}: no torque lifts wheel {wheels} off the ground, because the friction is too low"
                     )]);
                     needs.push(format!("{wheels}: no torque suffices"));
                     continue;
                 }
                 if torque > has {
-                    told.warn([format!(
+                    report.warn([format!(
                         "{where_}: wheel {wheels} needs {torque:.2} N.m per actuator to leave the ground, but the motor has {has}"
                     )]);
                 }
@@ -388,7 +388,7 @@ fn on_step(
             .iter()
             .filter(|row| row.verdict == omni_bound::Verdict::Impossible);
         let rows = rows.map(|row| row.row).collect::<Vec<_>>().join(", ");
-        told.warn([format!(
+        report.warn([format!(
             "{where_}: impossible at {speed_m_s} m/s with the motor's {has} N.m, for these rows: {rows}; use omnistep bound for details"
         )]);
     }
@@ -404,7 +404,14 @@ fn on_step(
 }
 
 #[cfg(not(feature = "bound"))]
-fn on_step(_: &Vehicle, step_m: Option<f64>, _: f64, _: f64, _: f64, _: &mut Told) -> Result<String, Error> {
+fn on_step(
+    _: &Vehicle,
+    step_m: Option<f64>,
+    _: f64,
+    _: f64,
+    _: f64,
+    _: &mut Report,
+) -> Result<String, Error> {
     match step_m {
         Some(_) => Err(Error::NotBuilt {
             what: "check --step",

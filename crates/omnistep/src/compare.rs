@@ -33,7 +33,7 @@ struct Row {
     steps_per_s: f64,
     realtime_factor: f64,
     mcap: PathBuf,
-    /// For as long as it is told of, no other run replaces it.
+    /// For as long as it is reported, no other run replaces it.
     #[serde(skip)]
     _log: FinishedLog,
     /// What its drive found.
@@ -133,14 +133,14 @@ pub(super) fn compare(
     let (mut rows, mut failed) = (Vec::new(), None);
     for (k, run) in runs.iter().enumerate() {
         bar.set_message(run.control.law());
-        let told = |part: f64| bar.set_position(1000 * k as u64 + (1000.0 * part) as u64);
-        let ran = one(run, firmware, &names.of(run), stop, told);
+        let progress = |part: f64| bar.set_position(1000 * k as u64 + (1000.0 * part) as u64);
+        let ran = one(run, firmware, &names.of(run), stop, progress);
         let (row, link, ended) = match ran {
             Ok(ran) => ran,
             Err(error) => {
                 bar.finish_and_clear();
                 if !args.json && !rows.is_empty() {
-                    // What is done stands; why the rest is not there is said last, also where nobody reads the table.
+                    // What is done stands; why the rest is not there is said last, also where the table is not read.
                     let _ = show(&scenario, &rows, args.explain, out);
                 }
                 return Err(error);
@@ -348,7 +348,7 @@ fn one(
 
 pub(super) fn headline(scenario: &Scenario) -> String {
     let command = &scenario.command;
-    headline_told(
+    headline_for(
         scenario,
         &match (&command.path, &command.file) {
             (Some(PathChoice::Name(name)), _) => format!("along the path {name}"),
@@ -363,8 +363,8 @@ pub(super) fn headline(scenario: &Scenario) -> String {
     )
 }
 
-/// The same of a vehicle that is told something else than the scenario's command.
-pub(super) fn headline_told(scenario: &Scenario, told: &str) -> String {
+/// The same of a vehicle with another command than the scenario's.
+pub(super) fn headline_for(scenario: &Scenario, commanded: &str) -> String {
     let vehicle = &scenario.vehicle().name;
     let torque = scenario.vehicle().motor.peak_torque_n_m();
     let wheels = 0..scenario.vehicle().wheel.len();
@@ -378,7 +378,7 @@ pub(super) fn headline_told(scenario: &Scenario, told: &str) -> String {
         _ => " on rollers",
     };
     format!(
-        "{vehicle}{on} {}, friction {}, {told}, torque limit {torque} N.m",
+        "{vehicle}{on} {}, friction {}, {commanded}, torque limit {torque} N.m",
         scenario.terrain.described(),
         scenario.terrain.friction(),
     )

@@ -12,7 +12,7 @@ use omni_sim::Simulation;
 
 use crate::Error;
 use crate::args::{DriveArgs, with_vehicle};
-use crate::compare::{headline_told, policy_key};
+use crate::compare::{headline_for, policy_key};
 use crate::live::{explain, page_of, show};
 use crate::notices::announce_vehicle;
 use crate::output::say;
@@ -45,7 +45,7 @@ pub(super) fn drive(args: DriveArgs, out: &mut dyn Write) -> Result<(), Error> {
     announce_vehicle(&scenario);
     let pilot = Pilot::new();
     let mut live = Live::new(args.port);
-    (live.until, live.stands, live.steer) = (Until::Told, true, true);
+    (live.until, live.stands, live.steer) = (Until::Stopped, true, true);
     (live.speed, live.origins) = (args.speed, args.origins);
     live.pilot = Some(pilot.clone());
     live.own_page = true;
@@ -78,7 +78,7 @@ pub(super) fn drive(args: DriveArgs, out: &mut dyn Write) -> Result<(), Error> {
     let ran = run_live(&scenario, &live, opened, warn, watch);
     drop(keys); // where the run ended by itself the terminal is still theirs
     let (outcome, ended) = ran?;
-    let headline = headline_told(&scenario, "driven by hand");
+    let headline = headline_for(&scenario, "driven by hand");
     show(&headline, &outcome, args.json, out)?;
     if args.explain {
         explain(&outcome, out)?;

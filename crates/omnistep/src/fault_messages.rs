@@ -14,7 +14,7 @@ const FAULTS: [&str; 6] = [
     "is declared lost",
 ];
 
-/// Something that is told when it changes: its column, and what its values mean; nothing where that is not told.
+/// Something that is reported when it changes: its column, and what its values mean; nothing where that is not reported.
 struct Watched {
     column: usize,
     last: f64,

@@ -11,7 +11,7 @@ const WIDTH: usize = 100;
 pub(super) struct Run<'a> {
     /// What heads its column.
     pub(super) name: String,
-    /// What else tells it from other runs: title and word, the same titles for every run.
+    /// What else distinguishes it from other runs: title and word, the same titles for every run.
     pub(super) labels: Vec<(&'static str, String)>,
     /// What it amounts to; none of a log without an end or without a simulation.
     pub(super) outcome: Option<&'a Outcome>,
@@ -164,10 +164,10 @@ pub(super) fn explained(runs: &[Run<'_>]) -> String {
     line("verdict", "verdict", "How the run ended.");
     let mut verdicts: Vec<_> = runs.iter().filter_map(|run| Some(run.outcome?.verdict)).collect();
     verdicts.dedup();
-    let mut told = Vec::new();
+    let mut shown = Vec::new();
     for verdict in verdicts {
-        if !told.contains(&verdict) {
-            told.push(verdict);
+        if !shown.contains(&verdict) {
+            shown.push(verdict);
             text += &format!("  {}: {}\n", verdict.name(), verdict.meaning());
         }
     }

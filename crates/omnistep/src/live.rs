@@ -11,7 +11,7 @@ use omni_sim::{Outcome, Simulation};
 
 use crate::Error;
 use crate::args::{LiveArgs, RunArgs};
-use crate::compare::{headline, headline_told, policy_key};
+use crate::compare::{headline, headline_for, policy_key};
 use crate::figures::{Run, explained, results};
 use crate::notices::announce;
 use crate::output::{print, print_path, say};
@@ -52,7 +52,7 @@ pub(super) fn live(
         }
         _ if !stop.load(Ordering::SeqCst) => Ok(ControlFlow::Continue(())),
         // What has no end of its own is not cut short.
-        Some(_) if live.until == Until::Told => Ok(ControlFlow::Break(())),
+        Some(_) if live.until == Until::Stopped => Ok(ControlFlow::Break(())),
         _ => Err(Error::RunInterrupted {
             time_s: simulation.map_or(0.0, |simulation| simulation.time_ns() as f64 * 1e-9),
             duration_s: seconds.unwrap_or(scenario.duration_s),
@@ -80,14 +80,14 @@ pub(super) fn live(
     ended.map_or(Ok(()), |error| Err(error.into()))
 }
 
-/// What the table is of: others may have told the vehicle more than its scenario.
+/// What the table is of: others may have commanded more than its scenario.
 fn headline_of(scenario: &Scenario, live: &Live) -> String {
     #[cfg(feature = "ros2")]
     if live.ros2.is_some() {
-        return headline_told(scenario, "driven over ROS 2");
+        return headline_for(scenario, "driven over ROS 2");
     }
     if live.steer {
-        return headline_told(scenario, "driven by viewers");
+        return headline_for(scenario, "driven by viewers");
     }
     headline(scenario)
 }

@@ -4,7 +4,7 @@ use omni_config::{DerivedGains, Scenario, Vehicle, WheelModel};
 
 use crate::output::{say, warn};
 
-/// What is doubtful of a scenario: that it ends before its vehicle can be across or at the end of its path, that it is told what it cannot do, that one count of its encoders is more than the motor
+/// What is doubtful of a scenario: that it ends before its vehicle can be across or at the end of its path, that its command is more than it can do, that one count of its encoders is more than the motor
 /// has, that its drive finds faults where there are none, what its traction control lacks.
 pub(crate) fn doubts_of(scenario: &Scenario) -> Vec<String> {
     let doubts = scenario.too_short().into_iter().chain(coarse(scenario));
@@ -46,7 +46,7 @@ pub(crate) fn announce(scenario: &Scenario) {
     warn_of(scenario);
 }
 
-/// What of that is about the vehicle, whatever it is told to do.
+/// What of that is about the vehicle, whatever its command.
 pub(crate) fn announce_vehicle(scenario: &Scenario) {
     announce_assumed(scenario.vehicle(), scenario.period_s(), scenario.derived_gains());
     if scenario.physics.wheel_model == WheelModel::Rollers && scenario.vehicle().rollers.is_none() {

@@ -10,7 +10,7 @@ use crate::{Error, robots};
 
 /// A line on standard error, no longer than somebody reads it: every one goes through here.
 pub(crate) fn say(line: &str) {
-    // Nobody listening is no reason to fail.
+    // A closed output is no reason to fail.
     let _ = writeln!(std::io::stderr(), "{}", shortened_line(line));
 }
 

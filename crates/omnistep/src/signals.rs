@@ -36,7 +36,7 @@ pub(super) fn exit_code() -> u8 {
 pub(super) fn survive_full_quota() {
     #[cfg(unix)]
     {
-        // Whoever handles it survives it; nobody reads the flag.
+        // A process that handles it survives it; the flag is not read.
         static FULL: AtomicBool = AtomicBool::new(false);
         let _ = flag::register(signal_hook::consts::SIGXFSZ, &FULL);
     }

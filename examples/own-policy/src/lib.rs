@@ -35,9 +35,9 @@ impl<const N: usize> Policy<f64> for MotionControl<N> {
 
     fn step(&mut self, readings: &Readings<'_, f64>, torques_n_m: &mut [f64]) {
         let mut measured = WheelVelocities::<f64, N>::zero();
-        for (own, heard) in measured.rad_s.iter_mut().zip(readings.wheels_rad_s) {
-            // A wheel that is not heard counts as standing.
-            *own = if heard.is_nan() { 0.0 } else { *heard };
+        for (own, reading) in measured.rad_s.iter_mut().zip(readings.wheels_rad_s) {
+            // A wheel without a reading counts as standing.
+            *own = if reading.is_nan() { 0.0 } else { *reading };
         }
         let (motion, slip) = (
             self.kinematics.forward(&measured),

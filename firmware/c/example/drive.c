@@ -56,7 +56,7 @@ static bool as_expected(int k) {
         return output.mode == OMNI_DRIVE_MODE_NORMAL && output.estimated.vx_m_s > 0.2f;
     case 1500: /* no command for 0.5 s */
         return output.status == OMNI_COMMAND_STATUS_TIMED_OUT && output.references.rad_s[0] == 0.0f && output.torques.n_m[0] < 1e-3f;
-    case 2100: /* let go, while the others drive on */
+    case 2100: /* released, while the others drive on */
         return output.mode == OMNI_DRIVE_MODE_DEGRADED && output.faults[2] == OMNI_FAULT_SILENT && !output.active[2] && shorted() == 0;
     case 2440: /* it has said what the others say for long enough */
         return output.mode == OMNI_DRIVE_MODE_NORMAL && output.active[2];
@@ -66,7 +66,7 @@ static bool as_expected(int k) {
         return output.excluded[6] && output.active[6];
     case 2980:
         return output.mode == OMNI_DRIVE_MODE_EMERGENCY_STOP && output.references.rad_s[0] == 0.0f;
-    case 3250: /* nobody tells the motion: every motor is shorted */
+    case 3250: /* the motion is undetermined: every motor is shorted */
         return output.mode == OMNI_DRIVE_MODE_SAFE_STOP && !output.motion_known && shorted() == 7;
     case 3650: /* readings are back, and the motors, but it waits for a release */
         return output.mode == OMNI_DRIVE_MODE_SAFE_STOP && shorted() == 0;
@@ -98,12 +98,12 @@ int main(void) {
         input.command = (omni_twist){k == 3900 ? __builtin_nanf("") : 0.6f, 0.1f, 0.2f};
         for (int i = 0; i < 7; i++) {
             /* Wheels take 20 ms to follow: readings that change all at once and then stay are of encoders that are stuck. One that
-             * is let go rolls on. */
+             * is released rolls on. */
             if (output.active[i]) {
                 wheels[i] = wheels[i] + 0.05f * (output.references.rad_s[i] - wheels[i]);
             }
             input.measured.rad_s[i] = wheels[i];
-            input.heard[i] = !within(k, 3200, 3300) && !(i == 2 && within(k, 2000, 2200));
+            input.received[i] = !within(k, 3200, 3300) && !(i == 2 && within(k, 2000, 2200));
         }
         if (within(k, 2450, 2550)) {
             input.measured.rad_s[4] = input.measured.rad_s[4] + 5.0f;

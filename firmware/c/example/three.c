@@ -23,8 +23,8 @@ void every_period(void) {
     omni3_drive_input input = {0};
     for (int i = 0; i < OMNI_WHEELS; i++) {
         uint32_t counter;
-        input.heard[i] = read_counter(i, &counter);
-        if (input.heard[i]) {
+        input.received[i] = read_counter(i, &counter);
+        if (input.received[i]) {
             omni_encoder_step(&OMNI_ENCODER, &encoders[i], counter, __builtin_nanf(""), &input.measured.rad_s[i]);
         }
     }

@@ -71,7 +71,7 @@ static uint32_t take(uint32_t hash, float value) {
 
 static bool near(float value, float wanted, float off) { return value > wanted - off && value < wanted + off; }
 
-/* Whatever the dead encoder reads: torque ends when it is said to end, and wheels that are believed are driven until then. */
+/* Whatever the dead encoder reads: torque ends when it is said to end, and wheels with accepted readings are driven until then. */
 static bool torque_ends(void) {
     const float *r = output.references.rad_s, *torque = output.torques.n_m;
     rested = r[0] == 0.0f && r[1] == 0.0f && r[2] == 0.0f ? rested + 1 : 0;

@@ -1,4 +1,4 @@
-// three.cpp on the bench of three_bench.c, which looks at what a drive tells in C.
+// three.cpp on the bench of three_bench.c, which looks at what a drive reports in C.
 #define every_period one_period
 #include "three.cpp"
 #undef every_period
@@ -8,14 +8,14 @@ omni3_drive_output output;
 
 extern "C" void every_period() {
     one_period();
-    const auto& told = base->drive.output();
-    output.mode = static_cast<omni_drive_mode>(told.mode());
-    output.status = static_cast<omni_command_status>(told.status());
+    const auto& reported = base->drive.output();
+    output.mode = static_cast<omni_drive_mode>(reported.mode());
+    output.status = static_cast<omni_command_status>(reported.status());
     for (int i = 0; i < 3; i++) {
-        output.references.rad_s[i] = told.references_rad_s()[i];
-        output.torques.n_m[i] = told.torques_n_m()[i];
-        output.active[i] = told.active()[i];
-        output.brake[i] = told.brake()[i];
-        output.faults[i] = static_cast<std::uint8_t>(told.faults()[i]);
+        output.references.rad_s[i] = reported.references_rad_s()[i];
+        output.torques.n_m[i] = reported.torques_n_m()[i];
+        output.active[i] = reported.active()[i];
+        output.brake[i] = reported.brake()[i];
+        output.faults[i] = static_cast<std::uint8_t>(reported.faults()[i]);
     }
 }

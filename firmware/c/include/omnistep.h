@@ -57,11 +57,11 @@ enum omni_drive_mode
   : uint8_t
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
-  // Every wheel drives and is believed.
+  // Every wheel drives, and its readings are accepted.
   OMNI_DRIVE_MODE_NORMAL = 0,
-  // A wheel is let go, lifted or left out; the others move the vehicle as commanded.
+  // A wheel is released, lifted or excluded; the others move the vehicle as commanded.
   OMNI_DRIVE_MODE_DEGRADED = 1,
-  // Too few wheels are left to tell how the vehicle moves: those that are left are brought to rest, at the emergency
+  // Too few wheels are left to determine how the vehicle moves: those that are left are brought to rest, at the emergency
   // deceleration. Latched until `DriveState::release_safe_stop`.
   OMNI_DRIVE_MODE_SAFE_STOP = 2,
   // Somebody asked for it with `DriveState::emergency_stop`; latched until
@@ -114,7 +114,7 @@ enum omni_fault
   // Its reading never changes although the vehicle moves, or although the motor pulls: an encoder that is dead, or a wheel that is
   // blocked.
   OMNI_FAULT_STUCK = 3,
-  // It has not been heard from for too long.
+  // No reading has arrived for too long.
   OMNI_FAULT_SILENT = 4,
   // It has been declared lost.
   OMNI_FAULT_LOST = 5,
@@ -209,9 +209,9 @@ typedef struct {
 typedef struct {
   // Reference r as commanded, before any reduction.
   omni3_velocities reference;
-  // Measurement y; 0 for a wheel that is let go.
+  // Measurement y; 0 for a released wheel.
   omni3_velocities measured;
-  // The wheel was controlled. One without a usable measurement is let go: no torque, its loop starts afresh. When the torque has
+  // The wheel was controlled. One without a usable measurement is released: no torque, its loop starts afresh. When the torque has
   // `ended` no wheel is controlled.
   bool active[3];
   // Proportional term, formed with the reference as reduced by `common_factor` under
@@ -373,7 +373,7 @@ enum omni_saturation_tag
   // Each wheel is cut to its own limit; the others do not notice.
   OMNI_SATURATION_CLIP,
   // Eqs. (11), (12) with |torque|: all torques are multiplied by the factor of the wheel furthest over its limit.
-  // Ratios of torques are kept. The integrals are not told.
+  // Ratios of torques are kept. The integrals do not know of it.
   OMNI_SATURATION_SCALE_TORQUES,
   // All references are multiplied by one factor s, as large as keeps every wheel within its limit, and the loops see
   // the error against the reduced reference (a conditioned controller shared by the wheels). Ratios of velocities are
@@ -479,9 +479,9 @@ typedef struct {
 typedef struct {
   // Reference r as commanded, before any reduction.
   omni4_velocities reference;
-  // Measurement y; 0 for a wheel that is let go.
+  // Measurement y; 0 for a released wheel.
   omni4_velocities measured;
-  // The wheel was controlled. One without a usable measurement is let go: no torque, its loop starts afresh. When the torque has
+  // The wheel was controlled. One without a usable measurement is released: no torque, its loop starts afresh. When the torque has
   // `ended` no wheel is controlled.
   bool active[4];
   // Proportional term, formed with the reference as reduced by `common_factor` under
@@ -595,9 +595,9 @@ typedef struct {
 typedef struct {
   // Reference r as commanded, before any reduction.
   omni6_velocities reference;
-  // Measurement y; 0 for a wheel that is let go.
+  // Measurement y; 0 for a released wheel.
   omni6_velocities measured;
-  // The wheel was controlled. One without a usable measurement is let go: no torque, its loop starts afresh. When the torque has
+  // The wheel was controlled. One without a usable measurement is released: no torque, its loop starts afresh. When the torque has
   // `ended` no wheel is controlled.
   bool active[6];
   // Proportional term, formed with the reference as reduced by `common_factor` under
@@ -711,9 +711,9 @@ typedef struct {
 typedef struct {
   // Reference r as commanded, before any reduction.
   omni7_velocities reference;
-  // Measurement y; 0 for a wheel that is let go.
+  // Measurement y; 0 for a released wheel.
   omni7_velocities measured;
-  // The wheel was controlled. One without a usable measurement is let go: no torque, its loop starts afresh. When the torque has
+  // The wheel was controlled. One without a usable measurement is released: no torque, its loop starts afresh. When the torque has
   // `ended` no wheel is controlled.
   bool active[7];
   // Proportional term, formed with the reference as reduced by `common_factor` under
@@ -914,20 +914,20 @@ typedef struct {
   omni_slip_config config;
 } omni_slip_detector;
 
-// When a reading is not believed. An infinite velocity or torque, or a count of 65535 periods, switches its check off.
+// When a reading is rejected. An infinite velocity or torque, or a count of 65535 periods, switches its check off.
 // Checked by `FaultMonitor::new`.
 typedef struct {
-  // Largest change [rad/s] of an actuator's velocity within one period, 1e-9 or more: a reading further from the last one
-  // believed is held back.
+  // Largest change [rad/s] of an actuator's velocity within one period, 1e-9 or more: a reading further from the last accepted one
+  // is held back.
   float jump_rad_s;
-  // Periods a jump is bridged with the last reading believed; then the wheel is faulty. Good readings between jumps count
+  // Periods a jump is bridged with the last accepted reading; then the wheel is faulty. Good readings between jumps count
   // against jumps one by one. 1 to 65535.
   uint16_t jump_periods;
   // A reading that stays exactly the same while what the other wheels say of it moves by more than this [rad/s] is
   // stuck, 1e-9 or more. So is, after ten times as long, a reading that stays exactly 0 while the others say that the wheel turns by more
-  // than this and its loop pulls in vain towards its reference. Also how well a faulty wheel must agree with the others to be believed again.
+  // than this and its loop pulls in vain towards its reference. Also how well a faulty wheel must agree with the others to be accepted again.
   float stuck_rad_s;
-  // A reading that stays exactly the same while the motor is told to give at least this torque [N.m] towards the reference, or with a
+  // A reading that stays exactly the same while the motor is commanded to give at least this torque [N.m] towards the reference, or with a
   // reference further away than `stuck_rad_s`, is stuck after ten times `stuck_periods`, 1e-9 or more. One of 0 that the others can check is
   // so once they say that the wheel has turned by `stuck_rad_s` in that time. Of three wheels, which cannot check each other, one of 0 or so
   // far away is stuck after `stuck_periods` if another wheel turns faster than `stuck_rad_s`. A wheel that is blocked while others turn looks
@@ -938,8 +938,8 @@ typedef struct {
   uint16_t stuck_periods;
   // Periods without a reading after which a wheel is faulty, 1 to 65535; until then its last reading stands.
   uint16_t silent_periods;
-  // Good readings in a row after which a faulty wheel (never one declared lost) is believed again, 1 to 65535: readings
-  // without a jump that agree with the other wheels as far as these can tell, from a stuck wheel readings that change.
+  // Good readings in a row after which a faulty wheel (never one declared lost) is accepted again, 1 to 65535: readings
+  // without a jump that agree with the other wheels as far as these determine it, from a stuck wheel readings that change.
   uint16_t recovery_periods;
 } omni_fault_config;
 
@@ -998,8 +998,8 @@ typedef struct {
 
 // A vehicle's whole controller: readings and commands in, torques out. Immutable; what changes is in `DriveState`.
 //
-// In order: readings are judged, faulty wheels let go, the motion estimated from the rest; the command is checked,
-// limited, moved to the origin and brought within what the wheels can turn; the loops run; the pose is carried on.
+// In order: readings are judged, faulty wheels released, the motion estimated from the rest; the command is checked,
+// limited, moved to the origin and brought within what the wheels can turn; the loops run; the pose is integrated.
 typedef struct {
   omni3_controller controller;
   omni_shaper shaper;
@@ -1034,7 +1034,7 @@ typedef struct {
   float yaw_rad;
 } omni_pose;
 
-// What a step tells. Nothing in it is ever NaN.
+// What a step reports. Nothing in it is ever NaN.
 typedef struct {
   // Torques to apply [N.m], always within the motors' limits.
   omni3_torques torques;
@@ -1056,7 +1056,7 @@ typedef struct {
   omni_command_status status;
   // A command arrived and was refused: it is no number, or beyond 1e6.
   bool rejected;
-  // Enough wheels tell the motion; else the pose stands still.
+  // Enough wheels determine the motion; else the pose stands still.
   bool motion_known;
   // What is wrong with each wheel: an `omni_fault`, or 0 for nothing.
   uint8_t faults[3];
@@ -1076,12 +1076,12 @@ typedef struct {
 typedef struct {
   // The command; looked at only where `commanded`.
   omni_twist command;
-  // Actuator velocities [rad/s]; each looked at only where it was `heard`.
+  // Actuator velocities [rad/s]; each looked at only where it was `received`.
   omni3_velocities measured;
   // A command arrived. Where none does for the time-out, the vehicle is brought to rest.
   bool commanded;
   // The encoder's reading arrived.
-  bool heard[3];
+  bool received[3];
   // The wheel is in the air: it is controlled, but says nothing of the vehicle's motion.
   bool lifted[3];
 } omni3_drive_input;
@@ -1124,8 +1124,8 @@ typedef struct {
 
 // A vehicle's whole controller: readings and commands in, torques out. Immutable; what changes is in `DriveState`.
 //
-// In order: readings are judged, faulty wheels let go, the motion estimated from the rest; the command is checked,
-// limited, moved to the origin and brought within what the wheels can turn; the loops run; the pose is carried on.
+// In order: readings are judged, faulty wheels released, the motion estimated from the rest; the command is checked,
+// limited, moved to the origin and brought within what the wheels can turn; the loops run; the pose is integrated.
 typedef struct {
   omni4_controller controller;
   omni_shaper shaper;
@@ -1150,7 +1150,7 @@ typedef struct {
   uint32_t memory[160];
 } omni4_drive_state;
 
-// What a step tells. Nothing in it is ever NaN.
+// What a step reports. Nothing in it is ever NaN.
 typedef struct {
   // Torques to apply [N.m], always within the motors' limits.
   omni4_torques torques;
@@ -1172,7 +1172,7 @@ typedef struct {
   omni_command_status status;
   // A command arrived and was refused: it is no number, or beyond 1e6.
   bool rejected;
-  // Enough wheels tell the motion; else the pose stands still.
+  // Enough wheels determine the motion; else the pose stands still.
   bool motion_known;
   // What is wrong with each wheel: an `omni_fault`, or 0 for nothing.
   uint8_t faults[4];
@@ -1192,12 +1192,12 @@ typedef struct {
 typedef struct {
   // The command; looked at only where `commanded`.
   omni_twist command;
-  // Actuator velocities [rad/s]; each looked at only where it was `heard`.
+  // Actuator velocities [rad/s]; each looked at only where it was `received`.
   omni4_velocities measured;
   // A command arrived. Where none does for the time-out, the vehicle is brought to rest.
   bool commanded;
   // The encoder's reading arrived.
-  bool heard[4];
+  bool received[4];
   // The wheel is in the air: it is controlled, but says nothing of the vehicle's motion.
   bool lifted[4];
 } omni4_drive_input;
@@ -1230,8 +1230,8 @@ typedef struct {
 
 // A vehicle's whole controller: readings and commands in, torques out. Immutable; what changes is in `DriveState`.
 //
-// In order: readings are judged, faulty wheels let go, the motion estimated from the rest; the command is checked,
-// limited, moved to the origin and brought within what the wheels can turn; the loops run; the pose is carried on.
+// In order: readings are judged, faulty wheels released, the motion estimated from the rest; the command is checked,
+// limited, moved to the origin and brought within what the wheels can turn; the loops run; the pose is integrated.
 typedef struct {
   omni6_controller controller;
   omni_shaper shaper;
@@ -1256,7 +1256,7 @@ typedef struct {
   uint32_t memory[216];
 } omni6_drive_state;
 
-// What a step tells. Nothing in it is ever NaN.
+// What a step reports. Nothing in it is ever NaN.
 typedef struct {
   // Torques to apply [N.m], always within the motors' limits.
   omni6_torques torques;
@@ -1278,7 +1278,7 @@ typedef struct {
   omni_command_status status;
   // A command arrived and was refused: it is no number, or beyond 1e6.
   bool rejected;
-  // Enough wheels tell the motion; else the pose stands still.
+  // Enough wheels determine the motion; else the pose stands still.
   bool motion_known;
   // What is wrong with each wheel: an `omni_fault`, or 0 for nothing.
   uint8_t faults[6];
@@ -1298,12 +1298,12 @@ typedef struct {
 typedef struct {
   // The command; looked at only where `commanded`.
   omni_twist command;
-  // Actuator velocities [rad/s]; each looked at only where it was `heard`.
+  // Actuator velocities [rad/s]; each looked at only where it was `received`.
   omni6_velocities measured;
   // A command arrived. Where none does for the time-out, the vehicle is brought to rest.
   bool commanded;
   // The encoder's reading arrived.
-  bool heard[6];
+  bool received[6];
   // The wheel is in the air: it is controlled, but says nothing of the vehicle's motion.
   bool lifted[6];
 } omni6_drive_input;
@@ -1336,8 +1336,8 @@ typedef struct {
 
 // A vehicle's whole controller: readings and commands in, torques out. Immutable; what changes is in `DriveState`.
 //
-// In order: readings are judged, faulty wheels let go, the motion estimated from the rest; the command is checked,
-// limited, moved to the origin and brought within what the wheels can turn; the loops run; the pose is carried on.
+// In order: readings are judged, faulty wheels released, the motion estimated from the rest; the command is checked,
+// limited, moved to the origin and brought within what the wheels can turn; the loops run; the pose is integrated.
 typedef struct {
   omni7_controller controller;
   omni_shaper shaper;
@@ -1362,7 +1362,7 @@ typedef struct {
   uint32_t memory[244];
 } omni7_drive_state;
 
-// What a step tells. Nothing in it is ever NaN.
+// What a step reports. Nothing in it is ever NaN.
 typedef struct {
   // Torques to apply [N.m], always within the motors' limits.
   omni7_torques torques;
@@ -1384,7 +1384,7 @@ typedef struct {
   omni_command_status status;
   // A command arrived and was refused: it is no number, or beyond 1e6.
   bool rejected;
-  // Enough wheels tell the motion; else the pose stands still.
+  // Enough wheels determine the motion; else the pose stands still.
   bool motion_known;
   // What is wrong with each wheel: an `omni_fault`, or 0 for nothing.
   uint8_t faults[7];
@@ -1404,12 +1404,12 @@ typedef struct {
 typedef struct {
   // The command; looked at only where `commanded`.
   omni_twist command;
-  // Actuator velocities [rad/s]; each looked at only where it was `heard`.
+  // Actuator velocities [rad/s]; each looked at only where it was `received`.
   omni7_velocities measured;
   // A command arrived. Where none does for the time-out, the vehicle is brought to rest.
   bool commanded;
   // The encoder's reading arrived.
-  bool heard[7];
+  bool received[7];
   // The wheel is in the air: it is controlled, but says nothing of the vehicle's motion.
   bool lifted[7];
 } omni7_drive_input;
@@ -1545,7 +1545,7 @@ bool omni3_init(omni3_state *state, omni3_sample *sample);
 // One control period of a three-wheel vehicle: from the command and the measured wheel velocities [rad/s] to torques [N.m], in
 // `sample->wheels.applied.n_m`. To be called once every period that the controller was made for.
 //
-// A command that is no number stands for rest; a measurement that is none lets its wheel go. `command` and `measured` must
+// A command that is no number stands for rest; a measurement that is none releases its wheel. `command` and `measured` must
 // not lie within `sample` or `state`. Returns false, and does nothing, where a pointer is null.
 bool omni3_step(const omni3_controller *controller,
                 omni3_state *state,
@@ -1568,7 +1568,7 @@ bool omni4_init(omni4_state *state, omni4_sample *sample);
 // One control period of a four-wheel vehicle: from the command and the measured wheel velocities [rad/s] to torques [N.m], in
 // `sample->wheels.applied.n_m`. To be called once every period that the controller was made for.
 //
-// A command that is no number stands for rest; a measurement that is none lets its wheel go. `command` and `measured` must
+// A command that is no number stands for rest; a measurement that is none releases its wheel. `command` and `measured` must
 // not lie within `sample` or `state`. Returns false, and does nothing, where a pointer is null.
 bool omni4_step(const omni4_controller *controller,
                 omni4_state *state,
@@ -1591,7 +1591,7 @@ bool omni6_init(omni6_state *state, omni6_sample *sample);
 // One control period of a six-wheel vehicle: from the command and the measured wheel velocities [rad/s] to torques [N.m], in
 // `sample->wheels.applied.n_m`. To be called once every period that the controller was made for.
 //
-// A command that is no number stands for rest; a measurement that is none lets its wheel go. `command` and `measured` must
+// A command that is no number stands for rest; a measurement that is none releases its wheel. `command` and `measured` must
 // not lie within `sample` or `state`. Returns false, and does nothing, where a pointer is null.
 bool omni6_step(const omni6_controller *controller,
                 omni6_state *state,
@@ -1614,7 +1614,7 @@ bool omni7_init(omni7_state *state, omni7_sample *sample);
 // One control period of a seven-wheel vehicle: from the command and the measured wheel velocities [rad/s] to torques [N.m], in
 // `sample->wheels.applied.n_m`. To be called once every period that the controller was made for.
 //
-// A command that is no number stands for rest; a measurement that is none lets its wheel go. `command` and `measured` must
+// A command that is no number stands for rest; a measurement that is none releases its wheel. `command` and `measured` must
 // not lie within `sample` or `state`. Returns false, and does nothing, where a pointer is null.
 bool omni7_step(const omni7_controller *controller,
                 omni7_state *state,
@@ -1648,7 +1648,7 @@ bool omni3_drive_init(const omni3_drive *drive,
 // One control period of a three-wheel vehicle: from what arrived to torques [N.m], in `output->torques.n_m`. To be called once every
 // period that the drive was made for, always with the same `drive`.
 //
-// Never fails: nonsense in the input is refused, or lets the wheel go that it came from. `input` must not lie within `output`.
+// Never fails: nonsense in the input is refused, or its wheel is released. `input` must not lie within `output`.
 // Returns false, and does nothing, where a pointer is null or the state was not made ready.
 bool omni3_drive_step(const omni3_drive *drive,
                       omni3_drive_state *state,
@@ -1694,7 +1694,7 @@ bool omni4_drive_init(const omni4_drive *drive,
 // One control period of a four-wheel vehicle: from what arrived to torques [N.m], in `output->torques.n_m`. To be called once every
 // period that the drive was made for, always with the same `drive`.
 //
-// Never fails: nonsense in the input is refused, or lets the wheel go that it came from. `input` must not lie within `output`.
+// Never fails: nonsense in the input is refused, or its wheel is released. `input` must not lie within `output`.
 // Returns false, and does nothing, where a pointer is null or the state was not made ready.
 bool omni4_drive_step(const omni4_drive *drive,
                       omni4_drive_state *state,
@@ -1740,7 +1740,7 @@ bool omni6_drive_init(const omni6_drive *drive,
 // One control period of a six-wheel vehicle: from what arrived to torques [N.m], in `output->torques.n_m`. To be called once every
 // period that the drive was made for, always with the same `drive`.
 //
-// Never fails: nonsense in the input is refused, or lets the wheel go that it came from. `input` must not lie within `output`.
+// Never fails: nonsense in the input is refused, or its wheel is released. `input` must not lie within `output`.
 // Returns false, and does nothing, where a pointer is null or the state was not made ready.
 bool omni6_drive_step(const omni6_drive *drive,
                       omni6_drive_state *state,
@@ -1786,7 +1786,7 @@ bool omni7_drive_init(const omni7_drive *drive,
 // One control period of a seven-wheel vehicle: from what arrived to torques [N.m], in `output->torques.n_m`. To be called once every
 // period that the drive was made for, always with the same `drive`.
 //
-// Never fails: nonsense in the input is refused, or lets the wheel go that it came from. `input` must not lie within `output`.
+// Never fails: nonsense in the input is refused, or its wheel is released. `input` must not lie within `output`.
 // Returns false, and does nothing, where a pointer is null or the state was not made ready.
 bool omni7_drive_step(const omni7_drive *drive,
                       omni7_drive_state *state,
@@ -1828,7 +1828,7 @@ bool omni7_drive_deviations(omni7_drive_state *state, omni_deviations *deviation
 bool omni_encoder_init(omni_encoder_state *state);
 
 // Takes in the counter of a wheel's encoder as it stands (16 bits, or more of which the lower 16 are used), once every control period, and
-// tells the wheel's velocity [rad/s]; 0 at the first reading. The counter may wrap around; right while the wheel turns by less than 32768
+// gives the wheel's velocity [rad/s]; 0 at the first reading. The counter may wrap around; right while the wheel turns by less than 32768
 // counts a period.
 //
 // `since_edge_s` is the time from the last edge to now [s], for encoders whose velocities come from edges; NaN where it is not known.

@@ -46,9 +46,9 @@ struct Deviations {
 
 /// How far the vehicle can be relied on.
 enum class DriveMode : std::uint8_t {
-    Normal = OMNI_DRIVE_MODE_NORMAL,                ///< Every wheel drives and is believed.
-    Degraded = OMNI_DRIVE_MODE_DEGRADED,            ///< A wheel is let go, lifted or left out; the others go on as commanded.
-    SafeStop = OMNI_DRIVE_MODE_SAFE_STOP,           ///< Too few wheels tell the motion: brought to rest. `release_safe_stop` ends it.
+    Normal = OMNI_DRIVE_MODE_NORMAL,                ///< Every wheel drives, and its readings are accepted.
+    Degraded = OMNI_DRIVE_MODE_DEGRADED,            ///< A wheel is released, lifted or excluded; the others go on as commanded.
+    SafeStop = OMNI_DRIVE_MODE_SAFE_STOP,           ///< Too few wheels determine the motion: brought to rest. `release_safe_stop` ends it.
     EmergencyStop = OMNI_DRIVE_MODE_EMERGENCY_STOP, ///< Somebody asked for it. `release_emergency_stop` ends it.
 };
 
@@ -67,7 +67,7 @@ enum class Fault : std::uint8_t {
     NotANumber = OMNI_FAULT_NOT_A_NUMBER,  ///< Its reading is NaN, infinite, or beyond 1e6 rad/s.
     Jump = OMNI_FAULT_JUMP,                ///< Its reading jumps further in one period than a wheel can.
     Stuck = OMNI_FAULT_STUCK,              ///< Its reading never changes although it should.
-    Silent = OMNI_FAULT_SILENT,            ///< It has not been heard from for too long.
+    Silent = OMNI_FAULT_SILENT,            ///< No reading has arrived for too long.
     Lost = OMNI_FAULT_LOST,                ///< It has been declared lost.
 };
 
@@ -154,7 +154,7 @@ public:
     [[nodiscard]] Each<float> upper_n_m() const noexcept { return detail::each<Wheels>(c_.wheels.range.upper_n_m); }
     /// References as commanded [rad/s], before any reduction.
     [[nodiscard]] Each<float> references_rad_s() const noexcept { return detail::each<Wheels>(c_.wheels.reference.rad_s); }
-    /// Measurements [rad/s]; 0 for a wheel that is let go.
+    /// Measurements [rad/s]; 0 for a released wheel.
     [[nodiscard]] Each<float> measured_rad_s() const noexcept { return detail::each<Wheels>(c_.wheels.measured.rad_s); }
     /// Proportional terms [N.m], with the references as reduced.
     [[nodiscard]] Each<float> p_n_m() const noexcept { return detail::each<Wheels>(c_.wheels.p_n_m); }
@@ -164,7 +164,7 @@ public:
     [[nodiscard]] Each<float> d_n_m() const noexcept { return detail::each<Wheels>(c_.wheels.d_n_m); }
     /// Feed-forward [N.m], likewise.
     [[nodiscard]] Each<float> ff_n_m() const noexcept { return detail::each<Wheels>(c_.wheels.ff_n_m); }
-    /// The wheel was controlled. One without a usable measurement is let go: no torque, its loop starts afresh. When the torque has
+    /// The wheel was controlled. One without a usable measurement is released: no torque, its loop starts afresh. When the torque has
     /// `ended` no wheel is controlled.
     [[nodiscard]] Each<bool> active() const noexcept { return detail::each<Wheels>(c_.wheels.active); }
     /// The requested torque is outside the limits.
@@ -203,7 +203,7 @@ public:
 
     /// One control period: from `command` [m/s, rad/s] and `measured_rad_s` [rad/s] to `torques_n_m()` [N.m] of what it
     /// returns, which the next step overwrites. To be called once every OMNI_PERIOD_US.
-    /// Cannot fail: a command that is no number, or beyond 1e6, stands for rest; a measurement that is lets its wheel go.
+    /// Cannot fail: a command that is no number, or beyond 1e6, stands for rest; a measurement that is releases its wheel.
     [[nodiscard]] const Sample<Wheels>& step(const Twist& command, const std::array<float, Wheels>& measured_rad_s) noexcept {
         const auto twist = detail::to_c(command);
         const auto measured = detail::to_c<Wheels>(measured_rad_s);
@@ -233,13 +233,13 @@ template <std::size_t Wheels>
 struct Input {
     /// The command [m/s, rad/s]; none where none arrived. Where none does for the time-out, the vehicle is brought to rest.
     std::optional<Twist> command{};
-    /// Actuator velocities [rad/s]; none where the encoder was not heard. A NaN is a fault of its wheel.
+    /// Actuator velocities [rad/s]; none where no reading arrived. A NaN is a fault of its wheel.
     std::array<std::optional<float>, Wheels> measured_rad_s{};
     /// The wheel is in the air: it is controlled, but says nothing of the vehicle's motion.
     std::array<bool, Wheels> lifted{};
 };
 
-/// What a step of a `Drive` tells, one value a wheel where it is of wheels; none is ever NaN.
+/// What a step of a `Drive` reports, one value a wheel where it is of wheels; none is ever NaN.
 template <std::size_t Wheels>
 class Output {
     template <typename Value> using Each = std::array<Value, Wheels>;
@@ -265,7 +265,7 @@ public:
     [[nodiscard]] CommandStatus status() const noexcept { return static_cast<CommandStatus>(c_.status); }
     /// A command arrived and was refused: it is no number, or beyond 1e6.
     [[nodiscard]] bool rejected() const noexcept { return c_.rejected; }
-    /// Enough wheels tell the motion; else the pose stands still.
+    /// Enough wheels determine the motion; else the pose stands still.
     [[nodiscard]] bool motion_known() const noexcept { return c_.motion_known; }
     /// What is wrong with each wheel.
     [[nodiscard]] Each<Fault> faults() const noexcept {
@@ -308,7 +308,7 @@ public:
 
     /// One control period: from what arrived to `torques_n_m()` [N.m] of what it returns, which the next step overwrites.
     /// To be called once every OMNI_PERIOD_US.
-    /// Cannot fail: nonsense in the input is refused, or lets the wheel go that it came from.
+    /// Cannot fail: nonsense in the input is refused, or its wheel is released.
     [[nodiscard]] const Output<Wheels>& step(const Input<Wheels>& input) noexcept {
         typename C::drive_input arrived{};
         arrived.commanded = input.command.has_value();
@@ -316,7 +316,7 @@ public:
             arrived.command = detail::to_c(*input.command);
         }
         for (std::size_t i = 0; i < Wheels; i++) {
-            arrived.heard[i] = input.measured_rad_s[i].has_value();
+            arrived.received[i] = input.measured_rad_s[i].has_value();
             arrived.measured.rad_s[i] = input.measured_rad_s[i] ? *input.measured_rad_s[i] : 0.0f;
             arrived.lifted[i] = input.lifted[i];
         }
@@ -324,7 +324,7 @@ public:
         return output_;
     }
 
-    /// What the last step told; before the first all 0, in `DriveMode::Normal`.
+    /// What the last step reported; before the first all 0, in `DriveMode::Normal`.
     [[nodiscard]] const Output<Wheels>& output() const noexcept { return output_; }
 
     /// Brings the vehicle to rest at the emergency deceleration from the next step on, whatever is commanded.

@@ -18,17 +18,17 @@ mod wheels7;
 pub struct Input<const N: usize> {
     /// The command; looked at only where `commanded`.
     pub command: BodyTwist<f32>,
-    /// Actuator velocities [rad/s]; each looked at only where it was `heard`.
+    /// Actuator velocities [rad/s]; each looked at only where it was `received`.
     pub measured: WheelVelocities<f32, N>,
     /// A command arrived. Where none does for the time-out, the vehicle is brought to rest.
     pub commanded: bool,
     /// The encoder's reading arrived.
-    pub heard: [bool; N],
+    pub received: [bool; N],
     /// The wheel is in the air: it is controlled, but says nothing of the vehicle's motion.
     pub lifted: [bool; N],
 }
 
-/// What a step tells. Nothing in it is ever NaN.
+/// What a step reports. Nothing in it is ever NaN.
 #[repr(C)]
 pub struct Output<const N: usize> {
     /// Torques to apply [N.m], always within the motors' limits.
@@ -51,7 +51,7 @@ pub struct Output<const N: usize> {
     pub status: CommandStatus,
     /// A command arrived and was refused: it is no number, or beyond 1e6.
     pub rejected: bool,
-    /// Enough wheels tell the motion; else the pose stands still.
+    /// Enough wheels determine the motion; else the pose stands still.
     pub motion_known: bool,
     /// What is wrong with each wheel: an `omni_fault`, or 0 for nothing.
     pub faults: [u8; N],
@@ -168,19 +168,19 @@ fn step<const N: usize, const WORDS: usize>(
         return false;
     };
     let mut arrived = DriveInput::measured(&input.measured);
-    for (reading, &heard) in arrived.readings_rad_s.iter_mut().zip(&input.heard) {
-        if !heard {
+    for (reading, &received) in arrived.readings_rad_s.iter_mut().zip(&input.received) {
+        if !received {
             *reading = None;
         }
     }
     arrived.command = input.commanded.then_some(input.command);
     arrived.lifted = input.lifted;
-    tell(drive.step(state, &arrived), output);
+    write_output(drive.step(state, &arrived), output);
     true
 }
 
 #[inline]
-fn tell<const N: usize>(sample: DriveSample<f32, N>, output: &mut Output<N>) {
+fn write_output<const N: usize>(sample: DriveSample<f32, N>, output: &mut Output<N>) {
     let wheels = &sample.wheels;
     *output = Output {
         torques: wheels.applied,

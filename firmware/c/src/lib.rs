@@ -80,7 +80,7 @@ pub extern "C" fn omni3_init(
 /// One control period of a three-wheel vehicle: from the command and the measured wheel velocities [rad/s] to torques [N.m], in
 /// `sample->wheels.applied.n_m`. To be called once every period that the controller was made for.
 ///
-/// A command that is no number stands for rest; a measurement that is none lets its wheel go. `command` and `measured` must
+/// A command that is no number stands for rest; a measurement that is none releases its wheel. `command` and `measured` must
 /// not lie within `sample` or `state`. Returns false, and does nothing, where a pointer is null.
 #[unsafe(no_mangle)]
 pub extern "C" fn omni3_step(
@@ -119,7 +119,7 @@ pub extern "C" fn omni4_init(
 /// One control period of a four-wheel vehicle: from the command and the measured wheel velocities [rad/s] to torques [N.m], in
 /// `sample->wheels.applied.n_m`. To be called once every period that the controller was made for.
 ///
-/// A command that is no number stands for rest; a measurement that is none lets its wheel go. `command` and `measured` must
+/// A command that is no number stands for rest; a measurement that is none releases its wheel. `command` and `measured` must
 /// not lie within `sample` or `state`. Returns false, and does nothing, where a pointer is null.
 #[unsafe(no_mangle)]
 pub extern "C" fn omni4_step(
@@ -158,7 +158,7 @@ pub extern "C" fn omni6_init(
 /// One control period of a six-wheel vehicle: from the command and the measured wheel velocities [rad/s] to torques [N.m], in
 /// `sample->wheels.applied.n_m`. To be called once every period that the controller was made for.
 ///
-/// A command that is no number stands for rest; a measurement that is none lets its wheel go. `command` and `measured` must
+/// A command that is no number stands for rest; a measurement that is none releases its wheel. `command` and `measured` must
 /// not lie within `sample` or `state`. Returns false, and does nothing, where a pointer is null.
 #[unsafe(no_mangle)]
 pub extern "C" fn omni6_step(
@@ -197,7 +197,7 @@ pub extern "C" fn omni7_init(
 /// One control period of a seven-wheel vehicle: from the command and the measured wheel velocities [rad/s] to torques [N.m], in
 /// `sample->wheels.applied.n_m`. To be called once every period that the controller was made for.
 ///
-/// A command that is no number stands for rest; a measurement that is none lets its wheel go. `command` and `measured` must
+/// A command that is no number stands for rest; a measurement that is none releases its wheel. `command` and `measured` must
 /// not lie within `sample` or `state`. Returns false, and does nothing, where a pointer is null.
 #[unsafe(no_mangle)]
 pub extern "C" fn omni7_step(

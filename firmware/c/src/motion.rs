@@ -34,7 +34,7 @@ pub extern "C" fn omni_encoder_init(state: Option<&mut MaybeUninit<EncoderState>
 }
 
 /// Takes in the counter of a wheel's encoder as it stands (16 bits, or more of which the lower 16 are used), once every control period, and
-/// tells the wheel's velocity [rad/s]; 0 at the first reading. The counter may wrap around; right while the wheel turns by less than 32768
+/// gives the wheel's velocity [rad/s]; 0 at the first reading. The counter may wrap around; right while the wheel turns by less than 32768
 /// counts a period.
 ///
 /// `since_edge_s` is the time from the last edge to now [s], for encoders whose velocities come from edges; NaN where it is not known.

@@ -67,7 +67,7 @@ void loops() {
     C(state) state;
     C(sample) sample;
     check(C(init)(&state, &sample), "init", 0);
-    bool saturated = false, reduced = false, let_go = false;
+    bool saturated = false, reduced = false, released = false;
     for (int k = 0; k < 3000; k++) {
         const omnistep::Twist wanted{k == 2500 ? NAN_F : 1.3f, 0.1f, k < 1500 ? 0.2f : -0.2f};
         const omni_twist wanted_c = {wanted.vx_m_s, wanted.vy_m_s, wanted.wz_rad_s};
@@ -93,9 +93,9 @@ void loops() {
         check(same(controller.estimate(measured), estimated), "estimated", k);
         saturated = saturated || controller.sample().saturated()[0];
         reduced = reduced || controller.sample().common_factor() < 1.0f;
-        let_go = let_go || !controller.sample().active()[N - 1];
+        released = released || !controller.sample().active()[N - 1];
     }
-    check(saturated && reduced && let_go, "the loops were never saturated, reduced and let go", 3000);
+    check(saturated && reduced && released, "the loops were never saturated, reduced and released", 3000);
     controller.reset();
     check(C(init)(&state, &sample), "init", 3000);
     samples(controller.sample(), sample, 3000);
@@ -133,7 +133,7 @@ void whole_drive() {
             input_c.command = {input.command->vx_m_s, 0.1f, 0.2f};
         }
         for (std::size_t i = 0; i < N; i++) {
-            if (output.active[i]) { // wheels take 20 ms to follow; one that is let go rolls on
+            if (output.active[i]) { // wheels take 20 ms to follow; a released one rolls on
                 wheels[i] += 0.05f * (output.references.rad_s[i] - wheels[i]);
             }
             // A reading that never changes is of an encoder that is stuck, so these ripple; wheel 2 slips for a while.
@@ -144,7 +144,7 @@ void whole_drive() {
             }
             if (!within(k, 3200, 3300) && !(i == 2 && within(k, 2000, 2200))) { // silent
                 input.measured_rad_s[i] = reading;
-                input_c.heard[i] = true;
+                input_c.received[i] = true;
                 input_c.measured.rad_s[i] = reading;
             }
         }
@@ -162,18 +162,18 @@ void whole_drive() {
             check(drive.reset_pose({1.0f, 2.0f, 0.5f}) && C(drive_reset_pose)(&state, 1.0f, 2.0f, 0.5f), "reset of the pose", k);
             check(!drive.reset_pose({1.0f, NAN_F, 0.5f}), "a pose that is none", k);
         }
-        const auto& told = drive.step(input);
+        const auto& reported = drive.step(input);
         check(C(drive_step)(&OMNI_DRIVE, &state, &input_c, &output), "step", k);
-        outputs(told, output, k);
-        modes[static_cast<int>(told.mode())] = true;
-        statuses[static_cast<int>(told.status())] = true;
+        outputs(reported, output, k);
+        modes[static_cast<int>(reported.mode())] = true;
+        statuses[static_cast<int>(reported.status())] = true;
         for (std::size_t i = 0; i < N; i++) {
-            faults[static_cast<int>(told.faults()[i])] = true;
-            excluded = excluded || told.excluded()[i];
-            brake = brake || told.brake()[i];
+            faults[static_cast<int>(reported.faults()[i])] = true;
+            excluded = excluded || reported.excluded()[i];
+            brake = brake || reported.brake()[i];
         }
-        unknown = unknown || !told.motion_known();
-        check(told.rejected() == (k == 3900), "the command that is no number, and no other, is refused", k);
+        unknown = unknown || !reported.motion_known();
+        check(reported.rejected() == (k == 3900), "the command that is no number, and no other, is refused", k);
     }
     // What a hash alone would not say: that it happened. Three wheels have none to spare, so they are never degraded.
     const auto mode = [&modes](DriveMode mode) { return modes[static_cast<int>(mode)]; };
@@ -214,7 +214,7 @@ void motion() {
     }
 }
 
-// Values that any memory can hold and nobody has to clean up.
+// Values that any memory can hold and that need no clean-up.
 static_assert(std::is_trivially_copyable_v<omnistep::Drive<N>> && std::is_trivially_destructible_v<omnistep::Drive<N>>);
 static_assert(std::is_trivially_copyable_v<omnistep::Controller<N>> && std::is_trivially_destructible_v<omnistep::Controller<N>>);
 

@@ -40,9 +40,9 @@ impl Velocity {
         }
     }
 
-    /// The velocity \[rad/s\] that this period's count tells, right while the wheel turns by less than 32768 counts a period.
+    /// The velocity \[rad/s\] by this period's count, right while the wheel turns by less than 32768 counts a period.
     ///
-    /// None where the count did not arrive, and in the first period after that: one count tells no velocity.
+    /// None where the count did not arrive, and in the first period after that: one count determines no velocity.
     pub fn step(&mut self, count: Option<u16>) -> Option<f32> {
         let last = core::mem::replace(&mut self.last, count);
         // The difference modulo 2^16, taken as signed: right across the wrap, whichever way the wheel turns.
@@ -81,7 +81,7 @@ mod tests {
     }
 
     #[test]
-    fn a_count_without_one_before_it_tells_nothing() {
+    fn a_count_without_one_before_it_gives_no_velocity() {
         let mut velocity = Velocity::new(1000, 1000);
         assert_eq!(velocity.step(Some(500)), None); // not 500 turns a second
         assert!(is(velocity.step(Some(501)), 1.0));

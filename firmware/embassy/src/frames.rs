@@ -10,7 +10,7 @@
 //! A twist in one frame cannot be torn apart: half of a new one with half of an old one. -32768 stands for "not a number";
 //! who scales floating-point numbers must send it for NaN, as [`scaled`] does, because a bare cast makes a plausible 0 of it.
 //! The command's counter goes up by one with every frame (255, then 0). A sender that hangs, with its last frame repeated by
-//! the hardware, stands still in it and is not heard.
+//! the hardware, stands still in it and sends nothing.
 
 use embedded_can::{Frame, Id, StandardId};
 use omni_core::BodyTwist;

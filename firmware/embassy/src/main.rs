@@ -40,7 +40,7 @@ use static_cell::StaticCell;
 /// 500 lines on the motor's shaft, four edges a line, 30 turns of the motor to one of the wheel.
 const COUNTS_PER_TURN: u32 = 500 * 4 * 30;
 
-/// Above what can be heard, and no faster than a simple bridge switches.
+/// Above what is audible, and no faster than a simple bridge switches.
 const PWM: Hertz = Hertz(20_000);
 
 const CAN_BITS_PER_S: u32 = 500_000;
@@ -160,7 +160,7 @@ async fn main(_spawner: Spawner) {
         DIGEST
     );
 
-    // Motors first, and let go. `ControlTask` holds them so until it is told to stand still.
+    // Motors first, and released. `ControlTask` holds them so until its first command.
     let low = |pin: Peri<'static, AnyPin>| Output::new(pin, Level::Low, Speed::Low);
     let pwm = SimplePwm::new(
         p.TIM1,

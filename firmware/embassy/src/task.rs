@@ -24,7 +24,7 @@ const FRAMES_PER_PERIOD: usize = 8;
 pub struct Status {
     /// What the vehicle does.
     pub mode: Mode,
-    /// Wheels that are driven; one without a velocity is let go, and at rest every one when the torque has ended.
+    /// Wheels that are driven; one without a velocity is released, and at rest every one when the torque has ended.
     pub driven: [bool; WHEELS],
     /// Commands ignored since the start: malformed, not a number, or repeated. Stops at 65535.
     pub ignored: u16,
@@ -38,8 +38,8 @@ pub struct Status {
 
 /// The vehicle's controller with its hardware: motors and encoders in the order of the vehicle file, and the bus.
 ///
-/// Nothing in it panics, and no error of the hardware is passed on: there is nobody who could do more about it. A wheel whose
-/// encoder fails is let go and the others drive on. If a motor's driver fails, all wheels are let go. They stay so until a
+/// Nothing in it panics, and no error of the hardware is passed on: nothing could be done about it. A wheel whose
+/// encoder fails is released and the others drive on. If a motor's driver fails, all wheels are released. They stay so until a
 /// command to stand still has come, as after the start: a vehicle does not set off because a contact closes again.
 #[derive(Debug)]
 pub struct ControlTask<P, D, E, C> {
@@ -160,7 +160,7 @@ impl<P: SetDutyCycle, D: OutputPin, E: Encoder, C: Can> ControlTask<P, D, E, C> 
             } else {
                 // A wheel whose velocity is NaN, and every wheel when the torque has ended: the duty for no torque follows from a
                 // velocity, and behind a stuck encoder it would turn the wheel.
-                motor.let_go()
+                motor.released()
             };
             obeyed &= done.is_ok();
         }
@@ -179,7 +179,7 @@ impl<P: SetDutyCycle, D: OutputPin, E: Encoder, C: Can> ControlTask<P, D, E, C> 
     /// No torque anywhere, and nothing remembered of how it came to that.
     fn hold(&mut self) {
         for motor in &mut self.motors {
-            self.failed |= motor.let_go().is_err();
+            self.failed |= motor.released().is_err();
         }
         self.shaper = ShaperState::default();
         self.loops = ControlState::new();

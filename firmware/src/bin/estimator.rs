@@ -29,14 +29,14 @@ fn main() -> ! {
     let wheels = [2.0, 5.8, 4.7, 3.3];
     let mut slipping = wheels;
     slipping[1] += 10.0;
-    let mut unheard = wheels;
-    unheard[2] = f32::NAN;
+    let mut silent = wheels;
+    silent[2] = f32::NAN;
     let mut level = Imu::level();
     level.rate_rad_s[2] = 0.2;
     let cases = [
         ("free", wheels, level, ahead),
         ("slipping", slipping, level, ahead),
-        ("a wheel lost", unheard, level, ahead),
+        ("a wheel lost", silent, level, ahead),
         ("without inertial measurement unit", wheels, Imu::silent(), ahead),
         ("standing", [0.0; 4], Imu::level(), BodyTwist::ZERO),
     ];

@@ -21,7 +21,7 @@ fn step(memory: &mut Memory, command: &BodyTwist<f32>, measured: &WheelVelocitie
     randomised::step(&CONTROLLER, &LIMITER, memory, command, measured);
 }
 
-/// [`step`], the pose, and what tells of slip.
+/// [`step`], the pose, and what shows slip.
 #[inline(never)]
 fn step_and_pose(memory: &mut Memory, command: &BodyTwist<f32>, measured: &WheelVelocities<f32, 7>) {
     step(memory, command, measured);

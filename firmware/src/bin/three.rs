@@ -106,7 +106,7 @@ impl Bench {
         } else {
             0
         };
-        // Whatever the dead encoder reads: torque ends when it is said to end, and wheels that are believed are driven until then.
+        // Whatever the dead encoder reads: torque ends when it is said to end, and wheels with accepted readings are driven until then.
         let over = self.rested > BLEED;
         let wheels = &sample.wheels;
         let none = wheels.active == [false; 3] && wheels.applied.n_m == [0.0; 3];

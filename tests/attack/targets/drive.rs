@@ -30,7 +30,7 @@ fn drive<R: Real, const N: usize>(u: &mut Unstructured<'_>) -> Done {
     let at_once = config.shaping.emergency_deceleration.is_none();
     let rest_s = (config.rest.bleed_s + config.rest.hold_s).as_f64();
     // Each of the two times is rounded up to periods.
-    let let_go = (rest_s / config.control.pid.period_s.as_f64()) as usize + 3;
+    let allowed = (rest_s / config.control.pid.period_s.as_f64()) as usize + 3;
     let Ok(drive) = Drive::new(config) else { return 0 };
     let mut state = DriveState::new(&drive);
     let mut watch = Watch {
@@ -82,8 +82,8 @@ fn drive<R: Real, const N: usize>(u: &mut Unstructured<'_>) -> Done {
         stopped = stops;
         let torques = sample.wheels.applied.n_m;
         assert!(
-            resting < let_go || torques == [R::zero(); N],
-            "{resting} periods at rest, allowed {let_go}: {torques:?} N.m"
+            resting < allowed || torques == [R::zero(); N],
+            "{resting} periods at rest, allowed {allowed}: {torques:?} N.m"
         );
     }
     steps
@@ -125,7 +125,7 @@ impl<R: Real> Watch<R> {
     }
 }
 
-/// Applied torques are within the motors' limits and those of the input; a wheel that is let go has none.
+/// Applied torques are within the motors' limits and those of the input; a released wheel has none.
 fn torques<R: Real, const N: usize>(
     sample: &DriveSample<R, N>,
     limits: &[TorqueLimit<R>; N],
@@ -146,7 +146,7 @@ fn torques<R: Real, const N: usize>(
         }
         assert!(
             wheels.active[i] || applied == R::zero(),
-            "wheel {i}: let go with {applied:?} N.m"
+            "wheel {i}: released with {applied:?} N.m"
         );
     }
 }

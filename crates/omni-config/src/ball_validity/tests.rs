@@ -85,7 +85,7 @@ fn an_omni_ball_is_the_wheel_within_ten_degrees_of_straight_ahead() {
     assert!(at(std::f64::consts::FRAC_PI_2).is_some_and(|lean| lean > 60.0));
     assert_eq!(lean_deg("step", &["perturbation.yaw_rad=0.03"]), None);
     assert!(lean_deg("step", &["perturbation.yaw_rad=0.3"]).is_some());
-    // Whoever turns meets the edge at any angle; whoever goes sideways asks the crosswise wheels to push.
+    // A vehicle that turns meets the edge at any angle; one that goes sideways needs the crosswise wheels to push.
     assert!(lean_deg("step", &["command.wz_rad_s=0.1"]).is_some());
     assert!(lean_deg("step", &["command.vy_m_s=0.1"]).is_some());
     // Wheels of three at 120 degrees, and corner wheels at 45, are met aslant.

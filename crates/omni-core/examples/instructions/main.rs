@@ -112,7 +112,7 @@ fn run<R: Real + FloatCore, const N: usize>(
             black_box(&torques);
         }
     }
-    // The inputs repeat and the loops settle within the first thousand steps, so the last step tells for those counted.
+    // The inputs repeat and the loops settle within the first thousand steps, so the last step stands for those counted.
     let limit = limit();
     let last = &inputs[(steps + INPUTS - 1) % INPUTS];
     torques

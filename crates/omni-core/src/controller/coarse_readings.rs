@@ -1,4 +1,4 @@
-//! Encoders whose single readings ask for more torque than the motors have: the vehicle goes as fast as it is told.
+//! Encoders whose single readings ask for more torque than the motors have: the vehicle goes as fast as commanded.
 
 use core::f64::consts::TAU;
 use std::format;

@@ -27,7 +27,7 @@ use crate::{
 pub struct DriveConfig<R, const N: usize> {
     /// The wheels.
     pub layout: WheelLayout<R, N>,
-    /// How the vehicle's motion is told from the wheels while all are trusted.
+    /// How the vehicle's motion is estimated from the wheels while all are trusted.
     pub forward: ForwardMap,
     /// The wheels' loops. Its period is the drive's.
     pub control: WheelControlConfig<R, N>,
@@ -39,14 +39,14 @@ pub struct DriveConfig<R, const N: usize> {
     pub command_point_m: [R; 2],
     /// Take the rotation within a period into account ([`BodyTwist::discretize`]).
     pub discretize: bool,
-    /// Periods that too few wheels may tell the motion before the vehicle is stopped; until then it is controlled on. 10 are
+    /// Periods in which too few wheels may determine the motion before the vehicle is stopped; until then it is controlled on. 10 are
     /// usual.
     pub blind_periods: u16,
     /// Speed limits of the actuators, if they have any.
     pub speed_limits: Option<SpeedLimits<R, N>>,
     /// When a wheel counts as slipping; none: wheels are never left out for it.
     pub slip: Option<SlipConfig<R>>,
-    /// When a reading is not believed; none: only one that is missing or not a number.
+    /// When a reading is rejected; none: only one that is missing or not a number.
     pub faults: Option<FaultConfig<R>>,
     /// Noise of the wheels for the covariance of the pose; none: it stays zero.
     pub noise: Option<OdometryNoise<R>>,
@@ -95,7 +95,7 @@ pub struct DriveInput<R, const N: usize> {
     pub command: Option<BodyTwist<R>>,
     /// Actuator velocity of each wheel \[rad/s\], none where no reading arrived.
     pub readings_rad_s: [Option<R>; N],
-    /// Wheels known to be off the ground: they go on turning, but tell nothing.
+    /// Wheels known to be off the ground: they go on turning, but do not count for the motion.
     pub lifted: [bool; N],
     /// Path of each wheel over path of the body beneath it: 1 on flat ground.
     pub path: PathFactors<R, N>,
@@ -123,12 +123,12 @@ impl<R: Real, const N: usize> DriveInput<R, N> {
         }
     }
 
-    /// [`DriveInput::measured`], but a reading of NaN did not arrive: so a link, a log and [`Readings`](crate::Readings) say it. What is
+    /// [`DriveInput::measured`], but a reading of NaN did not arrive, as in a link, a log and [`Readings`](crate::Readings). What is
     /// no velocity otherwise, as an infinite one, is for the monitor to judge.
     ///
     /// ```
     /// use omni_core::{DriveInput, WheelVelocities};
-    /// let input = DriveInput::heard(&WheelVelocities { rad_s: [3.0, f64::NAN, -3.0] });
+    /// let input = DriveInput::received(&WheelVelocities { rad_s: [3.0, f64::NAN, -3.0] });
     /// assert_eq!(input.readings_rad_s, [Some(3.0), None, Some(-3.0)]);
     /// ```
     #[must_use]
@@ -136,7 +136,7 @@ impl<R: Real, const N: usize> DriveInput<R, N> {
         clippy::eq_op,
         reason = "what is not a number is not equal to itself, in any scalar"
     )]
-    pub fn heard(velocities: &WheelVelocities<R, N>) -> Self {
+    pub fn received(velocities: &WheelVelocities<R, N>) -> Self {
         Self {
             readings_rad_s: velocities
                 .rad_s

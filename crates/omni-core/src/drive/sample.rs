@@ -1,4 +1,4 @@
-//! What one step of a drive tells.
+//! What one step of a drive returns.
 
 use crate::{Desaturated, Fault, PlanarPose, ShapedCommand, SlipSample, WheelSample};
 
@@ -12,13 +12,13 @@ use crate::{Desaturated, Fault, PlanarPose, ShapedCommand, SlipSample, WheelSamp
 /// let drive = Drive::new(config)?;
 /// let mut state = DriveState::new(&drive);
 /// let mut input = DriveInput::measured(&WheelVelocities { rad_s: [1.0; 4] });
-/// for (heard, mode) in [(4, DriveMode::Normal), (3, DriveMode::Degraded), (2, DriveMode::SafeStop)] {
+/// for (valid, mode) in [(4, DriveMode::Normal), (3, DriveMode::Degraded), (2, DriveMode::SafeStop)] {
 ///     for (index, reading) in input.readings_rad_s.iter_mut().enumerate() {
-///         *reading = (index < heard).then_some(1.0);
+///         *reading = (index < valid).then_some(1.0);
 ///     }
 ///     let sample = drive.step(&mut state, &input);
-///     assert_eq!(sample.mode, mode); // two wheels do not tell three motions
-///     assert_eq!(sample.wheels.applied.n_m[0], -0.3); // kp times 1 rad/s: wheels that are heard brake
+///     assert_eq!(sample.mode, mode); // two wheels do not determine three motions
+///     assert_eq!(sample.wheels.applied.n_m[0], -0.3); // kp times 1 rad/s: wheels with a reading brake
 /// }
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
@@ -28,11 +28,11 @@ use crate::{Desaturated, Fault, PlanarPose, ShapedCommand, SlipSample, WheelSamp
 #[repr(u8)]
 #[non_exhaustive]
 pub enum DriveMode {
-    /// Every wheel drives and is believed.
+    /// Every wheel drives, and its readings are accepted.
     Normal = 0,
-    /// A wheel is let go, lifted or left out; the others move the vehicle as commanded.
+    /// A wheel is released, lifted or excluded; the others move the vehicle as commanded.
     Degraded = 1,
-    /// Too few wheels are left to tell how the vehicle moves: those that are left are brought to rest, at the emergency
+    /// Too few wheels are left to determine how the vehicle moves: those that are left are brought to rest, at the emergency
     /// deceleration. Latched until [`DriveState::release_safe_stop`](crate::DriveState::release_safe_stop).
     SafeStop = 2,
     /// Somebody asked for it with [`DriveState::emergency_stop`](crate::DriveState::emergency_stop); latched until
@@ -55,7 +55,7 @@ impl DriveMode {
 /// # let config = omni_core::examples::loops(0.3, 0.0, 2.0)?;
 /// let drive = Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?;
 /// let mut state = DriveState::new(&drive);
-/// // Nobody commands, but the vehicle rolls: 5 rad/s of wheels of 0.1 m, for a millisecond.
+/// // No command arrives, but the vehicle rolls: 5 rad/s of wheels of 0.1 m, for a millisecond.
 /// let sample = drive.step(&mut state, &DriveInput::measured(&WheelVelocities { rad_s: [5.0; 4] }));
 /// assert!((sample.slip.estimated.vx_m_s - 0.5).abs() < 1e-12);
 /// assert!((sample.pose.x_m - 0.5e-3).abs() < 1e-12);
@@ -80,7 +80,7 @@ pub struct DriveSample<R, const N: usize> {
     /// controlled without a reading, and a vehicle of three wheels would roll on; and all when the torque has ended.
     /// At rest otherwise all when the torque has ended, if [`Rest::short_windings`](crate::Rest::short_windings) asks for it.
     pub brake: [bool; N],
-    /// Enough wheels tell the motion: `slip` means something, and the pose was carried on.
+    /// Enough wheels determine the motion: `slip` means something, and the pose was integrated.
     pub motion_known: bool,
     /// What the wheels say of the motion and of each other.
     pub slip: SlipSample<R, N>,

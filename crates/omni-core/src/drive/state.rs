@@ -39,8 +39,8 @@ pub struct DriveState<R, const N: usize> {
     /// A safe stop, an emergency stop is latched.
     pub(super) stopping: bool,
     pub(super) emergency: bool,
-    /// Periods in a row in which too few wheels told the motion.
-    pub(super) blind: u16,
+    /// Periods in a row in which too few wheels determined the motion.
+    pub(super) unobservable_periods: u16,
     /// What the wheels should have measured by what the others said, and which of these are worth something.
     pub(super) by_others: WheelVelocities<R, N>,
     #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
@@ -63,7 +63,7 @@ impl<R: Real, const N: usize> DriveState<R, N> {
             slip: SlipState::new(drive.controller.kinematics()),
             stopping: false,
             emergency: false,
-            blind: 0,
+            unobservable_periods: 0,
             by_others: WheelVelocities::zero(),
             checked: [false; N],
             reference: WheelVelocities::zero(),
@@ -127,7 +127,7 @@ impl<R: Real, const N: usize> DriveState<R, N> {
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
     pub fn release_safe_stop(&mut self) {
-        (self.stopping, self.blind) = (false, 0);
+        (self.stopping, self.unobservable_periods) = (false, 0);
         self.faults.clear();
     }
 }

@@ -236,7 +236,7 @@ fn the_commanded_point_moves_as_commanded() {
 }
 
 #[test]
-fn a_wheel_on_an_edge_turns_faster_and_the_motion_is_told_right() {
+fn a_wheel_on_an_edge_turns_faster_and_the_estimated_motion_is_right() {
     let mut vehicle = Vehicle::new(config());
     vehicle.run(2000, COMMAND, |_| {});
     let path = PathFactors::new([1.0, 1.0, 1.0, 1.0, 1.5, 1.0, 1.0]).expect("valid");
@@ -252,7 +252,7 @@ fn a_wheel_on_an_edge_turns_faster_and_the_motion_is_told_right() {
 }
 
 #[test]
-fn a_lifted_wheel_turns_but_tells_nothing() {
+fn a_lifted_wheel_turns_and_does_not_count() {
     let mut vehicle = Vehicle::new(config());
     vehicle.run(1000, COMMAND, |_| {});
     let sample = vehicle.run(100, COMMAND, |input| {
@@ -268,7 +268,7 @@ fn a_lifted_wheel_turns_but_tells_nothing() {
 }
 
 #[test]
-fn speed_limits_of_a_dropped_wheel_slow_nobody_down() {
+fn speed_limits_of_a_dropped_wheel_do_not_apply() {
     let limits = SpeedLimits::new([9.0, 9.0, 9.0, 0.1, 9.0, 9.0, 9.0], Desaturation::Uniform).expect("valid");
     let mut vehicle = Vehicle::new(DriveConfig {
         speed_limits: Some(limits),
@@ -318,7 +318,7 @@ fn lifted_wheels_are_no_emergency() {
     let mut vehicle = Vehicle::new(config());
     vehicle.run(1000, COMMAND, |_| {});
     let sample = vehicle.run(500, COMMAND, |input| {
-        // Both that tell sideways motion.
+        // Both that measure sideways motion.
         input.lifted[1] = true;
         input.lifted[5] = true;
     });

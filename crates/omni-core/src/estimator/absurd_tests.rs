@@ -40,7 +40,7 @@ fn keeps_its_variances<R: Real>(wild: f64) {
             let mut input = EstimatorInput::new(&wheels);
             input.yaw_rate_rad_s = reading(sizes[1]);
             input.acceleration_m_s2 = [reading(sizes[2]), reading(sizes[2])];
-            input.told_to_rest = random.next() > 0.0;
+            input.commanded_rest = random.next() > 0.0;
             let nan = R::of(f64::NAN);
             if random.next() > 0.8 {
                 input.yaw_rate_rad_s = nan;

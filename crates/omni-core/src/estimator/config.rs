@@ -4,7 +4,7 @@ use crate::constants::constant_struct;
 use crate::error::{each_within, period, within};
 use crate::{ConfigError, Real};
 
-/// What an [`Estimator`](crate::Estimator) is told of its sensors and its ground; checked by
+/// What an [`Estimator`](crate::Estimator) assumes of its sensors and its ground; checked by
 /// [`Estimator::new`](crate::Estimator::new). Every standard deviation is that of one reading.
 ///
 /// ```
@@ -41,7 +41,7 @@ pub struct EstimatorConfig<R> {
     pub slip_m_s: R,
     /// Time in which a slip comes and goes \[s\], 1e-3 to 100; 0.3. At least the period.
     pub slip_s: R,
-    /// Averages over 50 ms up to which a vehicle that is told to rest stands: of the wheels beyond their
+    /// Averages over 50 ms up to which a vehicle whose command is rest stands: of the wheels beyond their
     /// noise \[rad/s\], 0 to 1000; 0.05.
     pub still_wheel_rad_s: R,
     /// Root mean square of the gyro about its own average, beyond its noise \[rad/s\], 0 to 1000; 0.05. The average itself has to be within

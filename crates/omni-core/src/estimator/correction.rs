@@ -1,6 +1,6 @@
-//! What the wheels say, and how far they are believed.
+//! Correction of the estimate by the wheels, and the weight of each.
 
-use super::step::{Heard, above_zero, least, part};
+use super::step::{ValidReadings, above_zero, min, part};
 use super::{
     AS_NOISE, BodyTwist, DISAGREEMENT_S, Estimator, EstimatorInput, EstimatorState, LEAST_REDUNDANCY, MOST,
     QUIET, RESTLESS, Real, SIZE, SLIP, SLIP_Y, SUDDEN, VX, VY, WheelVelocities,
@@ -12,28 +12,28 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         &self,
         state: &mut EstimatorState<R, N>,
         input: &EstimatorInput<R, N>,
-        heard: &Heard<R, N>,
+        valid: &ValidReadings<R, N>,
         moved: &mut [R; SIZE],
     ) -> R {
-        if heard.count == 0 {
+        if valid.count == 0 {
             return R::zero();
         }
-        let innovations = self.innovations(state, input, heard);
+        let innovations = self.innovations(state, input, valid);
         let body = self.kinematics.forward(&innovations).to_array();
-        let variances = self.variances(state, heard, &innovations, &body);
-        let [along, across] = self.widen(state, &variances, &body, self.gained(heard));
+        let variances = self.variances(state, valid, &innovations, &body);
+        let [along, across] = self.widen(state, &variances, &body, self.gained(valid));
         self.hold_against_none(state, along, across, moved);
         let rate = state.yaw_rate - state.bias;
         let mut nis = R::zero();
-        for (((row, reading), variance), heard) in self
+        for (((row, reading), variance), valid) in self
             .kinematics
             .inverse_matrix()
             .iter()
             .zip(input.wheels.rad_s)
             .zip(variances)
-            .zip(heard.wheels)
+            .zip(valid.wheels)
         {
-            if !heard {
+            if !valid {
                 continue;
             }
             let [a, b, c] = *row;
@@ -50,31 +50,31 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         nis
     }
 
-    /// What each wheel says beyond what is expected of it. A wheel that is not heard says what the others make of it.
+    /// Innovation of each wheel: its reading less what is expected. A wheel without a reading gets what the others imply.
     fn innovations(
         &self,
         state: &EstimatorState<R, N>,
         input: &EstimatorInput<R, N>,
-        heard: &Heard<R, N>,
+        valid: &ValidReadings<R, N>,
     ) -> WheelVelocities<R, N> {
         let ([vx, vy], [sx, sy, sw]) = (state.velocity, state.slip);
         let expected = BodyTwist::from_array([vx + sx, vy + sy, state.yaw_rate - state.bias + sw]);
         let mut innovations = self.kinematics.inverse(&expected);
-        for ((innovation, reading), heard) in innovations
+        for ((innovation, reading), valid) in innovations
             .rad_s
             .iter_mut()
             .zip(input.wheels.rad_s)
-            .zip(heard.wheels)
+            .zip(valid.wheels)
         {
-            *innovation = if heard { reading - *innovation } else { R::zero() };
+            *innovation = if valid { reading - *innovation } else { R::zero() };
         }
-        if heard.count < N {
+        if valid.count < N {
             for _ in 0..8 {
                 let filled = self.kinematics.project(&innovations);
-                for ((innovation, filled), heard) in
-                    innovations.rad_s.iter_mut().zip(filled.rad_s).zip(heard.wheels)
+                for ((innovation, filled), valid) in
+                    innovations.rad_s.iter_mut().zip(filled.rad_s).zip(valid.wheels)
                 {
-                    if !heard {
+                    if !valid {
                         *innovation = filled;
                     }
                 }
@@ -87,7 +87,7 @@ impl<R: Real, const N: usize> Estimator<R, N> {
     fn variances(
         &self,
         state: &mut EstimatorState<R, N>,
-        heard: &Heard<R, N>,
+        valid: &ValidReadings<R, N>,
         innovations: &WheelVelocities<R, N>,
         body: &[R; 3],
     ) -> [R; N] {
@@ -98,7 +98,7 @@ impl<R: Real, const N: usize> Estimator<R, N> {
             .residual_beyond(innovations, &BodyTwist::from_array(*body));
         let mut variances = [noise; N];
         for i in 0..N {
-            if !heard.wheels[i] || self.redundancy[i] < R::of(LEAST_REDUNDANCY) {
+            if !valid.wheels[i] || self.redundancy[i] < R::of(LEAST_REDUNDANCY) {
                 continue;
             }
             let square = residual.rad_s[i] * residual.rad_s[i] / self.redundancy[i];
@@ -108,7 +108,7 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         variances
     }
 
-    /// The slip may have changed: by what goes unnoticed, by as much as it is, by what the wheels disagree, and by what nobody expected.
+    /// The slip may have changed: by what goes unnoticed, by as much as it is, by what the wheels disagree, and by what was not expected.
     /// Gives the variances that it may have along and across.
     fn widen(
         &self,
@@ -140,20 +140,20 @@ impl<R: Real, const N: usize> Estimator<R, N> {
             let most = R::of(MOST) * quiet;
             let (s, v) = (SLIP + j, VX + j);
             may_be[j] = slides[j] + disagreed;
-            p[s][s] += least(least(per * may_be[j], restless[j] + per * floors[j]), most);
+            p[s][s] += min(min(per * may_be[j], restless[j] + per * floors[j]), most);
             let mut known = p[s][s] + read;
             if j < 2 {
                 known += p[v][v] + p[v][s] + p[v][s];
             }
             let excess = body[j] * body[j] - R::of(SUDDEN) * known;
-            p[s][s] += least(above_zero(excess), most);
+            p[s][s] += min(above_zero(excess), most);
         }
         let [along, across, _] = may_be;
         [along, across]
     }
 
     /// A slip of these variances that lasts for `slip_s` is none on average. In white noise that is a reading of 0 with the variance times twice the
-    /// periods that it lasts; by turns along and across, each with what two periods say. In yaw it fades by itself: gyro and wheels tell it.
+    /// periods that it lasts; by turns along and across, each with what two periods say. In yaw it fades by itself: gyro and wheels determine it.
     fn hold_against_none(
         &self,
         state: &mut EstimatorState<R, N>,

@@ -1,8 +1,8 @@
-//! What an estimator is told in a period.
+//! What an estimator reads in a period.
 
 use crate::{BodyTwist, Imu, Real, WheelVelocities};
 
-/// The readings of one period. What is NaN was not heard.
+/// The readings of one period. What is NaN did not arrive.
 ///
 /// ```
 /// use omni_core::EstimatorInput;
@@ -20,7 +20,7 @@ pub struct EstimatorInput<R, const N: usize> {
     /// Acceleration of the origin along and to the left of the heading, level and without gravity \[m/s^2\].
     pub acceleration_m_s2: [R; 2],
     /// The command is rest: a vehicle that then stands has no velocity.
-    pub told_to_rest: bool,
+    pub commanded_rest: bool,
 }
 
 impl<R: Real, const N: usize> EstimatorInput<R, N> {
@@ -32,7 +32,7 @@ impl<R: Real, const N: usize> EstimatorInput<R, N> {
             wheels: *wheels,
             yaw_rate_rad_s: nan,
             acceleration_m_s2: [nan; 2],
-            told_to_rest: false,
+            commanded_rest: false,
         }
     }
 
@@ -45,12 +45,12 @@ impl<R: Real, const N: usize> EstimatorInput<R, N> {
     /// let mut imu = Imu::level();
     /// (imu.pitch_rad, imu.specific_force_m_s2) = (0.1_f64, [9.81 * 0.1_f64.sin(), 0.0, 9.81 * 0.1_f64.cos()]);
     /// let input = EstimatorInput::with_imu(&[0.0; 4].into(), &imu, &BodyTwist::ZERO);
-    /// assert!(input.acceleration_m_s2[0].abs() < 1e-12 && input.told_to_rest);
+    /// assert!(input.acceleration_m_s2[0].abs() < 1e-12 && input.commanded_rest);
     /// ```
     #[must_use]
     pub fn with_imu(wheels: &WheelVelocities<R, N>, imu: &Imu<R>, command: &BodyTwist<R>) -> Self {
         let mut input = Self::new(wheels);
-        input.told_to_rest = *command == BodyTwist::ZERO;
+        input.commanded_rest = *command == BodyTwist::ZERO;
         let [fx, fy, fz] = imu.specific_force_m_s2;
         let [wx, wy, wz] = imu.rate_rad_s;
         let ((sp, cp), (sr, _)) = (imu.pitch_rad.sine_cosine(), imu.roll_rad.sine_cosine());
@@ -58,7 +58,7 @@ impl<R: Real, const N: usize> EstimatorInput<R, N> {
         let level = R::one() - sp * sp - sr * sr;
         let upright = level > R::of(0.01);
         if !upright {
-            // On its side, or nobody knows: a lean that is NaN.
+            // On its side, or not known: a lean that is NaN.
             input.yaw_rate_rad_s = wz;
             return input;
         }

@@ -17,7 +17,7 @@ fn resting(random: &mut Random, bias: f64, turns: f64) -> EstimatorInput<f64, 4>
         *wheel += 0.1 * random.normal();
     }
     let mut input = EstimatorInput::new(&wheels);
-    input.told_to_rest = true;
+    input.commanded_rest = true;
     input.yaw_rate_rad_s = bias + turns + 0.01 * random.normal();
     input.acceleration_m_s2 = [0.05 * random.normal(), 0.05 * random.normal()];
     input
@@ -38,7 +38,7 @@ fn learnt(tremble: f64, change: fn(&mut EstimatorInput<f64, 4>)) -> (Vec<f64>, V
             change(&mut input);
             estimator.step(&mut state, &input);
         }
-        // Where it stood: what 50 ms tell that it is not told to stand in, and what it trembles.
+        // Where it stood: what 50 ms show while it is not commanded to stand, and what it trembles.
         assert!(
             state.pose().x_m.abs() < 1e-3 && state.pose().yaw_rad.abs() < 5e-3,
             "{:?}",
@@ -73,7 +73,7 @@ fn a_vehicle_that_trembles_is_as_sure_of_the_bias_as_it_may_be() {
     // 1.5 mrad/s for 45 ms are as much as white noise of 0.014 rad/s: more than the gyro's own.
     let (squares, _) = learnt(1.5e-3, |_| {});
     assert!(OF_FIFTY.contains(&mean(&squares)), "{}", mean(&squares));
-    // Where nobody says how a wheel turns, it has to allow for trembling: 0.3 mm/s at the wheels' mean lever of 0.45 m, 0.7 mrad/s.
+    // Where a wheel's reading is missing, it has to allow for trembling: 0.3 mm/s at the wheels' mean lever of 0.45 m, 0.7 mrad/s.
     let (squares, _) = learnt(6e-4, |input| input.wheels.rad_s[1] = f64::NAN);
     assert!(OF_FIFTY.contains(&mean(&squares)), "{}", mean(&squares));
 }
@@ -91,7 +91,7 @@ fn after_a_second(config: EstimatorConfig<f64>, bias: f64) -> (bool, EstimatorSt
 }
 
 #[test]
-fn a_bias_is_learnt_within_four_of_the_deviations_it_is_told_to_have_whatever_its_size() {
+fn a_bias_is_learnt_within_four_of_its_configured_deviations() {
     let usual = EstimatorConfig::new(1e-3);
     for (bias_rad_s, bias) in [(0.02, 0.08), (0.02, -0.08), (0.3, 1.2), (0.3, -1.2)] {
         let (standing, state) = after_a_second(EstimatorConfig { bias_rad_s, ..usual }, bias);
@@ -116,7 +116,7 @@ fn who_is_braked_in_a_spin_with_locked_wheels_does_not_stand() {
     let estimator = filter::<f64>();
     let mut state = estimator.start();
     let mut input = EstimatorInput::new(&[0.0; 4].into());
-    (input.told_to_rest, input.acceleration_m_s2) = (true, [0.0; 2]);
+    (input.commanded_rest, input.acceleration_m_s2) = (true, [0.0; 2]);
     // Ice of 0.05 at a lever of 0.35 m: 1.4 rad/s^2, from 0.7 rad/s in half a second.
     for k in 0..500 {
         input.yaw_rate_rad_s = 0.7 - 1.4e-3 * f64::from(k);

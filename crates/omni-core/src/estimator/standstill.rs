@@ -1,6 +1,6 @@
 //! A vehicle that stands.
 
-use super::step::{Heard, above_zero, least, part};
+use super::step::{ValidReadings, above_zero, min, part};
 use super::{
     BIAS, Estimator, EstimatorInput, EstimatorState, QUIET, Real, SIZE, STANDING_M_S, STILL_S, VX, VY,
 };
@@ -11,31 +11,31 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         &self,
         state: &mut EstimatorState<R, N>,
         input: &EstimatorInput<R, N>,
-        heard: &Heard<R, N>,
+        valid: &ValidReadings<R, N>,
     ) -> bool {
         let (config, zero) = (&self.config, R::zero());
         let part = part(config.period_s, STILL_S);
         let mut square = zero;
-        for (w, heard) in input.wheels.rad_s.iter().zip(heard.wheels) {
-            if heard {
+        for (w, valid) in input.wheels.rad_s.iter().zip(valid.wheels) {
+            if valid {
                 square += *w * *w;
             }
         }
-        if heard.count > 0 {
-            square /= R::of(heard.count as f64);
+        if valid.count > 0 {
+            square /= R::of(valid.count as f64);
         }
         // A reading that is absurd is forgotten as soon as any: ten times what is quiet.
         let ten = R::of(10.0);
         let noise = R::of(QUIET) * config.wheel_rad_s * config.wheel_rad_s;
         let calm = config.still_wheel_rad_s * config.still_wheel_rad_s + noise;
-        state.turning += part * (least(square, ten * calm) - state.turning);
-        let rate = heard.gyro.map_or(zero, |rate| rate - state.bias);
-        let [ax, ay] = heard.acceleration.unwrap_or([zero; 2]);
+        state.turning += part * (min(square, ten * calm) - state.turning);
+        let rate = valid.gyro.map_or(zero, |rate| rate - state.bias);
+        let [ax, ay] = valid.acceleration.unwrap_or([zero; 2]);
         // The gyro's mean is as near to its bias as that is known: a vehicle that turns slowly would else teach it.
         let known = state.covariance.0[BIAS][BIAS] + part * config.gyro_rad_s * config.gyro_rad_s;
         let push = config.still_m_s2 * config.still_m_s2;
         let limits = [R::of(16.0) * known, push, push];
-        let mut quiet = input.told_to_rest && heard.count > 0 && state.turning <= calm;
+        let mut quiet = input.commanded_rest && valid.count > 0 && state.turning <= calm;
         let most = [
             config.still_gyro_rad_s + config.bias_rad_s,
             config.still_m_s2,
@@ -50,7 +50,7 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         let about = rate - state.quiet[0];
         let steady = config.still_gyro_rad_s * config.still_gyro_rad_s
             + R::of(QUIET) * config.gyro_rad_s * config.gyro_rad_s;
-        state.restless += part * (least(about * about, ten * steady) - state.restless);
+        state.restless += part * (min(about * about, ten * steady) - state.restless);
         quiet &= state.restless <= steady;
         state.still_s = if quiet {
             state.still_s + config.period_s
@@ -58,7 +58,7 @@ impl<R: Real, const N: usize> Estimator<R, N> {
             zero
         };
         // It need not be counted for ever.
-        state.still_s = least(state.still_s, R::of(2.0 * STILL_S));
+        state.still_s = min(state.still_s, R::of(2.0 * STILL_S));
         state.still_s > R::of(STILL_S)
     }
 
@@ -67,7 +67,7 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         &self,
         state: &mut EstimatorState<R, N>,
         input: &EstimatorInput<R, N>,
-        heard: &Heard<R, N>,
+        valid: &ValidReadings<R, N>,
         moved: &mut [R; SIZE],
     ) {
         let config = &self.config;
@@ -78,13 +78,13 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         state.take::<VX>(-vx, still, moved);
         let [_, vy] = state.velocity;
         state.take::<VY>(-vy, still, moved);
-        // It trembles as much now as before: no number of readings tells its velocity of this moment better.
+        // It trembles as much now as before: no number of readings determines its velocity of this moment better.
         let p = &mut state.covariance.0;
         for i in [VX, VY] {
             p[i][i] = if p[i][i] < still { still } else { p[i][i] };
         }
-        if let Some(gyro) = heard.gyro {
-            let (turns, variance) = self.trembling(input, heard);
+        if let Some(gyro) = valid.gyro {
+            let (turns, variance) = self.trembling(input, valid);
             let noise = config.gyro_rad_s * config.gyro_rad_s + variance;
             state.take::<BIAS>(gyro - turns - state.bias, noise, moved);
         }
@@ -94,11 +94,11 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         state.yaw_rate = state.bias;
     }
 
-    /// The yaw rate of a vehicle that stands, by its wheels, and its variance. Where one is not heard nobody says, and what it trembles lasts for
+    /// The yaw rate of a vehicle that stands, by its wheels, and its variance. Where a reading is missing it is not known, and what the vehicle trembles lasts for
     /// `STILL_S`: a mean over many readings knows less than if each were another.
-    fn trembling(&self, input: &EstimatorInput<R, N>, heard: &Heard<R, N>) -> (R, R) {
+    fn trembling(&self, input: &EstimatorInput<R, N>, valid: &ValidReadings<R, N>) -> (R, R) {
         let config = &self.config;
-        if heard.count < N {
+        if valid.count < N {
             let lasts = R::of(2.0 * STILL_S * STANDING_M_S * STANDING_M_S) / config.period_s;
             return (R::zero(), lasts / self.lever_m2);
         }

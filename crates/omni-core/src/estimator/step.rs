@@ -5,20 +5,20 @@ use super::{
     Matrix, Motion, Real, SIZE, SLIP, STANDING_M_S, Sum, VX, VY, X, Y, YAW, is_plausible,
 };
 
-/// What a period tells, as far as it was heard.
-pub(super) struct Heard<R, const N: usize> {
+/// The valid readings of a period.
+pub(super) struct ValidReadings<R, const N: usize> {
     pub(super) wheels: [bool; N],
     pub(super) count: usize,
     pub(super) gyro: Option<R>,
     pub(super) acceleration: Option<[R; 2]>,
 }
 
-impl<R: Real, const N: usize> Heard<R, N> {
+impl<R: Real, const N: usize> ValidReadings<R, N> {
     pub(super) fn of(input: &EstimatorInput<R, N>) -> Self {
         let wheels = input.wheels.rad_s.map(is_plausible);
         let [ax, ay] = input.acceleration_m_s2;
         Self {
-            count: wheels.iter().filter(|heard| **heard).count(),
+            count: wheels.iter().filter(|valid| **valid).count(),
             wheels,
             gyro: Some(input.yaw_rate_rad_s).filter(|rate| is_plausible(*rate)),
             acceleration: (is_plausible(ax) && is_plausible(ay)).then_some([ax, ay]),
@@ -26,7 +26,7 @@ impl<R: Real, const N: usize> Heard<R, N> {
     }
 }
 
-pub(super) fn least<R: Real>(a: R, b: R) -> R {
+pub(super) fn min<R: Real>(a: R, b: R) -> R {
     if a < b { a } else { b }
 }
 
@@ -36,7 +36,7 @@ pub(super) fn above_zero<R: Real>(a: R) -> R {
 
 /// A part of the gap that a filter with the time constant `time_s` closes in a period.
 pub(super) fn part<R: Real>(period_s: R, time_s: f64) -> R {
-    least(period_s / R::of(time_s), R::one())
+    min(period_s / R::of(time_s), R::one())
 }
 
 impl<R: Real, const N: usize> Estimator<R, N> {
@@ -103,8 +103,8 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         }
     }
 
-    /// One period. What is not heard (NaN, or beyond 1e6) is left out. Bounded: the same work whatever the readings, but for a wheel that is
-    /// not heard, whose say is filled in by the others eight times over.
+    /// One period. What is not valid (NaN, or beyond 1e6) is left out. Bounded: the same work whatever the readings, but for a wheel without
+    /// a valid reading, whose innovation is filled in by the others eight times over.
     ///
     /// ```
     /// use omni_core::{BodyTwist, Estimator, EstimatorConfig, EstimatorInput, Imu, Kinematics, WheelLayout};
@@ -120,16 +120,16 @@ impl<R: Real, const N: usize> Estimator<R, N> {
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
     pub fn step(&self, state: &mut EstimatorState<R, N>, input: &EstimatorInput<R, N>) -> EstimatorStep<R> {
-        let heard = Heard::of(input);
+        let valid = ValidReadings::of(input);
         let mut next = *state;
-        let standing = self.stands(&mut next, input, &heard);
+        let standing = self.stands(&mut next, input, &valid);
         let mut nis = R::zero();
         let mut moved = [R::zero(); SIZE];
         if standing {
-            self.stand(&mut next, input, &heard, &mut moved);
+            self.stand(&mut next, input, &valid, &mut moved);
         } else {
-            self.predict(&mut next, input, &heard);
-            nis = self.correct(&mut next, input, &heard, &mut moved);
+            self.predict(&mut next, input, &valid);
+            nis = self.correct(&mut next, input, &valid, &mut moved);
         }
         next.x = next.x.plus(moved[X]);
         next.y = next.y.plus(moved[Y]);
@@ -155,16 +155,16 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         *state = next;
         EstimatorStep {
             nis,
-            readings: if standing { 0 } else { heard.count },
+            readings: if standing { 0 } else { valid.count },
             standing,
             taken,
         }
     }
 
     /// Variance that the velocity takes on in a period.
-    pub(super) fn gained(&self, heard: &Heard<R, N>) -> R {
+    pub(super) fn gained(&self, valid: &ValidReadings<R, N>) -> R {
         let (config, dt) = (&self.config, self.config.period_s);
-        match heard.acceleration {
+        match valid.acceleration {
             Some(_) => config.accelerometer_m_s2 * config.accelerometer_m_s2 * dt * dt,
             None => config.wander_m_s_per_sqrt_s * config.wander_m_s_per_sqrt_s * dt,
         }
@@ -175,15 +175,15 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         &self,
         state: &mut EstimatorState<R, N>,
         input: &EstimatorInput<R, N>,
-        heard: &Heard<R, N>,
+        valid: &ValidReadings<R, N>,
     ) {
         let (config, zero, half) = (&self.config, R::zero(), R::of(0.5));
         let (dt, [vx, vy]) = (config.period_s, state.velocity);
-        let (rate, biased, rate_variance) = match heard.gyro {
+        let (rate, biased, rate_variance) = match valid.gyro {
             Some(gyro) => (gyro, R::one(), config.gyro_rad_s * config.gyro_rad_s),
             None => {
                 // What the wheels say, as far as they do not slip; that lasts, and counts as often as it does.
-                let rate = if heard.count == N {
+                let rate = if valid.count == N {
                     self.kinematics.forward(&input.wheels).wz_rad_s - state.slip[2]
                 } else {
                     state.yaw_rate - state.bias
@@ -197,7 +197,7 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         let (sin, cos) = turn.sine_cosine();
         // Along the new heading, first the velocity before, then with what was gained.
         let before = [cos * vx + sin * vy, cos * vy - sin * vx];
-        let [ax, ay] = heard.acceleration.unwrap_or([zero; 2]);
+        let [ax, ay] = valid.acceleration.unwrap_or([zero; 2]);
         let after = [before[0] + ax * dt, before[1] + ay * dt];
         let yaw = state.yaw.total + turn;
         let (s, c) = yaw.sine_cosine();
@@ -226,7 +226,7 @@ impl<R: Real, const N: usize> Estimator<R, N> {
             fades,
         };
         state.covariance.carry(&motion, rate_variance);
-        let gained = self.gained(heard);
+        let gained = self.gained(valid);
         let p = &mut state.covariance.0;
         p[VX][VX] += gained;
         p[VY][VY] += gained;

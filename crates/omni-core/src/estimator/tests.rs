@@ -144,7 +144,7 @@ fn the_covariance_stays_positive_definite_in_f32_whatever_is_read() {
             }
         }
         let mut input = EstimatorInput::new(&wheels);
-        input.told_to_rest = at_rest;
+        input.commanded_rest = at_rest;
         input.yaw_rate_rad_s = wz_rad_s + 0.01 * random.normal() as f32;
         input.acceleration_m_s2 =
             [random.normal() as f32, random.normal() as f32].map(|a| if at_rest { 0.05 * a } else { a });
@@ -188,7 +188,7 @@ fn what_nothing_observes_grows() {
         assert!((0..3).all(|i| now[i] > last[i]), "{last:?} {now:?}");
         last = now;
     }
-    // Yaw by the bias that nobody told, 0.02 rad/s for 10 s.
+    // Yaw by the bias that is not configured, 0.02 rad/s for 10 s.
     assert!((last[2] / 0.2 - 1.0).abs() < 0.05, "{last:?}");
     // The velocity is observed: it does not.
     assert!(state.velocity_covariance()[0][0].sqrt() < 0.01);
@@ -199,7 +199,7 @@ fn who_slides_with_locked_wheels_does_not_stand() {
     let estimator = filter::<f64>();
     let mut state = estimator.start();
     let mut input = EstimatorInput::new(&[0.0; 4].into());
-    (input.yaw_rate_rad_s, input.told_to_rest) = (0.0, true);
+    (input.yaw_rate_rad_s, input.commanded_rest) = (0.0, true);
     // Ice of 0.05 under a vehicle at 0.49 m/s: it stops after a second.
     state.velocity[0] = 0.49;
     input.acceleration_m_s2 = [-0.49, 0.0];
@@ -247,7 +247,7 @@ fn one_slipping_wheel_of_four_is_outvoted() {
 }
 
 #[test]
-fn a_wheel_that_is_not_heard_is_missed_by_nobody() {
+fn an_estimate_without_one_wheel_is_as_good() {
     let (kinematics, estimator) = (mecanum::<f64>(), filter::<f64>());
     let twist = BodyTwist {
         vx_m_s: 0.3,
@@ -299,8 +299,8 @@ fn a_lean_is_levelled_by_the_units_angles() {
         "{input:?}"
     );
     assert!((input.yaw_rate_rad_s - 1.0).abs() < 1e-12);
-    let unheard = EstimatorInput::<f64, 4>::with_imu(&[0.0; 4].into(), &Imu::silent(), &BodyTwist::ZERO);
-    assert!(unheard.acceleration_m_s2[0].is_nan() && unheard.yaw_rate_rad_s.is_nan());
+    let silent = EstimatorInput::<f64, 4>::with_imu(&[0.0; 4].into(), &Imu::silent(), &BodyTwist::ZERO);
+    assert!(silent.acceleration_m_s2[0].is_nan() && silent.yaw_rate_rad_s.is_nan());
 }
 
 #[test]

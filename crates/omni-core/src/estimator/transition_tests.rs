@@ -1,4 +1,4 @@
-use super::step::Heard;
+use super::step::ValidReadings;
 use super::tests::{Random, mecanum};
 use super::{
     BIAS, Estimator, EstimatorConfig, EstimatorInput, EstimatorState, Matrix, SIZE, SLIP, Sum, VX, VY, X, Y,
@@ -42,7 +42,7 @@ fn column(
     let carried = |start: [f64; SIZE]| {
         let mut state = *state;
         state.covariance = Matrix::diagonal(start);
-        estimator.predict(&mut state, input, &Heard::of(input));
+        estimator.predict(&mut state, input, &ValidReadings::of(input));
         state.covariance.0
     };
     let noise = carried([0.0; SIZE]);
@@ -78,7 +78,7 @@ fn the_covariance_is_carried_by_the_derivatives_of_the_state() {
         }
         let moved = |i: usize, by: f64| {
             let mut state = changed(&state, i, by, gyro);
-            estimator.predict(&mut state, &input, &Heard::of(&input));
+            estimator.predict(&mut state, &input, &ValidReadings::of(&input));
             numbers(&state)
         };
         // Without a gyro the wheels' slip in yaw turns the vehicle; it is carried as noise of the rate, not by a derivative.

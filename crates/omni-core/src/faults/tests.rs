@@ -107,11 +107,11 @@ fn stuck_after(first: impl Fn(u32) -> f64, others: impl Fn(u32) -> f64) -> [Opti
 /// The same at a reference \[rad/s\].
 fn stuck_at(reference: f64, first: impl Fn(u32) -> f64, others: impl Fn(u32) -> f64) -> [Option<u32>; 3] {
     let (monitor, mut state) = (FaultMonitor::new(CONFIG).expect("valid"), FaultState::default());
-    let nobody_tells = WheelVelocities::zero();
+    let none_expected = WheelVelocities::zero();
     let mut after = [None; 3];
     for k in 0..1000 {
         let expected = Expectation {
-            by_others: &nobody_tells,
+            by_others: &none_expected,
             checked: &[false; 3],
             reference: &[reference; 3].into(),
             torque_n_m: &[1.6; 3],
@@ -149,7 +149,7 @@ fn a_reading_that_the_others_contradict_is_stuck_after_long_only_while_the_loop_
     let mut bench = Bench::new();
     bench.by_others = Some(9.0);
     for torque in [0.0, -0.3] {
-        // At a limit the other way, or let go: the wheel may well slip as it is.
+        // At a limit the other way, or released: the wheel may well slip as it is.
         bench.torque = torque;
         for _ in 0..1000 {
             assert_eq!(bench.read(Some(0.0)), (0.0, None));
@@ -191,7 +191,7 @@ fn at_a_crawl_an_angle_that_the_others_show_makes_a_wheel_without_a_count_stuck_
 
 #[test]
 fn at_a_crawl_two_wheels_without_a_count_that_pull_hard_are_a_vehicle_before_an_obstacle() {
-    // The same where nobody can check any more: of more than three wheels a blocked one has its second too.
+    // The same where no other wheel can check any more: of more than three wheels a blocked one has its second too.
     for (checked, second, stuck) in [
         (true, 0.0, None),
         (true, 5.5, Some(1000)),
@@ -215,7 +215,7 @@ fn at_a_crawl_two_wheels_without_a_count_that_pull_hard_are_a_vehicle_before_an_
 }
 
 #[test]
-fn a_wheel_that_is_let_go_changes_what_the_others_say_and_no_wheel_at_rest_is_faulty_for_that() {
+fn a_released_wheel_makes_no_wheel_at_rest_faulty() {
     let (monitor, mut state) = (FaultMonitor::new(CONFIG).expect("valid"), FaultState::default());
     for k in 0..1000 {
         // The second stands; by the others it seemed to turn as long as the first was one of them.
@@ -244,7 +244,7 @@ fn a_vehicle_that_stands_before_an_obstacle_is_no_dead_encoder_for_ten_times_as_
 }
 
 #[test]
-fn a_faulty_wheel_is_believed_again_after_enough_good_readings() {
+fn a_faulty_wheel_is_accepted_again_after_enough_good_readings() {
     let mut bench = Bench::new();
     bench.read(Some(3.0));
     assert_eq!(bench.read(Some(f64::NAN)).1, Some(Fault::NotANumber));
@@ -280,7 +280,7 @@ fn stuck() -> Bench {
 }
 
 #[test]
-fn a_dead_encoder_is_not_believed_because_the_vehicle_happens_to_move_as_it_reads() {
+fn a_dead_encoder_stays_faulty_when_the_vehicle_moves_as_it_reads() {
     let mut bench = stuck();
     bench.by_others = Some(3.0);
     for _ in 0..1000 {
@@ -309,7 +309,7 @@ fn a_stuck_wheel_comes_back_when_it_moves_again_and_agrees_with_the_others() {
 }
 
 #[test]
-fn faults_recover_at_rest_where_nobody_else_can_tell() {
+fn faults_recover_at_rest_where_no_other_wheel_checks() {
     let mut bench = Bench::new();
     bench.read(Some(f64::NAN));
     for _ in 0..30 {

@@ -29,7 +29,7 @@ fn sample<R: Real>(yaw_rad: R, velocity: [R; 3]) -> TrajectorySample<R> {
 }
 
 #[test]
-fn a_vehicle_that_moves_as_told_comes_back_with_the_time_constant_of_the_gain() {
+fn a_vehicle_that_moves_as_commanded_comes_back_with_the_time_constant_of_the_gain() {
     let (follower, stay) = (follower(2.0, 100.0), sample(0.4, [0.0; 3]));
     let mut pose = PlanarPose {
         x_m: 0.3,

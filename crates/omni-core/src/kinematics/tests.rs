@@ -217,7 +217,7 @@ proptest! {
         for i in 0..5 {
             prop_assert!((ia[i] + k * ib[i] - is[i]).abs() < 1e-11 * scale(&ia).max(scale(&ib)));
         }
-        // (I - A A+)^2 = I - A A+, and what is left tells no motion.
+        // (I - A A+)^2 = I - A A+, and what is left determines no motion.
         let once = kinematics.residual(&a.into());
         let twice = kinematics.residual(&once);
         for (x, y) in once.rad_s.iter().zip(twice.rad_s) {

@@ -1,4 +1,4 @@
-//! From a torque to what a bridge is told.
+//! From a torque to the duty cycle of a bridge.
 
 use super::DcMotor;
 use crate::Real;
@@ -127,22 +127,22 @@ mod tests {
             torque in -0.3..0.3_f64, velocity in -1500.0..1500.0_f64, limit in prop::option::of(0.1..8.0_f64),
         ) {
             let motor = motor::<f64>(limit);
-            let told = motor.duty(torque, velocity);
-            prop_assert!((-1.0..=1.0).contains(&told.duty));
+            let sample = motor.duty(torque, velocity);
+            prop_assert!((-1.0..=1.0).contains(&sample.duty));
             // The motor's own equations, from the duty: 1e-9 is rounding of sums of up to 60 V.
-            let current = (24.0 * told.duty - 0.0234 * velocity) / 2.32;
-            prop_assert!((current - told.current_a).abs() < 1e-9);
-            prop_assert!((motor.current_a(told.torque_n_m, velocity) - current).abs() < 1e-9);
+            let current = (24.0 * sample.duty - 0.0234 * velocity) / 2.32;
+            prop_assert!((current - sample.current_a).abs() < 1e-9);
+            prop_assert!((motor.current_a(sample.torque_n_m, velocity) - current).abs() < 1e-9);
             // Driving: what the torque line says, as long as the motor is no faster than without load.
             if torque * velocity > 0.0 && velocity.abs() < motor.no_load_speed_rad_s() {
                 let range = motor.torque_limit().range(velocity);
                 let expected = torque.limited(range.lower_n_m, range.upper_n_m);
-                prop_assert!((told.torque_n_m - expected).abs() < 1e-9, "{told:?} {expected}");
-                prop_assert_eq!(told.limited, (torque - expected).abs() > 0.0);
+                prop_assert!((sample.torque_n_m - expected).abs() < 1e-9, "{sample:?} {expected}");
+                prop_assert_eq!(sample.limited, (torque - expected).abs() > 0.0);
             }
             // Single precision does the same to its own rounding, 60 V * 2^-24 over 2.32 ohm and 24 V.
             let single = self::motor::<f32>(limit).duty(torque as f32, velocity as f32);
-            prop_assert!((f64::from(single.duty) - told.duty).abs() < 1e-5 && (f64::from(single.current_a) - told.current_a).abs() < 1e-4);
+            prop_assert!((f64::from(single.duty) - sample.duty).abs() < 1e-5 && (f64::from(single.current_a) - sample.current_a).abs() < 1e-4);
         }
     }
 }

@@ -215,7 +215,9 @@ fn a_slipping_wheel_left_out_does_not_move_the_pose() {
     let (full, odometry) = (kinematics(), odometry());
     let mut excluded = [false; 7];
     excluded[3] = true;
-    let without_4 = full.excluding(&excluded).expect("six wheels tell the motion");
+    let without_4 = full
+        .excluding(&excluded)
+        .expect("six wheels determine the motion");
     let mut turned = full
         .inverse(&BodyTwist::from_array([0.3, 0.0, FRAC_PI_2]))
         .over(1.0);
@@ -261,7 +263,7 @@ proptest! {
     }
 
     #[test]
-    fn positions_and_velocities_tell_the_same(
+    fn positions_and_velocities_give_the_same_pose(
         twists in prop::collection::vec(prop::array::uniform3(-2.0..2.0_f64), 1..50),
         start in prop::array::uniform7(-100.0..100.0_f64),
     ) {

@@ -26,7 +26,7 @@ use crate::error::{ConfigError, within};
 /// assert!((integral_after_1_s_at_the_limit(AntiWindup::None) - 10.0).abs() < 1e-9); // ten times the limit
 /// assert_eq!(integral_after_1_s_at_the_limit(AntiWindup::Clamp { limit_n_m: 1.0 }), 1.0);
 /// assert_eq!(integral_after_1_s_at_the_limit(AntiWindup::Conditional), 0.0); // the first error alone saturates
-/// // Conditioned: the loop believes it was asked for what it could do, and its error is that of 1 rad/s or less.
+/// // Conditioned: the loop assumes that it was asked for what it could do, and its error is that of 1 rad/s or less.
 /// assert!(integral_after_1_s_at_the_limit(AntiWindup::Conditioned) < 1.0);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -92,7 +92,7 @@ pub(super) fn reciprocal<R: Real>(slope: R) -> R {
 
 /// Part of an excess that a conditioned integral takes back; 0 where it stops instead. Integral and derivative act one period
 /// late: together they must not take back more than the whole excess, they would swing.
-pub(super) fn taken_back<R: Real>(ki_dt: R, per_slope: R, derivative_slope: R) -> R {
+pub(super) fn back_calculation_gain<R: Real>(ki_dt: R, per_slope: R, derivative_slope: R) -> R {
     let (gain, room) = (ki_dt * per_slope, R::one() - derivative_slope * per_slope);
     if gain <= R::of(1.001) * room || room >= R::of(0.5) {
         gain.limited(R::zero(), room)
@@ -126,15 +126,15 @@ impl<R: Real> Pid<R> {
     pub(crate) fn correction(
         &self,
         law: AntiWindup<R>,
-        taken_in: R,
+        integrated_error: R,
         excess: &Excess<R>,
         started: bool,
     ) -> (R, R) {
         let zero = R::zero();
         let beyond = excess.excess_n_m;
         let conditional = || {
-            if beyond * taken_in < zero {
-                -self.ki_dt * taken_in
+            if beyond * integrated_error < zero {
+                -self.ki_dt * integrated_error
             } else {
                 zero
             }
@@ -192,7 +192,7 @@ impl<R: Real> Pid<R> {
         let rest = slopes.i_n_m + (slopes.d_n_m + slopes.ff_n_m);
         let change = excess.excess_n_m + (excess.p_n_m - bounded);
         let per_rest = reciprocal(rest);
-        let gain = taken_back(self.ki_dt, per_rest, self.derivative_slope(started));
+        let gain = back_calculation_gain(self.ki_dt, per_rest, self.derivative_slope(started));
         (change * per_rest, gain, change)
     }
 }

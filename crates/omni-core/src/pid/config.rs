@@ -110,7 +110,7 @@ pub struct PidConfig<R> {
     /// other, so that it mends the last bit of an error and knows nothing of the way there. WPILib's `IZone` does the same. Wider
     /// than the noise of the readings. Where wheels share an integral, one error beyond the zone sets all of them to 0.
     pub integral_zone_rad_s: R,
-    /// The proportional term is held within +- this \[N.m\], 0 or more, infinite for none. The integral is told of the limits of the
+    /// The proportional term is held within +- this \[N.m\], 0 or more, infinite for none. The integral knows of the limits of the
     /// output only, but while the output is limited too it takes in no more than what is left of the proportional term stands for.
     pub proportional_limit_n_m: R,
     /// Limits of the output, infinite for none. [`crate::WheelController`] uses its motors' limits instead.

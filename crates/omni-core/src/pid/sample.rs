@@ -1,4 +1,4 @@
-//! What a PID loop remembers, and what one step of it tells.
+//! State of a PID loop, and the sample of one step.
 
 use crate::Real;
 

@@ -159,7 +159,7 @@ const LAWS: [AntiWindup<f64>; 4] = [
     AntiWindup::Conditioned,
 ];
 
-/// A wheel of inertia 0.01 kg.m2 held for `blocked_s`, then let go: the largest velocity afterwards.
+/// A wheel of inertia 0.01 kg.m2 held for `blocked_s`, then released: the largest velocity afterwards.
 fn peak_after_release(config: PidConfig<f64>, blocked_s: f64) -> f64 {
     let pid = pid(config);
     let (mut state, mut w, mut peak) = (PidState::default(), 0.0, 0.0_f64);

@@ -64,7 +64,7 @@ impl<R: Real, const N: usize> ControllerPolicy<R, N> {
     }
 }
 
-/// Velocities of `N` wheels; those beyond what there is count as not heard.
+/// Velocities of `N` wheels; those beyond what there is count as not received.
 pub(crate) fn of_wheels<R: Real, const N: usize>(rad_s: &[R]) -> WheelVelocities<R, N> {
     let mut velocities = WheelVelocities {
         rad_s: [R::of(f64::NAN); N],
@@ -99,7 +99,7 @@ impl<R: Real, const N: usize> Policy<R> for ControllerPolicy<R, N> {
 /// # let config = omni_core::examples::loops(0.25, 0.0, 2.0)?;
 /// let mut policy = DrivePolicy::new(Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?);
 /// let (ahead, mut torques_n_m) = (BodyTwist { vx_m_s: 0.4, ..BodyTwist::ZERO }, [0.0; 4]);
-/// policy.step(&Readings::new(ahead, &[0.0, f64::NAN, 0.0, 0.0]), &mut torques_n_m); // wheel 2 is silent: let go
+/// policy.step(&Readings::new(ahead, &[0.0, f64::NAN, 0.0, 0.0]), &mut torques_n_m); // wheel 2 is silent: released
 /// assert!((torques_n_m[0] - 1.0).abs() < 1e-12 && torques_n_m[1] == 0.0); // 0.25 N.m a rad/s, 4 rad/s
 /// assert_eq!(policy.sample().map(|sample| sample.mode), Some(DriveMode::Degraded));
 /// # Ok::<(), omni_core::ConfigError>(())
@@ -135,7 +135,7 @@ impl<R: Real, const N: usize> DrivePolicy<R, N> {
     /// # let config = omni_core::examples::loops(0.25, 0.0, 2.0)?;
     /// let drive = Drive::new(DriveConfig::new(WheelLayout::<f64, 4>::mecanum4(0.6, 0.4, 0.1)?, config))?;
     /// let mut policy = DrivePolicy::new(drive);
-    /// policy.step(&Readings::new(BodyTwist::ZERO, &[5.0; 4]), &mut [0.0; 4]); // rolling with 0.5 m/s, told to rest
+    /// policy.step(&Readings::new(BodyTwist::ZERO, &[5.0; 4]), &mut [0.0; 4]); // rolling with 0.5 m/s, commanded to rest
     /// assert_eq!(policy.sample().map(|sample| sample.wheels.applied.n_m), Some([-1.25; 4]));
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
@@ -157,7 +157,7 @@ impl<R: Real, const N: usize> DrivePolicy<R, N> {
     /// # let config = omni_core::examples::loops(0.25, 0.0, 2.0)?;
     /// let drive = Drive::new(DriveConfig::new(WheelLayout::<f64, 4>::mecanum4(0.6, 0.4, 0.1)?, config))?;
     /// let mut policy = DrivePolicy::new(drive);
-    /// policy.step(&Readings::new(BodyTwist::ZERO, &[5.0; 4]), &mut [0.0; 4]); // rolling with 0.5 m/s, told to rest
+    /// policy.step(&Readings::new(BodyTwist::ZERO, &[5.0; 4]), &mut [0.0; 4]); // rolling with 0.5 m/s, commanded to rest
     /// policy.state_mut().emergency_stop();
     /// let ahead = BodyTwist { vx_m_s: 0.5, ..BodyTwist::ZERO };
     /// policy.step(&Readings::new(ahead, &[0.0; 4]), &mut [0.0; 4]);
@@ -175,7 +175,7 @@ impl<R: Real, const N: usize> Policy<R> for DrivePolicy<R, N> {
     }
 
     fn step(&mut self, readings: &Readings<'_, R>, torques_n_m: &mut [R]) {
-        let mut input = DriveInput::heard(&of_wheels(readings.wheels_rad_s));
+        let mut input = DriveInput::received(&of_wheels(readings.wheels_rad_s));
         input.command = readings.new_command.then_some(readings.command);
         let sample = self.drive.step(&mut self.state, &input);
         for (torque, applied) in torques_n_m.iter_mut().zip(sample.wheels.applied.n_m) {

@@ -296,7 +296,7 @@ fn run<R: Real>(
 
 proptest! {
     #[test]
-    fn refused_commands_count_as_none_and_are_told(
+    fn refused_commands_count_as_none_and_are_reported(
         commands in prop::collection::vec(any_command(), 40), stops in any_stops(),
     ) {
         let shaper = shaper::<f32>(gentle(), Some(0.35), Some([3.0, 3.0]));
@@ -311,7 +311,7 @@ proptest! {
     }
 
     #[test]
-    fn the_status_tells_which_command_is_in_force(
+    fn the_status_is_of_the_command_in_force(
         commands in prop::collection::vec(any_command(), 40), stops in any_stops(),
     ) {
         let shaped = run(&shaper::<f64>(gentle(), Some(0.3), None), &commands, &stops);

@@ -68,7 +68,7 @@ fn two_slipping_wheels_are_left_out_one_after_the_other() {
 }
 
 #[test]
-fn three_wheels_accuse_nobody() {
+fn three_wheels_exclude_none() {
     let kinematics =
         Kinematics::new(&WheelLayout::<f64, 3>::omni(0.2, 0.0, 0.05).expect("valid")).expect("valid");
     let detector = SlipDetector::new(CONFIG).expect("valid");
@@ -79,14 +79,14 @@ fn three_wheels_accuse_nobody() {
     }
     assert!(
         !state.declare(&kinematics, &[true, false, false]),
-        "two wheels do not tell three motions"
+        "two wheels do not determine three motions"
     );
     assert_eq!(state.excluded(), [false; 3]);
 }
 
 #[test]
 fn a_disagreement_that_fits_several_wheels_accuses_none_of_them() {
-    // Four wheels check once: whoever slips, every residual has the same size.
+    // Four wheels check once: whichever slips, every residual has the same size.
     let four = Kinematics::new(&WheelLayout::mecanum4(0.5, 0.4, 0.05).expect("valid")).expect("valid");
     assert!(four.redundancy().iter().all(|r: &f64| (r - 0.25).abs() < 1e-12));
     let mut wheels = four.inverse(&twist(0.5, 0.0, 0.0));
@@ -104,7 +104,7 @@ fn a_disagreement_that_fits_several_wheels_accuses_none_of_them() {
                 .all(|r| (r.abs() - 0.5).abs() < 1e-12)
         );
     }
-    // Wheels 2 and 6 alone tell sideways motion; the others check only their sum, which is yaw.
+    // Wheels 2 and 6 alone measure sideways motion; the others check only their sum, which is yaw.
     for wheel in [1, 5] {
         let slip = core::array::from_fn(|i| if i == wheel { 9.0 } else { 0.0 });
         let sample = run(&mut SlipState::new(&kinematics()), slip, 100);
@@ -119,14 +119,14 @@ fn declared_wheels_stay_out_and_slipping_ones_come_back_to_help() {
     let mut state = SlipState::new(&kinematics);
     run(&mut state, [0.0, 0.0, 0.0, 3.0, 0.0, 0.0, 0.0], 10);
     assert!(state.excluded()[3]);
-    // With the side wheels lifted, wheel 4, slipping or not, is the only one left that tells forward motion.
+    // With the side wheels lifted, wheel 4, slipping or not, is the only one left that measures forward motion.
     let mut lifted = [true, false, true, false, true, false, true];
     assert!(state.declare(&kinematics, &lifted));
     assert_eq!(state.excluded(), lifted);
     lifted[3] = true;
     assert!(
         !state.declare(&kinematics, &lifted),
-        "nobody left who tells forward motion"
+        "no wheel left that measures forward motion"
     );
     assert!(state.declare(&kinematics, &[false; 7]) && state.excluded() == [false; 7]);
 }

@@ -1,7 +1,7 @@
 //! What a traction control is configured with.
 
 use super::encoder::window_s;
-use super::larger;
+use super::max;
 use crate::constants::constant_struct;
 use crate::error::{each_within, period, within};
 use crate::{ConfigError, Real, TorqueLimit};
@@ -394,7 +394,7 @@ impl<R: Real> TractionTimes<R> {
         };
         let late_part = softer(R::of(2.0) * late_s);
         let softer = softer(window + R::of(2.0) * late_s);
-        let most = |times: &[R]| times.iter().fold(zero, |most, time| larger(most, *time));
+        let most = |times: &[R]| times.iter().fold(zero, |most, time| max(most, *time));
         let of = R::of;
         let speed_s = most(&[config.speed_s, of(0.5) * window, of(0.5) * noise_s]);
         // White noise through a first order.
@@ -403,7 +403,7 @@ impl<R: Real> TractionTimes<R> {
         let rim_m_s = sensors.encoder_noise_rad_s * way_m;
         let yaw_m_s = sensors.gyro_noise_rad_s * lever_m;
         let noise_m_s = of(DEVIATIONS) * filtered * (rim_m_s * rim_m_s + yaw_m_s * yaw_m_s).sqrt();
-        let free_m_s = larger(config.slip_free_m_s + of(0.2) * rough_m_s + noise_m_s, of(1e-6));
+        let free_m_s = max(config.slip_free_m_s + of(0.2) * rough_m_s + noise_m_s, of(1e-6));
         Self {
             count_rad,
             slip_s: most(&[

@@ -1,6 +1,6 @@
 //! What depends on the direction of travel: which wheels drive, and how far each goes a turn.
 
-use super::{Traction, TractionState, larger};
+use super::{Traction, TractionState, max};
 use crate::pid::is_plausible;
 use crate::{BodyTwist, Real};
 
@@ -19,7 +19,7 @@ const BALANCED_PART: f64 = 0.01;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub(super) struct WheelOnWay<R> {
+pub(super) struct WheelAlongTravel<R> {
     pub(super) driven: bool,
     /// Rate of its actuator per speed along the direction \[rad/m\], and the sign of that.
     pub(super) per_m: R,
@@ -38,7 +38,7 @@ pub(super) struct WheelOnWay<R> {
     pub(super) slip_gain: R,
 }
 
-impl<R: Real> WheelOnWay<R> {
+impl<R: Real> WheelAlongTravel<R> {
     pub(super) const NONE: Self = Self {
         driven: false,
         per_m: R::ZERO,
@@ -99,8 +99,8 @@ impl<R: Real, const N: usize> Traction<R, N> {
             *along *= kept;
         }
         // So is what wheels say against each other.
-        for time_s in [&mut state.carried_s, &mut state.astray_s] {
-            *time_s *= larger(kept, zero);
+        for time_s in [&mut state.carried_s, &mut state.off_speed_s] {
+            *time_s *= max(kept, zero);
         }
         // The motion is the same, along and across another direction.
         (state.speed_m_s, state.drift_m_s) = (
@@ -129,11 +129,11 @@ impl<R: Real, const N: usize> Traction<R, N> {
         let least = largest * R::of(if balanced { ENOUGH_PART } else { DRIVEN_PART });
         state.largest_per_m = largest;
         for i in 0..N {
-            let (old, [x, y]) = (state.way[i], self.place_m[i]);
+            let (old, [x, y]) = (state.travel[i], self.place_m[i]);
             let (size, along) = (per_m[i].abs(), per_m[i].signum());
             let driven = largest > zero && size >= least;
             let cosine = size * self.way_m_rad[i];
-            state.way[i] = WheelOnWay {
+            state.travel[i] = WheelAlongTravel {
                 driven,
                 per_m: per_m[i],
                 along,
@@ -149,7 +149,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
             wheel.contact_n_m *= along * old.along;
             // It turns as fast as before.
             wheel.speed_m_s = if old.driven {
-                wheel.speed_m_s * old.per_m * state.way[i].way_m
+                wheel.speed_m_s * old.per_m * state.travel[i].way_m
             } else {
                 state.speed_m_s
             };

@@ -45,8 +45,8 @@ impl<R: Real> EncoderState<R> {
         self.since_s += period_s;
         self.beyond_rad += self.rate_rad_s * period_s - counted;
         // How far from the edge that was passed the wheel can be.
-        let way = self.rate_rad_s.abs() * period_s;
-        let near = if way < count_rad { way } else { count_rad };
+        let travel = self.rate_rad_s.abs() * period_s;
+        let near = if travel < count_rad { travel } else { count_rad };
         let (lower, upper) = if counted > zero {
             (zero, near)
         } else if counted < zero {

@@ -1,6 +1,6 @@
 //! Fifth step: how the vehicle turns, keeping its heading, keeping rows level.
 
-use super::{Traction, TractionLoops, TractionState, TractionTarget, follow, larger, least};
+use super::{Traction, TractionLoops, TractionState, TractionTarget, follow, max, min};
 use crate::pid::is_plausible;
 use crate::{Imu, Real};
 
@@ -30,14 +30,14 @@ pub(super) struct Turn<R> {
 
 impl<R: Real, const N: usize> Traction<R, N> {
     /// Steps the yaw rate, by the gyro less its zero, or by the wheels where there is none, or none whose zero is known.
-    pub(super) fn see_yaw(&self, state: &mut TractionState<R, N>, imu: &Imu<R>, free_rad_s: &[R; N]) {
+    pub(super) fn measure_yaw(&self, state: &mut TractionState<R, N>, imu: &Imu<R>, free_rad_s: &[R; N]) {
         let config = &self.config;
         let gyro = Some(imu.rate_rad_s[2]).filter(|rate| is_plausible(*rate));
         if let Some(rate) = gyro
             && let Some(turns) = self.turns_by_wheels(state, free_rad_s)
         {
             let most = config.gyro_zero_most_rad_s;
-            state.gyro_found_s = least(state.gyro_found_s + config.period_s, config.gyro_zero_s);
+            state.gyro_found_s = min(state.gyro_found_s + config.period_s, config.gyro_zero_s);
             let zero = state.gyro_zero_rad_s;
             state.gyro_zero_rad_s = zero + config.part(state.gyro_found_s) * (rate - turns - zero);
             state.gyro_zero_rad_s = state.gyro_zero_rad_s.limited(-most, most);
@@ -67,9 +67,9 @@ impl<R: Real, const N: usize> Traction<R, N> {
             let rate = if state.wheels[i].usable {
                 free_rad_s[i]
             } else {
-                let way = &state.way[i];
-                way.per_m * state.speed_m_s
-                    + way.per_side_m * state.drift_m_s
+                let travel = &state.travel[i];
+                travel.per_m * state.speed_m_s
+                    + travel.per_side_m * state.drift_m_s
                     + self.turned_by(i) * state.yaw_rad_s
             };
             sum += per_rate[i] * rate;
@@ -105,9 +105,9 @@ impl<R: Real, const N: usize> Traction<R, N> {
         // Without that every driven wheel rolls at the same speed.
         let (mut slowest, mut fastest) = (R::of(1e30), -R::of(1e30));
         for i in 0..N {
-            if state.way[i].driven {
-                let rolls = (free_rad_s[i] - self.turned_by(i) * turns) * state.way[i].way_m;
-                (slowest, fastest) = (least(slowest, rolls), larger(fastest, rolls));
+            if state.travel[i].driven {
+                let rolls = (free_rad_s[i] - self.turned_by(i) * turns) * state.travel[i].way_m;
+                (slowest, fastest) = (min(slowest, rolls), max(fastest, rolls));
             }
         }
         let agree = fastest - slowest < R::of(4.0) * self.times.free_m_s;
@@ -146,7 +146,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         let levels = load > zero;
         let mut level = zero;
         if levels {
-            let part = least(load / (state.largest_n_m * (one - config.levelling_from)), one);
+            let part = min(load / (state.largest_n_m * (one - config.levelling_from)), one);
             level = gain * config.levelling_per_s * part * state.thrust_n_m.signum();
         }
         Turn {

@@ -1,20 +1,18 @@
 //! First step: what is read, and how bodies and wheels move by it.
 
-use super::{
-    MUTE_AGAIN_S, MUTE_PART, MUTE_STANDING_S, MUTE_TURNING_S, Traction, TractionState, follow, larger,
-};
+use super::{MUTE_AGAIN_S, MUTE_PART, MUTE_STANDING_S, MUTE_TURNING_S, Traction, TractionState, follow, max};
 use crate::linkage::{MAX_HINGES, NO_RISE, rolled};
 use crate::pid::is_plausible;
 use crate::{Attitude, LinkageMotion, Readings, Real};
 
-/// So many wheels tell how the vehicle moves. One of them that is wrong is found by one more, or by a gyro.
+/// So many wheels determine how the vehicle moves. One of them that is wrong is found by one more, or by a gyro.
 const MOTIONS: usize = 3;
 /// Traction control comes back once a wheel was to spare for so long \[s\].
 const SPARE_AGAIN_S: f64 = 0.5;
 
 impl<R: Real, const N: usize> Traction<R, N> {
     /// Rates of the wheels, 0 of those that are not usable. A wheel is not usable where its reading is no number, mute, or doubted.
-    pub(super) fn hear(&self, state: &mut TractionState<R, N>, readings: &Readings<'_, R>) -> [R; N] {
+    pub(super) fn read_wheels(&self, state: &mut TractionState<R, N>, readings: &Readings<'_, R>) -> [R; N] {
         let period_s = self.config.period_s;
         let (resting, raw) = (state.is_resting(), state.raw);
         let (mut known, mut driven) = (0, 0);
@@ -29,7 +27,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
             // One that reads exactly zero may be mute because it is blocked: it counts as one that works.
             let works = wheel.usable || (read == Some(R::zero()) && !wheel.doubted);
             known += usize::from(works);
-            driven += usize::from(works && state.way[i].driven);
+            driven += usize::from(works && state.travel[i].driven);
             let Some(read) = read.filter(|_| wheel.usable) else {
                 wheel.forget();
                 continue;
@@ -49,7 +47,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         let gyro = is_plausible(readings.imu.rate_rad_s[2]) && self.knows_zero(state);
         let spare = known >= if gyro { MOTIONS } else { MOTIONS + 1 } && driven > 1;
         state.lacked_s = if spare {
-            larger(state.lacked_s - period_s, R::zero())
+            max(state.lacked_s - period_s, R::zero())
         } else {
             R::of(SPARE_AGAIN_S)
         };

@@ -75,7 +75,7 @@ impl<R: Real, const N: usize> TractionPolicy<R, N> {
     /// let mut policy = TractionPolicy::unsupervised(limiter, traction);
     /// let ahead = BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO };
     /// policy.step(&Readings::new(ahead, &[0.0; 4]), &mut [0.0; 4]);
-    /// assert_eq!(policy.sample().target_m_s, 0.3); // at once: nobody slows the target
+    /// assert_eq!(policy.sample().target_m_s, 0.3); // at once: nothing slows the target
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
     #[must_use]
@@ -187,9 +187,9 @@ impl<R: Real, const N: usize> Policy<R> for TractionPolicy<R, N> {
     }
 
     fn signals(&self, values: &mut [R]) {
-        let told = self.sample.signals(self.supervisor());
-        for (value, told) in values.iter_mut().zip(told) {
-            *value = told;
+        let signals = self.sample.signals(self.supervisor());
+        for (value, signal) in values.iter_mut().zip(signals) {
+            *value = signal;
         }
     }
 }

@@ -7,7 +7,7 @@ use crate::{BodyTwist, Real, WheelSample};
 ///
 /// ```
 /// let sample = omni_core::TractionSample::<f64, 7>::zero();
-/// assert_eq!((sample.believed, sample.wheels.common_factor), (None, 1.0));
+/// assert_eq!((sample.speed_wheel, sample.wheels.common_factor), (None, 1.0));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -28,7 +28,7 @@ pub struct TractionSample<R, const N: usize> {
     /// Common thrust \[N.m\].
     pub thrust_n_m: R,
     /// The wheel that the measured speed hangs on: the slowest that pushes, or the fastest where all brake.
-    pub believed: Option<usize>,
+    pub speed_wheel: Option<usize>,
     /// Yaw rate \[rad/s\].
     pub yaw_rad_s: R,
     /// Speed across the direction of travel, to the left \[m/s\].
@@ -50,7 +50,7 @@ impl<R: Real, const N: usize> TractionSample<R, N> {
         "traction_speed_m_s",
         "traction_target_m_s",
         "traction_thrust_n_m",
-        "traction_believed",
+        "traction_speed_wheel",
         "traction_row",
         "traction_mode",
         "traction_tries",
@@ -61,7 +61,7 @@ impl<R: Real, const N: usize> TractionSample<R, N> {
         "traction_drift_m_s",
     ];
 
-    /// What is of no single wheel, and what its supervisor is at, as numbers: `traction_believed` counts from 1, 0 is none.
+    /// What is of no single wheel, and what its supervisor is at, as numbers: `traction_speed_wheel` counts from 1, 0 is none.
     ///
     /// ```
     /// use omni_core::{SupervisorState, TractionSample};
@@ -77,10 +77,11 @@ impl<R: Real, const N: usize> TractionSample<R, N> {
             self.speed_m_s,
             self.target_m_s,
             self.thrust_n_m,
-            self.believed.map_or(R::zero(), |wheel| number(wheel as u32 + 1)),
+            self.speed_wheel
+                .map_or(R::zero(), |wheel| number(wheel as u32 + 1)),
             number(u32::from(supervisor.row())),
             number(u32::from(supervisor.mode().number())),
-            number(u32::from(supervisor.tries())),
+            number(u32::from(supervisor.row_retries())),
             number(supervisor.retries()),
             self.heading_rad,
             self.gyro_zero_rad_s,
@@ -100,7 +101,7 @@ impl<R: Real, const N: usize> TractionSample<R, N> {
             speed_m_s: R::ZERO,
             target_m_s: R::ZERO,
             thrust_n_m: R::ZERO,
-            believed: None,
+            speed_wheel: None,
             yaw_rad_s: R::ZERO,
             drift_m_s: R::ZERO,
             heading_rad: R::ZERO,
@@ -114,7 +115,7 @@ impl<R: Real, const N: usize> TractionSample<R, N> {
 impl<R: Real, const N: usize> TractionSample<R, N> {
     /// No torque for a wheel that is not usable.
     #[inline(always)]
-    pub(super) fn let_go(&mut self, i: usize) {
+    pub(super) fn released(&mut self, i: usize) {
         (self.slip_rad_s[i], self.contact_n_m[i]) = (R::zero(), R::zero());
         let (zero, wheels) = (R::zero(), &mut self.wheels);
         (wheels.active[i], wheels.saturated[i]) = (false, false);

@@ -1,7 +1,7 @@
 //! Fourth step: the torque of each wheel, and what of it would only spin the wheel.
 
 use super::heading::Turn;
-use super::{Traction, TractionLoops, TractionSample, TractionState, TractionTarget, follow, larger, least};
+use super::{Traction, TractionLoops, TractionSample, TractionState, TractionTarget, follow, max, min};
 use crate::Real;
 
 /// A wheel that swings from one limit of its torque to the other within so many slip times swings too fast: it is held more softly.
@@ -35,18 +35,18 @@ impl<R: Real, const N: usize> Traction<R, N> {
         let traction = state.loops == TractionLoops::Traction;
         for i in 0..N {
             if !state.wheels[i].usable {
-                sample.let_go(i);
+                sample.released(i);
                 continue;
             }
             sample.wheels.active[i] = true;
             let rate = asked.rates_rad_s[i];
-            let torque = if traction && state.way[i].driven {
+            let torque = if traction && state.travel[i].driven {
                 let torque = self.driven(state, asked, i, sample);
                 state.wheels[i].integral_n_m = R::zero();
                 torque
             } else {
                 let reference = if traction {
-                    state.way[i].per_m * state.speed_m_s + self.turned_by(i) * asked.turn.reference_rad_s
+                    state.travel[i].per_m * state.speed_m_s + self.turned_by(i) * asked.turn.reference_rad_s
                 } else {
                     state.reference_rad_s[i]
                 };
@@ -64,7 +64,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
                 self.config.period_s,
                 R::of(SWINGS) * self.times.slip_s,
             ) {
-                state.softness = larger(R::of(SOFTER) * state.softness, R::of(SOFTEST));
+                state.softness = max(R::of(SOFTER) * state.softness, R::of(SOFTEST));
             }
             (wheel.applied_n_m, wheel.measured_rad_s) = (applied, rate);
         }
@@ -106,9 +106,9 @@ impl<R: Real, const N: usize> Traction<R, N> {
         sample: &mut TractionSample<R, N>,
     ) -> R {
         let (config, times, zero) = (&self.config, &self.times, R::zero());
-        let (way, speed, rise_m_s) = (&state.way[i], state.speed_m_s, state.motion.rise_m_s[i]);
+        let (travel, speed, rise_m_s) = (&state.travel[i], state.speed_m_s, state.motion.rise_m_s[i]);
         let most = state.wheels[i].most_n_m;
-        let thrust = (state.thrust_n_m * way.part).limited(-most, most);
+        let thrust = (state.thrust_n_m * travel.part).limited(-most, most);
         // What the ground takes: the motor's torque less what turns the wheel faster.
         let wheel = &mut state.wheels[i];
         let change = (asked.rates_rad_s[i] - wheel.measured_rad_s) / config.period_s;
@@ -121,14 +121,14 @@ impl<R: Real, const N: usize> Traction<R, N> {
         } else {
             -R::one()
         };
-        let gain = way.slip_gain * state.softness;
+        let gain = travel.slip_gain * state.softness;
         let rolls = if speed.abs() > R::of(SURE_M_S) {
             speed.signum()
         } else {
             state.target_sign()
         };
-        let rim = (asked.free_rad_s[i] - self.turned_by(i) * asked.turn.reference_rad_s) * way.way_m;
-        let slip = rim - self.rolled_m_s(speed, rolls, rise_m_s, way.cosine);
+        let rim = (asked.free_rad_s[i] - self.turned_by(i) * asked.turn.reference_rad_s) * travel.way_m;
+        let slip = rim - self.rolled_m_s(speed, rolls, rise_m_s, travel.cosine);
         let climbs = asked.target.climbing[i];
         let free = if climbs {
             times.free_m_s + asked.target.allowance_m_s
@@ -137,7 +137,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         };
         let lack = ahead * (state.target_m_s - speed);
         let back = ahead * (R::of(BACK_PART) * state.target_m_s - speed);
-        let sized = way.along * ahead; // of a torque along the thrust
+        let sized = travel.along * ahead; // of a torque along the thrust
         let mut own = sized
             * self.held(
                 sized * thrust,
@@ -150,23 +150,23 @@ impl<R: Real, const N: usize> Traction<R, N> {
         if climbs && asked.target.spin_m_s > zero {
             let spun = asked.target.spin_gain
                 * self.times.thrust_gain_n_m_s_rad
-                * way.per_m.abs()
+                * travel.per_m.abs()
                 * (asked.target.spin_m_s - slip);
-            own = way.along * larger(least(spun, state.largest_n_m), way.along * own);
+            own = travel.along * max(min(spun, state.largest_n_m), travel.along * own);
         }
-        own += self.turned_by(i) * asked.turn.thrust_n_m + way.per_side_m * asked.turn.side_n_m2_rad
-            - way.lever * self.tilt(state, &asked.turn, i);
+        own += self.turned_by(i) * asked.turn.thrust_n_m + travel.per_side_m * asked.turn.side_n_m2_rad
+            - travel.lever * self.tilt(state, &asked.turn, i);
         if asked.turn.levels {
             // Whatever is taken from a wheel that pushes, it is not turned back.
-            let floor = -gain.abs() * larger(ahead * rim, zero);
-            own = sized * larger(sized * own, floor);
+            let floor = -gain.abs() * max(ahead * rim, zero);
+            own = sized * max(sized * own, floor);
         }
         (
             sample.wheels.p_n_m[i],
             sample.wheels.i_n_m[i],
             sample.wheels.d_n_m[i],
         ) = (thrust, zero, own - thrust);
-        (sample.slip_rad_s[i], sample.contact_n_m[i]) = (way.per_m.abs() * slip, contact);
+        (sample.slip_rad_s[i], sample.contact_n_m[i]) = (travel.per_m.abs() * slip, contact);
         own
     }
 
@@ -180,15 +180,15 @@ impl<R: Real, const N: usize> Traction<R, N> {
         let (zero, one) = (R::zero(), R::one());
         let faster = slip - free;
         if faster > zero {
-            let a = least(faster / self.times.width_m_s, one);
+            let a = min(faster / self.times.width_m_s, one);
             let gripped = (one - a) * thrust + a * contact.limited(-thrust.abs(), thrust.abs());
-            return larger(
+            return max(
                 gripped - gain * faster,
-                -gain * larger(faster - larger(back, zero), zero),
+                -gain * max(faster - max(back, zero), zero),
             );
         }
-        let slower = -slip - free - larger(-lack, zero);
-        thrust + gain * larger(slower, zero)
+        let slower = -slip - free - max(-lack, zero);
+        thrust + gain * max(slower, zero)
     }
 }
 

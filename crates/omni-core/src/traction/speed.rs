@@ -1,10 +1,10 @@
 //! Second step: one speed of the whole vehicle along its direction of travel.
 
-use super::{BRAKING_PART, Traction, TractionState, follow, larger, least};
+use super::{BRAKING_PART, Traction, TractionState, follow, max, min};
 use crate::Real;
 
 /// What the wheels say of the vehicle's speed.
-pub(super) struct Said<R> {
+pub(super) struct MeasuredSpeed<R> {
     /// The speed \[m/s\], along the target.
     speed_m_s: R,
     /// The wheel that it hangs on.
@@ -12,18 +12,22 @@ pub(super) struct Said<R> {
 }
 
 impl<R: Real, const N: usize> Traction<R, N> {
-    /// Steps the speed by the rolling speeds of the driven wheels, and says which wheel it hangs on; none where none is usable, or
+    /// Steps the speed by the rolling speeds of the driven wheels, and returns the wheel that gives it; none where none is usable, or
     /// where slip does not stand out from noise.
     ///
-    /// No wheel that pushes is slower than the ground beneath it, so the slowest tells the truth, and all that agree with it are averaged:
+    /// No wheel that pushes is slower than the ground beneath it, so the slowest gives the speed, and all that agree with it are averaged:
     /// what is no slip has the mean of all wheels. Each wheel is filtered before any is chosen, or the least of many noisy numbers
     /// would be noise. One wheel alone can say that the vehicle stands; that it goes back takes two. Where all wheels brake it is the
-    /// fastest that tells the truth.
-    pub(super) fn see_speed(&self, state: &mut TractionState<R, N>, free_rad_s: &[R; N]) -> Option<usize> {
+    /// fastest that gives the speed.
+    pub(super) fn measure_speed(
+        &self,
+        state: &mut TractionState<R, N>,
+        free_rad_s: &[R; N],
+    ) -> Option<usize> {
         let part = self.config.part(self.times.speed_s);
         for i in 0..N {
-            let (way, wheel) = (&state.way[i], &mut state.wheels[i]);
-            let now = (free_rad_s[i] - self.turned_by(i) * state.yaw_rad_s) * way.way_m;
+            let (travel, wheel) = (&state.travel[i], &mut state.wheels[i]);
+            let now = (free_rad_s[i] - self.turned_by(i) * state.yaw_rad_s) * travel.way_m;
             follow(&mut wheel.speed_m_s, now, part);
         }
         if !state.can_discern() {
@@ -36,17 +40,17 @@ impl<R: Real, const N: usize> Traction<R, N> {
             return None;
         }
         let sign = state.target_sign();
-        let said = self
+        let measured = self
             .slowest_pushing(state, sign)
             .or_else(|| self.fastest_braking(state, sign))?;
         let speed = sign * state.speed_m_s;
         // It falls at once, because an impact is over in a moment, and rises no faster than the vehicle can.
         let most = self.config.acceleration_m_s2 * self.config.period_s;
-        state.speed_m_s = sign * (speed + least(said.speed_m_s - speed, most));
-        Some(said.wheel)
+        state.speed_m_s = sign * (speed + min(measured.speed_m_s - speed, most));
+        Some(measured.wheel)
     }
 
-    fn slowest_pushing(&self, state: &TractionState<R, N>, sign: R) -> Option<Said<R>> {
+    fn slowest_pushing(&self, state: &TractionState<R, N>, sign: R) -> Option<MeasuredSpeed<R>> {
         let (mut first, mut second) = (None::<(R, usize)>, None::<R>);
         for i in 0..N {
             if !self.pushes(state, i, sign) {
@@ -55,7 +59,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
             let speed = sign * state.wheels[i].speed_m_s;
             match first {
                 Some((slowest, _)) if speed >= slowest => {
-                    second = Some(second.map_or(speed, |second| least(second, speed)));
+                    second = Some(second.map_or(speed, |second| min(second, speed)));
                 }
                 _ => {
                     second = first.map(|(slowest, _)| slowest);
@@ -67,32 +71,32 @@ impl<R: Real, const N: usize> Traction<R, N> {
         if let Some(second) = second
             && slowest < R::zero()
         {
-            slowest = least(second, R::zero());
+            slowest = min(second, R::zero());
         }
         Some(self.agreed(state, sign, slowest, wheel))
     }
 
-    fn fastest_braking(&self, state: &TractionState<R, N>, sign: R) -> Option<Said<R>> {
+    fn fastest_braking(&self, state: &TractionState<R, N>, sign: R) -> Option<MeasuredSpeed<R>> {
         let mut fastest = None::<(R, usize)>;
         for i in 0..N {
-            if !(state.way[i].driven && state.wheels[i].usable) {
+            if !(state.travel[i].driven && state.wheels[i].usable) {
                 continue;
             }
             // Of a wheel that rises or falls the part over the ground: its way is the longer one.
             let (speed, rise) = (sign * state.wheels[i].speed_m_s, state.motion.rise_m_s[i]);
-            let level = larger(speed * speed - rise * rise, R::zero()).sqrt();
+            let level = max(speed * speed - rise * rise, R::zero()).sqrt();
             let speed = if speed > R::zero() { level } else { speed };
             if fastest.is_none_or(|(fastest, _)| speed > fastest) {
                 fastest = Some((speed, i));
             }
         }
         let (speed_m_s, wheel) = fastest?;
-        Some(Said { speed_m_s, wheel })
+        Some(MeasuredSpeed { speed_m_s, wheel })
     }
 
-    /// The mean of the wheels that are no faster than the slowest by what is no slip; by twice that a wheel has no say.
+    /// The mean of the wheels that are no faster than the slowest by what is no slip; by twice that a wheel is excluded.
     #[inline(always)]
-    fn agreed(&self, state: &TractionState<R, N>, sign: R, slowest: R, wheel: usize) -> Said<R> {
+    fn agreed(&self, state: &TractionState<R, N>, sign: R, slowest: R, wheel: usize) -> MeasuredSpeed<R> {
         let (zero, one) = (R::zero(), R::one());
         let (mut weights, mut sum) = (zero, zero);
         for i in 0..N {
@@ -104,7 +108,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
             }
         }
         let more = if weights > zero { sum / weights } else { zero };
-        Said {
+        MeasuredSpeed {
             speed_m_s: slowest + more,
             wheel,
         }
@@ -113,8 +117,8 @@ impl<R: Real, const N: usize> Traction<R, N> {
     /// A driven wheel that is usable and does not brake.
     #[inline(always)]
     pub(super) fn pushes(&self, state: &TractionState<R, N>, i: usize, sign: R) -> bool {
-        let (way, wheel) = (&state.way[i], &state.wheels[i]);
+        let (travel, wheel) = (&state.travel[i], &state.wheels[i]);
         let braking = -R::of(BRAKING_PART) * wheel.most_n_m;
-        way.driven && wheel.usable && sign * way.along * wheel.applied_n_m >= braking
+        travel.driven && wheel.usable && sign * travel.along * wheel.applied_n_m >= braking
     }
 }

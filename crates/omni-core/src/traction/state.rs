@@ -1,7 +1,7 @@
 //! What a traction control remembers.
 
 use super::TractionLoops;
-use super::direction::WheelOnWay;
+use super::direction::WheelAlongTravel;
 use super::encoder::EncoderState;
 use crate::linkage::MAX_HINGES;
 use crate::{BodyTwist, LinkageMotion, Real};
@@ -35,7 +35,7 @@ pub struct TractionState<R, const N: usize> {
     pub(super) has_direction: bool,
     /// The wheels on it.
     #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
-    pub(super) way: [WheelOnWay<R>; N],
+    pub(super) travel: [WheelAlongTravel<R>; N],
     pub(super) largest_per_m: R,
     /// Filtered rates: of the base's nose and left side, of the hinges.
     pub(super) base_rad_s: [R; 2],
@@ -60,10 +60,10 @@ pub struct TractionState<R, const N: usize> {
     /// Time over which the zero was found so far \[s\].
     pub(super) gyro_found_s: R,
     pub(super) loops: TractionLoops,
-    /// For how long the vehicle has been held up, has had no need of traction control, has had most wheels astray \[s\].
+    /// For how long the vehicle has been held up, has had no need of traction control, has had most wheels off the speed \[s\].
     pub(super) held_up_s: R,
     pub(super) calm_s: R,
-    pub(super) astray_s: R,
+    pub(super) off_speed_s: R,
     /// Slip stands out from the sensors' noise at the commanded speed.
     pub(super) discerns: bool,
     /// They do not, and counts come rarely: encoders are read as they come.
@@ -149,7 +149,7 @@ impl<R: Real, const N: usize> TractionState<R, N> {
             reference_rad_s: [R::ZERO; N],
             direction: [R::ONE, R::ZERO],
             has_direction: false,
-            way: [WheelOnWay::NONE; N],
+            travel: [WheelAlongTravel::NONE; N],
             largest_per_m: R::ZERO,
             base_rad_s: [R::ZERO; 2],
             hinges_rad_s: [R::ZERO; MAX_HINGES],
@@ -169,7 +169,7 @@ impl<R: Real, const N: usize> TractionState<R, N> {
             loops: TractionLoops::Plain,
             held_up_s: R::ZERO,
             calm_s: R::ZERO,
-            astray_s: R::ZERO,
+            off_speed_s: R::ZERO,
             discerns: true,
             raw: false,
             lacked_s: R::ZERO,

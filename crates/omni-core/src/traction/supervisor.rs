@@ -4,10 +4,10 @@ mod config;
 mod state;
 
 use super::thrust::CLIMBS_M_S;
-use super::{TractionState, larger, least};
+use super::{TractionState, max, min};
 use crate::constants::constant_struct;
 use crate::{ConfigError, Real};
-pub use config::{Ladder, SupervisorConfig};
+pub use config::{RetrySchedule, SupervisorConfig};
 pub use state::{SupervisorMode, SupervisorState};
 
 /// Wheels that stand no further apart along the way are of one row \[m\].
@@ -88,7 +88,7 @@ impl<R: Real, const N: usize> TractionTarget<R, N> {
 /// use omni_core::{Supervisor, SupervisorConfig};
 /// let places = [[-0.3, -0.23], [-0.3, 0.0], [-0.3, 0.23], [0.0, 0.0], [0.3, -0.23], [0.3, 0.0], [0.3, 0.23]];
 /// let supervisor = Supervisor::new(&places, SupervisorConfig::steady(1e-3))?;
-/// assert_eq!(supervisor.config().ladder.tries, 8);
+/// assert_eq!(supervisor.config().retry.retries, 8);
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -141,7 +141,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
         state: &mut SupervisorState<R>,
         traction: &TractionState<R, N>,
     ) -> TractionTarget<R, N> {
-        let (config, ladder, zero) = (&self.config, &self.config.ladder, R::zero());
+        let (config, retry, zero) = (&self.config, &self.config.retry, R::zero());
         let commanded = traction.commanded_m_s;
         if commanded == zero {
             // At rest nothing is climbed; the next way begins afresh.
@@ -173,31 +173,31 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
             ((drop - config.height_m) / (config.boost_height_m - config.height_m)).limited(zero, R::one());
         let mut speed = commanded * (R::one() + boost * part);
         if state.row > 0 {
-            let remembered = ladder.remembered_part * state.remembered_m_s;
-            speed = larger(remembered, speed);
+            let remembered = retry.remembered_part * state.remembered_m_s;
+            speed = max(remembered, speed);
         }
         self.progress(state, order);
         let most = self.most(traction.direction);
-        speed = self.tries(state, traction, speed, most);
+        speed = self.retry_speed(state, traction, speed, most);
         speed = speed.limited(-most, most);
         let mut target = TractionTarget::at(self.slewed(state, speed));
-        let hard = R::of(f64::from(state.tries.saturating_sub(ladder.gentle)));
+        let hard = R::of(f64::from(state.row_retries.saturating_sub(retry.slow_retries)));
         target.climbing = core::array::from_fn(|i| self.row_of(order, i) == state.row);
         if state.mode != SupervisorMode::BackOff {
-            target.allowance_m_s = ladder.allowance_m_s * hard;
+            target.allowance_m_s = retry.allowance_m_s * hard;
         }
-        target.spin_gain = ladder.spin_gain;
+        target.spin_gain = retry.spin_gain;
         target.trying = matches!(state.mode, SupervisorMode::BackOff | SupervisorMode::RunUp);
         let again = state.mode == SupervisorMode::Drive
             && state.remembered_m_s > zero
             && state.row > 0
             && traction.speed_m_s > R::of(ROLLS_PART) * state.target_m_s;
         let after_impact = state.begun && traction.speed_m_s < R::of(IMPACT_PART) * state.run_up_m_s;
-        if ladder.spin_m_s > zero {
+        if retry.spin_m_s > zero {
             if again {
-                target.spin_m_s = ladder.remembered_spin * ladder.spin_m_s;
+                target.spin_m_s = retry.remembered_spin * retry.spin_m_s;
             } else if state.mode == SupervisorMode::RunUp && hard > zero && !after_impact {
-                target.spin_m_s = ladder.spin_m_s + ladder.spin_more_m_s * (hard - R::one());
+                target.spin_m_s = retry.spin_m_s + retry.spin_more_m_s * (hard - R::one());
             }
         }
         target.square_up = state.row == 0
@@ -223,7 +223,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
         }
         state.target_m_s = traction.commanded_m_s;
         // One that is commanded to creep and creeps is not stuck.
-        let slow = least(self.config.stuck_m_s, R::of(CREEPS_PART) * traction.commanded_m_s);
+        let slow = min(self.config.stuck_m_s, R::of(CREEPS_PART) * traction.commanded_m_s);
         // Wheels that are mute, as those of a stuck vehicle may be, do not push: it is stuck yet.
         let stuck = self.is_stuck(traction, slow);
         if stuck || moves(traction, slow) {
@@ -246,10 +246,10 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
         let (config, zero) = (&self.config, R::zero());
         if state.row > state.furthest {
             state.furthest = state.row;
-            if state.tries > config.ladder.gentle {
+            if state.row_retries > config.retry.slow_retries {
                 state.remembered_m_s = state.run_up_m_s;
             }
-            state.tries = 0;
+            state.row_retries = 0;
             state.start(SupervisorMode::Drive);
         }
         let all_climbed = state.furthest > 0 && state.furthest + 1 >= self.counts[axis];
@@ -260,32 +260,32 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
             zero
         };
         if state.level_s > config.level_s {
-            (state.furthest, state.tries, state.remembered_m_s) = (0, 0, zero);
+            (state.furthest, state.row_retries, state.remembered_m_s) = (0, 0, zero);
         }
     }
 
-    /// The speed that tries make of the one that is wanted.
-    fn tries(
+    /// The target speed after retries, from the one that is wanted.
+    fn retry_speed(
         &self,
         state: &mut SupervisorState<R>,
         traction: &TractionState<R, N>,
         wanted_m_s: R,
         most_m_s: R,
     ) -> R {
-        let (config, ladder) = (&self.config, &self.config.ladder);
+        let (config, retry) = (&self.config, &self.config.retry);
         let measured = traction.speed_m_s;
-        let slow = larger(config.stuck_part * state.target_m_s.abs(), config.stuck_m_s);
+        let slow = max(config.stuck_part * state.target_m_s.abs(), config.stuck_m_s);
         let stuck = self.is_stuck(traction, slow);
-        let tries_left = state.tries < ladder.tries;
+        let retries_left = state.row_retries < retry.retries;
         // No vehicle that is commanded to creep rams an edge.
         let commanded = traction.commanded_m_s;
-        let most_m_s = least(most_m_s, ladder.run_up_times * commanded);
+        let most_m_s = min(most_m_s, retry.run_up_times * commanded);
         state.in_mode_s += config.period_s;
         match state.mode {
             SupervisorMode::Drive => {
                 let stuck = stuck && state.since_start_s > config.starting_s;
                 state.stuck_s = SupervisorState::count(state.stuck_s, config.period_s, stuck);
-                if state.stuck_s > config.stuck_s && tries_left {
+                if state.stuck_s > config.stuck_s && retries_left {
                     state.back_off();
                 } else if state.stuck_s > R::of(GIVES_UP_S) {
                     state.start(SupervisorMode::GaveUp);
@@ -295,38 +295,38 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
             SupervisorMode::GaveUp => R::zero(),
             SupervisorMode::BackOff => {
                 state.back_m -= measured * config.period_s;
-                let again = R::of(f64::from(state.tries.saturating_sub(1)));
+                let again = R::of(f64::from(state.row_retries.saturating_sub(1)));
                 let (more, most) = if state.row == 0 {
-                    (ladder.first_row_more_m, ladder.first_row_most_m)
+                    (retry.first_row_more_m, retry.first_row_most_m)
                 } else {
-                    (ladder.back_off_more_m, ladder.back_off_most_m)
+                    (retry.back_off_more_m, retry.back_off_most_m)
                 };
-                let far = ladder.back_off_m + more * again;
-                let (far, speed) = (least(far, most), least(ladder.back_off_m_s, commanded));
+                let far = retry.back_off_m + more * again;
+                let (far, speed) = (min(far, most), min(retry.back_off_m_s, commanded));
                 if state.back_m > far || state.in_mode_s * speed > R::of(BACK_OFF_TIMES) * far {
                     state.start(SupervisorMode::RunUp);
                 }
                 -speed
             }
             SupervisorMode::RunUp => {
-                let speed = if state.tries <= ladder.gentle {
-                    ladder.gentle_m_s
+                let speed = if state.row_retries <= retry.slow_retries {
+                    retry.slow_retry_m_s
                 } else {
-                    ladder.run_up_m_s
-                        + ladder.run_up_more_m_s * R::of(f64::from(state.tries - ladder.gentle - 1))
+                    retry.run_up_m_s
+                        + retry.run_up_more_m_s * R::of(f64::from(state.row_retries - retry.slow_retries - 1))
                 };
-                let speed = least(speed, most_m_s);
+                let speed = min(speed, most_m_s);
                 state.run_up_m_s = speed;
                 state.begun |= measured > R::of(BEGUN_PART) * speed;
                 let stuck = stuck && state.begun;
                 state.stuck_again_s = SupervisorState::count(state.stuck_again_s, config.period_s, stuck);
-                if ladder.stuck_again_s > R::zero() && state.stuck_again_s > ladder.stuck_again_s {
-                    if tries_left {
+                if retry.stuck_again_s > R::zero() && state.stuck_again_s > retry.stuck_again_s {
+                    if retries_left {
                         state.back_off();
                     } else {
                         state.start(SupervisorMode::Drive);
                     }
-                } else if state.in_mode_s > ladder.run_up_s {
+                } else if state.in_mode_s > retry.run_up_s {
                     state.start(SupervisorMode::Drive);
                 }
                 speed
@@ -338,7 +338,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
     fn most(&self, direction: [R; 2]) -> R {
         let [ahead, aside] = self.config.most_m_s;
         let (x, y) = (direction[0].abs() / ahead, direction[1].abs() / aside);
-        R::one() / larger(x, y)
+        R::one() / max(x, y)
     }
 
     fn slewed(&self, state: &mut SupervisorState<R>, speed_m_s: R) -> R {
@@ -367,7 +367,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
         }
     }
 
-    /// The row that climbs next, that behind the largest drop from row to row, and the drop \[m\]. Three rows and more tell a step from a
+    /// The row that climbs next, that behind the largest drop from row to row, and the drop \[m\]. Three rows and more distinguish a step from a
     /// slope: what every row is below the one before it is the slope's.
     fn next_row(&self, order: (usize, bool), height_m: &[R; N]) -> (u16, R) {
         let zero = R::zero();

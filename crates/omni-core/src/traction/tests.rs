@@ -1,6 +1,6 @@
 mod hazards;
 mod laws;
-mod tries;
+mod retries;
 
 use std::vec::Vec;
 
@@ -204,11 +204,11 @@ fn a_wheel_on_ice_gives_what_the_ice_takes_and_spins_no_further() {
         "{:?}",
         sample.wheels.applied.n_m
     ); // the others push on
-    assert!(sample.believed != Some(4)); // nobody believes the one that spins
+    assert!(sample.speed_wheel != Some(4)); // the one that spins does not give the speed
 }
 
 #[test]
-fn the_slowest_wheels_that_push_are_believed_and_the_fastest_that_brakes() {
+fn the_slowest_wheels_that_push_give_the_speed_or_the_fastest_that_brakes() {
     let mut config = TractionConfig::steady(0.3, 2.0, T);
     (config.speed_s, config.acceleration_m_s2) = (0.0, 1e6);
     let traction = seven(config);
@@ -222,7 +222,7 @@ fn the_slowest_wheels_that_push_are_believed_and_the_fastest_that_brakes() {
             wheel.usable = rate.is_finite();
         }
         (
-            traction.see_speed(
+            traction.measure_speed(
                 &mut state,
                 &rates.map(|rate| if rate.is_finite() { rate } else { 0.0 }),
             ),
@@ -230,18 +230,18 @@ fn the_slowest_wheels_that_push_are_believed_and_the_fastest_that_brakes() {
         )
     };
     let rates = [5.0, 0.0, -4.0, 6.0, 5.0, 0.0, -7.0];
-    let (believed, speed) = at(rates, 1.0);
-    assert_eq!(believed, Some(2));
+    let (speed_wheel, speed) = at(rates, 1.0);
+    assert_eq!(speed_wheel, Some(2));
     assert!((speed - 4.0 * 0.066).abs() < 1e-12);
     // Wheels that agree with it within what is no slip, 4 mm/s, are averaged: zero-mean errors are none of the speed.
     let (_, speed) = at([4.02, 0.0, -4.0, 4.04, 5.0, 0.0, -7.0], 1.0);
     assert!((speed - 4.02 * 0.066).abs() < 1e-12);
-    let (believed, speed) = at(rates, -1.0);
-    assert_eq!(believed, Some(6));
+    let (speed_wheel, speed) = at(rates, -1.0);
+    assert_eq!(speed_wheel, Some(6));
     assert!((speed - 7.0 * 0.066).abs() < 1e-12);
     // One that is not usable says nothing.
-    let (believed, speed) = at([5.0, 0.0, f64::NAN, 6.0, 5.01, 0.0, -7.0], 1.0);
-    assert_eq!(believed, Some(0));
+    let (speed_wheel, speed) = at([5.0, 0.0, f64::NAN, 6.0, 5.01, 0.0, -7.0], 1.0);
+    assert_eq!(speed_wheel, Some(0));
     assert!((speed - 5.005 * 0.066).abs() < 1e-12);
     // One wheel alone says that the vehicle stands; that it goes back takes two.
     assert_eq!(at([5.0, 0.0, 4.0, 6.0, 5.0, 0.0, -7.0], 1.0).1, 0.0);
@@ -318,7 +318,7 @@ fn without_an_inertial_unit_the_wheels_say_how_the_vehicle_turns() {
 }
 
 #[test]
-fn whole_counts_tell_a_steady_rate_and_a_stop() {
+fn whole_counts_give_a_steady_rate_and_a_stop() {
     for counts in [32.0, 128.0, 512.0, 4096.0, 65536.0] {
         let count = core::f64::consts::TAU / counts;
         let (mut state, mut angle) = (EncoderState::new(), 0.0_f64);
@@ -403,7 +403,7 @@ proptest! {
             policy.step(&readings, &mut torques);
             for (torque, wheel) in torques.iter().zip(wheels) {
                 prop_assert!(torque.abs() <= LIMIT_N_M, "{torques:?}");
-                prop_assert!(!wheel.is_nan() || *torque == 0.0); // let go
+                prop_assert!(!wheel.is_nan() || *torque == 0.0); // released
             }
         }
         let mut torques = [0.0; 7];

@@ -2,7 +2,7 @@
 
 use super::slip::BACK_PART;
 use super::state::WheelState;
-use super::{BRAKING_PART, Traction, TractionState, TractionTarget, larger};
+use super::{BRAKING_PART, Traction, TractionState, TractionTarget, max};
 use crate::constants::constant_enum;
 use crate::{Real, TorqueRanges};
 
@@ -21,11 +21,11 @@ const SLIPS: f64 = 2.5;
 const CALM_S: f64 = 0.5;
 const CALM_PART: f64 = 0.4;
 const CALM_RAD: f64 = 0.02;
-/// Wheels that go back faster than this, or ahead of the target by more than that \[m/s\], are astray.
+/// Wheels that go back faster than this, or ahead of the target by more than that \[m/s\], are off the speed.
 const BACKWARD_M_S: f64 = 0.1;
-const ASTRAY_M_S: f64 = 0.5;
+const OFF_SPEED_M_S: f64 = 0.5;
 /// Where most are so for this long, plain loops take over until the command rests \[s\].
-const ASTRAY_S: f64 = 0.3;
+const OFF_SPEED_S: f64 = 0.3;
 /// Slip ends within a slip time. Wheels that nothing drives and that stay faster than slip control leaves them for so many, and for so long
 /// at least \[s\], are carried by the ground.
 const CARRIED: f64 = 2.0;
@@ -49,7 +49,7 @@ pub enum TractionLoops {
     Plain = 0,
     /// One thrust, slip control of each wheel.
     Traction = 1,
-    /// Every wheel's own loop, because the measured speed cannot be believed: until the command rests.
+    /// Every wheel's own loop, because the measured speed is implausible: until the command rests.
     Fallback = 2,
 }
 
@@ -79,7 +79,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
             if state.is_resting() || state.loops == TractionLoops::Traction {
                 state.loops = TractionLoops::Plain;
             }
-            (state.astray_s, state.held_up_s, state.calm_s, state.carried_s) = (zero, zero, zero, zero);
+            (state.off_speed_s, state.held_up_s, state.calm_s, state.carried_s) = (zero, zero, zero, zero);
             return;
         }
         let count = |time_s: R, so: bool| if so { time_s + self.config.period_s } else { zero };
@@ -89,17 +89,17 @@ impl<R: Real, const N: usize> Traction<R, N> {
             || sign * state.thrust_n_m > R::of(HELD_UP_THRUST) * state.largest_n_m;
         state.held_up_s = count(state.held_up_s, held_up);
         // The largest slip, and do most driven wheels go against the target, or much faster?
-        let (mut slip, mut astray, mut carried, mut driven) = (zero, 0, 0, 0);
+        let (mut slip, mut off_speed, mut carried, mut driven) = (zero, 0, 0, 0);
         let carries = R::of(BACK_PART) * wanted + R::of(SLIPS) * self.times.free_m_s;
         let (mut least_m_s, mut slowest) = (wanted, None);
-        for (i, (way, wheel)) in state.way.iter().zip(&state.wheels).enumerate() {
-            if way.driven && wheel.usable {
+        for (i, (travel, wheel)) in state.travel.iter().zip(&state.wheels).enumerate() {
+            if travel.driven && wheel.usable {
                 // Speed across the direction of travel is none of its slip.
-                let ahead = sign * (wheel.speed_m_s - way.per_side_m * state.drift_m_s * way.way_m);
-                slip = larger(slip, (ahead - speed).abs());
+                let ahead = sign * (wheel.speed_m_s - travel.per_side_m * state.drift_m_s * travel.way_m);
+                slip = max(slip, (ahead - speed).abs());
                 driven += 1;
-                astray += u32::from(ahead < -R::of(BACKWARD_M_S) || ahead > wanted + R::of(ASTRAY_M_S));
-                let idle = sign * way.along * wheel.applied_n_m <= R::of(BRAKING_PART) * wheel.most_n_m;
+                off_speed += u32::from(ahead < -R::of(BACKWARD_M_S) || ahead > wanted + R::of(OFF_SPEED_M_S));
+                let idle = sign * travel.along * wheel.applied_n_m <= R::of(BRAKING_PART) * wheel.most_n_m;
                 carried += u32::from(idle && ahead > carries);
                 // One that is turned back, as by the heading, may stand whatever the vehicle does.
                 if ahead < least_m_s && self.pushes(state, i, sign) {
@@ -107,7 +107,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
                 }
             }
         }
-        let astray = 2 * astray > driven || speed < -R::of(BACKWARD_M_S);
+        let off_speed = 2 * off_speed > driven || speed < -R::of(BACKWARD_M_S);
         // One says that the vehicle is slow, and the ground carries the others.
         let wrong = least_m_s < R::of(HELD_UP_PART) * wanted && 2 * carried >= driven && carried > 0;
         // What cannot see how its wheels rise takes a climb for slip: it helps only where the vehicle is held up.
@@ -126,22 +126,19 @@ impl<R: Real, const N: usize> Traction<R, N> {
         match state.loops {
             TractionLoops::Plain if needed => {
                 state.loops = TractionLoops::Traction;
-                (state.astray_s, state.carried_s) = (zero, zero);
+                (state.off_speed_s, state.carried_s) = (zero, zero);
                 // The torque that there is, as it would be of wheels that turn as the vehicle moves: that has no noise.
                 let own = self.mean_thrust(state, |wheel| wheel.integral_n_m);
                 state.integral_n_m =
                     own + self.times.own_gain_n_m_s_rad * state.lack_rad_s() - self.proportional(state);
             }
             TractionLoops::Traction => {
-                state.astray_s = count(state.astray_s, astray);
+                state.off_speed_s = count(state.off_speed_s, off_speed);
                 // A late loop swings about that: so it is where it is four times as often as not.
                 let leak = R::of(LEAK) * self.config.period_s;
-                state.carried_s = larger(
-                    count(state.carried_s, wrong),
-                    larger(state.carried_s - leak, zero),
-                );
+                state.carried_s = max(count(state.carried_s, wrong), max(state.carried_s - leak, zero));
                 let mut undecided = false;
-                if state.carried_s > larger(R::of(CARRIED) * self.times.slip_s, R::of(CARRIED_S)) {
+                if state.carried_s > max(R::of(CARRIED) * self.times.slip_s, R::of(CARRIED_S)) {
                     // Of half against half no one knows which is wrong, and two are not wrong at once.
                     undecided = 2 * carried == driven || state.wheels.iter().any(|wheel| wheel.doubted);
                     if let Some(slowest) = slowest.filter(|_| !undecided) {
@@ -152,7 +149,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
                 let calm = state.calm_s > R::of(CALM_S)
                     && state.thrust_n_m.abs() < R::of(CALM_PART) * state.largest_n_m
                     && state.heading_rad.abs() < R::of(CALM_RAD);
-                if undecided || state.astray_s > R::of(ASTRAY_S) {
+                if undecided || state.off_speed_s > R::of(OFF_SPEED_S) {
                     state.loops = TractionLoops::Fallback;
                 } else if calm {
                     state.loops = TractionLoops::Plain;
@@ -170,8 +167,8 @@ impl<R: Real, const N: usize> Traction<R, N> {
         let [gain, _] = self.times.own(&self.config, state.raw);
         for i in 0..N {
             let wheel = &mut state.wheels[i];
-            if state.way[i].driven {
-                let rate = state.way[i].per_m * wheel.speed_m_s + self.turned_by(i) * state.yaw_rad_s;
+            if state.travel[i].driven {
+                let rate = state.travel[i].per_m * wheel.speed_m_s + self.turned_by(i) * state.yaw_rad_s;
                 let error = state.reference_rad_s[i] - rate;
                 wheel.integral_n_m = wheel.applied_n_m - gain * error;
             }
@@ -185,10 +182,10 @@ impl<R: Real, const N: usize> Traction<R, N> {
         torque_n_m: impl Fn(&WheelState<R>) -> R,
     ) -> R {
         let (mut sum, mut parts) = (R::zero(), R::zero());
-        for (way, wheel) in state.way.iter().zip(&state.wheels) {
-            if way.driven && wheel.usable {
-                sum += way.along * torque_n_m(wheel);
-                parts += way.part.abs();
+        for (travel, wheel) in state.travel.iter().zip(&state.wheels) {
+            if travel.driven && wheel.usable {
+                sum += travel.along * torque_n_m(wheel);
+                parts += travel.part.abs();
             }
         }
         if parts > R::zero() { sum / parts } else { R::zero() }
@@ -198,7 +195,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
     fn proportional(&self, state: &TractionState<R, N>) -> R {
         let (config, one, error) = (&self.config, R::one(), state.lack_rad_s());
         let soft =
-            config.soft_part + (one - config.soft_part) * super::least(error.abs() * config.soft_s_rad, one);
+            config.soft_part + (one - config.soft_part) * super::min(error.abs() * config.soft_s_rad, one);
         self.times.thrust_gain_n_m_s_rad * soft * error
     }
 
@@ -220,11 +217,11 @@ impl<R: Real, const N: usize> Traction<R, N> {
         (state.largest_n_m, state.whole_n_m) = (R::zero(), R::zero());
         for i in 0..N {
             let wheel = &mut state.wheels[i];
-            wheel.most_n_m = larger(range.upper_n_m[i], -range.lower_n_m[i]);
-            if state.way[i].driven {
-                state.largest_n_m = larger(state.largest_n_m, wheel.most_n_m);
-                let whole = state.largest_per_m * state.way[i].way_m.abs(); // over its part
-                state.whole_n_m = larger(state.whole_n_m, whole * wheel.most_n_m);
+            wheel.most_n_m = max(range.upper_n_m[i], -range.lower_n_m[i]);
+            if state.travel[i].driven {
+                state.largest_n_m = max(state.largest_n_m, wheel.most_n_m);
+                let whole = state.largest_per_m * state.travel[i].way_m.abs(); // over its part
+                state.whole_n_m = max(state.whole_n_m, whole * wheel.most_n_m);
             }
         }
     }

@@ -58,7 +58,7 @@ pub struct PathLimits<R, const N: usize> {
     pub body: PlanarInertia<R>,
     /// Inertia of each wheel and rotor about its axle, as its actuator feels it \[kg.m^2\], >= 0; 0 by default.
     pub wheel_kg_m2: [R; N],
-    /// How much of the wheels' speeds and torques the trajectory may take, 0.05 to 1: the rest is for whoever follows it. 0.9 by default.
+    /// How much of the wheels' speeds and torques the trajectory may take, 0.05 to 1: the rest is for the follower. 0.9 by default.
     pub share: R,
 }
 
@@ -170,7 +170,7 @@ fn smaller<R: Real>(a: R, b: R) -> R {
     if b < a { b } else { a }
 }
 
-fn larger<R: Real>(a: R, b: R) -> R {
+fn max<R: Real>(a: R, b: R) -> R {
     if b > a { b } else { a }
 }
 
@@ -344,7 +344,7 @@ impl<R: Real, const N: usize> Vehicle<R, N> {
                 ..allowed
             }
         });
-        let most = larger(allowed.acceleration, allowed.deceleration);
+        let most = max(allowed.acceleration, allowed.deceleration);
         for point in points() {
             for (jerk, [first, second, third]) in [(linear.jerk, point.linear), (yaw.jerk, point.yaw)] {
                 let taken = third * speed * speed * speed + R::of(JERK_PARTS) * second * speed * most;

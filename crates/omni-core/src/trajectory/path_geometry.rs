@@ -17,9 +17,9 @@ const SPLINE_PIECES: u16 = 4;
 /// Turn of one piece of an arc \[rad\] at most.
 const ARC_PIECE_RAD: f64 = core::f64::consts::FRAC_PI_4;
 
-/// A way from one waypoint to the next, as the path sees it.
+/// A section of the path, from one waypoint to the next.
 #[derive(Clone, Copy)]
-pub(super) enum Way<R> {
+pub(super) enum Section<R> {
     Line { length: R },
     Arc(Arc<R>),
     Spline,
@@ -27,7 +27,7 @@ pub(super) enum Way<R> {
     Wait,
 }
 
-impl<R: Real> Way<R> {
+impl<R: Real> Section<R> {
     pub(super) fn of(from: &Waypoint<R>, to: &Waypoint<R>) -> Option<Self> {
         let (a, b) = ([from.x_m, from.y_m], [to.x_m, to.y_m]);
         let length = norm(between(a, b));
@@ -72,7 +72,7 @@ pub(super) fn lay<R: Real>(
     let mut used: u16 = 0;
     for (i, segment) in segments.iter_mut().enumerate() {
         let (from, to) = (&waypoints[i], &waypoints[i + 1]);
-        let Some(way) = Way::of(from, to) else {
+        let Some(way) = Section::of(from, to) else {
             let nothing = "not the place of the waypoint before, unless a line has another heading or a time";
             return Err(ConfigError::new("waypoint.x_m", to.x_m.as_f64(), nothing).at(i + 1));
         };
@@ -81,12 +81,12 @@ pub(super) fn lay<R: Real>(
         (segment.first, segment.count, segment.on_the_spot) = (used, count, !way.moves());
         let own = &mut pieces[usize::from(used)..usize::from(used + count)];
         segment.length_m = match way {
-            Way::Line { length } => {
+            Section::Line { length } => {
                 own[0] = PathPiece::line(place(from), place(to), length);
                 length
             }
-            Way::Arc(arc) => lay_between(own, |part| arc.at(part), |a, b| arc.length * (b - a)),
-            Way::Spline => {
+            Section::Arc(arc) => lay_between(own, |part| arc.at(part), |a, b| arc.length * (b - a)),
+            Section::Spline => {
                 let [a, b] = [station(waypoints, i, false), station(waypoints, i, true)];
                 let spline = Spline::new(&a, &b);
                 let length = lay_between(own, |part| spline.at(part), |a, b| spline.length(a, b));
@@ -96,7 +96,7 @@ pub(super) fn lay<R: Real>(
                 }
                 length
             }
-            Way::Turn | Way::Wait => {
+            Section::Turn | Section::Wait => {
                 own[0] = PathPiece::place(place(from), R::ZERO);
                 R::ZERO
             }
@@ -129,8 +129,8 @@ fn station<R: Real>(waypoints: &[Waypoint<R>], i: usize, end: bool) -> Station<R
     let before = here.checked_sub(1).and_then(|k| waypoints.get(k));
     let after = waypoints.get(here + 1);
     let middle = &waypoints[here];
-    let comes = before.and_then(|before| Way::of(before, middle));
-    let goes = after.and_then(|after| Way::of(middle, after));
+    let comes = before.and_then(|before| Section::of(before, middle));
+    let goes = after.and_then(|after| Section::of(middle, after));
     let neighbour = if end { goes } else { comes };
     let at = place(middle);
     let straight = |from: &Waypoint<R>, to: &Waypoint<R>| Station {
@@ -149,10 +149,10 @@ fn station<R: Real>(waypoints: &[Waypoint<R>], i: usize, end: bool) -> Station<R
         curvature: R::ZERO,
     });
     let smooth = match (neighbour, before, after) {
-        (Some(Way::Spline), Some(before), Some(after)) => through(place(before), at, place(after)),
-        (Some(Way::Line { .. }), Some(_), Some(after)) if end => Some(straight(middle, after)),
-        (Some(Way::Line { .. }), Some(before), Some(_)) => Some(straight(before, middle)),
-        (Some(Way::Arc(arc)), _, _) => Some(arc.at(if end { R::ZERO } else { R::ONE })),
+        (Some(Section::Spline), Some(before), Some(after)) => through(place(before), at, place(after)),
+        (Some(Section::Line { .. }), Some(_), Some(after)) if end => Some(straight(middle, after)),
+        (Some(Section::Line { .. }), Some(before), Some(_)) => Some(straight(before, middle)),
+        (Some(Section::Arc(arc)), _, _) => Some(arc.at(if end { R::ZERO } else { R::ONE })),
         _ => free_end(waypoints, i, end),
     };
     let leads_on =
@@ -165,11 +165,11 @@ fn free_end<R: Real>(waypoints: &[Waypoint<R>], i: usize, end: bool) -> Option<S
     let (from, to) = (place(&waypoints[i]), place(&waypoints[i + 1]));
     let next = if end { i.checked_sub(1) } else { Some(i + 2) }.and_then(|k| waypoints.get(k))?;
     let neighbour = if end {
-        Way::of(next, &waypoints[i])
+        Section::of(next, &waypoints[i])
     } else {
-        Way::of(&waypoints[i + 1], next)
+        Section::of(&waypoints[i + 1], next)
     };
-    if !matches!(neighbour, Some(Way::Spline)) {
+    if !matches!(neighbour, Some(Section::Spline)) {
         return None;
     }
     let ends = if end {

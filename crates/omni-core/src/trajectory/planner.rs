@@ -5,7 +5,7 @@ use crate::{Kinematics, Real, WheelTorques, WheelVelocities};
 
 use super::limits::{PathLimits, Vehicle, check_waypoint};
 use super::path::{PathPiece, Waypoint};
-use super::path_geometry::{Way, head, lay};
+use super::path_geometry::{Section, head, lay};
 use super::schedule::schedule;
 use super::{PathSegment, Trajectory, TrajectorySample};
 
@@ -35,7 +35,7 @@ use super::{PathSegment, Trajectory, TrajectorySample};
 /// let (mut segments, mut pieces) = ([PathSegment::EMPTY; 1], [PathPiece::EMPTY; 1]);
 /// let waypoints = [Waypoint::at(0.0, 0.0), Waypoint::at(2.0, 0.0)];
 /// let ahead = planner.plan(&waypoints, &mut segments, &mut pieces)?;
-/// // Way over speed, and for each of two ramps half of v / a + a / j.
+/// // Section over speed, and for each of two ramps half of v / a + a / j.
 /// assert!((ahead.duration_s() - (2.0 / 0.8 + 0.8 / 1.0 + 1.0 / 8.0)).abs() < 1e-9);
 /// let halfway = ahead.at(0.5 * ahead.duration_s());
 /// assert!((halfway.pose.x_m - 1.0).abs() < 1e-9 && (halfway.velocity.vx_m_s - 0.8).abs() < 1e-9);
@@ -70,7 +70,7 @@ impl<R: Real, const N: usize> TrajectoryPlanner<R, N> {
     #[must_use]
     pub fn room(waypoints: &[Waypoint<R>]) -> [usize; 2] {
         let pairs = waypoints.iter().zip(waypoints.iter().skip(1));
-        let pieces = pairs.map(|(from, to)| Way::of(from, to).map_or(1, |way| usize::from(way.pieces())));
+        let pieces = pairs.map(|(from, to)| Section::of(from, to).map_or(1, |way| usize::from(way.pieces())));
         [waypoints.len().saturating_sub(1), pieces.sum()]
     }
 

@@ -12,13 +12,13 @@ impl<R: Real, const N: usize> WheelController<R, N> {
     pub(super) fn bound(
         &self,
         state: &mut ControlState<R, N>,
-        taken_in: &mut [R; N],
+        integrated_error: &mut [R; N],
         out: &mut WheelSample<R, N>,
     ) -> u32 {
         let mut outside = 0;
         for i in 0..N {
             out.p_n_m[i] = self.pid.bounds().proportional(out.p_n_m[i]);
-            outside |= u32::from(self.pid.bounds().is_outside_zone(taken_in[i])) << i;
+            outside |= u32::from(self.pid.bounds().is_outside_zone(integrated_error[i])) << i;
         }
         if outside != 0 && self.shares_integral() {
             outside = u32::MAX;
@@ -26,7 +26,7 @@ impl<R: Real, const N: usize> WheelController<R, N> {
         clear(state, outside);
         for i in 0..N {
             if outside & (1 << i) != 0 {
-                (taken_in[i], out.i_n_m[i]) = (R::zero(), R::zero());
+                (integrated_error[i], out.i_n_m[i]) = (R::zero(), R::zero());
             }
         }
         outside
@@ -38,20 +38,20 @@ impl<R: Real, const N: usize> WheelController<R, N> {
         &self,
         state: &mut ControlState<R, N>,
         at_limit: AtLimit,
-        taken_in: &mut [R; N],
+        integrated_error: &mut [R; N],
         out: &mut WheelSample<R, N>,
         correction: &mut [R; N],
     ) -> bool {
-        let corrected = self.limit::<true>(state, at_limit, taken_in, out, correction);
+        let corrected = self.limit::<true>(state, at_limit, integrated_error, out, correction);
         for i in 0..N {
             if at_limit.outside_zone & (1 << i) != 0 {
-                (taken_in[i], correction[i]) = (R::zero(), R::zero());
+                (integrated_error[i], correction[i]) = (R::zero(), R::zero());
             }
         }
         corrected
     }
 
-    /// Proportional terms without their limit; 0 of wheels that are let go.
+    /// Proportional terms without their limit; 0 of released wheels.
     pub(super) fn unbounded(&self, out: &WheelSample<R, N>) -> [R; N] {
         let mut p_n_m = [R::zero(); N];
         for (i, p_n_m) in p_n_m.iter_mut().enumerate() {

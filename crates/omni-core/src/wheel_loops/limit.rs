@@ -17,13 +17,13 @@ pub(super) struct AtLimit {
 impl<R: Real, const N: usize> WheelController<R, N> {
     /// Brings the requested torques of `out` within the limits by the law of the coordination. What anti-windup adds to the
     /// integrals goes to `correction`, which is zero, and the derivative and reference to remember go to `state`. True where
-    /// there is a correction. `BOUNDED`: some terms of the loops have bounds. Integrals are told of limits that last only ([`Overload`](super::Overload)).
+    /// there is a correction. `BOUNDED`: some terms of the loops have bounds. Integrals know of limits that last only ([`Overload`](super::Overload)).
     #[inline(never)]
     pub(super) fn limit<const BOUNDED: bool>(
         &self,
         state: &mut ControlState<R, N>,
         AtLimit { beyond, outside_zone }: AtLimit,
-        taken_in: &mut [R; N],
+        integrated_error: &mut [R; N],
         out: &mut WheelSample<R, N>,
         correction: &mut [R; N],
     ) -> bool {
@@ -60,7 +60,7 @@ impl<R: Real, const N: usize> WheelController<R, N> {
                 } else {
                     &out.requested.n_m
                 };
-                // Only wheels beyond a limit have a say in the factor.
+                // Only wheels beyond a limit count for the factor.
                 let (factor, lasting) = if overloaded == beyond {
                     let factor = reference_factor(requested, &slopes, &out.range, floor);
                     (factor, factor)
@@ -71,7 +71,7 @@ impl<R: Real, const N: usize> WheelController<R, N> {
                 let (less, less_for_long) = (R::one() - factor, R::one() - lasting);
                 for i in 0..N {
                     let removed = less * out.reference.rad_s[i];
-                    taken_in[i] -= less_for_long * out.reference.rad_s[i];
+                    integrated_error[i] -= less_for_long * out.reference.rad_s[i];
                     asked[i] -= less * slopes[i];
                     // Neither of them differs in a first step.
                     out.p_n_m[i] -= later.p_n_m * removed;
@@ -130,10 +130,17 @@ impl<R: Real, const N: usize> WheelController<R, N> {
             correction[i] = (out.applied.n_m[i] - asked[i]) * gain;
         }
         if overloaded != beyond {
-            keep_lasting(correction, overloaded);
+            zero_not_overloaded(correction, overloaded);
         }
         if plain_gain.is_none() {
-            self.condition(law, state, taken_in, out, unbounded_p.as_ref(), correction);
+            self.condition(
+                law,
+                state,
+                integrated_error,
+                out,
+                unbounded_p.as_ref(),
+                correction,
+            );
         }
         true
     }
@@ -145,7 +152,7 @@ impl<R: Real, const N: usize> WheelController<R, N> {
         &self,
         law: AntiWindup<R>,
         state: &mut ControlState<R, N>,
-        taken_in: &[R; N],
+        integrated_error: &[R; N],
         out: &WheelSample<R, N>,
         unbounded_p: Option<&[R; N]>,
         correction: &mut [R; N],
@@ -157,10 +164,11 @@ impl<R: Real, const N: usize> WheelController<R, N> {
             // what was stopped would come back.
             let mut outwards = R::zero();
             for i in 0..N {
-                outwards += excess[i] * taken_in[i];
+                outwards += excess[i] * integrated_error[i];
             }
             if outwards < R::zero() {
-                *correction = taken_in.map(|taken_in| -self.pid.integral_gain_dt() * taken_in);
+                *correction =
+                    integrated_error.map(|integrated_error| -self.pid.integral_gain_dt() * integrated_error);
             }
             return;
         }
@@ -172,7 +180,7 @@ impl<R: Real, const N: usize> WheelController<R, N> {
                     p_n_m: out.p_n_m[i],
                     unbounded_p_n_m: unbounded_p.map_or(out.p_n_m[i], |p_n_m| p_n_m[i]),
                 };
-                let (correct, shift) = self.pid.correction(law, taken_in[i], &excess, started);
+                let (correct, shift) = self.pid.correction(law, integrated_error[i], &excess, started);
                 correction[i] = correct;
                 if self.pid.remembers() {
                     state.derivative_n_m[i] += self.pid.derivative_slope(started) * shift;
@@ -208,7 +216,7 @@ impl<R: Real, const N: usize> WheelController<R, N> {
 }
 
 /// Zero where a wheel is not overloaded.
-fn keep_lasting<R: Real, const N: usize>(values: &mut [R; N], overloaded: u32) {
+fn zero_not_overloaded<R: Real, const N: usize>(values: &mut [R; N], overloaded: u32) {
     for (i, value) in values.iter_mut().enumerate() {
         if overloaded & (1 << i) == 0 {
             *value = R::zero();
@@ -220,7 +228,7 @@ fn keep_lasting<R: Real, const N: usize>(values: &mut [R; N], overloaded: u32) {
 #[inline(never)]
 pub(super) fn start_afresh_where_not_finite<R: Real, const N: usize>(
     state: &mut ControlState<R, N>,
-    taken_in: &mut [R; N],
+    integrated_error: &mut [R; N],
     out: &mut WheelSample<R, N>,
 ) {
     let zero = R::zero();
@@ -228,7 +236,7 @@ pub(super) fn start_afresh_where_not_finite<R: Real, const N: usize>(
         if !out.requested.n_m[i].is_finite_real() {
             (state.integral_n_m[i], state.derivative_n_m[i], state.started[i]) = (zero, zero, false);
             (out.p_n_m[i], out.i_n_m[i], out.d_n_m[i], out.ff_n_m[i]) = (zero, zero, zero, zero);
-            (out.requested.n_m[i], out.applied.n_m[i], taken_in[i]) = (zero, zero, zero);
+            (out.requested.n_m[i], out.applied.n_m[i], integrated_error[i]) = (zero, zero, zero);
             (out.reference.rad_s[i], out.active[i]) = (zero, false);
         }
     }

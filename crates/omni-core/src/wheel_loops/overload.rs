@@ -2,9 +2,9 @@
 
 use crate::Real;
 
-/// Periods in a row that a wheel is beyond the same limit before the integrals are told of it.
+/// Periods in a row that a wheel is beyond the same limit before the integrals know of it.
 ///
-/// One encoder count, or noise, can ask for more than a motor has in a single reading. Told of each such reading, an integral
+/// One encoder count, or noise, can ask for more than a motor has in a single reading. With each such reading, an integral
 /// would drop what it says and keep the rest: a bias, and the vehicle runs away or creeps. Noise is beyond the same limit 8
 /// times in a row in one period of 2^8.
 #[cfg(test)]

@@ -62,7 +62,7 @@ impl<R: Real> Default for Rest<R> {
 }
 
 impl<R: Real> Rest<R> {
-    /// Holds for `hold_s` \[s\] or until `hold_heat_n2m2s` \[N^2.m^2.s\] of heat, then lets go as the default does.
+    /// Holds for `hold_s` \[s\] or until `hold_heat_n2m2s` \[N^2.m^2.s\] of heat, then releases the wheels as the default does.
     ///
     /// ```
     /// use omni_core::Rest;

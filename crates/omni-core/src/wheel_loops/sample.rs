@@ -1,4 +1,4 @@
-//! What the loops are made of, what they remember, and what one step of them tells.
+//! Configuration, state and sample of the loops.
 
 use super::{Overload, RestState};
 use crate::coordination::{Coordination, TorqueRanges};
@@ -133,9 +133,9 @@ impl<R: Real, const N: usize> ControlState<R, N> {
 pub struct WheelSample<R, const N: usize> {
     /// Reference r as commanded, before any reduction.
     pub reference: WheelVelocities<R, N>,
-    /// Measurement y; 0 for a wheel that is let go.
+    /// Measurement y; 0 for a released wheel.
     pub measured: WheelVelocities<R, N>,
-    /// The wheel was controlled. One without a usable measurement is let go: no torque, its loop starts afresh. When the torque has
+    /// The wheel was controlled. One without a usable measurement is released: no torque, its loop starts afresh. When the torque has
     /// `ended` no wheel is controlled.
     #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub active: [bool; N],

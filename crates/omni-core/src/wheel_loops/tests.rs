@@ -164,7 +164,7 @@ fn a_released_wheel_overshoots_no_more_than_a_loop_without_limit_released_from_t
 }
 
 #[test]
-fn a_wheel_without_a_usable_measurement_is_let_go_and_the_others_carry_on() {
+fn a_wheel_without_a_usable_measurement_is_released_and_the_others_drive_on() {
     for saturation in saturations(0.0) {
         let controller = controller::<3>(gains(0.3, 2.0), 100.0, saturation);
         let mut state = ControlState::default();

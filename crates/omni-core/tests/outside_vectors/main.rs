@@ -205,7 +205,7 @@ const UNASSERTED: &[(&str, &str, &str)] = &[
     (
         "wpilib_odometry",
         "pose_estimator_bound",
-        "no estimator with vision; the covariance of odometry is there for whoever has one",
+        "no estimator with vision; the covariance of odometry is there for those who have one",
     ),
     (
         "paper_7wheel",
@@ -304,7 +304,7 @@ fn each_number_wrong(value: &Value) -> Vec<Value> {
 
 #[test]
 fn a_wrong_number_in_the_file_is_noticed() {
-    // The panics are expected: nobody needs to read them.
+    // The panics are expected and need not be read.
     std::panic::set_hook(Box::new(|_| {}));
     let (mut tried, mut unnoticed) = (0, Vec::new());
     for (suite, id, case) in cases() {

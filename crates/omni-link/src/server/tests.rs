@@ -327,7 +327,7 @@ fn every_damaged_request_is_answered_and_none_is_stepped() {
     );
 }
 
-/// A drive that lets a silent wheel go after 3 periods, and a command after 5.
+/// A drive that releases a silent wheel after 3 periods, and a command after 5.
 fn drive() -> Drive<f32, N> {
     let mut config = DriveConfig::new(layout(), control());
     config.shaping.timeout_s = Some(5e-3);
@@ -397,7 +397,7 @@ fn answers_of_a_drive_are_its_own_steps_bit_for_bit() {
         assert_eq!(answer.drive, report);
         assert_eq!(answer.brake(), sample.brake);
         assert_eq!(server.report(), &report);
-        // From its third silent period to one good reading the wheel is let go; the others drive on.
+        // From its third silent period to one good reading the wheel is released; the others drive on.
         let silent = (22..30).contains(&k);
         assert_eq!(answer.drive.faults[1] == Fault::Silent.number(), silent, "{k}");
         assert_eq!(answer.drive.mode == DriveMode::Degraded.number(), silent, "{k}");

@@ -79,7 +79,7 @@ struct Wants {
 struct TooSlow(String);
 
 impl Viewer {
-    /// Nobody panics while writing; if somebody did, what is there is still whole.
+    /// No thread panics while writing; if one did, what is there is still whole.
     fn wants(&self) -> MutexGuard<'_, Wants> {
         self.wants.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -118,7 +118,7 @@ impl Viewer {
         }
     }
 
-    /// An event as this client is told it, if it wants it.
+    /// An event as this client gets it, if it wants it.
     fn wanted(&self, event: &Event) -> Option<Message> {
         match event {
             Event::Message(topic, time_ns, data) => {
@@ -276,7 +276,7 @@ impl Viewer {
         Ok(())
     }
 
-    /// Tells this client why something was not done.
+    /// Sends this client the reason why something was not done.
     fn refuse(&self, why: &str) -> Result<(), TooSlow> {
         self.answer(&Status::error(shortened_line(why)))
     }

@@ -73,7 +73,7 @@ static PAGE: LazyLock<Page> = LazyLock::new(|| {
     }
 });
 
-/// Hears what a connection wants and answers it once. A viewer, with its place, where it wants to be one and may.
+/// Reads what a connection wants and answers it once. A viewer, with its place, where it wants to be one and may.
 pub(super) async fn answer(stream: TcpStream, hub: &Hub) -> Option<(Socket, OwnedSemaphorePermit)> {
     let viewer = Arc::new(Mutex::new(None));
     let service = service_fn(|mut request: Request<Incoming>| {

@@ -24,7 +24,7 @@ pub struct Live {
     pub wait: bool,
     /// When it ends.
     pub until: Until,
-    /// Stands until it is told to drive, whatever the scenario's command is.
+    /// Stands until it is commanded to drive, whatever the scenario's command is.
     pub stands: bool,
     /// Who drives it from this program, if somebody does.
     pub pilot: Option<Pilot>,
@@ -36,7 +36,7 @@ pub struct Live {
     pub origins: Vec<String>,
 }
 
-/// When a live run ends, if nobody ends it before.
+/// When a live run ends, if it is not ended before.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Until {
@@ -45,7 +45,7 @@ pub enum Until {
     /// After so many simulated seconds, above 0.
     Seconds(f64),
     /// Not by itself, but where `stop_when_done` is set and the vehicle is across.
-    Told,
+    Stopped,
 }
 
 impl Live {
@@ -73,12 +73,12 @@ impl Live {
         }
     }
 
-    /// A run on ROS 2, as fast as the clock, without a port for viewers: it starts at once and goes on until it is told to end.
+    /// A run on ROS 2, as fast as the clock, without a port for viewers: it starts at once and goes on until it is stopped.
     ///
     /// ```
     /// use omni_log::{Live, Ros2, Until};
     /// let live = Live::on_ros2(Ros2::new(0));
-    /// assert_eq!((live.port, live.until), (None, Until::Told));
+    /// assert_eq!((live.port, live.until), (None, Until::Stopped));
     /// ```
     #[cfg(feature = "ros2")]
     #[must_use]
@@ -86,7 +86,7 @@ impl Live {
         Self {
             port: None,
             ros2: Some(ros2),
-            until: Until::Told,
+            until: Until::Stopped,
             ..Self::new(0)
         }
     }

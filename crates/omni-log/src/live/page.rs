@@ -15,7 +15,7 @@ const EVERY: Duration = Duration::from_millis(33);
 
 /// What there is to see, and whether this page may steer.
 #[derive(Serialize)]
-struct Told<'a> {
+struct SceneMessage<'a> {
     #[serde(flatten)]
     scene: scene::Scene<'a>,
     steer: bool,
@@ -33,7 +33,7 @@ const fn json(name: &'static str) -> Topic {
     }
 }
 
-/// Tells the page, on the topics `first` and the one behind it.
+/// Sends to the page, on the topics `first` and the one behind it.
 pub(super) struct Page {
     first: usize,
     due: Option<Instant>,
@@ -48,7 +48,7 @@ impl Page {
     pub(super) fn describe(&self, scenario: &Scenario, hub: &Hub) {
         if hub.is_wanted(self.first) {
             let (scene, steer) = (scene::scene(scenario), hub.steer);
-            send(hub, self.first, 0, &Told { scene, steer });
+            send(hub, self.first, 0, &SceneMessage { scene, steer });
         }
     }
 

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Drives a live run from where it was started, as keys of a terminal do. It is one of those that command: whoever was last is followed, and a
+/// Drives a live run from where it was started, as keys of a terminal do. It is one of those that command: the last one is followed, and a
 /// command ends 0.5 s on the clock after it was given.
 ///
 /// ```

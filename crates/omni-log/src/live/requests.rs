@@ -62,7 +62,7 @@ enum Command {
     Scenario,
     /// A client, whose last command came at that time.
     Client(ClientId, Instant, BodyTwist<f64>),
-    /// Nobody any more: the client fell silent or went. The vehicle rests until another command comes.
+    /// No client any more: it fell silent or went. The vehicle rests until another command comes.
     Rest,
 }
 
@@ -80,7 +80,7 @@ impl Requests {
         }
     }
 
-    /// Nobody panics while writing; if somebody did, what is there is still whole.
+    /// No thread panics while writing; if one did, what is there is still whole.
     fn pending(&self) -> MutexGuard<'_, Pending> {
         self.pending.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -224,7 +224,7 @@ impl Requests {
 }
 
 impl Pending {
-    /// What the vehicle is told: a client's twist, else the scenario's.
+    /// The vehicle's command: a client's twist, else the scenario's.
     fn twist(&self) -> BodyTwist<f64> {
         let own = &self.scenario.command;
         match self.command {
@@ -411,7 +411,7 @@ mod tests {
             ),
             ("paper", 1.25)
         );
-        // Whoever commanded last is the one whose going counts.
+        // The end of the client that commanded last counts.
         requests.publish(1, &json(), AHEAD, now).expect("a twist");
         requests.publish(2, &json(), AHEAD, now).expect("a twist");
         assert!(!requests.leave(1) && requests.leave(2));

@@ -27,7 +27,7 @@ use crate::urdf::{BASE_LINK, IMU_LINK, JointInterface};
 /// Covariance of what is not measured.
 const NOT_MEASURED: [f64; 9] = [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
 
-/// What others know on ROS 2, and tell.
+/// What others know on ROS 2, and send.
 pub(super) struct OnRos {
     node: Node,
     messages: Messages,
@@ -112,7 +112,7 @@ impl OnRos {
     }
 }
 
-/// What the inertial measurement unit says. Its attitude is not measured; how noisy its rates are is the scenario's, which nobody told it.
+/// What the inertial measurement unit says. Its attitude is not measured; how noisy its rates are is the scenario's, which it does not know.
 fn imu(simulation: &Simulation) -> Imu {
     let sensed = &simulation.sensed().imu;
     Imu {

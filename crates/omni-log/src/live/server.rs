@@ -23,7 +23,7 @@ use super::{client, http};
 
 /// Connections that wait for the end of their handshake; one more, and the oldest is closed.
 const MOST_WAITING: usize = 16;
-/// Clients at a time; one more is told so.
+/// Clients at a time; one more is refused.
 pub(super) const MOST_VIEWERS: usize = 16;
 /// Messages that a slow client may be behind before it misses some.
 const BACKLOG: usize = 1024;
@@ -79,7 +79,7 @@ impl Hub {
         self.events.subscribe()
     }
 
-    /// Sends to all; nobody there is no fault.
+    /// Sends to all; having no client is no fault.
     pub(super) fn send(&self, event: Event) {
         let _ = self.events.send(event);
     }
@@ -107,7 +107,7 @@ impl Hub {
         settings.into()
     }
 
-    /// Tells all clients, and all that show parameters, that nobody commands the vehicle any more.
+    /// Informs all clients, and all that show parameters, that no client commands the vehicle any more.
     pub(super) fn rests(&self, why: &str) {
         self.send(Event::Status(Arc::new(Status::warning(format!(
             "{why}: the vehicle is commanded to stop"
@@ -115,7 +115,7 @@ impl Hub {
         self.send(Event::Parameters(Arc::new(self.parameters())));
     }
 
-    /// A line for whoever started the run; others must not fill the screen.
+    /// A line for the user who started the run; others must not fill the screen.
     pub(super) fn warn(&self, line: &str) {
         match self.lines.fetch_add(1, Ordering::Relaxed) {
             n if n < MOST_LINES => (self.warn)(line),
@@ -133,7 +133,7 @@ pub(super) struct Server {
 }
 
 impl Server {
-    /// Opens a port on 127.0.0.1, or says why not. `warn` is told what whoever started the run should know.
+    /// Opens a port on 127.0.0.1, or says why not. `warn` gets what the user who started the run should know.
     pub(super) fn start(
         port: u16,
         requests: Arc<Requests>,
@@ -177,7 +177,7 @@ impl Server {
     }
 }
 
-/// Server and topics as clients are told at first.
+/// Server and topics as clients get them at first.
 fn greeting(steer: bool, topics: &[Topic]) -> [Message; 2] {
     let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     let mut info = ServerInfo::new(concat!("omnistep ", env!("CARGO_PKG_VERSION")))
@@ -238,7 +238,7 @@ async fn accept(listener: TcpListener, hub: Arc<Hub>) {
     }
 }
 
-/// Hears what a connection wants, and makes a viewer of it if it may be one.
+/// Reads what a connection wants, and makes a viewer of it if it may be one.
 async fn connect(stream: TcpStream, hub: Arc<Hub>) {
     // Without it small messages wait for others.
     let _ = stream.set_nodelay(true);

@@ -60,9 +60,9 @@ fn the_log_of_a_live_run_is_that_of_the_run_byte_by_byte() {
 }
 
 #[test]
-fn a_run_without_an_end_goes_on_beyond_its_scenario_at_rest_until_it_is_told() {
+fn a_run_without_an_end_goes_on_at_rest_beyond_its_scenario_until_it_is_stopped() {
     let mut live = fast();
-    live.until = Until::Told;
+    live.until = Until::Stopped;
     let mut commands = Vec::new();
     let outcome = ran(&live, |simulation, part| {
         assert!(part.abs() < f64::EPSILON, "no part of what has no end");

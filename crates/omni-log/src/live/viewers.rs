@@ -94,12 +94,12 @@ impl Viewers {
         self.page.describe(self.messages.scenario(), &self.served.hub);
     }
 
-    /// From the next message on the run has another controller; the description is sent to whoever subscribes next.
+    /// From the next message on the run has another controller; the description is sent to those that subscribe next.
     pub(super) fn describes(&mut self, scenario: &Scenario) {
         self.messages.describes(scenario);
     }
 
-    /// Tells all that a command ended by itself.
+    /// Informs all that a command ended by itself.
     pub(super) fn timed_out(&self) {
         self.served
             .hub
@@ -122,7 +122,7 @@ impl Viewers {
     }
 }
 
-/// Where the run's messages go: to whoever wants them.
+/// Where the run's messages go: to those that want them.
 struct Served {
     hub: Arc<Hub>,
     buffer: Vec<u8>,

@@ -142,7 +142,7 @@ fn column([x0, x1]: [f64; 2], [y0, y1]: [f64; 2], [low, top]: [f64; 2]) -> Shown
 }
 
 fn of_box(size: [f64; 3], middle: [f64; 3], turn_y_rad: f64) -> Shown {
-    // To the nanometre: what sums leave behind that is for nobody to read.
+    // To the nanometre: without the rounding of sums.
     let [size, middle] = [size, middle].map(|v| v.map(|x| (x * 1e9).round() / 1e9));
     Shown {
         place: at(middle, [0.0, turn_y_rad, 0.0]),

@@ -8,7 +8,7 @@ use super::robot;
 use super::vehicle::{wheel_limits, wheel_link, write_parts};
 use crate::xml::{Xml, element, text_of};
 
-/// What the wheels are told where they are driven one by one, as ros2_control does.
+/// The wheels' commands where they are driven one by one, as ros2_control does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum JointInterface {

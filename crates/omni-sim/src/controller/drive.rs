@@ -27,19 +27,19 @@ const NAMES: [&str; 9] = [
 const WHEEL: [&str; 3] = ["drive_fault", "drive_left_out", "drive_brake"];
 
 /// A drive with its state.
-pub(super) struct Driven<R, const N: usize> {
+pub(super) struct DriveLoop<R, const N: usize> {
     policy: DrivePolicy<R, N>,
     names: Vec<String>,
 }
 
-/// What a drive tells beside the wheels' signals, here or at the other end of a link.
-pub(super) struct Told<const N: usize> {
+/// What a drive reports beside the wheels' signals, here or at the other end of a link.
+pub(super) struct DriveSignals<const N: usize> {
     /// [`omni_core::DriveMode::number`].
     pub(super) mode: u8,
     pub(super) motion_known: bool,
-    /// 0 idle, 1 following, 2 limited, 3 timed out, 4 emergency stop; NaN where it is not told.
+    /// 0 idle, 1 following, 2 limited, 3 timed out, 4 emergency stop; NaN where it is not reported.
     pub(super) status: f64,
-    /// x \[m\], y \[m\], yaw \[rad\], and their standard deviations; NaN where these are not told.
+    /// x \[m\], y \[m\], yaw \[rad\], and their standard deviations; NaN where these are not reported.
     pub(super) pose: [f64; 3],
     pub(super) deviations: [f64; 3],
     /// [`Fault::number`] of each wheel.
@@ -49,7 +49,7 @@ pub(super) struct Told<const N: usize> {
     pub(super) brake: [bool; N],
 }
 
-impl<const N: usize> Told<N> {
+impl<const N: usize> DriveSignals<N> {
     /// Writes it into a sample, whose wheels are there already; `measured` is as the encoders said it, not as the monitor took it: who
     /// replays a log starts from that.
     pub(super) fn put_into(&self, measured: &[f64], sample: &mut ControlSample) {
@@ -93,7 +93,7 @@ fn status(status: CommandStatus) -> f64 {
     }
 }
 
-impl<R: Real, const N: usize> Driven<R, N> {
+impl<R: Real, const N: usize> DriveLoop<R, N> {
     pub(super) fn new(scenario: &Scenario, drive: Drive<R, N>) -> Self {
         Self {
             policy: DrivePolicy::new(drive),
@@ -103,7 +103,7 @@ impl<R: Real, const N: usize> Driven<R, N> {
 }
 
 /// Writes what a drive did into a sample.
-fn tell<R: Real, const N: usize>(
+fn write<R: Real, const N: usize>(
     drive: &DriveSample<R, N>,
     state: &DriveState<R, N>,
     measured: &[f64],
@@ -115,7 +115,7 @@ fn tell<R: Real, const N: usize>(
     };
     sample.take(&loops, &drive.slip.estimated, &drive.slip.residual);
     let deviations = state.covariance.standard_deviations();
-    let told = Told {
+    let signals = DriveSignals {
         mode: drive.mode.number(),
         motion_known: drive.motion_known,
         status: status(drive.shaped.status),
@@ -125,7 +125,7 @@ fn tell<R: Real, const N: usize>(
         left_out: drive.slip.excluded,
         brake: drive.brake,
     };
-    told.put_into(measured, sample);
+    signals.put_into(measured, sample);
 }
 
 /// Presses the emergency stop of a drive, or releases it.
@@ -137,14 +137,14 @@ fn press<R: Real, const N: usize>(state: &mut DriveState<R, N>, pressed: bool) {
     }
 }
 
-impl<R: Real + Serialize + DeserializeOwned, const N: usize> Loop for Driven<R, N> {
+impl<R: Real + Serialize + DeserializeOwned, const N: usize> Loop for DriveLoop<R, N> {
     fn step(&mut self, readings: &Readings<'_, f64>, sample: &mut ControlSample) -> Result<(), Error> {
         let measured = velocities::<R, N>(readings.wheels_rad_s);
-        let mut told = Readings::new(scalar(&readings.command), &measured.rad_s);
-        told.new_command = readings.new_command;
-        self.policy.step(&told, &mut [R::zero(); N]);
+        let mut converted = Readings::new(scalar(&readings.command), &measured.rad_s);
+        converted.new_command = readings.new_command;
+        self.policy.step(&converted, &mut [R::zero(); N]);
         if let Some(drive) = self.policy.sample() {
-            tell(drive, self.policy.state(), readings.wheels_rad_s, sample);
+            write(drive, self.policy.state(), readings.wheels_rad_s, sample);
         }
         Ok(())
     }
@@ -175,14 +175,14 @@ impl<R: Real + Serialize + DeserializeOwned, const N: usize> Loop for Driven<R, 
 }
 
 /// A drive whose loops are traction control, with its state.
-pub(super) struct Gripping<R, const N: usize> {
+pub(super) struct TractionLoop<R, const N: usize> {
     drive: TractionDrive<R, N>,
     state: TractionDriveState<R, N>,
     names: Vec<String>,
     hinges: Hinges<R>,
 }
 
-impl<R: Real, const N: usize> Gripping<R, N> {
+impl<R: Real, const N: usize> TractionLoop<R, N> {
     pub(super) fn new(scenario: &Scenario, drive: TractionDrive<R, N>) -> Self {
         Self {
             state: TractionDriveState::new(&drive),
@@ -193,18 +193,18 @@ impl<R: Real, const N: usize> Gripping<R, N> {
     }
 }
 
-impl<R: Real + Serialize + DeserializeOwned, const N: usize> Loop for Gripping<R, N> {
+impl<R: Real + Serialize + DeserializeOwned, const N: usize> Loop for TractionLoop<R, N> {
     fn step(&mut self, readings: &Readings<'_, f64>, sample: &mut ControlSample) -> Result<(), Error> {
         self.hinges.take(readings);
-        let mut input = DriveInput::heard(&velocities(readings.wheels_rad_s));
+        let mut input = DriveInput::received(&velocities(readings.wheels_rad_s));
         input.command = readings.new_command.then(|| scalar(&readings.command));
         let mut body = BodyReadings::none();
         (body.hinges_rad, body.hinges_rad_s) = (&self.hinges.rad, &self.hinges.rad_s);
         body.imu = traction::imu(&readings.imu);
         let did = self.drive.step(&mut self.state, &input, &body);
-        tell(&did.drive, &self.state.drive, readings.wheels_rad_s, sample);
-        traction::tell(&did.traction, self.state.supervisor(), readings, sample);
-        sample.own.resize(self.names.len(), f64::NAN); // where no hinge is heard
+        write(&did.drive, &self.state.drive, readings.wheels_rad_s, sample);
+        traction::write(&did.traction, self.state.supervisor(), readings, sample);
+        sample.own.resize(self.names.len(), f64::NAN); // where no hinge is read
         Ok(())
     }
 

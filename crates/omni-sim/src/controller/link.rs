@@ -64,14 +64,14 @@ pub struct Link {
     frames: Mutex<Receiver<Vec<u8>>>,
     /// To the thread that writes: who does not read what it is sent must not stop the host.
     requests: SyncSender<Vec<u8>>,
-    heard: Arc<Mutex<Heard>>,
+    received: Arc<Mutex<Received>>,
     pub(super) time_out: Duration,
     process: Option<Process>,
 }
 
 /// Bytes that came so far.
 #[derive(Default)]
-struct Heard {
+struct Received {
     count: u64,
     first: Vec<u8>,
 }
@@ -86,7 +86,7 @@ pub(super) enum Event<const N: usize> {
 }
 
 impl Link {
-    /// A link over any two streams. An answer is waited for no longer than `time_out`: nothing else tells that a frame was
+    /// A link over any two streams. An answer is waited for no longer than `time_out`: nothing else shows that a frame was
     /// lost, and one that is only late counts as lost. `name` is what messages call the other end.
     pub fn new(
         name: impl Into<String>,
@@ -96,16 +96,16 @@ impl Link {
     ) -> Self {
         let (sender, frames) = mpsc::sync_channel(QUEUE);
         let (requests, outgoing) = mpsc::sync_channel(QUEUE);
-        let heard = Arc::new(Mutex::new(Heard::default()));
-        let told = heard.clone();
-        // End with their streams, or with the first frame that nobody wants any more.
-        std::thread::spawn(move || receive(reader, &sender, &told));
+        let received = Arc::new(Mutex::new(Received::default()));
+        let counted = received.clone();
+        // End with their streams, or with the first frame that is not wanted any more.
+        std::thread::spawn(move || receive(reader, &sender, &counted));
         std::thread::spawn(move || transmit(writer, &outgoing));
         Self {
             name: name.into(),
             frames: Mutex::new(frames),
             requests,
-            heard,
+            received,
             time_out,
             process: None,
         }
@@ -129,7 +129,7 @@ impl Link {
     }
 
     /// The next message, waited for no longer than `until`, however many there are.
-    pub(super) fn hear<const N: usize>(&mut self, until: Instant) -> Event<N> {
+    pub(super) fn next_message<const N: usize>(&mut self, until: Instant) -> Event<N> {
         let frames = self.frames.get_mut().unwrap_or_else(PoisonError::into_inner);
         let left = until.saturating_duration_since(Instant::now());
         if left.is_zero() {
@@ -148,16 +148,16 @@ impl Link {
         ended.unwrap_or_else(|| "the other end has closed it".into())
     }
 
-    /// Why nobody was met.
-    pub(super) fn why_nobody_was_met(&self) -> String {
-        let heard = self.heard.lock().unwrap_or_else(PoisonError::into_inner);
-        if heard.count == 0 {
+    /// Why no peer was met.
+    pub(super) fn why_no_peer_was_met(&self) -> String {
+        let received = self.received.lock().unwrap_or_else(PoisonError::into_inner);
+        if received.count == 0 {
             let waited = (self.time_out * GREETINGS).as_secs_f64();
             return format!(
                 "no answer within {waited} s: check that it is the image that serves omni-link frames"
             );
         }
-        let (count, first) = (heard.count, heard.first.escape_ascii());
+        let (count, first) = (received.count, received.first.escape_ascii());
         format!(
             "the answer is no omni-link message ({count} bytes, first \"{first}\"): check that it is the image that \
              serves omni-link frames"
@@ -165,7 +165,7 @@ impl Link {
     }
 }
 
-fn receive(mut reader: impl Read, frames: &SyncSender<Vec<u8>>, heard: &Mutex<Heard>) {
+fn receive(mut reader: impl Read, frames: &SyncSender<Vec<u8>>, received: &Mutex<Received>) {
     let mut receiver = omni_link::Receiver::<MAX_ANSWER_FRAME>::new();
     let mut bytes = [0; 1024];
     loop {
@@ -176,10 +176,10 @@ fn receive(mut reader: impl Read, frames: &SyncSender<Vec<u8>>, heard: &Mutex<He
             Err(_) => return,
         };
         {
-            let mut heard = heard.lock().unwrap_or_else(PoisonError::into_inner);
-            let more = read.min(SHOWN.saturating_sub(heard.first.len()));
-            heard.first.extend_from_slice(&bytes[..more]);
-            heard.count += read as u64;
+            let mut received = received.lock().unwrap_or_else(PoisonError::into_inner);
+            let more = read.min(SHOWN.saturating_sub(received.first.len()));
+            received.first.extend_from_slice(&bytes[..more]);
+            received.count += read as u64;
         }
         for &byte in bytes.iter().take(read) {
             if let Some(frame) = receiver.push(byte)

@@ -10,7 +10,7 @@ use omni_link::{
     ToController,
 };
 
-use super::drive::{self, Told};
+use super::drive::{self, DriveSignals};
 use super::link::{Event, GREETINGS, Link, LinkCounters};
 use super::{ControlSample, Loop, inverse, scalar, velocities};
 use crate::Error;
@@ -74,7 +74,7 @@ impl<const N: usize> Linked<N> {
         };
         let here = scenario.controller()?;
         let greeting = greeting::<N>(&mut link).map_err(|reason| refuse(&link, reason))?;
-        let greeting = greeting.ok_or_else(|| refuse(&link, link.why_nobody_was_met()))?;
+        let greeting = greeting.ok_or_else(|| refuse(&link, link.why_no_peer_was_met()))?;
         fits(&greeting, scenario).map_err(|reason| refuse(&link, reason))?;
         let limits = scenario.wheel_control::<f32, N>()?.limits;
         let wheels = &scenario.vehicle().wheel;
@@ -137,9 +137,9 @@ impl<const N: usize> Linked<N> {
             answer.sequence == sequence || restart && answer.action == Action::Stop
         };
         let action = loop {
-            match self.link.hear(until) {
+            match self.link.next_message(until) {
                 Event::Message(FromController::Answer(answer)) if due(&answer, self.restart) => {
-                    self.believable(&answer, &request)?;
+                    self.plausible(&answer, &request)?;
                     break self.take(answer);
                 }
                 // A late one.
@@ -195,17 +195,17 @@ impl<const N: usize> Loop for Linked<N> {
             sample.mark_silent(readings.wheels_rad_s);
         } else {
             let report = &self.last.drive;
-            let told = Told::<N> {
+            let signals = DriveSignals::<N> {
                 mode: report.mode,
                 motion_known: report.motion_known,
-                status: f64::NAN, // an answer does not tell
+                status: f64::NAN, // an answer does not report it
                 pose: report.pose.map(f64::from),
                 deviations: [f64::NAN; 3],
                 faults: report.faults,
                 left_out: report.excluded,
                 brake: self.last.brake(),
             };
-            told.put_into(readings.wheels_rad_s, sample);
+            signals.put_into(readings.wheels_rad_s, sample);
         }
         match &self.stopped {
             None => Ok(()),
@@ -267,7 +267,7 @@ fn greeting<const N: usize>(link: &mut Link) -> Result<Option<Greeting>, String>
         let until = Instant::now() + link.time_out;
         let mut undue = Undue(0);
         loop {
-            match link.hear::<N>(until) {
+            match link.next_message::<N>(until) {
                 Event::Message(FromController::Greeting(greeting)) => return Ok(Some(greeting)),
                 Event::Message(FromController::Answer(_)) => {
                     answers = true;

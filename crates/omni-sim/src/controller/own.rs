@@ -16,7 +16,7 @@ const OWN: &str = "a controller of one's own";
 const OF_LOGS: [&str; 4] = ["asked_vx_m_s", "asked_vy_m_s", "asked_wz_rad_s", "gyro_rad_s"];
 
 /// A policy for a vehicle of `N` wheels.
-pub(super) struct Own<const N: usize> {
+pub(super) struct UserPolicy<const N: usize> {
     policy: Box<dyn Policy<f64> + Send + Sync>,
     /// The vehicle's own controller, for what it knows of the vehicle.
     here: Controller<f64, N>,
@@ -27,7 +27,7 @@ pub(super) struct Own<const N: usize> {
     periods: u64,
 }
 
-impl<const N: usize> Own<N> {
+impl<const N: usize> UserPolicy<N> {
     pub(super) fn new(
         scenario: &Scenario,
         policy: Box<dyn Policy<f64> + Send + Sync>,
@@ -123,7 +123,7 @@ pub(super) fn check_names(scenario: &Scenario, policy: &str, names: &[String]) -
     Ok(())
 }
 
-impl<const N: usize> Loop for Own<N> {
+impl<const N: usize> Loop for UserPolicy<N> {
     fn step(&mut self, readings: &Readings<'_, f64>, sample: &mut ControlSample) -> Result<(), Error> {
         let period = self.periods;
         self.periods += 1;

@@ -125,7 +125,7 @@ impl Process {
                 let (mut stderr, mut line) = (BufReader::new(stderr), Vec::new());
                 // A line without an end is not waited for, nor kept.
                 if let Ok(1..) = stderr.by_ref().take(COMPLAINT).read_until(b'\n', &mut line) {
-                    // Nobody may want it any more.
+                    // It may not be wanted any more.
                     let _ = sender.send(shortened(String::from_utf8_lossy(&line).trim_end()).into_owned());
                 }
                 // Reads on: a full pipe would stop the emulator.

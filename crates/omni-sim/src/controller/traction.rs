@@ -15,8 +15,8 @@ use crate::{Error, state_bytes};
 /// Signals of each wheel.
 const WHEEL: [&str; 2] = ["traction_slip_rad_s", "traction_contact_n_m"];
 
-/// A [`TractionPolicy`] with room for what it is told.
-pub(super) struct Gripping<R, const N: usize> {
+/// A [`TractionPolicy`] with room for what it is sampled.
+pub(super) struct TractionLoop<R, const N: usize> {
     policy: TractionPolicy<R, N>,
     names: Vec<String>,
     hinges: Hinges<R>,
@@ -80,24 +80,24 @@ pub(super) fn names(scenario: &Scenario) -> impl Iterator<Item = String> {
         .chain(of_hinges)
 }
 
-/// Writes the signals of traction control, and what it was told, behind those that are in a sample already.
-pub(super) fn tell<R: Real, const N: usize>(
-    told: &TractionSample<R, N>,
+/// Writes the signals of traction control, and its inputs, behind those that are in a sample already.
+pub(super) fn write<R: Real, const N: usize>(
+    sampled: &TractionSample<R, N>,
     supervisor: &SupervisorState<R>,
     readings: &Readings<'_, f64>,
     sample: &mut ControlSample,
 ) {
     sample.retries = Some(supervisor.retries());
     let own = &mut sample.own;
-    own.extend(told.signals(supervisor).iter().map(|value| value.as_f64()));
-    let of_wheels = [told.slip_rad_s, told.contact_n_m];
+    own.extend(sampled.signals(supervisor).iter().map(|value| value.as_f64()));
+    let of_wheels = [sampled.slip_rad_s, sampled.contact_n_m];
     own.extend(of_wheels.iter().flatten().map(|value| value.as_f64()));
     own.extend(readings.imu.rate_rad_s);
     own.extend([readings.imu.roll_rad, readings.imu.pitch_rad]);
     own.extend(readings.hinges_rad.iter().chain(readings.hinges_rad_s));
 }
 
-impl<R: Real, const N: usize> Gripping<R, N> {
+impl<R: Real, const N: usize> TractionLoop<R, N> {
     pub(super) fn new(scenario: &Scenario, policy: TractionPolicy<R, N>) -> Self {
         Self {
             names: names(scenario).collect(),
@@ -106,14 +106,14 @@ impl<R: Real, const N: usize> Gripping<R, N> {
         }
     }
 
-    fn tell(&self, readings: &Readings<'_, f64>, sample: &mut ControlSample) {
-        let told = self.policy.sample();
+    fn write(&self, readings: &Readings<'_, f64>, sample: &mut ControlSample) {
+        let sampled = self.policy.sample();
         let kinematics = self.policy.traction().kinematics();
         let loops = omni_core::ControlSample {
-            command: told.command,
-            wheels: told.wheels,
+            command: sampled.command,
+            wheels: sampled.wheels,
         };
-        let measured = &told.wheels.measured;
+        let measured = &sampled.wheels.measured;
         sample.take(
             &loops,
             &kinematics.forward(measured),
@@ -121,21 +121,21 @@ impl<R: Real, const N: usize> Gripping<R, N> {
         );
         sample.mark_silent(readings.wheels_rad_s);
         sample.own.clear();
-        tell(told, self.policy.supervisor(), readings, sample);
-        sample.own.resize(self.names.len(), f64::NAN); // where no hinge is heard
+        write(sampled, self.policy.supervisor(), readings, sample);
+        sample.own.resize(self.names.len(), f64::NAN); // where no hinge is read
     }
 }
 
-impl<R: Real + Serialize + DeserializeOwned, const N: usize> Loop for Gripping<R, N> {
+impl<R: Real + Serialize + DeserializeOwned, const N: usize> Loop for TractionLoop<R, N> {
     fn step(&mut self, readings: &Readings<'_, f64>, sample: &mut ControlSample) -> Result<(), Error> {
         let wheels = velocities::<R, N>(readings.wheels_rad_s);
         self.hinges.take(readings);
-        let mut told = Readings::new(scalar(&readings.command), &wheels.rad_s);
-        (told.hinges_rad, told.hinges_rad_s) = (&self.hinges.rad, &self.hinges.rad_s);
-        told.new_command = readings.new_command;
-        told.imu = imu(&readings.imu);
-        self.policy.step(&told, &mut [R::zero(); N]);
-        self.tell(readings, sample);
+        let mut converted = Readings::new(scalar(&readings.command), &wheels.rad_s);
+        (converted.hinges_rad, converted.hinges_rad_s) = (&self.hinges.rad, &self.hinges.rad_s);
+        converted.new_command = readings.new_command;
+        converted.imu = imu(&readings.imu);
+        self.policy.step(&converted, &mut [R::zero(); N]);
+        self.write(readings, sample);
         Ok(())
     }
 

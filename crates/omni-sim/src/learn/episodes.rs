@@ -10,7 +10,7 @@ use crate::config::Scenario;
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Turn {
-    /// What the sensors tell, each number within -1 to 1.
+    /// Readings of the sensors, each number within -1 to 1.
     pub observation: Vec<f32>,
     /// What the step is worth.
     pub reward: f64,
@@ -42,7 +42,7 @@ pub enum Autoreset {
 /// use omni_sim::{config::Scenario, learn::{Autoreset, Episodes, Task}};
 /// let mut episodes = Episodes::new(Task::Drive, &Scenario::load("flat", &[])?, &[], 20, 3, 2)?;
 /// episodes.reset(&[Some(0), Some(1), Some(0)], &[], &[true; 3], || true)?;
-/// let turns = episodes.step(&[0.1; 3 * 7], Autoreset::NextStep, || true)?.expect("nobody stopped it");
+/// let turns = episodes.step(&[0.1; 3 * 7], Autoreset::NextStep, || true)?.expect("not stopped");
 /// assert_eq!(turns[0], turns[2]); // the same seed and action
 /// # Ok::<(), omni_sim::Error>(())
 /// ```
@@ -287,7 +287,7 @@ mod tests {
     }
 
     #[test]
-    fn whoever_is_refused_has_moved_nothing() {
+    fn a_refused_client_has_moved_nothing() {
         let mut episodes = short(2, 20, 1);
         let mut actions = vec![0.3; 14];
         actions[13] = f32::NAN;
@@ -301,7 +301,7 @@ mod tests {
     }
 
     #[test]
-    fn whoever_is_stopped_has_only_episodes_that_are_over() {
+    fn a_stopped_learner_has_only_finished_episodes() {
         let mut episodes = short(200, 1000, 1); // three at once
         let mut looks = 0;
         let stopped = episodes.step(&[0.0; 1400], Autoreset::Disabled, || {

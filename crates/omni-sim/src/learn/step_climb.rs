@@ -1,4 +1,4 @@
-//! Getting over a step whose height and friction nobody told.
+//! Getting over a step of unknown height and friction.
 
 use omni_core::BodyTwist;
 
@@ -42,7 +42,7 @@ pub(super) struct StepClimb {
     forward: Vec<f64>,
     stall_n_m: f64,
     period_s: f64,
-    /// Way from the start to the riser \[m\], as the vehicle is told.
+    /// Way from the start to the riser \[m\], as the vehicle knows it.
     way_m: f64,
     heading_rad: f64,
     added_n_m: Vec<f64>,

@@ -1,30 +1,30 @@
-//! What tells a drive from a runaway, a lean and physics that gain energy, gathered while a run goes on.
+//! Detect runaway, lean and physics that gain energy: criteria gathered while a run goes on.
 
 use crate::config::{Scenario, Vehicle};
 use crate::controller::ControlSample;
 use crate::observation::Observation;
 
-/// A vehicle runs away where it is so much faster than it is told: half as fast again. Loops hold a speed within some per cent, and
-/// what an edge or a slope adds is braked. The built-in vehicles, told 0.3 m/s, have 0.47 m/s for as long at most, down the built-in hills; the
+/// A vehicle runs away where it is so much faster than commanded: half as fast again. Loops hold a speed within some per cent, and
+/// what an edge or a slope adds is braked. The built-in vehicles, commanded 0.3 m/s, have 0.47 m/s for as long at most, down the built-in hills; the
 /// bound is then 0.55 m/s.
 const FASTER: f64 = 1.5;
-/// And by so much \[m/s\]: what bumps and the end of a stall shake a vehicle that is told to creep, or to stand.
+/// And by so much \[m/s\]: what bumps and the end of a stall shake a vehicle that is commanded to creep, or to stand.
 const SHAKEN_M_S: f64 = 0.1;
 /// And about by so much \[m/s\] of the farthest wheel: what lets a vehicle slide a little turns it too, on the built-in hills by 0.24 to
 /// 0.46 rad/s, of chugo7's farthest wheel 0.17 m/s, without a command to turn.
 const TURNED_M_S: f64 = 0.25;
 /// For so long without a break \[s\]: a drop of 20 cm is over in 0.2 s, and what it leaves is braked in as long.
 pub(super) const SUSTAINED_S: f64 = 0.5;
-/// A vehicle that is told to slow down may do it as slowly as on wet ice, 0.05 times gravity \[m/s^2\].
+/// A vehicle that is commanded to slow down may do it as slowly as on wet ice, 0.05 times gravity \[m/s^2\].
 pub(super) const BRAKING_M_S2: f64 = 0.5;
 
-/// Is a vehicle faster than it is told?
+/// Is a vehicle faster than commanded?
 pub(super) struct Runaway {
     /// From the origin to the farthest wheel: what a yaw rate is as a speed.
     reach_m: f64,
     period_s: f64,
     /// What it may still have of the largest speed commanded over the ground, and about \[m/s\].
-    told_m_s: [f64; 2],
+    commanded_m_s: [f64; 2],
     over_s: f64,
     found: bool,
 }
@@ -34,7 +34,7 @@ impl Runaway {
         Self {
             reach_m: farthest_wheel_m(scenario),
             period_s: scenario.period_s(),
-            told_m_s: [0.0; 2],
+            commanded_m_s: [0.0; 2],
             over_s: 0.0,
             found: false,
         }
@@ -45,13 +45,13 @@ impl Runaway {
             let turning_m_s = twist.wz_rad_s.abs() * self.reach_m;
             [libm::hypot(twist.vx_m_s, twist.vy_m_s), turning_m_s]
         };
-        let (told, moving) = (parts(&sample.command), parts(&seen.twist));
+        let (commanded, moving) = (parts(&sample.command), parts(&seen.twist));
         let mut over = false;
-        // Each alone: who is told to turn is not told to go.
+        // Each alone: a vehicle commanded to turn is not commanded to go.
         for (k, allowed_m_s) in [SHAKEN_M_S, TURNED_M_S].into_iter().enumerate() {
-            let slowed_m_s = self.told_m_s[k] - BRAKING_M_S2 * self.period_s;
-            self.told_m_s[k] = slowed_m_s.max(told[k]);
-            over |= moving[k] > FASTER * self.told_m_s[k] + allowed_m_s;
+            let slowed_m_s = self.commanded_m_s[k] - BRAKING_M_S2 * self.period_s;
+            self.commanded_m_s[k] = slowed_m_s.max(commanded[k]);
+            over |= moving[k] > FASTER * self.commanded_m_s[k] + allowed_m_s;
         }
         self.over_s = lasts(self.over_s, over, self.period_s);
         self.found |= self.over_s >= SUSTAINED_S;
@@ -214,19 +214,20 @@ mod tests {
         Scenario::load(name, &keys).unwrap()
     }
 
-    /// What a period shows where a vehicle has one twist and was told another.
+    /// What a period shows where a vehicle has one twist and another command.
     fn period(scenario: &Scenario) -> (ControlSample, Observation) {
         let simulation = Simulation::new(scenario).unwrap();
         (simulation.sample().clone(), simulation.observation().clone())
     }
 
-    /// Is a vehicle, told and moving like that for so many periods of 1 ms one after the other, running away?
+    /// Is a vehicle, commanded and moving like that for so many periods of 1 ms one after the other, running away?
     fn runs_away(stages: &[(u32, [f64; 3], [f64; 3])]) -> bool {
         let scenario = scenario("flat", &[]);
         let (mut sample, mut seen) = period(&scenario);
         let mut runaway = Runaway::new(&scenario);
-        for (periods, told, moving) in stages {
-            (sample.command, seen.twist) = (BodyTwist::from_array(*told), BodyTwist::from_array(*moving));
+        for (periods, commanded, moving) in stages {
+            (sample.command, seen.twist) =
+                (BodyTwist::from_array(*commanded), BodyTwist::from_array(*moving));
             (0..*periods).for_each(|_| runaway.push(&sample, &seen));
         }
         runaway.found()
@@ -234,29 +235,32 @@ mod tests {
 
     #[test]
     fn half_as_fast_again_and_a_tenth_of_a_metre_per_second_for_half_a_second_is_running_away() {
-        let told = [0.3, 0.0, 0.0];
+        let commanded = [0.3, 0.0, 0.0];
         let forward = |vx| [vx, 0.0, 0.0];
-        assert!(!runs_away(&[(10_000, told, forward(0.549))]));
-        assert!(runs_away(&[(501, told, forward(0.551))]));
-        assert!(runs_away(&[(501, told, forward(-0.551))]), "the wrong way too");
-        assert!(runs_away(&[(501, told, [0.0, 0.551, 0.0])]), "and sideways");
+        assert!(!runs_away(&[(10_000, commanded, forward(0.549))]));
+        assert!(runs_away(&[(501, commanded, forward(0.551))]));
+        assert!(
+            runs_away(&[(501, commanded, forward(-0.551))]),
+            "the wrong way too"
+        );
+        assert!(runs_away(&[(501, commanded, [0.0, 0.551, 0.0])]), "and sideways");
         // 64 counts a turn: asked 0.3 m/s, drove 2.6.
-        assert!(runs_away(&[(501, told, forward(2.6))]));
+        assert!(runs_away(&[(501, commanded, forward(2.6))]));
         // A break of one period begins anew: drops and bumps.
         assert!(!runs_away(&[
-            (499, told, forward(2.0)),
-            (1, told, forward(0.3)),
-            (499, told, forward(2.0))
+            (499, commanded, forward(2.0)),
+            (1, commanded, forward(0.3)),
+            (499, commanded, forward(2.0))
         ]));
         // A turn of 3 rad/s has the farthest wheel, 0.378 m out, at 1.13 m/s.
-        assert!(runs_away(&[(501, told, [0.0, 0.0, 3.0])]));
+        assert!(runs_away(&[(501, commanded, [0.0, 0.0, 3.0])]));
         assert!(!runs_away(&[(5000, [0.0, 0.0, 3.0], [0.0, 0.0, 3.0])]));
     }
 
     #[test]
     fn a_command_to_turn_is_none_to_go_and_a_command_to_go_none_to_turn() {
         let turn = [0.0, 0.0, 3.0];
-        // Sliding off at 1.7 m/s: half as much again as 3 rad/s have the farthest wheel, and yet nobody told it to go.
+        // Sliding off at 1.7 m/s: half as much again as 3 rad/s have the farthest wheel, and yet it was not commanded to go.
         assert!(runs_away(&[(501, turn, [1.7, 0.0, 3.0])]));
         assert!(runs_away(&[(501, turn, [0.0, 0.101, 3.0])]));
         assert!(!runs_away(&[(5000, turn, [0.0, 0.099, 3.0])]));
@@ -286,7 +290,7 @@ mod tests {
         assert!(!runs_away(&braking(0.5)));
         // At 0.05 m/s^2 it still has 0.9 m/s when it should have stood.
         assert!(runs_away(&braking(0.05)));
-        // Told to stand for good, and never stopping: 39 of 144 runs of an attack.
+        // Commanded to stand for good, and never stopping: 39 of 144 runs of an attack.
         assert!(runs_away(&[
             (1000, [0.3, 0.0, 0.0], [0.3, 0.0, 0.0]),
             (2000, [0.0; 3], [0.3, 0.0, 0.0])

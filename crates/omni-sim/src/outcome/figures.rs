@@ -206,7 +206,7 @@ impl Figure {
     }
 }
 
-/// Or went where it was not told to.
+/// Or went where it was not commanded to.
 fn on_flat_ground(outcome: &Outcome) -> bool {
     matches!(
         outcome.verdict,

@@ -25,7 +25,7 @@ impl LinkageSpread {
 
     /// Adds a driven wheel: the speed along its push that its reference asks of it, and what its rim is faster than its centre \[m/s\].
     pub(super) fn add(&mut self, asked_m_s: f64, slip_m_s: f64) {
-        // Wheels on both sides of a vehicle turn against each other: each counts the way it is told to turn.
+        // Wheels on both sides of a vehicle turn against each other: each counts in its commanded direction.
         let slip_m_s = slip_m_s * asked_m_s.signum();
         let period = &mut self.period;
         period.wheels += 1.0;

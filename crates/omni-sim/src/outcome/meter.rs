@@ -25,8 +25,8 @@ const UP_TOLERANCE_M: f64 = 0.005;
 const TIPPED_COSINE: f64 = 0.5;
 /// A vehicle that goes less than this part of the commanded way has stalled.
 const STALLED_PART: f64 = 0.1;
-/// Without an obstacle it was told to go at least so far \[m\]: what is left at the end of a path is no command to go.
-const TOLD_M: f64 = 0.05;
+/// Without an obstacle it was commanded to go at least so far \[m\]: what is left at the end of a path is no command to go.
+const COMMANDED_M: f64 = 0.05;
 /// Time over which that is judged, in windows of [`WINDOW_NS`].
 const STALL_WINDOWS: usize = 100;
 /// Averages of forces \[ns\]: 10 ms; shorter ones depend on the physics step.
@@ -187,7 +187,7 @@ impl Meter {
     }
 
     /// The run is of other physics, whose wheels have rollers.
-    pub(crate) fn set_outside(&mut self, engine: Engine) {
+    pub(crate) fn set_external(&mut self, engine: Engine) {
         (self.engine, self.wheel_model_valid) = (engine, true);
     }
 
@@ -270,12 +270,12 @@ impl Meter {
         crossing.linkage.start_period();
         for (i, (signals, wheel)) in sample.wheels.iter().zip(&seen.wheels).enumerate().take(WHEELS) {
             // What a silent encoder would have said is not known.
-            let heard = signals.measured_rad_s.is_finite();
-            if heard {
+            let measured = signals.measured_rad_s.is_finite();
+            if measured {
                 (reference[i], velocity[i]) = (signals.reference_rad_s, signals.measured_rad_s);
             }
             crossing.heat += signals.applied_n_m * signals.applied_n_m * self.period_s;
-            if signals.reference_rad_s.abs() < DISTURBED_FLOOR_RAD_S || !heard {
+            if signals.reference_rad_s.abs() < DISTURBED_FLOOR_RAD_S || !measured {
                 continue;
             }
             crossing.disturbed.add(signals.disturbed_ratio());
@@ -462,12 +462,12 @@ impl Progress {
         ways.is_some_and(|[[gone, commanded], _]| gone < STALLED_PART * commanded)
     }
 
-    /// Without one: who is told to turn need not go.
+    /// Without one: a vehicle commanded to turn need not go.
     fn stands(&self) -> bool {
         self.last_second()
             .is_some_and(|[[gone, commanded], [turned, commanded_turn]]| {
-                let told = commanded + commanded_turn;
-                told > TOLD_M && gone + turned < STALLED_PART * told
+                let whole = commanded + commanded_turn;
+                whole > COMMANDED_M && gone + turned < STALLED_PART * whole
             })
     }
 }

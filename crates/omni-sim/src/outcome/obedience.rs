@@ -32,7 +32,7 @@ const OFF_RAD: f64 = core::f64::consts::FRAC_PI_4;
 /// And this part of all turning that was commanded. Less than this part of the commanded way has fallen short.
 const HALF: f64 = 0.5;
 /// A shorter way that is commanded is none to fall short of \[m\].
-const TOLD_M: f64 = 0.1;
+const COMMANDED_M: f64 = 0.1;
 
 /// Watches both.
 pub(super) struct Obedience {
@@ -70,9 +70,9 @@ struct Course {
     /// A path says by itself how far the heading is off.
     has_path: bool,
     /// Way over the ground, and of the farthest wheel about the origin \[m\], and how much of it the vehicle went.
-    told_m: f64,
+    commanded_m: f64,
     went_m: f64,
-    told_rad: f64,
+    commanded_rad: f64,
     /// Turned beyond that \[rad\].
     unasked_rad: f64,
 }
@@ -185,8 +185,8 @@ impl Obedience {
                 self.reach_m * twist.wz_rad_s * about.signum(),
             ),
         ];
-        for (against, (told_m_s, moves_m_s)) in self.against.iter_mut().zip(parts) {
-            let goes = told_m_s >= LEAST_M_S && -moves_m_s > LEAST_M_S.max(LEAST_PART * told_m_s);
+        for (against, (commanded_m_s, moves_m_s)) in self.against.iter_mut().zip(parts) {
+            let goes = commanded_m_s >= LEAST_M_S && -moves_m_s > LEAST_M_S.max(LEAST_PART * commanded_m_s);
             if goes && self.backs_off_s <= 0.0 {
                 against.time_s += self.period_s;
                 against.way_m -= moves_m_s * self.period_s;
@@ -200,18 +200,19 @@ impl Obedience {
     fn judge_course(&mut self, twist: &BodyTwist<f64>) {
         let ([x, y], about) = self.followed;
         let (size, course) = (libm::hypot(x, y), &mut self.course);
-        course.told_m += (size + self.reach_m * about.abs()) * self.period_s;
+        course.commanded_m += (size + self.reach_m * about.abs()) * self.period_s;
         if size > 0.0 {
             course.went_m += (twist.vx_m_s * x + twist.vy_m_s * y) / size * self.period_s;
         }
         if about != 0.0 {
             course.went_m += self.reach_m * twist.wz_rad_s * about.signum() * self.period_s;
         }
-        course.told_rad += about.abs() * self.period_s;
+        course.commanded_rad += about.abs() * self.period_s;
         course.unasked_rad += (twist.wz_rad_s - about) * self.period_s;
-        let allowed_rad = OFF_RAD + HALF * course.told_rad;
+        let allowed_rad = OFF_RAD + HALF * course.commanded_rad;
         self.found.off_course |= !course.has_path && course.unasked_rad.abs() > allowed_rad;
-        self.found.fell_short = course.told_m >= TOLD_M && course.went_m < HALF * course.told_m;
+        self.found.fell_short =
+            course.commanded_m >= COMMANDED_M && course.went_m < HALF * course.commanded_m;
     }
 
     fn judge_rest(&mut self, seen: &Observation) {
@@ -265,17 +266,17 @@ mod tests {
     /// \[N.m\], how fast that turns \[rad/s\], and how often traction control has backed off.
     struct Stage {
         periods: u32,
-        told: [f64; 3],
+        commanded: [f64; 3],
         moves: [f64; 3],
         torque_n_m: f64,
         turns_rad_s: f64,
         retries: Option<u32>,
     }
 
-    fn stage(periods: u32, told: [f64; 3], moves: [f64; 3]) -> Stage {
+    fn stage(periods: u32, commanded: [f64; 3], moves: [f64; 3]) -> Stage {
         Stage {
             periods,
-            told,
+            commanded,
             moves,
             torque_n_m: 0.0,
             turns_rad_s: 0.0,
@@ -296,7 +297,7 @@ mod tests {
         let mut obedience = Obedience::new(&scenario);
         for stage in stages {
             (sample.command, seen.twist) = (
-                BodyTwist::from_array(stage.told),
+                BodyTwist::from_array(stage.commanded),
                 BodyTwist::from_array(stage.moves),
             );
             (sample.asked, sample.retries) = (sample.command, stage.retries);
@@ -343,7 +344,7 @@ mod tests {
         assert!(!found(&[stage(1000, left, left), stage(499, left, right)]).wrong_way);
         assert!(
             !found(&[stage(3000, AHEAD, right)]).wrong_way,
-            "nobody asked for a turn"
+            "no turn was commanded"
         );
         let scenario = flat(&[]);
         let simulation = Simulation::new(&scenario).unwrap();
@@ -357,7 +358,7 @@ mod tests {
 
     #[test]
     fn less_than_half_of_the_commanded_way_has_fallen_short() {
-        let goes = |told, moves| found(&[stage(4000, told, moves)]).fell_short;
+        let goes = |commanded, moves| found(&[stage(4000, commanded, moves)]).fell_short;
         // The command as it is followed comes to 0.3 m/s in 0.6 s: 1.11 m in 4 s. At v the vehicle is behind that once v is below 0.139 m/s.
         assert!(goes(AHEAD, [0.138, 0.0, 0.0]) && !goes(AHEAD, [0.140, 0.0, 0.0]));
         assert!(
@@ -381,7 +382,7 @@ mod tests {
         let ahead_turning = |wz, periods| found(&[stage(periods, AHEAD, [0.3, 0.0, wz])]).off_course;
         // 0.1 rad/s come to 45 degrees in 7.85 s.
         assert!(!ahead_turning(0.1, 7850) && ahead_turning(0.1, 7860) && ahead_turning(-0.1, 7860));
-        // Told to turn by 0.5 rad/s, half of it too much or too little is allowed besides; the first 0.38 s take 0.095 rad from what is told.
+        // Commanded to turn by 0.5 rad/s, half of it too much or too little is allowed besides; the first 0.38 s take 0.095 rad from what is commanded.
         let turning = |wz, periods| found(&[stage(periods, [0.0, 0.0, 0.5], [0.0, 0.0, wz])]).off_course;
         assert!(!turning(0.5, 60_000) && !turning(0.75, 60_000) && !turning(0.26, 60_000));
         assert!(turning(0.85, 6500) && !turning(0.85, 6350));
@@ -486,12 +487,12 @@ mod tests {
             !found(&[
                 stage(1000, AHEAD, AHEAD),
                 Stage {
-                    told: AHEAD,
+                    commanded: AHEAD,
                     ..push(9000)
                 }
             ])
             .drove_on,
-            "told to drive"
+            "commanded to drive"
         );
     }
 

@@ -14,7 +14,7 @@ use crate::observation::Observation;
 /// The actuators of all wheels.
 pub(super) struct Actuation {
     state: State,
-    /// Part of the gap between a torque and the one that is told that closes in a physics step, and in the step's mean; 1 without lag.
+    /// Part of the gap between a torque and the commanded one that closes in a physics step, and in the step's mean; 1 without lag.
     follow: f64,
     follow_mean: f64,
     sag: f64,

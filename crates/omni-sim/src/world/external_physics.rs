@@ -12,11 +12,13 @@ use crate::Error;
 use crate::config::{self, Engine, Fault, Scenario};
 use crate::observation::{Energy, Observation};
 
-pub use physics::{AxleDrive, BodyState, OutsideFailure, OutsidePhysics, OutsideState, OutsideStep, Touch};
+pub use physics::{
+    AxleDrive, BodyState, ExternalFailure, ExternalPhysics, ExternalState, ExternalStep, Touch,
+};
 
-/// Outside physics as a plant. What contacts and joints take is not told, so those parts of the energy balance are NaN.
-pub(super) struct Outside {
-    physics: Box<dyn OutsidePhysics>,
+/// External physics as a plant. What contacts and joints take is not known, so those parts of the energy balance are NaN.
+pub(super) struct External {
+    physics: Box<dyn ExternalPhysics>,
     actuation: Actuation,
     wheels: Vec<Wheel>,
     rows: Vec<Vec<usize>>,
@@ -28,9 +30,9 @@ pub(super) struct Outside {
     step_ns: u64,
     time_ns: u64,
     axles: Vec<AxleDrive>,
-    shown: OutsideStep,
+    shown: ExternalStep,
     turned_rad: Vec<f64>,
-    state: OutsideState,
+    state: ExternalState,
 }
 
 /// What of a wheel never changes.
@@ -42,11 +44,11 @@ struct Wheel {
     gear: f64,
 }
 
-impl Outside {
+impl External {
     /// The plant at its start, off it by the run's perturbation.
     pub(super) fn new(
         scenario: &Scenario,
-        physics: Box<dyn OutsidePhysics>,
+        physics: Box<dyn ExternalPhysics>,
         x_m: f64,
         yaw_rad: f64,
     ) -> Result<Self, Error> {
@@ -84,7 +86,7 @@ impl Outside {
             }
         });
         let count = vehicle.wheel.len();
-        let mut outside = Self {
+        let mut external = Self {
             actuation: Actuation::new(scenario, scenario.physics.step_us as f64 * 1e-6),
             wheels: wheels.collect(),
             rows: vehicle.rows().into_iter().map(|row| row.wheels).collect(),
@@ -96,35 +98,35 @@ impl Outside {
             step_ns: scenario.physics.step_us * 1000,
             time_ns: 0,
             axles: vec![AxleDrive::default(); count],
-            shown: OutsideStep {
+            shown: ExternalStep {
                 turned_rad: vec![0.0; count],
                 rate_rad_s: vec![0.0; count],
                 touches: Vec::new(),
             },
             turned_rad: vec![0.0; count],
-            state: OutsideState {
+            state: ExternalState {
                 bodies: vec![BodyState::default(); vehicle.body.len()],
                 hinges: vec![[0.0; 2]; vehicle.hinge.len()],
                 wheels: vec![[[0.0; 3]; 2]; count],
-                ..OutsideState::default()
+                ..ExternalState::default()
             },
             physics,
         };
-        let started = outside.physics.start(x_m, yaw_rad);
-        started.map_err(|failure| outside.failed(failure))?;
-        outside.look()?;
-        outside.start_potential_j = outside.state.potential_j;
-        Ok(outside)
+        let started = external.physics.start(x_m, yaw_rad);
+        started.map_err(|failure| external.failed(failure))?;
+        external.look()?;
+        external.start_potential_j = external.state.potential_j;
+        Ok(external)
     }
 
-    fn failed(&self, failure: OutsideFailure) -> Error {
+    fn failed(&self, failure: ExternalFailure) -> Error {
         let time_s = self.time_ns as f64 * 1e-9;
         match failure {
-            OutsideFailure::Diverged => Error::Diverged {
+            ExternalFailure::Diverged => Error::Diverged {
                 time_s,
                 body: self.base.clone(),
             },
-            OutsideFailure::Failed(reason) => Error::Outside {
+            ExternalFailure::Failed(reason) => Error::External {
                 engine: self.physics.engine().name(),
                 time_s,
                 reason,
@@ -134,13 +136,13 @@ impl Outside {
 
     /// Takes the present state.
     fn look(&mut self) -> Result<(), Error> {
-        let counts = |state: &OutsideState| [state.bodies.len(), state.hinges.len(), state.wheels.len()];
+        let counts = |state: &ExternalState| [state.bodies.len(), state.hinges.len(), state.wheels.len()];
         let before = counts(&self.state);
         let observed = self.physics.observe(&mut self.state);
         let checked = observed.and_then(|()| {
             if counts(&self.state) != before {
                 let found = counts(&self.state);
-                return Err(OutsideFailure::Failed(format!(
+                return Err(ExternalFailure::Failed(format!(
                     "{found:?} bodies, hinges and wheels, allowed: {before:?}"
                 )));
             }
@@ -151,7 +153,7 @@ impl Outside {
             if numbers.into_iter().all(f64::is_finite) {
                 Ok(())
             } else {
-                Err(OutsideFailure::Diverged)
+                Err(ExternalFailure::Diverged)
             }
         });
         checked.map_err(|failure| self.failed(failure))
@@ -205,7 +207,7 @@ impl Outside {
             }
             // Where the carrier was at the start of the period.
             let across = rotation(&self.state.bodies[wheel.body]) * wheel.across_push;
-            sum.tell(across, share, seen);
+            sum.add_to(across, share, seen);
         }
         self.time_ns += self.step_ns;
         Ok(())
@@ -238,10 +240,10 @@ impl Outside {
 }
 
 /// Are there as many finite numbers in each list?
-fn all_sound(lists: [&Vec<f64>; 2], count: usize) -> Result<(), OutsideFailure> {
+fn all_sound(lists: [&Vec<f64>; 2], count: usize) -> Result<(), ExternalFailure> {
     if let Some(list) = lists.iter().find(|list| list.len() != count) {
         let found = list.len();
-        return Err(OutsideFailure::Failed(format!(
+        return Err(ExternalFailure::Failed(format!(
             "{found} angles or rates of wheels, allowed: {count}"
         )));
     }
@@ -251,7 +253,7 @@ fn all_sound(lists: [&Vec<f64>; 2], count: usize) -> Result<(), OutsideFailure> 
     {
         Ok(())
     } else {
-        Err(OutsideFailure::Diverged)
+        Err(ExternalFailure::Diverged)
     }
 }
 
@@ -260,7 +262,7 @@ fn rotation(body: &BodyState) -> Rotation {
     Rotation::from_xyzw(x, y, z, w)
 }
 
-impl Plant for Outside {
+impl Plant for External {
     fn engine(&self) -> Option<Engine> {
         Some(self.physics.engine())
     }
@@ -292,7 +294,7 @@ impl Plant for Outside {
     }
 
     fn advance(&mut self, torques_n_m: &[f64]) {
-        // What a benchmark measures: nobody looks at how it ends.
+        // What a benchmark measures: the end state does not matter.
         let mut observation = Observation {
             wheels: vec![crate::observation::WheelObservation::default(); self.wheels.len()],
             ..Observation::default()

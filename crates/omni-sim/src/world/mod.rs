@@ -14,7 +14,7 @@ use crate::config::{Engine, Fault, Scenario};
 use crate::error::unknown;
 use crate::observation::Observation;
 pub use external_physics::{
-    AxleDrive, BodyState, OutsideFailure, OutsidePhysics, OutsideState, OutsideStep, Touch,
+    AxleDrive, BodyState, ExternalFailure, ExternalPhysics, ExternalState, ExternalStep, Touch,
 };
 pub use rapier::ground_heights_m;
 
@@ -75,13 +75,13 @@ pub(crate) fn plant(scenario: &Scenario, x_m: f64, yaw_rad: f64) -> Result<AnyPl
 ///
 /// # Errors
 /// Faults that are unknown here, masses that are put on a body on the way, and whatever keeps the physics from starting.
-pub(crate) fn outside(
+pub(crate) fn external(
     scenario: &Scenario,
-    physics: Box<dyn OutsidePhysics>,
+    physics: Box<dyn ExternalPhysics>,
     x_m: f64,
     yaw_rad: f64,
 ) -> Result<AnyPlant, Error> {
-    Ok(Box::new(external_physics::Outside::new(
+    Ok(Box::new(external_physics::External::new(
         scenario, physics, x_m, yaw_rad,
     )?))
 }

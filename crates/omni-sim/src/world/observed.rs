@@ -24,7 +24,7 @@ impl ContactSum {
     }
 
     /// Adds the forces to a wheel's average; `across` is the level direction across its push, in the world.
-    pub(super) fn tell(&self, across: Vector, per_second: f64, seen: &mut WheelObservation) {
+    pub(super) fn add_to(&self, across: Vector, per_second: f64, seen: &mut WheelObservation) {
         if self.size == 0.0 {
             return;
         }

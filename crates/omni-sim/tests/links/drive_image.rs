@@ -33,7 +33,7 @@ fn climb() -> Scenario {
     Scenario::load(&file.display().to_string(), &[]).unwrap()
 }
 
-/// Does a linked run of [`climb`] do what the host's does, in every bit? What traction control alone tells is in no answer.
+/// Does a linked run of [`climb`] do what the host's does, in every bit? What traction control alone reports is in no answer.
 fn assert_it_climbs_as_the_host_does(linked: &Trace) {
     let host = run(&climb()).unwrap();
     assert!(host.outcome().climbed && linked.outcome().climbed);
@@ -57,7 +57,7 @@ fn assert_it_climbs_as_the_host_does(linked: &Trace) {
     );
 }
 
-/// Is every column that an answer tells the host's, in every bit? Returns the modes that there were.
+/// Is every column of an answer the host's, in every bit? Returns the modes that there were.
 fn assert_the_hosts(scenario: &Scenario, linked: &Trace) -> [usize; 4] {
     let host = run(scenario).unwrap();
     assert_eq!(linked.names(), host.names());
@@ -80,7 +80,7 @@ type Lie = fn(&mut Answer<N>);
 /// A drive that changes its answers from the hundredth on.
 struct Liar<D, L> {
     drive: D,
-    lie: L,
+    change: L,
 }
 
 impl<D: Served<N>, L: Fn(&mut Answer<N>)> Served<N> for Liar<D, L> {
@@ -93,24 +93,24 @@ impl<D: Served<N>, L: Fn(&mut Answer<N>)> Served<N> for Liar<D, L> {
     fn step(&self, state: &mut Self::State, request: &Request<N>, bodies: &Bodies, answer: &mut Answer<N>) {
         self.drive.step(state, request, bodies, answer);
         if request.sequence > 100 {
-            (self.lie)(answer);
+            (self.change)(answer);
         }
     }
 }
 
-/// Serves the scenario's drive until nobody asks any more. One answer is damaged on the way, by its number, the greeting's being 0.
+/// Serves the scenario's drive until no request comes any more. One answer is damaged on the way, by its number, the greeting's being 0.
 fn serve(
     from: PipeReader,
     to: PipeWriter,
     scenario: &Scenario,
-    lie: impl Fn(&mut Answer<N>),
+    change: impl Fn(&mut Answer<N>),
     damaged: Option<usize>,
 ) {
     if let Some(drive) = scenario.traction_drive::<f32, N>().unwrap() {
-        return answer_all(from, to, scenario, &Liar { drive, lie }, damaged);
+        return answer_all(from, to, scenario, &Liar { drive, change }, damaged);
     }
     let drive = scenario.drive::<f32, N>().unwrap().expect("it has a [drive]");
-    answer_all(from, to, scenario, &Liar { drive, lie }, damaged);
+    answer_all(from, to, scenario, &Liar { drive, change }, damaged);
 }
 
 fn answer_all(
@@ -140,18 +140,18 @@ fn answer_all(
 }
 
 /// The run of a scenario whose drive is served over a link.
-fn run_linked(scenario: &Scenario, lie: impl Fn(&mut Answer<N>) + Send + 'static) -> Result<Trace, Error> {
-    run_with_damage(scenario, lie, None).map(|(trace, _)| trace)
+fn run_linked(scenario: &Scenario, change: impl Fn(&mut Answer<N>) + Send + 'static) -> Result<Trace, Error> {
+    run_with_damage(scenario, change, None).map(|(trace, _)| trace)
 }
 
 fn run_with_damage(
     scenario: &Scenario,
-    lie: impl Fn(&mut Answer<N>) + Send + 'static,
+    change: impl Fn(&mut Answer<N>) + Send + 'static,
     damaged: Option<usize>,
 ) -> Result<(Trace, LinkCounters), Error> {
     let ((host_in, server_out), (server_in, host_out)) = (pipe().unwrap(), pipe().unwrap());
     let served = scenario.clone();
-    thread::spawn(move || serve(server_in, server_out, &served, lie, damaged));
+    thread::spawn(move || serve(server_in, server_out, &served, change, damaged));
     let link = Link::new("server", host_in, host_out, Duration::from_secs(5));
     let controller = AnyController::over_link(scenario, link)?;
     let mut counters = LinkCounters::default();
@@ -168,12 +168,12 @@ fn a_run_with_a_drive_over_a_link_is_the_hosts_bit_for_bit_whatever_is_lost_or_s
     let scenario = troubled();
     let linked = run_linked(&scenario, |_| {}).unwrap();
     let modes = assert_the_hosts(&scenario, &linked);
-    assert!(modes[0] > 2700 && modes[1] > 500, "{modes:?}"); // degraded while wheel 2 is not believed
+    assert!(modes[0] > 2700 && modes[1] > 500, "{modes:?}"); // degraded while wheel 2 is faulty
     assert_eq!(modes[3], 300); // pressed for 0.3 s
 }
 
 #[test]
-fn an_honest_drive_is_believed_whatever_happens_to_its_vehicle() {
+fn an_honest_drive_is_accepted_whatever_happens_to_its_vehicle() {
     let turning = "command={vx_m_s=0.2,vy_m_s=-0.1,wz_rad_s=1.5,ramp_s=0.3}"; // past half a turn, where the yaw jumps
     for (ground, keys, mode) in [
         ("flat", [turning, "sensors.encoder_counts=1000"], 0.0),
@@ -216,8 +216,8 @@ fn an_honest_drive_is_believed_whatever_happens_to_its_vehicle() {
     }
 }
 
-/// Nothing that is told of a wheel is that it is believed.
-fn believes_none(answer: &mut Answer<N>) {
+/// No wheel is reported as accepted.
+fn accepts_none(answer: &mut Answer<N>) {
     let wheels = &mut answer.sample.wheels;
     (wheels.active, wheels.applied.n_m, wheels.measured.rad_s) = ([false; N], [0.0; N], [0.0; N]);
     (answer.drive.faults, answer.drive.excluded) = ([Fault::Silent.number(); N], [true; N]);
@@ -225,7 +225,7 @@ fn believes_none(answer: &mut Answer<N>) {
 }
 
 #[test]
-fn a_drive_is_believed_that_goes_on_with_a_reading_whose_answer_was_lost() {
+fn a_drive_is_accepted_that_goes_on_with_a_reading_whose_answer_was_lost() {
     // From the 201st period on wheel 2 gives no reading: the drive goes on with the 200th, and in one of these runs that answer is damaged.
     let keys = [
         "duration_s=0.3",
@@ -242,7 +242,7 @@ fn a_drive_is_believed_that_goes_on_with_a_reading_whose_answer_was_lost() {
 
 #[test]
 fn what_a_drive_cannot_say_stops_the_run() {
-    let lies: [(Lie, &str); 15] = [
+    let changes: [(Lie, &str); 15] = [
         (|answer| answer.drive.mode = 4, "allowed: 0 to 3"),
         (|answer| answer.drive.faults[3] = 6, "0 to 5"),
         (|answer| answer.drive.pose[1] = f32::NAN, "as a part of its pose"),
@@ -278,7 +278,7 @@ fn what_a_drive_cannot_say_stops_the_run() {
         // It would short every motor of a vehicle that drives.
         (
             |answer| {
-                believes_none(answer);
+                accepts_none(answer);
                 (answer.drive.mode, answer.drive.motion_known) = (2, true);
             },
             "mode 2, a safe stop, allowed: 0 to 1 while the motion is known",
@@ -298,24 +298,24 @@ fn what_a_drive_cannot_say_stops_the_run() {
             "0.0 as x of its pose",
         ),
     ];
-    for (lie, said) in lies {
-        let error = run_linked(&troubled(), lie).unwrap_err().to_string();
+    for (change, said) in changes {
+        let error = run_linked(&troubled(), change).unwrap_err().to_string();
         assert!(error.contains(said), "{error}");
         assert!(
             error.chars().count() <= 300 && error.lines().count() == 1,
             "{error}"
         );
-        assert!(error.contains("stopped at t = 0.100 s"), "{error}"); // the hundred-and-first period, the first with a lie
+        assert!(error.contains("stopped at t = 0.100 s"), "{error}"); // the hundred-and-first period, the first altered one
     }
 }
 
 #[test]
 fn a_drive_cannot_take_back_what_it_said_of_a_stop() {
-    // For a period it believes no wheel and calls that a safe stop, which by itself may be so; then it drives on.
+    // For a period it accepts no wheel and calls that a safe stop, which by itself may be so; then it drives on.
     let pose = Cell::new([0.0; 3]);
     let takes_back = move |answer: &mut Answer<N>| {
         if answer.sequence == 102 {
-            believes_none(answer);
+            accepts_none(answer);
             (answer.drive.mode, answer.drive.pose) = (2, pose.get());
         }
         pose.set(answer.drive.pose);
@@ -425,7 +425,7 @@ fn every_signal_that_the_image_of_a_drive_answers_is_the_hosts_bit_for_bit() {
             1700 => state.release_emergency_stop(),
             _ => {}
         }
-        let mut input = DriveInput::heard(&asked.measured_rad_s.into());
+        let mut input = DriveInput::received(&asked.measured_rad_s.into());
         input.command = Some(asked.command).filter(|command| !command.vx_m_s.is_nan());
         let sample = drive.step(&mut state, &input);
         assert_eq!((answer.sequence, answer.action), (k, Action::Step));
@@ -442,14 +442,14 @@ fn every_signal_that_the_image_of_a_drive_answers_is_the_hosts_bit_for_bit() {
         };
         assert_eq!(answer.drive, report, "{k}");
         modes[usize::from(answer.drive.mode)] += 1;
-        // Wheels take 20 ms to follow; one that is let go rolls on.
+        // Wheels take 20 ms to follow; a released one rolls on.
         for (i, wheel) in wheels.iter_mut().enumerate() {
             if sample.wheels.active[i] {
                 *wheel += 0.05 * (sample.wheels.reference.rad_s[i] - *wheel);
             }
         }
     }
-    // Normal for most of the time, degraded while wheel 5 is not believed, a safe stop from shortly after 2500 on.
+    // Normal for most of the time, degraded while wheel 5 is faulty, a safe stop from shortly after 2500 on.
     assert!(
         modes[0] > 2000 && modes[1] > 80 && modes[2] > 400 && modes[3] == 100,
         "{modes:?}"

@@ -92,7 +92,7 @@ fn digest_of(scenario: &Scenario) -> u32 {
     scenario.constants_digest().unwrap()
 }
 
-/// Serves the scenario's controller until nobody asks any more, or until so many frames are answered.
+/// Serves the scenario's controller until no request comes any more, or until so many frames are answered.
 fn serve(mut from: PipeReader, mut to: PipeWriter, scenario: &Scenario, digest: u32, frames: usize) {
     let controller = scenario.controller::<f32, N>().unwrap();
     let limiter = scenario.limiter::<f32>().unwrap();
@@ -240,7 +240,7 @@ fn one_bad_request_is_counted_there_and_the_torques_are_held(place: Place) {
         corrupted,
     };
     for (fault, requests, answers) in [
-        // Nobody can tell a lost request from a lost answer: the host counts the answer that it did not get.
+        // A lost request looks like a lost answer: the host counts the answer that it did not get.
         (Fault::Lose, lost(1), lost(1)),
         (Fault::Truncate, of_damaged(1, 0), lost(0)),
         (Fault::Corrupt, of_damaged(0, 1), lost(0)),

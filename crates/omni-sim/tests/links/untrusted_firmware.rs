@@ -1,4 +1,4 @@
-//! Controllers at the other end of a link that lie, chatter or are something else: the host stops in one line that says so.
+//! Controllers at the other end of a link that answer falsely, chatter or are something else: the host stops in one line that says so.
 
 use std::io::{PipeReader, PipeWriter, Read, Write, pipe};
 use std::sync::mpsc;
@@ -14,8 +14,8 @@ use omni_sim::controller::{AnyController, Link};
 use omni_sim::{Error, Simulation};
 
 const N: usize = 7;
-/// The period, counted from 1, in which a lie is told.
-const LIE: u32 = 30;
+/// The first period, counted from 1, with an altered answer.
+const ALTERED_FROM: u32 = 30;
 
 type Said = FromController<Answer<N>>;
 
@@ -45,8 +45,8 @@ fn peer(time_out: Duration, act: impl FnOnce(PipeReader, PipeWriter) + Send + 's
     Link::new("firmware", host_in, host_out, time_out)
 }
 
-/// A link to the scenario's controller, of whose answers `lie` makes what is sent.
-fn liar(scenario: &Scenario, mut lie: impl FnMut(Said, &mut PipeWriter) + Send + 'static) -> Link {
+/// A link to the scenario's controller, whose answers `change` alters before they are sent.
+fn altered_link(scenario: &Scenario, mut change: impl FnMut(Said, &mut PipeWriter) + Send + 'static) -> Link {
     let (controller, limiter) = (
         scenario.controller::<f32, N>().unwrap(),
         scenario.limiter().unwrap(),
@@ -66,27 +66,29 @@ fn liar(scenario: &Scenario, mut lie: impl FnMut(Said, &mut PipeWriter) + Send +
         while from.read_exact(&mut byte).is_ok() {
             if let Some(received) = receiver.push(byte[0]) {
                 server.answer(&loops, received, &mut out);
-                lie(decode(&mut out).unwrap(), &mut to);
+                change(decode(&mut out).unwrap(), &mut to);
             }
         }
     })
 }
 
-/// The same, of answers only, from [`LIE`] on.
-fn answers(scenario: &Scenario, mut lie: impl FnMut(&mut Answer<N>) + Send + 'static) -> Link {
-    liar(scenario, move |mut said, to| {
+/// The same, of answers only, from [`ALTERED_FROM`] on.
+fn answers(scenario: &Scenario, mut change: impl FnMut(&mut Answer<N>) + Send + 'static) -> Link {
+    altered_link(scenario, move |mut said, to| {
         if let FromController::Answer(answer) = &mut said
-            && answer.sequence >= LIE
+            && answer.sequence >= ALTERED_FROM
         {
-            lie(answer);
+            change(answer);
         }
-        let _ = to.write_all(&frame(&said)); // nobody may listen any more
+        let _ = to.write_all(&frame(&said)); // the host may have closed it
     })
 }
 
 /// The same, of their torques.
-fn torques(scenario: &Scenario, mut lie: impl FnMut(&mut [f32; N]) + Send + 'static) -> Link {
-    answers(scenario, move |answer| lie(&mut answer.sample.wheels.applied.n_m))
+fn torques(scenario: &Scenario, mut change: impl FnMut(&mut [f32; N]) + Send + 'static) -> Link {
+    answers(scenario, move |answer| {
+        change(&mut answer.sample.wheels.applied.n_m)
+    })
 }
 
 /// Runs until an error, which comes within a minute whatever the other end does; then nothing turns the wheels.
@@ -126,7 +128,7 @@ fn line(error: &Error) -> String {
 
 #[test]
 fn a_torque_that_no_motor_of_the_vehicle_gives_stops_the_run_and_is_said_to_be_the_firmwares() {
-    for (lie, shown) in [
+    for (change, shown) in [
         (1000.0_f32, "1000"),
         (-1000.0, "-1000"),
         (2.001, "2.001"),
@@ -135,9 +137,9 @@ fn a_torque_that_no_motor_of_the_vehicle_gives_stops_the_run_and_is_said_to_be_t
         (f32::NEG_INFINITY, "-inf"),
     ] {
         let scenario = scenario(&[]);
-        let link = torques(&scenario, move |n_m| n_m[4] = lie);
+        let link = torques(&scenario, move |n_m| n_m[4] = change);
         let (error, periods) = ended(scenario, link);
-        assert_eq!(periods, u64::from(LIE) - 1, "not one period of it");
+        assert_eq!(periods, u64::from(ALTERED_FROM) - 1, "not one period of it");
         let said = line(&error);
         let expected = format!(
             "the link to the controller stopped at t = 0.029 s: the firmware answers {shown} N.m for wheel 5, allowed: -2 to 2, \
@@ -164,7 +166,7 @@ type Change = fn(&mut Answer<N>);
 
 #[test]
 fn signals_that_no_controller_has_stop_the_run_before_they_are_logged() {
-    let lies: [(Change, &str); 6] = [
+    let changes: [(Change, &str); 6] = [
         (|a| a.estimated.vx_m_s = f32::NAN, "NaN as a twist"),
         (
             |a| a.residual.rad_s[2] = f32::INFINITY,
@@ -188,12 +190,12 @@ fn signals_that_no_controller_has_stop_the_run_before_they_are_logged() {
             "NaN as a twist or common factor",
         ),
     ];
-    for (lie, expected) in lies {
+    for (change, expected) in changes {
         let scenario = scenario(&[]);
-        let link = answers(&scenario, lie);
+        let link = answers(&scenario, change);
         let (error, periods) = ended(scenario, link);
         assert!(line(&error).contains(expected), "{error}");
-        assert_eq!(periods, u64::from(LIE) - 1);
+        assert_eq!(periods, u64::from(ALTERED_FROM) - 1);
     }
 }
 
@@ -204,7 +206,7 @@ fn the_range_is_that_of_the_motor_at_the_velocity_that_was_sent() {
     let late = |answer: &Answer<N>| answer.sequence == 2000;
     for (sign, refused) in [(1.0, true), (-1.0, false)] {
         let scenario = scenario(&falling);
-        let link = liar(&scenario, move |mut said, to| {
+        let link = altered_link(&scenario, move |mut said, to| {
             if let FromController::Answer(answer) = &mut said
                 && late(answer)
             {
@@ -232,12 +234,12 @@ fn the_range_is_that_of_the_motor_at_the_velocity_that_was_sent() {
 
 #[test]
 fn a_peer_that_repeats_itself_for_ever_is_given_up() {
-    for begin in [LIE, 0] {
+    for begin in [ALTERED_FROM, 0] {
         let scenario = scenario(&[]);
-        let link = liar(&scenario, move |said, to| {
+        let link = altered_link(&scenario, move |said, to| {
             let (flood, own) = match &said {
                 // In the middle of a run; of what was said before the run began, in place of the greeting.
-                FromController::Answer(answer) if answer.sequence >= LIE => (
+                FromController::Answer(answer) if answer.sequence >= ALTERED_FROM => (
                     FromController::Answer(Answer {
                         sequence: 1,
                         ..*answer
@@ -265,7 +267,7 @@ fn a_peer_that_repeats_itself_for_ever_is_given_up() {
 #[test]
 fn a_peer_that_greets_for_ever_is_given_up() {
     let scenario = scenario(&[]);
-    let link = liar(&scenario, |said, to| {
+    let link = altered_link(&scenario, |said, to| {
         let bytes = frame(&said);
         while to.write_all(&bytes).is_ok() && matches!(said, FromController::Greeting(_)) {}
     });

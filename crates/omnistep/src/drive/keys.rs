@@ -1,6 +1,6 @@
 //! Keys pressed in a terminal; the only module that names crossterm.
 //!
-//! A terminal tells of a key that goes down, and again and again while it is held, but not when it comes up. So each press asks for a velocity that
+//! A terminal reports a key that goes down, and again and again while it is held, but not when it comes up. So each press asks for a velocity that
 //! holds for as long as any command does, and the next one renews it.
 
 use std::io::{IsTerminal, Write, stderr, stdin};
@@ -50,7 +50,7 @@ impl Drop for Raw {
     fn drop(&mut self) {
         clear();
         RAW.store(false, Ordering::SeqCst);
-        // Whoever took the terminal away has it.
+        // The program that took the terminal away has it.
         let _ = disable_raw_mode();
     }
 }
@@ -186,7 +186,7 @@ impl Keys {
         );
         let most = match size() {
             Ok((columns @ 2.., _)) => usize::from(columns) - 1,
-            _ => 79, // nobody knows
+            _ => 79, // not known
         };
         let line: String = line.chars().take(most).collect();
         let mut terminal = stderr();
@@ -195,7 +195,7 @@ impl Keys {
             .and_then(|terminal| terminal.queue(Clear(ClearType::CurrentLine)))
             .and_then(|terminal| terminal.queue(Print(line)))
             .map(|_| ());
-        // Nobody looking is no reason to fail.
+        // A closed terminal is no reason to fail.
         let _ = queued.and_then(|()| terminal.flush());
     }
 }

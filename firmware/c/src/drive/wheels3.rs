@@ -21,7 +21,7 @@ pub extern "C" fn omni3_drive_init(
 /// One control period of a three-wheel vehicle: from what arrived to torques [N.m], in `output->torques.n_m`. To be called once every
 /// period that the drive was made for, always with the same `drive`.
 ///
-/// Never fails: nonsense in the input is refused, or lets the wheel go that it came from. `input` must not lie within `output`.
+/// Never fails: nonsense in the input is refused, or its wheel is released. `input` must not lie within `output`.
 /// Returns false, and does nothing, where a pointer is null or the state was not made ready.
 #[unsafe(no_mangle)]
 pub extern "C" fn omni3_drive_step(

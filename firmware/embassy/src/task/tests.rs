@@ -32,9 +32,9 @@ struct Wheel {
     velocity_rad_s: f64,
     blocked: bool,
     encoder_fails: bool,
-    /// Turns a period that the encoder tells, whatever the wheel does.
+    /// Turns a period that the encoder reports, whatever the wheel does.
     stuck_at_turns: Option<f64>,
-    told_turns: f64,
+    reported_turns: f64,
     motor_fails: bool,
 }
 
@@ -53,7 +53,7 @@ impl Wheel {
         }
         let turned = self.velocity_rad_s * f64::from(PERIOD_S) / core::f64::consts::TAU;
         self.turns += turned;
-        self.told_turns += self.stuck_at_turns.unwrap_or(turned);
+        self.reported_turns += self.stuck_at_turns.unwrap_or(turned);
     }
 }
 
@@ -132,7 +132,7 @@ impl Encoder for Counter {
         if wheel.encoder_fails {
             return Err(Failure);
         }
-        Ok((wheel.told_turns * f64::from(COUNTS_PER_TURN))
+        Ok((wheel.reported_turns * f64::from(COUNTS_PER_TURN))
             .floor()
             .rem_euclid(65_536.0) as u16)
     }
@@ -454,7 +454,7 @@ fn a_motor_that_fails_lets_all_wheels_go_until_a_command_to_stand_still() {
 }
 
 #[test]
-fn a_wheel_whose_encoder_fails_is_let_go_and_the_others_drive_on() {
+fn a_wheel_whose_encoder_fails_is_released_and_the_others_drive_on() {
     let mut vehicle = Vehicle::ready();
     vehicle.drive(AHEAD, 1000);
     vehicle.wheels[0].borrow_mut().encoder_fails = true;
@@ -466,7 +466,7 @@ fn a_wheel_whose_encoder_fails_is_let_go_and_the_others_drive_on() {
     assert_eq!((status.hardware_errors, status.torque_n_m[0]), (100, 0.0));
     assert!(!vehicle.wheels[0].borrow().enabled && vehicle.wheels[1].borrow().enabled);
     vehicle.wheels[0].borrow_mut().encoder_fails = false;
-    assert!(!vehicle.period(None).driven[0]); // one count tells no velocity
+    assert!(!vehicle.period(None).driven[0]); // one count determines no velocity
     assert!(vehicle.period(None).driven[0]);
 }
 
@@ -528,9 +528,9 @@ fn reports_say_what_the_wheels_do() {
         (velocities, now.velocity_rad_s, 100.0),
     ] {
         for (bytes, value) in frame.data.chunks_exact(2).zip(values) {
-            let told = f32::from(i16::from_le_bytes([bytes[0], bytes[1]])) / per_unit;
+            let sent = f32::from(i16::from_le_bytes([bytes[0], bytes[1]])) / per_unit;
             // Rounded to the nearest, and the rounding of f32.
-            assert!((told - value).abs() < 0.501 / per_unit, "{told}, {value}");
+            assert!((sent - value).abs() < 0.501 / per_unit, "{sent}, {value}");
         }
     }
 }

@@ -1,11 +1,11 @@
-//! Wheels that are lost, silent or lie: they are let go, and the others carry on.
+//! Lost wheels, silent and faulty encoders: their wheels are released, and the others drive on.
 
 use super::*;
 use crate::Fault;
 use crate::{VelocityConfig, VelocityEstimator, VelocityMethod, VelocityState};
 
 #[test]
-fn any_one_wheel_with_any_fault_is_let_go_and_the_others_carry_on() {
+fn any_one_wheel_with_any_fault_is_released_and_the_others_drive_on() {
     type Spoil = fn(&mut DriveInput<f64, 7>, usize);
     let faults: [(Fault, Spoil); 5] = [
         (Fault::NotANumber, |input, i| {
@@ -102,7 +102,7 @@ fn a_lost_wheel_has_no_torque_whatever_policy_and_the_vehicle_keeps_its_course()
 fn too_few_wheels_lead_to_a_safe_stop_that_holds_until_released() {
     let mut vehicle = Vehicle::new(config());
     vehicle.run(1000, COMMAND, |_| {});
-    // Both transverse wheels go silent: nobody tells sideways motion.
+    // Both transverse wheels go silent: no wheel measures sideways motion.
     let silent = |input: &mut DriveInput<f64, 7>| {
         input.readings_rad_s[1] = None;
         input.readings_rad_s[5] = None;
@@ -200,7 +200,7 @@ fn a_dead_encoder_takes_no_healthy_wheel_with_it() {
                 (moving.faults[3], moving.mode),
                 (Some(Fault::Stuck), DriveMode::Degraded)
             );
-            // At rest it reads what the others say, and is not believed for that.
+            // At rest it reads what the others imply, and is not accepted for that.
             let resting = vehicle.run(2000, BodyTwist::zero(), dead);
             assert_eq!(
                 (resting.faults[3], resting.wheels.applied.n_m[3]),
@@ -211,7 +211,7 @@ fn a_dead_encoder_takes_no_healthy_wheel_with_it() {
 }
 
 #[test]
-fn a_steady_slip_that_nobody_can_attribute_stops_nobody() {
+fn a_steady_slip_of_no_certain_wheel_stops_none() {
     let drive = drive_of(WheelLayout::mecanum4(0.6, 0.4, 0.1).expect("valid"));
     let mut state = DriveState::new(&drive);
     let command = twist(0.3, 0.0, 0.0);
@@ -389,7 +389,7 @@ fn a_cut_encoder_wire_is_found_whatever_reads_the_velocity_and_no_healthy_wheel_
         DriveMode::SafeStop,
         250.0, // 100, and what the integral needs to get to 1 N.m
     );
-    // Four wheels tell by themselves: the other three keep the vehicle on its course against the fourth, so that nothing that they say changes.
+    // Four wheels determine the motion: the other three keep the vehicle on its course against the fourth, so that their readings do not change.
     let four = WheelLayout::mecanum4(0.22, 0.26, 0.0485).expect("valid");
     let single = WheelLayout::mecanum4(0.22, 0.26, 0.0485).expect("valid");
     every_death::<4>(four, single, f64::INFINITY, DriveMode::Degraded, 1050.0);

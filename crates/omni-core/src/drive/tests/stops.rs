@@ -45,7 +45,7 @@ const STOPS: [Stop; 4] = [
         state.emergency_stop();
         input.command = Some(COMMAND);
     }),
-    // Three readings are left, of wheels that roll ahead alone: they do not tell the motion.
+    // Three readings are left, of wheels that roll ahead alone: they do not determine the motion.
     ("safe stop", |_, input| {
         input.command = Some(COMMAND);
         for lost in [0, 1, 3, 5] {
@@ -267,7 +267,7 @@ fn last_torque<R: Real, const N: usize>(
 }
 
 /// A configuration with everything that remembers, in either precision.
-fn remembering<R: Real, const N: usize>(
+fn with_memory<R: Real, const N: usize>(
     layout: WheelLayout<R, N>,
     policy: &str,
     anti_windup: crate::AntiWindup<R>,
@@ -323,8 +323,8 @@ fn too_late<const N: usize>(
         for stop in 0..4 {
             for (encoders, (encoder, _)) in ENCODERS.into_iter().enumerate() {
                 let law = (which + stop + encoders) % 3;
-                let double = remembering(double, policy, laws[law]);
-                let single = remembering(single, policy, single_laws[law]);
+                let double = with_memory(double, policy, laws[law]);
+                let single = with_memory(single, policy, single_laws[law]);
                 for [reference, torque] in [
                     last_torque(double, stop, encoders, broken),
                     last_torque(single, stop, encoders, broken),
@@ -368,7 +368,7 @@ fn every_stop_ends_without_torque_at_its_stated_time_whatever_is_measured() {
 fn motors_are_shorted_in_a_stop_and_only_those_of_wheels_with_a_fault() {
     let drive = Drive::new(config()).expect("valid");
     let mut state = DriveState::new(&drive);
-    // Wheels that cannot be heard, for so many periods: 20 make one faulty, 10 more of a motion that nobody tells are a safe stop.
+    // Wheels without a reading, for so many periods: 20 make one faulty, 10 more of an undetermined motion are a safe stop.
     let after = |state: &mut DriveState<f64, 7>, silent: &[usize], periods| {
         let mut input = DriveInput::measured(&WheelVelocities::zero()).with_command(COMMAND);
         for &wheel in silent {

@@ -154,7 +154,7 @@ fn a_stop_takes_a_vehicle_that_backs_off_to_rest_and_not_ahead() {
     // Released, it begins as if it had just been commanded: its first try is its first again.
     state.drive.release_emergency_stop();
     drive.step(&mut state, &input, &body);
-    assert_eq!(state.supervisor().tries(), 0);
+    assert_eq!(state.supervisor().row_retries(), 0);
 }
 
 #[test]

@@ -1,23 +1,23 @@
-//! Speeds, times and places of a supervisor, and how its tries follow each other.
+//! Speeds, times and places of a supervisor, and how its retries follow each other.
 
 use crate::constants::constant_struct;
 use crate::error::{each_within, period, within};
 use crate::{ConfigError, Real};
 
-/// How tries follow each other where the vehicle is stuck.
+/// How retries follow each other where the vehicle is stuck.
 ///
 /// ```
 /// use omni_core::SupervisorConfig;
-/// let ladder = SupervisorConfig::reach(1e-3_f64).ladder;
-/// assert!(ladder.run_up_m_s + 3.0 * ladder.run_up_more_m_s > ladder.run_up_m_s);
+/// let retry = SupervisorConfig::reach(1e-3_f64).retry;
+/// assert!(retry.run_up_m_s + 3.0 * retry.run_up_more_m_s > retry.run_up_m_s);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
-pub struct Ladder<R> {
-    /// Tries a row at most, 0 to 100; 0: never another one.
-    pub tries: u16,
+pub struct RetrySchedule<R> {
+    /// Retries a row at most, 0 to 100; 0: none.
+    pub retries: u16,
     /// Backs off so fast \[m/s\], 0.001 to 100, and so far \[m\], 0 to 100; further by so much each try, up to so far.
     pub back_off_m_s: R,
     /// How far in the first try \[m\].
@@ -30,10 +30,10 @@ pub struct Ladder<R> {
     pub first_row_more_m: R,
     /// No further than this for the first row \[m\].
     pub first_row_most_m: R,
-    /// Tries that are gentle: at `gentle_m_s`, without slip allowed and without spin.
-    pub gentle: u16,
+    /// Slow retries: at `slow_retry_m_s`, without slip allowed and without spin.
+    pub slow_retries: u16,
     /// Speed of these \[m/s\], 0.001 to 100.
-    pub gentle_m_s: R,
+    pub slow_retry_m_s: R,
     /// Speed of the run-up of the first try after these \[m/s\], 0.001 to 100.
     pub run_up_m_s: R,
     /// How much faster each time \[m/s\], 0 to 100.
@@ -58,9 +58,9 @@ pub struct Ladder<R> {
     pub remembered_spin: R,
 }
 
-constant_struct!(Ladder<R> {
-    tries: u16, back_off_m_s: R, back_off_m: R, back_off_more_m: R, back_off_most_m: R, first_row_more_m: R, first_row_most_m: R,
-    gentle: u16, gentle_m_s: R, run_up_m_s: R, run_up_more_m_s: R, run_up_s: R, run_up_times: R, stuck_again_s: R, allowance_m_s: R, spin_m_s: R,
+constant_struct!(RetrySchedule<R> {
+    retries: u16, back_off_m_s: R, back_off_m: R, back_off_more_m: R, back_off_most_m: R, first_row_more_m: R, first_row_most_m: R,
+    slow_retries: u16, slow_retry_m_s: R, run_up_m_s: R, run_up_more_m_s: R, run_up_s: R, run_up_times: R, stuck_again_s: R, allowance_m_s: R, spin_m_s: R,
     spin_more_m_s: R, spin_gain: R, remembered_part: R, remembered_spin: R
 });
 
@@ -68,7 +68,7 @@ constant_struct!(Ladder<R> {
 ///
 /// ```
 /// use omni_core::SupervisorConfig;
-/// assert_eq!(SupervisorConfig::steady(1e-3_f64).ladder.spin_m_s, 0.0); // wheels are never spun up
+/// assert_eq!(SupervisorConfig::steady(1e-3_f64).retry.spin_m_s, 0.0); // wheels are never spun up
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -95,24 +95,24 @@ pub struct SupervisorConfig<R> {
     pub stuck_thrust: R,
     /// Time for which it is \[s\], 0.001 to 100.
     pub stuck_s: R,
-    /// Nothing counts as stuck so shortly after the vehicle was told to go \[s\], 0 to 100.
+    /// Nothing counts as stuck so shortly after the vehicle was commanded to go \[s\], 0 to 100.
     pub starting_s: R,
     /// All rows level for this long: the obstacle is behind \[s\], 0 to 100.
     pub level_s: R,
     /// What to do where it is stuck.
-    pub ladder: Ladder<R>,
+    pub retry: RetrySchedule<R>,
 }
 
 constant_struct!(SupervisorConfig<R> {
     period_s: R, acceleration_m_s2: R, most_m_s: [R; 2], boost: [R; 2], height_m: R, boost_height_m: R, stuck_m_s: R, stuck_part: R, stuck_thrust: R, stuck_s: R,
-    starting_s: R, level_s: R, ladder: Ladder<R>
+    starting_s: R, level_s: R, retry: RetrySchedule<R>
 });
 
 impl<R: Real> SupervisorConfig<R> {
-    /// As [`crate::TractionConfig::steady`]: a gentle second try, no wheel is spun up.
+    /// As [`crate::TractionConfig::steady`]: a slow second try, no wheel is spun up.
     ///
     /// ```
-    /// assert_eq!(omni_core::SupervisorConfig::steady(1e-3_f64).ladder.tries, 8);
+    /// assert_eq!(omni_core::SupervisorConfig::steady(1e-3_f64).retry.retries, 8);
     /// ```
     #[must_use]
     pub fn steady(period_s: R) -> Self {
@@ -130,16 +130,16 @@ impl<R: Real> SupervisorConfig<R> {
             stuck_s: of(0.308),
             starting_s: of(0.5),
             level_s: of(0.5),
-            ladder: Ladder {
-                tries: 8,
+            retry: RetrySchedule {
+                retries: 8,
                 back_off_m_s: of(0.3),
                 back_off_m: of(0.130),
                 back_off_more_m: of(0.05),
                 back_off_most_m: of(0.22),
                 first_row_more_m: of(0.05),
                 first_row_most_m: of(0.22),
-                gentle: 0,
-                gentle_m_s: of(0.505),
+                slow_retries: 0,
+                slow_retry_m_s: of(0.505),
                 run_up_m_s: of(0.505),
                 run_up_more_m_s: of(0.0173),
                 run_up_s: R::one(),
@@ -159,7 +159,7 @@ impl<R: Real> SupervisorConfig<R> {
     /// speed to spare: `spin_m_s` at the rim beyond the speed of the run-up.
     ///
     /// ```
-    /// assert!(omni_core::SupervisorConfig::reach(1e-3_f64).ladder.spin_m_s > 0.9);
+    /// assert!(omni_core::SupervisorConfig::reach(1e-3_f64).retry.spin_m_s > 0.9);
     /// ```
     #[must_use]
     pub fn reach(period_s: R) -> Self {
@@ -171,14 +171,14 @@ impl<R: Real> SupervisorConfig<R> {
             stuck_part: of(0.5),
             stuck_thrust: of(0.6),
             stuck_s: of(0.2887),
-            ladder: Ladder {
+            retry: RetrySchedule {
                 back_off_m: of(0.1099),
                 back_off_more_m: of(0.05),
                 back_off_most_m: of(0.27),
                 first_row_more_m: of(0.0884),
                 first_row_most_m: of(0.40),
-                gentle: 1,
-                gentle_m_s: of(0.5354),
+                slow_retries: 1,
+                slow_retry_m_s: of(0.5354),
                 run_up_m_s: of(0.8476),
                 run_up_more_m_s: of(0.1578),
                 run_up_times: of(4.0),
@@ -189,7 +189,7 @@ impl<R: Real> SupervisorConfig<R> {
                 spin_gain: of(0.9295),
                 remembered_part: of(0.93),
                 remembered_spin: of(0.3146),
-                ..steady.ladder
+                ..steady.retry
             },
             ..steady
         }
@@ -197,31 +197,31 @@ impl<R: Real> SupervisorConfig<R> {
 
     pub(super) fn check(&self) -> Result<(), ConfigError> {
         period(self.period_s)?;
-        let ladder = &self.ladder;
+        let retry = &self.retry;
         each_within(
             &[
                 ("most_m_s", self.most_m_s[0]),
                 ("most_m_s", self.most_m_s[1]),
-                ("back_off_m_s", ladder.back_off_m_s),
-                ("gentle_m_s", ladder.gentle_m_s),
-                ("run_up_m_s", ladder.run_up_m_s),
+                ("back_off_m_s", retry.back_off_m_s),
+                ("slow_retry_m_s", retry.slow_retry_m_s),
+                ("run_up_m_s", retry.run_up_m_s),
             ],
             &(1e-3..=100.0),
             "0.001 to 100",
         )?;
         each_within(
             &[
-                ("back_off_m", ladder.back_off_m),
-                ("back_off_more_m", ladder.back_off_more_m),
-                ("back_off_most_m", ladder.back_off_most_m),
-                ("first_row_more_m", ladder.first_row_more_m),
-                ("first_row_most_m", ladder.first_row_most_m),
-                ("run_up_more_m_s", ladder.run_up_more_m_s),
-                ("stuck_again_s", ladder.stuck_again_s),
-                ("allowance_m_s", ladder.allowance_m_s),
-                ("spin_m_s", ladder.spin_m_s),
-                ("spin_more_m_s", ladder.spin_more_m_s),
-                ("spin_gain", ladder.spin_gain),
+                ("back_off_m", retry.back_off_m),
+                ("back_off_more_m", retry.back_off_more_m),
+                ("back_off_most_m", retry.back_off_most_m),
+                ("first_row_more_m", retry.first_row_more_m),
+                ("first_row_most_m", retry.first_row_most_m),
+                ("run_up_more_m_s", retry.run_up_more_m_s),
+                ("stuck_again_s", retry.stuck_again_s),
+                ("allowance_m_s", retry.allowance_m_s),
+                ("spin_m_s", retry.spin_m_s),
+                ("spin_more_m_s", retry.spin_more_m_s),
+                ("spin_gain", retry.spin_gain),
                 ("stuck_m_s", self.stuck_m_s),
                 ("starting_s", self.starting_s),
                 ("level_s", self.level_s),
@@ -233,18 +233,18 @@ impl<R: Real> SupervisorConfig<R> {
             &[
                 ("stuck_part", self.stuck_part),
                 ("stuck_thrust", self.stuck_thrust),
-                ("remembered_part", ladder.remembered_part),
-                ("remembered_spin", ladder.remembered_spin),
+                ("remembered_part", retry.remembered_part),
+                ("remembered_spin", retry.remembered_spin),
             ],
             &(0.0..=1.0),
             "0 to 1",
         )?;
         each_within(
-            &[("stuck_s", self.stuck_s), ("run_up_s", ladder.run_up_s)],
+            &[("stuck_s", self.stuck_s), ("run_up_s", retry.run_up_s)],
             &(1e-3..=100.0),
             "0.001 to 100",
         )?;
-        within("run_up_times", ladder.run_up_times, 1.0..=100.0, "1 to 100")?;
+        within("run_up_times", retry.run_up_times, 1.0..=100.0, "1 to 100")?;
         for boost in self.boost {
             within("boost", boost, 0.0..=10.0, "0 to 10")?;
         }
@@ -262,8 +262,8 @@ impl<R: Real> SupervisorConfig<R> {
             least..=100.0,
             "height_m + 0.0001 to 100",
         )?;
-        if ladder.tries > 100 {
-            return Err(ConfigError::new("tries", f64::from(ladder.tries), "0 to 100"));
+        if retry.retries > 100 {
+            return Err(ConfigError::new("retries", f64::from(retry.retries), "0 to 100"));
         }
         Ok(())
     }

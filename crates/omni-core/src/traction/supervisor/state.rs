@@ -38,7 +38,7 @@ impl SupervisorMode {
 /// ```
 /// use omni_core::{SupervisorMode, SupervisorState};
 /// let state = SupervisorState::<f32>::new();
-/// assert_eq!((state.mode(), state.tries(), state.row()), (SupervisorMode::Drive, 0, 0));
+/// assert_eq!((state.mode(), state.row_retries(), state.row()), (SupervisorMode::Drive, 0, 0));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -46,7 +46,7 @@ impl SupervisorMode {
 pub struct SupervisorState<R> {
     pub(super) mode: SupervisorMode,
     /// Of this row, and in all.
-    pub(super) tries: u16,
+    pub(super) row_retries: u16,
     pub(super) retries: u32,
     /// The row that climbs next, 0 the foremost; the furthest so far.
     pub(super) row: u16,
@@ -78,7 +78,7 @@ impl<R: Real> SupervisorState<R> {
     pub const fn new() -> Self {
         Self {
             mode: SupervisorMode::Drive,
-            tries: 0,
+            row_retries: 0,
             retries: 0,
             row: 0,
             furthest: 0,
@@ -102,10 +102,10 @@ impl<R: Real> SupervisorState<R> {
         self.mode
     }
 
-    /// Tries of the present row.
+    /// Retries of the present row.
     #[must_use]
-    pub fn tries(&self) -> u16 {
-        self.tries
+    pub fn row_retries(&self) -> u16 {
+        self.row_retries
     }
 
     /// Times that it has backed off since the start.
@@ -146,7 +146,7 @@ impl<R: Real> SupervisorState<R> {
 
     pub(super) fn back_off(&mut self) {
         self.start(SupervisorMode::BackOff);
-        self.tries += 1;
+        self.row_retries += 1;
         self.retries = self.retries.saturating_add(1);
     }
 

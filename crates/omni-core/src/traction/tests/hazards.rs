@@ -20,7 +20,7 @@ fn a_command_that_turns_round_while_it_backs_off_goes_on_as_it_moves() {
     let target = supervisor.step(&mut memory, &state);
     assert!((target.speed_m_s - 0.3).abs() < 0.02, "{}", target.speed_m_s);
     assert_eq!(
-        (memory.mode(), memory.tries(), memory.retries()),
+        (memory.mode(), memory.row_retries(), memory.retries()),
         (SupervisorMode::Drive, 0, 1)
     );
     // Across, nothing of it is left.
@@ -188,7 +188,7 @@ fn mecanum_base() -> Traction<f64, 4> {
 #[test]
 fn a_mecanum_base_that_slides_across_is_pushed_back_and_not_turned() {
     let traction = mecanum_base();
-    let way = [0, 1, 2].map(|axis| traction.kinematics().inverse_matrix().map(|row| row[axis]));
+    let travel = [0, 1, 2].map(|axis| traction.kinematics().inverse_matrix().map(|row| row[axis]));
     for across in [0.08, -0.08] {
         // It is held up, and goes along what holds it up.
         let slides = BodyTwist {
@@ -203,7 +203,7 @@ fn a_mecanum_base_that_slides_across_is_pushed_back_and_not_turned() {
             let read = rates.map(|rate| rate + 1e-6 * f64::from(period % 2));
             let sample = traction.step(&mut state, &level(AHEAD, &read), &TractionTarget::at(0.3));
             let torques = sample.wheels.requested.n_m;
-            pushes = way.map(|per| {
+            pushes = travel.map(|per| {
                 per.iter()
                     .zip(torques)
                     .map(|(per, torque)| per * torque)
@@ -260,7 +260,7 @@ fn driven<const N: usize>(layout: &WheelLayout<f64, N>, direction_rad: f64) -> u
         wz_rad_s: 0.0,
     };
     traction.expect("valid").command(&mut state, &command);
-    (0..N).fold(0, |driven, i| driven | u32::from(state.way[i].driven) << i)
+    (0..N).fold(0, |driven, i| driven | u32::from(state.travel[i].driven) << i)
 }
 
 #[test]

@@ -95,7 +95,7 @@ fn noise_of_zero_mean_makes_torque_of_zero_mean() {
 
 #[test]
 fn no_wheel_is_turned_against_its_command_and_its_motion() {
-    // Whatever is believed of the vehicle: ten thousand states of which none need be possible.
+    // Whatever is estimated of the vehicle: ten thousand states of which none need be possible.
     let traction = steady();
     let mut noise = Noise(3);
     for _ in 0..10_000 {
@@ -117,7 +117,7 @@ fn no_wheel_is_turned_against_its_command_and_its_motion() {
             continue;
         }
         for (i, sign) in Plant::SIGNS.into_iter().enumerate() {
-            // Ahead, and slower than half of the target: whatever the vehicle is believed to do, it is not slowed down, let alone turned back.
+            // Ahead, and slower than half of the target: whatever the estimated motion of the vehicle, it is not slowed down, let alone turned back.
             if sign != 0.0 && sign * rates[i] * 0.066 < 0.15 {
                 let torque = sign * sample.wheels.applied.n_m[i];
                 assert!(torque > -1e-9, "wheel {i} at {} rad/s: {torque} N.m", rates[i]);
@@ -127,7 +127,7 @@ fn no_wheel_is_turned_against_its_command_and_its_motion() {
 }
 
 #[test]
-fn a_speed_that_cannot_be_believed_ends_in_plain_loops_until_the_command_rests() {
+fn an_implausible_speed_ends_in_plain_loops_until_the_command_rests() {
     let (traction, back) = (steady(), [-3.0, 0.0, 3.0, -3.0, -3.0, 0.0, 3.0]);
     let mut state = engaged(&traction);
     let mut loops = Vec::new();
@@ -213,7 +213,7 @@ fn a_loop_that_swings_between_its_limits_is_held_more_softly_and_recovers() {
     let mut state = engaged(&traction);
     let flat = traction.kinematics().inverse(&AHEAD).rad_s;
     for period in 0..500 {
-        // Wheel 4 races ahead and back every ten periods, as a loop does whose delay nobody told of.
+        // Wheel 4 races ahead and back every ten periods, as a loop does with an unknown delay.
         let mut rates = flat;
         rates[3] += if period / 10 % 2 == 0 { 20.0 } else { -20.0 };
         let _ = traction.step(&mut state, &level(AHEAD, &rates), &TractionTarget::at(0.3));
@@ -262,7 +262,7 @@ fn a_gyro_is_not_used_before_its_zero_is_known() {
 }
 
 #[test]
-fn a_mute_encoder_is_left_out_and_heard_again() {
+fn a_mute_encoder_is_left_out_and_used_again() {
     let (traction, mut state, mut plant) = (steady(), TractionState::new(), Plant::new(10.0));
     plant.drag_n = 120.0; // of 150 N that five motors have
     let mut out = None;
@@ -362,9 +362,9 @@ fn what_sensors_hide_is_not_controlled() {
 
 #[test]
 fn with_no_wheel_to_spare_every_wheel_has_its_own_loop() {
-    // Three of seven wheels and a gyro tell how it moves; of three and no gyro nobody finds the wrong one.
+    // Three of seven wheels and a gyro determine how it moves; of three without a gyro the wrong one cannot be found.
     let traction = steady();
-    let with_heard = |usable: usize, gyro: bool| {
+    let with_usable = |usable: usize, gyro: bool| {
         let mut state = engaged(&traction);
         let rates: [f64; 7] = core::array::from_fn(|i| if i < usable { 0.0 } else { f64::NAN });
         let mut readings = level(AHEAD, &rates);
@@ -375,10 +375,10 @@ fn with_no_wheel_to_spare_every_wheel_has_its_own_loop() {
             .step(&mut state, &readings, &TractionTarget::at(0.3))
             .loops
     };
-    assert_eq!(with_heard(3, true), TractionLoops::Traction);
-    assert_eq!(with_heard(2, true), TractionLoops::Plain);
-    assert_eq!(with_heard(4, false), TractionLoops::Traction);
-    assert_eq!(with_heard(3, false), TractionLoops::Plain);
+    assert_eq!(with_usable(3, true), TractionLoops::Traction);
+    assert_eq!(with_usable(2, true), TractionLoops::Plain);
+    assert_eq!(with_usable(4, false), TractionLoops::Traction);
+    assert_eq!(with_usable(3, false), TractionLoops::Plain);
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! What other nodes tell the vehicle, taken on a thread of its own: checking a command may take longer than a control period.
+//! Commands of other nodes, taken on a thread of its own: checking a command may take longer than a control period.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -24,10 +24,10 @@ const MOST: usize = 64;
 const MOST_LINES: usize = 20;
 /// All of ROS 2 is one client.
 const ROS: ClientId = 0;
-/// Length of a twist \[bytes\]; a stamped one is longer. Subscriptions are matched by topic alone, so that one hears both types.
+/// Length of a twist \[bytes\]; a stamped one is longer. Subscriptions are matched by topic alone, so that one receives both types.
 const TWIST_BYTES: usize = 48;
 
-/// Takes what is told until it is stopped.
+/// Takes commands until it is stopped.
 pub(super) struct Commands {
     over: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,

@@ -11,18 +11,18 @@ use crate::live::requests::COMMAND_HOLDS;
 use crate::ros2::JointState;
 use crate::urdf::{JointInterface, wheel_link};
 
-/// What the wheels are told.
+/// The wheels' commands.
 pub(in crate::live) struct JointCommands {
     interface: JointInterface,
     /// The wheels' joints in the vehicle's order, and turns of a wheel a turn of its actuator.
     joints: Vec<(String, f64)>,
-    told: Mutex<Told>,
+    commanded: Mutex<Commanded>,
 }
 
-struct Told {
+struct Commanded {
     /// Of the actuators \[rad/s or N.m\].
     values: Vec<f64>,
-    /// When each was told: a joint that somebody still commands keeps no other going.
+    /// When each was commanded: a joint with newer commands keeps no other going.
     at: Vec<Option<Instant>>,
 }
 
@@ -35,20 +35,20 @@ impl JointCommands {
                 .iter()
                 .map(|wheel| (wheel_link(&wheel.name), wheel.gear))
                 .collect(),
-            told: Mutex::new(Told {
+            commanded: Mutex::new(Commanded {
                 values: vec![0.0; wheels.len()],
                 at: vec![None; wheels.len()],
             }),
         }
     }
 
-    /// Nobody panics while writing; if somebody did, what is there is still whole.
-    fn told(&self) -> MutexGuard<'_, Told> {
-        self.told.lock().unwrap_or_else(PoisonError::into_inner)
+    /// No thread panics while writing; if one did, what is there is still whole.
+    fn commanded(&self) -> MutexGuard<'_, Commanded> {
+        self.commanded.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Takes a message, or says why not. A joint that is not in it, and one that is told NaN, goes on as it was told before; a message
-    /// of NaN alone tells nothing: a controller that was stopped leaves these behind, and ros2_control goes on sending them.
+    /// Takes a message, or says why not. A joint that is not in it, and one whose command is NaN, keeps its last command; a message
+    /// of NaN alone is no command: a controller that was stopped leaves these behind, and ros2_control goes on sending them.
     pub(super) fn take(&self, message: &JointState, now: Instant) -> Result<(), String> {
         let (field, values) = match self.interface {
             JointInterface::Velocity => ("velocity", &message.velocity),
@@ -60,8 +60,8 @@ impl JointCommands {
                 "{field}: {count} values for {names} names, allowed: one for each name"
             ));
         }
-        let mut told = self.told();
-        let (mut next, mut at) = (told.values.clone(), told.at.clone());
+        let mut commanded = self.commanded();
+        let (mut next, mut at) = (commanded.values.clone(), commanded.at.clone());
         let mut known = false;
         for (name, value) in message.name.iter().zip(values) {
             // Another joint is somebody else's, as those of an arm on the vehicle.
@@ -83,7 +83,7 @@ impl JointCommands {
                 };
             }
         }
-        (told.values, told.at) = (next, at);
+        (commanded.values, commanded.at) = (next, at);
         if !known {
             let wheels: Vec<_> = self.joints.iter().map(|(joint, _)| joint.as_str()).collect();
             let names = message.name.join(", ");
@@ -92,10 +92,10 @@ impl JointCommands {
         Ok(())
     }
 
-    /// What the actuators are told now: one whose last command is too old rests.
+    /// The actuators' commands now: one whose last command is too old rests.
     fn read(&self, now: Instant, values: &mut [f64]) {
-        let mut told = self.told();
-        let Told { values: all, at } = &mut *told;
+        let mut commanded = self.commanded();
+        let Commanded { values: all, at } = &mut *commanded;
         for (value, at) in all.iter_mut().zip(at) {
             if at.is_some_and(|at| now.saturating_duration_since(at) > COMMAND_HOLDS) {
                 (*value, *at) = (0.0, None);
@@ -142,7 +142,7 @@ fn of_wheels<const N: usize>(
     }
 }
 
-/// Torques as they are told.
+/// Torques as commanded.
 struct Efforts<const N: usize>(Arc<JointCommands>);
 
 impl<const N: usize> Policy<f64> for Efforts<N> {
@@ -157,7 +157,7 @@ impl<const N: usize> Policy<f64> for Efforts<N> {
     }
 }
 
-/// Velocities as they are told, kept by the loops and the coordination of the scenario.
+/// Velocities as commanded, kept by the loops and the coordination of the scenario.
 struct Velocities<const N: usize> {
     joints: Arc<JointCommands>,
     loops: WheelController<f64, N>,
@@ -210,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn joints_are_told_by_name_and_rest_half_a_second_after_the_last_message() {
+    fn joints_are_commanded_by_name_and_rest_half_a_second_after_the_last_message() {
         let (commands, start) = (commands(JointInterface::Velocity), Instant::now());
         let names: Vec<_> = commands.joints.iter().map(|(name, _)| name.clone()).collect();
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
@@ -218,7 +218,7 @@ mod tests {
         let backwards: Vec<&str> = names.iter().rev().copied().collect();
         let taken = commands.take(&message(&backwards, &[4.0, 3.0, 2.0, 1.0]), start);
         assert_eq!((taken, now(&commands, start)), (Ok(()), vec![1.0, 2.0, 3.0, 4.0]));
-        // One that is left out, and one that is told NaN, go on.
+        // One that is left out, and one whose command is NaN, go on.
         let taken = commands.take(&message(&names[..2], &[f64::NAN, -2.0]), start);
         assert_eq!(
             (taken, now(&commands, start)),
@@ -226,7 +226,7 @@ mod tests {
         );
         let late = start + COMMAND_HOLDS + Duration::from_millis(1);
         assert_eq!(now(&commands, late), [0.0; 4]);
-        // NaN alone tells nothing: it does not prolong what was told.
+        // NaN alone is no command: it does not prolong the last one.
         let kept = start + COMMAND_HOLDS / 2;
         assert_eq!(commands.take(&message(&names, &[2.0; 4]), start), Ok(()));
         assert_eq!(commands.take(&message(&names, &[f64::NAN; 4]), kept), Ok(()));
@@ -240,10 +240,10 @@ mod tests {
     }
 
     #[test]
-    fn a_message_that_does_not_fit_changes_nothing_and_is_told_why() {
+    fn a_message_that_does_not_fit_changes_nothing_and_is_answered_with_the_reason() {
         let (commands, start) = (commands(JointInterface::Effort), Instant::now());
         let known = commands.joints[0].0.clone();
-        for (told, part) in [
+        for (commanded, part) in [
             (
                 message(&["arm", "wheel_x"], &[1.0, 1.0]),
                 "name: arm, wheel_x, allowed: one of wheel_",
@@ -257,7 +257,7 @@ mod tests {
                 "effort: 0 values for 1 names, allowed: one for each name",
             ),
         ] {
-            let said = commands.take(&told, start).expect_err("refused");
+            let said = commands.take(&commanded, start).expect_err("refused");
             assert!(said.contains(part), "{said}");
             assert_eq!(now(&commands, start), [0.0; 4]);
         }

@@ -131,7 +131,7 @@ impl Ros2 {
             tf,
             joint_states,
             odom,
-            // Whoever commands would hear itself; markers are for viewers without a robot model.
+            // A node that commands would receive its own messages; markers are for viewers without a robot model.
             cmd_vel: Pace::hz(0.0),
             markers: Pace::hz(0.0),
         };

@@ -17,7 +17,7 @@ const ROUNDING: f64 = 1e-5;
 impl<const N: usize> Linked<N> {
     /// Can the motors give these torques at the velocities that were sent? Else the firmware is at fault, whatever physics would
     /// make of it.
-    pub(super) fn believable(&self, answer: &Answer<N>, request: &Request<N>) -> Result<(), String> {
+    pub(super) fn plausible(&self, answer: &Answer<N>, request: &Request<N>) -> Result<(), String> {
         let (measured_rad_s, drives) = (&request.measured_rad_s, !self.names.is_empty());
         if answer.action == Action::Hold {
             return Ok(()); // none of its signals is used
@@ -52,22 +52,22 @@ impl<const N: usize> Linked<N> {
     }
 
     /// The velocities that a drive worked with: as sent, or, where a reading is missing, the last one that it had. That is of the answer
-    /// before, or was sent in a period whose answer was lost. A wheel that it does not believe, whose velocity it takes for 0, gets no torque.
+    /// before, or was sent in a period whose answer was lost. A faulty wheel, whose velocity it takes for 0, gets no torque.
     fn taken(&self, answer: &Answer<N>) -> Result<[f32; N], String> {
         let wheels = &answer.sample.wheels;
         for (i, said) in wheels.measured.rad_s.iter().enumerate() {
             let (wheel, _) = &self.motors[i];
             let before = self.last.sample.wheels.measured.rad_s[i];
-            let let_go = wheels.applied.n_m[i] == 0.0;
+            let released = wheels.applied.n_m[i] == 0.0;
             let sent = self.unanswered_rad_s.iter().any(|sent| sent[i] == *said);
-            if !sent && *said != before && !(*said == 0.0 && let_go) {
+            if !sent && *said != before && !(*said == 0.0 && released) {
                 let sent = self.unanswered_rad_s.last().map_or(f32::NAN, |sent| sent[i]);
                 return Err(format!(
                     "the firmware answers {said} rad/s as measured velocity of wheel {wheel}, allowed: {sent} (the value sent), \
                      {before} (the value before), or 0 without torque"
                 ));
             }
-            if answer.drive.faults[i] != 0 && !let_go {
+            if answer.drive.faults[i] != 0 && !released {
                 return Err(format!(
                     "the firmware answers a torque for wheel {wheel}, which it reports as faulty, allowed: 0"
                 ));
@@ -76,8 +76,8 @@ impl<const N: usize> Linked<N> {
         Ok(wheels.measured.rad_s)
     }
 
-    /// Does what a drive says fit together? It is in an emergency stop for as long as one is pressed; a wheel that it does not believe is
-    /// neither driven nor asked for the motion; it is degraded where a wheel is left out; without a motion it tells none.
+    /// Is what a drive reports consistent? It is in an emergency stop for as long as one is pressed; a faulty wheel is
+    /// neither driven nor asked for the motion; it is degraded where a wheel is left out; without a motion it reports none.
     fn of_a_drive(&self, answer: &Answer<N>, emergency_stop: bool) -> Result<(), String> {
         let (report, active) = (&answer.drive, &answer.sample.wheels.active);
         let mode = report.mode;
@@ -91,8 +91,8 @@ impl<const N: usize> Linked<N> {
             }
         }
         // When the torque has ended at rest no wheel is controlled, and all are well.
-        let let_go = active.contains(&false) && !answer.sample.wheels.ended;
-        let left_out = report.excluded.contains(&true) || let_go;
+        let released = active.contains(&false) && !answer.sample.wheels.ended;
+        let left_out = report.excluded.contains(&true) || released;
         let allowed = match (emergency_stop, left_out) {
             (true, _) => Some("3, because the emergency stop is pressed").filter(|_| mode != MOST_MODE),
             (false, _) if mode == MOST_MODE => Some("0 to 2, because no emergency stop is pressed"),
@@ -111,8 +111,8 @@ impl<const N: usize> Linked<N> {
         Ok(())
     }
 
-    /// Does what a drive says follow from what it said last? A safe stop lasts until somebody ends it, and of a link nobody does; the
-    /// pose moves by the motion that its wheels tell.
+    /// Does a drive's report follow from its last one? A safe stop lasts until somebody ends it, and over a link it is never ended; the
+    /// pose moves by the motion of its wheels.
     fn after_the_last(&self, answer: &Answer<N>) -> Result<(), String> {
         let (last, now) = (&self.last.drive, &answer.drive);
         if last.mode == SAFE_STOP && now.mode < SAFE_STOP {
@@ -166,7 +166,7 @@ fn ended<const N: usize>(wheels: &omni_core::WheelSample<f32, N>) -> Result<(), 
     }
 }
 
-/// Are the signals of an answer those of a controller that was told what was sent? They go into logs and figures.
+/// Are the signals of an answer those of a controller that got what was sent? They go into logs and figures.
 fn plausible<const N: usize>(
     answer: &Answer<N>,
     measured_rad_s: &[f32; N],
@@ -213,10 +213,10 @@ fn plausible<const N: usize>(
             "the firmware answers {value} as a part of its pose, allowed: finite"
         ));
     }
-    // A controller that has stopped repeats its last period; a wheel that is let go has 0.
+    // A controller that has stopped repeats its last period; a released wheel has 0.
     let measured = (answer.action == Action::Step).then_some(&wheels.measured.rad_s);
     for (i, (said, sent)) in measured.into_iter().flatten().zip(measured_rad_s).enumerate() {
-        // A drive judges readings: what it does not believe it replaces.
+        // A drive judges readings: what it rejects it replaces.
         if said != sent && *said != 0.0 && !drives {
             return Err(format!(
                 "the firmware answers {said} rad/s as measured velocity of wheel {}, allowed: {sent} (the value sent) or 0",

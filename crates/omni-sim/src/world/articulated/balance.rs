@@ -54,8 +54,8 @@ impl Balance {
         roller_rad_s: f64,
     ) {
         let spin = mean.spins[contact.wheel];
-        self.impact_loss_j -= contact.push * contact.closing.at(mean.u, spin);
-        self.friction_loss_j -= contact.rub * contact.slip.at(mean.u, spin);
+        self.impact_loss_j -= contact.normal_impulse * contact.closing.at(mean.u, spin);
+        self.friction_loss_j -= contact.friction_impulse * contact.slip.at(mean.u, spin);
         if let Some(across) = &contact.across {
             let slip = across.line.at(mean.u, spin) + across.lever_m * roller_rad_s;
             self.friction_loss_j -= across.impulse * slip;

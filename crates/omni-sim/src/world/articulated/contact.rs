@@ -10,13 +10,13 @@ use super::tree::Tree;
 
 /// A velocity as a linear function of the generalised velocities and of the spin of one wheel.
 #[derive(Clone, Copy)]
-pub(super) struct Line<const N: usize> {
+pub(super) struct LinearForm<const N: usize> {
     pub(super) row: Vector<N>,
     /// Per unit of the wheel's spin \[m\].
     pub(super) lever_m: f64,
 }
 
-impl<const N: usize> Line<N> {
+impl<const N: usize> LinearForm<N> {
     pub(super) const ZERO: Self = Self {
         row: [0.0; N],
         lever_m: 0.0,
@@ -54,7 +54,7 @@ pub(super) enum Mode {
 pub(super) struct Across<const N: usize> {
     pub(super) direction: Vector3,
     /// Slip along it without the roller's own spin.
-    pub(super) line: Line<N>,
+    pub(super) line: LinearForm<N>,
     /// The roller, by its index among all of the vehicle's.
     pub(super) roller: usize,
     /// Slip per unit of the roller's spin \[m\].
@@ -80,9 +80,9 @@ pub(super) struct Contact<const N: usize> {
     pub(super) normal: Vector3,
     pub(super) along: Vector3,
     /// Speed of separation.
-    pub(super) closing: Line<N>,
+    pub(super) closing: LinearForm<N>,
     /// Slip along the driven direction.
-    pub(super) slip: Line<N>,
+    pub(super) slip: LinearForm<N>,
     pub(super) across: Option<Across<N>>,
     /// The normal impulse is `-stiffness (separation + bias)`, or 0 \[kg\], \[m/s\].
     pub(super) stiffness: f64,
@@ -90,13 +90,13 @@ pub(super) struct Contact<const N: usize> {
     pub(super) friction: f64,
     pub(super) mode: Mode,
     /// Impulses of the step along normal and driven direction \[N.s\].
-    pub(super) push: f64,
-    pub(super) rub: f64,
+    pub(super) normal_impulse: f64,
+    pub(super) friction_impulse: f64,
 }
 
-/// What was known of a contact in the step before.
+/// What a contact starts from: its mode in the step before.
 #[derive(Clone, Copy, Serialize, Deserialize)]
-pub(super) struct Known {
+pub(super) struct WarmStart {
     pub(super) key: [u32; 3],
     pub(super) mode: Mode,
 }
@@ -129,11 +129,11 @@ impl<const N: usize> Contact<N> {
         let lever_m = axle.cross(point - centre).dot(along);
         let mut slip = tree.along(wheel.body, point, along);
         tree.add_turning(&mut slip, wheel.body, axle * -lever_m);
-        let closing = Line {
+        let closing = LinearForm {
             row: tree.along(wheel.body, point, normal),
             lever_m: 0.0,
         };
-        let slip = Line { row: slip, lever_m };
+        let slip = LinearForm { row: slip, lever_m };
         Self::new(wheel, index, touch, [point, along], [closing, slip], step_s)
     }
 
@@ -143,7 +143,7 @@ impl<const N: usize> Contact<N> {
         index: usize,
         touch: &Touch,
         [point, along]: [Vector3; 2],
-        [closing, slip]: [Line<N>; 2],
+        [closing, slip]: [LinearForm<N>; 2],
         step_s: f64,
     ) -> Self {
         let [spring, damper] = wheel.contact;
@@ -167,14 +167,14 @@ impl<const N: usize> Contact<N> {
             },
             friction: touch.friction,
             mode: Mode::Open,
-            push: 0.0,
-            rub: 0.0,
+            normal_impulse: 0.0,
+            friction_impulse: 0.0,
         }
     }
 
     /// What to start from: the mode of the step before, or what the present velocities make of it.
-    pub(super) fn guess(&mut self, known: &[Known], u: &Vector<N>, spin: f64) {
-        let before = known.iter().find(|known| known.key == self.key);
+    pub(super) fn warm_start(&mut self, warm_starts: &[WarmStart], u: &Vector<N>, spin: f64) {
+        let before = warm_starts.iter().find(|known| known.key == self.key);
         self.mode = match before.map(|known| known.mode) {
             Some(mode @ Mode::Closed(..)) => mode,
             _ if self.closing.at(u, spin) + self.bias < 0.0 => Mode::Closed(Grip::Stick, Grip::Stick),
@@ -193,6 +193,6 @@ impl<const N: usize> Contact<N> {
         let across = self
             .across
             .map_or(Vector3::ZERO, |across| across.direction * across.impulse);
-        self.normal * self.push + self.along * self.rub + across
+        self.normal * self.normal_impulse + self.along * self.friction_impulse + across
     }
 }

@@ -30,11 +30,11 @@ use crate::observation::Observation;
 use crate::{Error, state_bytes};
 use balance::{Balance, Now};
 use bearings::Bearings;
-use contact::{Contact, Known};
+use contact::{Contact, WarmStart};
 use ground::{Ground, Touch};
 use linear::{dot, times};
 use model::Model;
-use solver::Effort;
+use solver::SolverStats;
 use spin::Spin;
 use tree::{State, Tree};
 
@@ -63,7 +63,7 @@ struct World<const N: usize> {
     state: State,
     tree: Tree<N>,
     contacts: Vec<Contact<N>>,
-    known: Vec<Known>,
+    warm_starts: Vec<WarmStart>,
     actuation: Actuation,
     balance: Balance,
     loads: Vec<Load>,
@@ -75,7 +75,7 @@ struct World<const N: usize> {
     /// The common centre of mass at the start of the last step \[m\], which its contacts are counted from.
     before_com: Vector3,
     time_ns: u64,
-    effort: Effort,
+    stats: SolverStats,
     diverged: bool,
     bearings: Bearings,
     // Room that a step needs.
@@ -92,10 +92,10 @@ struct World<const N: usize> {
 #[derive(Serialize, Deserialize)]
 struct Snapshot {
     state: State,
-    known: Vec<Known>,
+    warm_starts: Vec<WarmStart>,
     actuation: actuation::State,
     balance: Balance,
-    effort: Effort,
+    stats: SolverStats,
     time_ns: u64,
     loads_done: Vec<bool>,
 }
@@ -144,10 +144,10 @@ impl<const N: usize> World<N> {
             step_s,
             before_com: Vector3::ZERO,
             time_ns: 0,
-            effort: Effort::default(),
+            stats: SolverStats::default(),
             diverged: false,
             contacts: Vec::new(),
-            known: Vec::new(),
+            warm_starts: Vec::new(),
             bearings: Bearings::default(),
             touches: Vec::new(),
             spins: Vec::new(),
@@ -223,7 +223,7 @@ impl<const N: usize> World<N> {
     }
 
     fn check(&self) -> Result<(), Error> {
-        if self.effort.is_too_much() {
+        if self.stats.is_too_much() {
             return Err(Error::Unsettled {
                 time_s: self.time_ns as f64 * 1e-9,
                 step_us: self.scenario.physics.step_us,
@@ -317,10 +317,10 @@ impl<const N: usize> Plant for World<N> {
     fn save(&self) -> Result<Vec<u8>, postcard::Error> {
         state_bytes::to_bytes(&Snapshot {
             state: self.state.clone(),
-            known: self.known.clone(),
+            warm_starts: self.warm_starts.clone(),
             actuation: self.actuation.state().clone(),
             balance: self.balance.clone(),
-            effort: self.effort,
+            stats: self.stats,
             time_ns: self.time_ns,
             loads_done: self.loads.iter().map(|load| load.done).collect(),
         })
@@ -351,10 +351,10 @@ impl<const N: usize> Plant for World<N> {
         self.model = Model::new(&self.scenario, &self.loads);
         self.state = snapshot.state;
         self.tree.update(&self.model, &self.state);
-        self.known = snapshot.known;
+        self.warm_starts = snapshot.warm_starts;
         self.actuation.restore(snapshot.actuation);
         self.balance = snapshot.balance;
-        self.effort = snapshot.effort;
+        self.stats = snapshot.stats;
         self.time_ns = snapshot.time_ns;
         self.diverged = false;
         Ok(())

@@ -23,11 +23,14 @@ impl<const N: usize> World<N> {
             let mut sum = ContactSum::default();
             while let Some(contact) = self.contacts.get(from).filter(|contact| contact.wheel == i) {
                 from += 1;
-                let (normal, at) = (contact.normal * contact.push, contact.point + self.before_com);
-                sum.add(contact.impulse(), normal, at, contact.push);
+                let (normal, at) = (
+                    contact.normal * contact.normal_impulse,
+                    contact.point + self.before_com,
+                );
+                sum.add(contact.impulse(), normal, at, contact.normal_impulse);
             }
             let across = self.tree.rotation[wheel.body] * wheel.across_push;
-            sum.tell(across, per_second, seen);
+            sum.add_to(across, per_second, seen);
         }
     }
 

@@ -7,7 +7,7 @@ use rapier3d_f64::parry::query::details::contact_support_map_support_map;
 use rapier3d_f64::parry::shape::{SupportMap, Triangle};
 use rapier3d_f64::prelude::{Matrix as Matrix3, Pose, Rotation, Vector as Vector3};
 
-use super::contact::{Across, Contact, Line};
+use super::contact::{Across, Contact, LinearForm};
 use super::ground::{Ground, Part, Solid, Touch, Way, nearest_on_field};
 use super::model::Wheel;
 use super::tree::Tree;
@@ -233,7 +233,7 @@ impl Rollers {
             let lever_m = axle.dot(moment);
             let mut row = tree.along(wheel.body, centre, direction);
             tree.add_turning(&mut row, wheel.body, moment - axle * lever_m);
-            Line { row, lever_m }
+            LinearForm { row, lever_m }
         };
         let along = (axis - normal * normal.dot(axis)).normalize_or_zero();
         let across = normal.cross(along);

@@ -8,7 +8,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::MOST_WHEELS;
-use super::contact::{Contact, Grip, Line, Mode};
+use super::contact::{Contact, Grip, LinearForm, Mode};
 use super::linear::{Matrix, Vector, add, add_outer, dot, solve, solve_symmetric};
 use super::spin::Spin;
 use super::sweeps::sweep;
@@ -27,9 +27,9 @@ pub(super) struct System<const N: usize> {
     pub(super) right: Vector<N>,
 }
 
-/// How often what was needed.
+/// Statistics of the solver: how often it needed what.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-pub(super) struct Effort {
+pub(super) struct SolverStats {
     pub(super) steps: u64,
     pub(super) solutions: u64,
     pub(super) swept: u64,
@@ -37,7 +37,7 @@ pub(super) struct Effort {
     pub(super) unsettled: u64,
 }
 
-impl Effort {
+impl SolverStats {
     /// Are there more steps whose contacts did not settle than a run is worth with? One in a hundred, and ten at least.
     pub(super) fn is_too_much(&self) -> bool {
         self.unsettled * 100 > self.steps.max(1000)
@@ -77,7 +77,14 @@ impl<const N: usize> WheelRow<N> {
     }
 
     /// Adds a force `-gain (line + offset)` that works along another line.
-    fn add_force(&mut self, system: &mut System<N>, gain: f64, works: &Line<N>, line: &Line<N>, offset: f64) {
+    fn add_force(
+        &mut self,
+        system: &mut System<N>,
+        gain: f64,
+        works: &LinearForm<N>,
+        line: &LinearForm<N>,
+        offset: f64,
+    ) {
         add_outer(&mut system.matrix, gain, &works.row, &line.row);
         add(&mut system.right, -gain * offset, &works.row);
         if line.lever_m != 0.0 {
@@ -104,7 +111,7 @@ impl<const N: usize> WheelRow<N> {
 /// A roller's row of the system: `diagonal spin + holds = right`, the velocity `holds` being that at which the sticking contacts hold on.
 struct RollerRow<const N: usize> {
     diagonal: f64,
-    holds: Line<N>,
+    holds: LinearForm<N>,
     right: f64,
 }
 
@@ -114,7 +121,7 @@ impl<const N: usize> RollerRow<N> {
         let roller = contacts.first()?.across.as_ref()?;
         let mut row = Self {
             diagonal: roller.inertia_kg_m2,
-            holds: Line::ZERO,
+            holds: LinearForm::ZERO,
             right: roller.inertia_kg_m2 * roller.free_rad_s,
         };
         for contact in contacts {
@@ -134,16 +141,16 @@ pub(super) fn solve_step<const N: usize>(
     wheels: &mut [Spin<N>],
     contacts: &mut [Contact<N>],
     spins: &mut [f64],
-    effort: &mut Effort,
+    stats: &mut SolverStats,
 ) -> Vector<N> {
-    effort.steps += 1;
+    stats.steps += 1;
     for round in 1.. {
-        effort.solutions += 1;
+        stats.solutions += 1;
         let u = solve_modes(system, wheels, contacts, spins);
         if round > TOGETHER + ONE_BY_ONE {
-            effort.swept += 1;
+            stats.swept += 1;
             let (u, settled) = sweep(system, wheels, contacts, spins);
-            effort.unsettled += u64::from(!settled);
+            stats.unsettled += u64::from(!settled);
             return u;
         }
         turn_rollers(contacts, &u, spins);
@@ -303,7 +310,7 @@ fn solve_modes<const N: usize>(
 }
 
 /// The normal impulse of a contact at these velocities, below 0 where it is open.
-fn push<const N: usize>(contact: &Contact<N>, u: &Vector<N>, spin: f64) -> f64 {
+fn normal_impulse<const N: usize>(contact: &Contact<N>, u: &Vector<N>, spin: f64) -> f64 {
     -contact.stiffness * (contact.closing.at(u, spin) + contact.bias)
 }
 
@@ -317,7 +324,7 @@ fn turn_rollers<const N: usize>(contacts: &mut [Contact<N>], u: &Vector<N>, spin
         let mut right = row.right - row.holds.at(u, spin);
         for contact in group.iter() {
             if let (Mode::Closed(_, Grip::Slide(sign)), Some(across)) = (contact.mode, contact.across) {
-                right += sign * across.lever_m * contact.friction * push(contact, u, spin).max(0.0);
+                right += sign * across.lever_m * contact.friction * normal_impulse(contact, u, spin).max(0.0);
             }
         }
         for contact in group {
@@ -330,16 +337,16 @@ fn turn_rollers<const N: usize>(contacts: &mut [Contact<N>], u: &Vector<N>, spin
 
 /// The impulses of a contact at these velocities, and the mode that they call for.
 fn settle<const N: usize>(contact: &mut Contact<N>, u: &Vector<N>, spin: f64) -> Mode {
-    let push = push(contact, u, spin);
-    contact.push = push.max(0.0);
-    let most = contact.friction * contact.push;
-    let open = push <= 0.0;
+    let impulse = normal_impulse(contact, u, spin);
+    contact.normal_impulse = impulse.max(0.0);
+    let most = contact.friction * contact.normal_impulse;
+    let open = impulse <= 0.0;
     let along = match contact.mode {
         Mode::Closed(grip, _) if !open => Some(grip),
         _ => None,
     };
     let slip = contact.slip.at(u, spin);
-    let along = follow(along, slip, -STICK * slip, most, &mut contact.rub);
+    let along = follow(along, slip, -STICK * slip, most, &mut contact.friction_impulse);
     let mut across = Grip::Stick;
     if let Some(roller) = &mut contact.across {
         let grip = match contact.mode {

@@ -1,6 +1,6 @@
 //! A wheel's spin in a step, and the dry friction of its gear.
 
-use super::contact::{Grip, Line};
+use super::contact::{Grip, LinearForm};
 use super::linear::{Vector, add, dot};
 use super::solver::{STICK, follow};
 
@@ -29,8 +29,8 @@ impl<const N: usize> Spin<N> {
     }
 
     /// How the wheel turns against its carrier.
-    pub(super) fn turning(&self) -> Line<N> {
-        Line {
+    pub(super) fn turning(&self) -> LinearForm<N> {
+        LinearForm {
             row: self.carried.map(|part| -part),
             lever_m: 1.0,
         }

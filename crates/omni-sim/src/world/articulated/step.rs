@@ -3,7 +3,7 @@
 use rapier3d_f64::prelude::Vector as Vector3;
 
 use super::balance::Mean;
-use super::contact::{Contact, Grip, Known};
+use super::contact::{Contact, Grip, WarmStart};
 use super::linear::{add, add_outer, dot, times};
 use super::model::WheelShape;
 use super::rollers::Meeting;
@@ -58,7 +58,7 @@ impl<const N: usize> World<N> {
             matrix: self.tree.mass,
             right: times(&self.tree.mass, &u0),
         };
-        add(&mut system.right, step_s, &self.tree.push);
+        add(&mut system.right, step_s, &self.tree.bias_force);
         add(&mut system.right, step_s, &held);
         if self.model.rollers > 0 {
             let bearings = self.bearings.on_tree(&self.tree, &self.model);
@@ -72,7 +72,7 @@ impl<const N: usize> World<N> {
             &mut self.spins,
             &mut self.contacts,
             &mut self.spins_after,
-            &mut self.effort,
+            &mut self.stats,
         );
         // The solution leaves 1e-10 m/s; from the impulses themselves the momentum is right to rounding.
         let pushed: Vector3 = self.contacts.iter().map(Contact::impulse).sum();
@@ -81,12 +81,12 @@ impl<const N: usize> World<N> {
         }
         u[2] -= step_s * self.model.gravity_m_s2;
         self.account(&u0, &u);
-        self.known.clear();
-        let known = |contact: &Contact<N>| Known {
+        self.warm_starts.clear();
+        let warm_start = |contact: &Contact<N>| WarmStart {
             key: contact.key,
             mode: contact.mode,
         };
-        self.known.extend(self.contacts.iter().map(known));
+        self.warm_starts.extend(self.contacts.iter().map(warm_start));
         self.state.u.copy_from_slice(&u);
         std::mem::swap(&mut self.state.spin_rad_s, &mut self.spins_after);
         self.state.advance(step_s);
@@ -130,7 +130,7 @@ impl<const N: usize> World<N> {
                     let from = self.contacts.len();
                     rollers.meet(&meeting, wheel, i, turn_rad, free, &mut self.contacts);
                     for contact in &mut self.contacts[from..] {
-                        contact.guess(&self.known, &u, self.state.spin_rad_s[i]);
+                        contact.warm_start(&self.warm_starts, &u, self.state.spin_rad_s[i]);
                     }
                     continue;
                 }
@@ -142,7 +142,7 @@ impl<const N: usize> World<N> {
                 let (model, places) = (&self.model, [ball, centre]);
                 let mut contact =
                     Contact::of_ball(model, &self.tree, i, touch, places, radius_m, self.step_s);
-                contact.guess(&self.known, &u, self.state.spin_rad_s[i]);
+                contact.warm_start(&self.warm_starts, &u, self.state.spin_rad_s[i]);
                 self.contacts.push(contact);
             }
         }

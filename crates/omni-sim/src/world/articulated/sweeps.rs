@@ -1,7 +1,7 @@
 //! Sweeps over the contacts (Gauss-Seidel), where their modes go round in circles.
 
 use super::MOST_WHEELS;
-use super::contact::{Contact, Grip, Line, Mode};
+use super::contact::{Contact, Grip, LinearForm, Mode};
 use super::linear::{Vector, add, add_outer, dot, solve};
 use super::solver::{SLACK, STICK, System, WheelRow};
 use super::spin::Spin;
@@ -34,7 +34,7 @@ impl<const N: usize> Response<N> {
     }
 
     /// By how much a line gives way to it.
-    fn along(&self, line: &Line<N>, wheel: usize) -> f64 {
+    fn along(&self, line: &LinearForm<N>, wheel: usize) -> f64 {
         dot(&line.row, &self.tree) + line.lever_m * self.spins[wheel]
     }
 }
@@ -60,7 +60,7 @@ pub(super) fn sweep<const N: usize>(
         row.eliminate(&mut bare);
     }
     // What a unit impulse along a line does.
-    let respond = |line: &Line<N>, pushed: usize| {
+    let respond = |line: &LinearForm<N>, pushed: usize| {
         let mut force = line.row;
         add(
             &mut force,
@@ -98,8 +98,8 @@ pub(super) fn sweep<const N: usize>(
         .map(|(i, wheel)| (i, wheel.turning(), respond(&wheel.turning(), i)))
         .collect();
     for contact in contacts.iter_mut() {
-        let most = contact.friction * contact.push;
-        contact.rub = contact.rub.max(-most).min(most);
+        let most = contact.friction * contact.normal_impulse;
+        contact.friction_impulse = contact.friction_impulse.max(-most).min(most);
         if let Some(across) = &mut contact.across {
             across.impulse = across.impulse.max(-most).min(most);
         }
@@ -115,8 +115,8 @@ pub(super) fn sweep<const N: usize>(
         }
     }
     for (contact, (normal, along, across)) in contacts.iter().zip(&responses) {
-        normal.add(contact.push, &mut u, spins);
-        along.add(contact.rub, &mut u, spins);
+        normal.add(contact.normal_impulse, &mut u, spins);
+        along.add(contact.friction_impulse, &mut u, spins);
         if let (Some(response), Some(across)) = (across, contact.across) {
             response.add(across.impulse, &mut u, spins);
         }
@@ -134,29 +134,34 @@ pub(super) fn sweep<const N: usize>(
             let contact = &mut contacts[i];
             let (normal, along, across_roller) = &responses[i];
             let wheel = contact.wheel;
-            let gives = normal.along(&contact.closing, wheel) + 1.0 / contact.stiffness;
-            let off = contact.closing.at(&u, spins[wheel]) + contact.bias + contact.push / contact.stiffness;
-            let by = (-off / gives * part).max(-contact.push);
-            contact.push += by;
-            left_m_s = left_m_s.max((by * gives).abs());
+            let compliance = normal.along(&contact.closing, wheel) + 1.0 / contact.stiffness;
+            let off = contact.closing.at(&u, spins[wheel])
+                + contact.bias
+                + contact.normal_impulse / contact.stiffness;
+            let by = (-off / compliance * part).max(-contact.normal_impulse);
+            contact.normal_impulse += by;
+            left_m_s = left_m_s.max((by * compliance).abs());
             normal.add(by, &mut u, spins);
-            let most = contact.friction * contact.push;
-            let gives = along.along(&contact.slip, wheel) + 1.0 / STICK;
-            let off = contact.slip.at(&u, spins[wheel]) + contact.rub / STICK;
-            let by = (contact.rub - off / gives * part).max(-most).min(most) - contact.rub;
-            contact.rub += by;
-            left_m_s = left_m_s.max((by * gives).abs());
+            let most = contact.friction * contact.normal_impulse;
+            let compliance = along.along(&contact.slip, wheel) + 1.0 / STICK;
+            let off = contact.slip.at(&u, spins[wheel]) + contact.friction_impulse / STICK;
+            let by = (contact.friction_impulse - off / compliance * part)
+                .max(-most)
+                .min(most)
+                - contact.friction_impulse;
+            contact.friction_impulse += by;
+            left_m_s = left_m_s.max((by * compliance).abs());
             along.add(by, &mut u, spins);
             let (Some(response), Some(across)) = (across_roller, &mut contact.across) else {
                 continue;
             };
             let turns = across.lever_m / across.inertia_kg_m2;
-            let gives = response.along(&across.line, wheel) + across.lever_m * turns + 1.0 / STICK;
+            let compliance = response.along(&across.line, wheel) + across.lever_m * turns + 1.0 / STICK;
             let slip = across.line.at(&u, spins[wheel]) + across.lever_m * across.rad_s;
             let off = slip + across.impulse / STICK;
-            let by = (across.impulse - off / gives * part).max(-most).min(most) - across.impulse;
+            let by = (across.impulse - off / compliance * part).max(-most).min(most) - across.impulse;
             across.impulse += by;
-            left_m_s = left_m_s.max((by * gives).abs());
+            left_m_s = left_m_s.max((by * compliance).abs());
             let roller = across.roller;
             response.add(by, &mut u, spins);
             for other in contacts.iter_mut().filter_map(|other| other.across.as_mut()) {
@@ -167,12 +172,15 @@ pub(super) fn sweep<const N: usize>(
         }
         for (i, turning, response) in &holds {
             let wheel = &mut wheels[*i];
-            let gives = response.along(turning, *i) + 1.0 / wheel.stick();
+            let compliance = response.along(turning, *i) + 1.0 / wheel.stick();
             let off = turning.at(&u, spins[*i]) + wheel.held / wheel.stick();
-            let by = (wheel.held - off / gives * part).max(-wheel.hold).min(wheel.hold) - wheel.held;
+            let by = (wheel.held - off / compliance * part)
+                .max(-wheel.hold)
+                .min(wheel.hold)
+                - wheel.held;
             wheel.held += by;
             // Of a place a metre from the axle.
-            left_m_s = left_m_s.max((by * gives).abs());
+            left_m_s = left_m_s.max((by * compliance).abs());
             response.add(by, &mut u, spins);
         }
         if left_m_s <= SETTLED_M_S {
@@ -180,7 +188,7 @@ pub(super) fn sweep<const N: usize>(
         }
     }
     for contact in contacts.iter_mut() {
-        let most = contact.friction * contact.push;
+        let most = contact.friction * contact.normal_impulse;
         let grip = |impulse: f64| {
             if impulse.abs() >= most * (1.0 - SLACK) {
                 Grip::Slide(impulse.signum())
@@ -188,11 +196,11 @@ pub(super) fn sweep<const N: usize>(
                 Grip::Stick
             }
         };
-        contact.mode = if contact.push <= 0.0 {
+        contact.mode = if contact.normal_impulse <= 0.0 {
             Mode::Open
         } else {
             Mode::Closed(
-                grip(contact.rub),
+                grip(contact.friction_impulse),
                 contact.across.map_or(Grip::Stick, |a| grip(a.impulse)),
             )
         };

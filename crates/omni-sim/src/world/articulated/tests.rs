@@ -4,7 +4,7 @@ use rapier3d_f64::prelude::Vector as Vector3;
 
 use super::World;
 use super::linear::times;
-use super::solver::Effort;
+use super::solver::SolverStats;
 use crate::config::{Override, Scenario};
 use crate::observation::Observation;
 use crate::world::Plant;
@@ -84,7 +84,7 @@ fn free_flight_keeps_energy_and_angular_momentum_to_the_first_order_of_the_step(
 }
 
 /// What the first steps of the seven-wheel vehicle take, driven ahead by the same torque on every wheel that rolls that way \[N.m\].
-fn driven_ahead(scenario: &Scenario, torque_n_m: f64, steps: usize) -> Effort {
+fn driven_ahead(scenario: &Scenario, torque_n_m: f64, steps: usize) -> SolverStats {
     let mut world = World::<8>::new(scenario, 0.0, 0.0).expect("a known ground");
     let ahead = [1.0, 0.0, -1.0, 1.0, 1.0, 0.0, -1.0];
     world
@@ -93,26 +93,26 @@ fn driven_ahead(scenario: &Scenario, torque_n_m: f64, steps: usize) -> Effort {
     for _ in 0..steps {
         world.advance_step(|_| [0.0; 2]);
     }
-    world.effort
+    world.stats
 }
 
 #[test]
 fn a_step_over_an_edge_takes_one_solution_nearly_always() {
     // Full torque ahead for 3 s: up to the riser, against it, and with some wheels over it.
-    let effort = driven_ahead(&Scenario::load("step", &[]).expect("built in"), 2.0, 6000);
-    assert_eq!(effort.steps, 6000);
+    let stats = driven_ahead(&Scenario::load("step", &[]).expect("built in"), 2.0, 6000);
+    assert_eq!(stats.steps, 6000);
     // The study counted 1.00, and sweeps in 2 of 12,000 steps; wheels that spin and bounce here ask for more.
-    assert!(effort.solutions < 6000 * 6 / 5, "{effort:?}");
-    assert!(effort.swept < 60, "{effort:?}");
+    assert!(stats.solutions < 6000 * 6 / 5, "{stats:?}");
+    assert!(stats.swept < 60, "{stats:?}");
 }
 
 #[test]
 fn on_a_height_map_rollers_ask_for_sweeps_and_all_of_them_settle() {
     let rollers = [Override::new("physics.wheel_model", "rollers")];
     let scenario = Scenario::load("height_map", &rollers).expect("built in");
-    let effort = driven_ahead(&scenario, 0.5, 8000);
-    assert!(effort.swept > 20, "nothing was asked of the sweeps: {effort:?}");
-    assert_eq!(effort.unsettled, 0, "{effort:?}");
+    let stats = driven_ahead(&scenario, 0.5, 8000);
+    assert!(stats.swept > 20, "nothing was asked of the sweeps: {stats:?}");
+    assert_eq!(stats.unsettled, 0, "{stats:?}");
 }
 
 #[test]
@@ -121,9 +121,9 @@ fn a_run_whose_contacts_do_not_settle_ends_with_a_line_that_says_so() {
     let mut seen = Observation::of(world.scenario.vehicle());
     let torques = [0.0; 7];
     // One in a hundred of a thousand steps is still a run.
-    world.effort.unsettled = 10;
+    world.stats.unsettled = 10;
     assert!(world.step(&torques, &mut seen).is_ok());
-    world.effort.unsettled = 11;
+    world.stats.unsettled = 11;
     let said = world
         .step(&torques, &mut seen)
         .expect_err("not settled")

@@ -47,7 +47,7 @@ pub(super) struct Tree<const N: usize> {
     /// The mass matrix.
     pub(super) mass: Matrix<N>,
     /// What gyroscopic and centrifugal terms push with.
-    pub(super) push: Vector<N>,
+    pub(super) bias_force: Vector<N>,
     mass_kg: f64,
     bodies: usize,
     path: [u32; N],
@@ -68,7 +68,7 @@ impl<const N: usize> Tree<N> {
             anchor: [Vector3::ZERO; N],
             momentum: [Vector3::ZERO; N],
             mass: [[0.0; N]; N],
-            push: [0.0; N],
+            bias_force: [0.0; N],
             mass_kg: model.mass_kg,
             bodies: model.bodies.len(),
             path,
@@ -151,14 +151,14 @@ impl<const N: usize> Tree<N> {
             moment[parent] += moment[b];
         }
         self.mass = [[0.0; N]; N];
-        self.push = [0.0; N];
+        self.bias_force = [0.0; N];
         // Hinges that there are not: unknowns that stay zero.
         for i in FREE - 1 + self.bodies..N {
             self.mass[i][i] = 1.0;
         }
         for k in 0..3 {
             self.mass[k][k] = self.mass_kg;
-            self.push[3 + k] = -moment[0][k];
+            self.bias_force[3 + k] = -moment[0][k];
             for j in 0..3 {
                 self.mass[3 + k][3 + j] = inertia[0].col(j)[k];
             }
@@ -176,7 +176,8 @@ impl<const N: usize> Tree<N> {
                 self.mass[3 + k][row] = angular[b][k];
                 self.mass[row][3 + k] = angular[b][k];
             }
-            self.push[row] = -(axis.dot(moment[b] - anchor.cross(force[b])) - self.momentum[b].dot(mean));
+            self.bias_force[row] =
+                -(axis.dot(moment[b] - anchor.cross(force[b])) - self.momentum[b].dot(mean));
         }
         for j in 1..self.bodies {
             for i in 1..=j {

@@ -29,7 +29,7 @@ pub struct Touch {
 
 /// What a physics step shows.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct OutsideStep {
+pub struct ExternalStep {
     /// Angle of each wheel against its carrier since the start \[rad\], after the step; positive drives along the rolling direction.
     pub turned_rad: Vec<f64>,
     /// Its rate \[rad/s\].
@@ -51,7 +51,7 @@ pub struct BodyState {
 
 /// The vehicle at one instant.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct OutsideState {
+pub struct ExternalState {
     /// The bodies, in the vehicle file's order.
     pub bodies: Vec<BodyState>,
     /// Angle \[rad\] and rate \[rad/s\] of each hinge.
@@ -69,7 +69,7 @@ pub struct OutsideState {
 /// Why outside physics cannot go on.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum OutsideFailure {
+pub enum ExternalFailure {
     /// No finite state: the run's verdict is [`crate::Verdict::Diverged`].
     Diverged,
     /// Anything else, in words.
@@ -78,7 +78,7 @@ pub enum OutsideFailure {
 
 /// A vehicle on the ground, simulated elsewhere in the scenario's physics steps. Actuators with their lag, faults and gears stay here: what
 /// is asked for is what the axles feel. What is filled in comes with an entry a body, hinge and wheel, and keeps as many.
-pub trait OutsidePhysics: Send + Sync {
+pub trait ExternalPhysics: Send + Sync {
     /// What it is called in outcomes.
     fn engine(&self) -> Engine;
 
@@ -86,17 +86,17 @@ pub trait OutsidePhysics: Send + Sync {
     ///
     /// # Errors
     /// Why it cannot.
-    fn start(&mut self, x_m: f64, yaw_rad: f64) -> Result<(), OutsideFailure>;
+    fn start(&mut self, x_m: f64, yaw_rad: f64) -> Result<(), ExternalFailure>;
 
     /// One physics step; `axles` has an entry a wheel, and so must what is shown.
     ///
     /// # Errors
     /// Why there is no next state.
-    fn step(&mut self, axles: &[AxleDrive], shown: &mut OutsideStep) -> Result<(), OutsideFailure>;
+    fn step(&mut self, axles: &[AxleDrive], shown: &mut ExternalStep) -> Result<(), ExternalFailure>;
 
     /// The present state; it has room for every body, hinge and wheel.
     ///
     /// # Errors
-    /// Why it cannot be told.
-    fn observe(&mut self, state: &mut OutsideState) -> Result<(), OutsideFailure>;
+    /// Why it cannot be observed.
+    fn observe(&mut self, state: &mut ExternalState) -> Result<(), ExternalFailure>;
 }

@@ -44,15 +44,21 @@ pub(super) fn accumulate(
                     if data.impulse == 0.0 {
                         continue;
                     }
-                    let push = direction * (data.impulse * sign);
-                    let rub = (tangent * data.tangent_impulse.x + bitangent * data.tangent_impulse.y) * sign;
+                    let normal_impulse = direction * (data.impulse * sign);
+                    let friction_impulse =
+                        (tangent * data.tangent_impulse.x + bitangent * data.tangent_impulse.y) * sign;
                     let arm = if first { data.solver_dp1 } else { data.solver_dp2 };
-                    energy.contact(handle, body, arm, push, rub);
+                    energy.contact(handle, body, arm, normal_impulse, friction_impulse);
                     let at = body.center_of_mass() + arm;
-                    sum.add(push + rub, push, at, data.impulse.abs());
+                    sum.add(
+                        normal_impulse + friction_impulse,
+                        normal_impulse,
+                        at,
+                        data.impulse.abs(),
+                    );
                 }
             }
         }
-        sum.tell(wheel.axle_world(physics), per_second, seen);
+        sum.add_to(wheel.axle_world(physics), per_second, seen);
     }
 }

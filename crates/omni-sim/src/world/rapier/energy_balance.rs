@@ -1,7 +1,7 @@
 //! Energy and momentum, booked so that they close.
 //!
 //! In a step every impulse J changes the kinetic energy by J times the mean of the velocities before and after it, at the point
-//! where it acts. Contacts tell their impulses. A joint's follow from the parts that hang on it: what changes their momentum, less
+//! where it acts. Contacts report their impulses. A joint's follow from the parts that hang on it: what changes their momentum, less
 //! what the ground and gravity give, goes through the joint.
 //!
 //! Two things in a step follow from no velocity at its ends. Contacts move a body beyond its velocity (they push it out of the ground, they

@@ -242,7 +242,7 @@ fn a_run_that_ends_before_its_path_and_a_command_that_cannot_be_are_doubtful() {
 }
 
 #[test]
-fn wheels_motors_and_commands_that_nobody_builds_are_warned_of() {
+fn implausible_wheels_motors_and_commands_are_warned_of() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     let doubts = |changes: &[(&str, &str)]| {

@@ -130,28 +130,28 @@ fn the_port_answers_with_one_page_that_asks_for_nothing_more() {
 fn what_is_not_the_page_nor_a_viewer_is_refused_in_one_line() {
     let run = Driven::start(&["flat"]);
     let lines = |status: u16, why: &str| (status, format!("{why}\n"));
-    let told = |(status, head, body): (u16, String, String)| {
+    let shown = |(status, head, body): (u16, String, String)| {
         assert!(head.contains("x-content-type-options: nosniff"), "{head}");
         (status, body)
     };
     let one_page = || lines(404, "the only page is /");
-    assert_eq!(told(run.ask("GET /favicon.ico", "")), one_page());
-    assert_eq!(told(run.ask("GET /../etc/passwd", "")), one_page());
-    assert_eq!(told(run.ask("GET //", "")), one_page());
+    assert_eq!(shown(run.ask("GET /favicon.ico", "")), one_page());
+    assert_eq!(shown(run.ask("GET /../etc/passwd", "")), one_page());
+    assert_eq!(shown(run.ask("GET //", "")), one_page());
     for line in ["POST /", "PUT /", "DELETE /x", "OPTIONS /"] {
         let (status, head, body) = run.ask(line, "Content-Length: 0\r\n");
         assert!(head.contains("\r\nallow: get, head"), "{head}");
         assert_eq!((status, body), lines(405, "allowed: GET and HEAD"), "{line}");
     }
     // A name that a page of elsewhere made resolve to this machine, and pages of elsewhere.
-    let host = |host: &str| told(run.answer(&format!("GET / HTTP/1.1\r\nHost: {host}\r\n\r\n")));
+    let host = |host: &str| shown(run.answer(&format!("GET / HTTP/1.1\r\nHost: {host}\r\n\r\n")));
     assert_eq!(
         host("evil.example"),
         lines(403, "Host evil.example, allowed: localhost, 127.0.0.1 or [::1]")
     );
     assert_eq!(host("localhost").0, 200);
     assert_eq!(
-        told(run.answer("GET / HTTP/1.0\r\n\r\n")),
+        shown(run.answer("GET / HTTP/1.0\r\n\r\n")),
         lines(403, "no Host, allowed: localhost, 127.0.0.1 or [::1]")
     );
     let evil = "Origin: https://evil.example\r\n";
@@ -161,9 +161,9 @@ fn what_is_not_the_page_nor_a_viewer_is_refused_in_one_line() {
             "a page from https://evil.example: allow it with --allow-origin https://evil.example",
         )
     };
-    assert_eq!(told(run.ask("GET /", evil)), foreign());
+    assert_eq!(shown(run.ask("GET /", evil)), foreign());
     assert_eq!(
-        told(run.ask("GET /", &[UPGRADE, PROTOCOL, evil].concat())),
+        shown(run.ask("GET /", &[UPGRADE, PROTOCOL, evil].concat())),
         foreign()
     );
     // Its own page is a viewer, as programs are.
@@ -182,7 +182,7 @@ fn what_is_not_the_page_nor_a_viewer_is_refused_in_one_line() {
         assert!(head.contains("sec-websocket-protocol: foxglove.sdk.v1"), "{head}");
     }
     // Who does not ask as it should.
-    let (status, body) = told(run.ask("GET /", UPGRADE));
+    let (status, body) = shown(run.ask("GET /", UPGRADE));
     assert_eq!(
         (status, body),
         lines(400, "no known Sec-WebSocket-Protocol, allowed: foxglove.sdk.v1")
@@ -244,8 +244,8 @@ fn ctrl_c_ends_it_with_a_row_and_where_there_is_no_terminal_it_says_so() {
     );
     let row = String::from_utf8(output.stdout).unwrap();
     // Its wheels need rollers at an edge.
-    let told = "omni3 on flat ground, friction 0.7, driven by hand, torque limit 1 N.m, engine rapier\n";
-    assert!(row.starts_with(told), "{row}");
+    let shown = "omni3 on flat ground, friction 0.7, driven by hand, torque limit 1 N.m, engine rapier\n";
+    assert!(row.starts_with(shown), "{row}");
 }
 
 #[test]
@@ -326,9 +326,9 @@ fn in_a_terminal_the_up_arrow_drives_ahead_and_ctrl_c_gives_the_terminal_back() 
         assert!(terminal.wait().unwrap().success());
         let settings = |line: &&str| line.matches(':').count() > 10 && !line.contains(' ');
         let all = shown + &rest;
-        let told: Vec<_> = all.lines().map(str::trim).filter(settings).collect();
-        assert_eq!(told.len(), 2, "{all}");
-        assert_eq!(told[0], told[1], "the terminal is not as it was");
+        let shown: Vec<_> = all.lines().map(str::trim).filter(settings).collect();
+        assert_eq!(shown.len(), 2, "{all}");
+        assert_eq!(shown[0], shown[1], "the terminal is not as it was");
         let outcome: serde_json::Value = serde_json::from_str(&fs::read_to_string(row).unwrap()).unwrap();
         assert!(outcome["final_x_m"].as_f64().unwrap() > 1e-3, "{outcome}");
     }

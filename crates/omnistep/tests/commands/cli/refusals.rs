@@ -72,7 +72,7 @@ fn a_missing_vehicle_file_is_named_with_the_key_and_the_file_that_was_meant() {
 }
 
 #[test]
-fn a_decimal_comma_is_told_from_other_slips() {
+fn a_decimal_comma_is_named_and_other_slips_are_not() {
     let hint = "numbers are written with a decimal point";
     refused_file("s.toml", "height_m = 0.05", "height_m = 0,05", hint);
 }

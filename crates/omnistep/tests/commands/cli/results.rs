@@ -155,7 +155,7 @@ fn without_arguments_it_prints_its_help_and_runs_nothing() {
         help.contains("omnistep compare step ") && help.contains("Commands:"),
         "{help}"
     );
-    // Each command has its line: nobody reads on where help is longer than what a terminal shows.
+    // Each command has its line: help must not be longer than what a terminal shows.
     assert!(help.lines().all(|line| line.chars().count() <= 90), "{help}");
     assert!(help.lines().count() <= 45, "{help}");
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
@@ -475,8 +475,8 @@ fn run_and_inspect_say_what_the_drive_found_and_when() {
     ];
     assert_eq!(notes.len(), expected.len(), "{said}");
     for (note, (words, from_s, until_s)) in notes.iter().zip(expected) {
-        let (time, told) = note.split_once(" s: ").unwrap();
-        assert_eq!(told, words);
+        let (time, shown) = note.split_once(" s: ").unwrap();
+        assert_eq!(shown, words);
         assert!((from_s..until_s).contains(&time.parse().unwrap()), "{note}");
     }
     // The table says what stopped it for good: not the time-out, after which commands came again.

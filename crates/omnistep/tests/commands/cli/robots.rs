@@ -40,10 +40,10 @@ fn every_file_of_a_robot_is_listed_with_what_it_is() {
     files.sort();
     listed.sort();
     assert_eq!(files, listed);
-    let told = stdout(&omnistep(folder.path(), &["list", "robots"]));
+    let shown = stdout(&omnistep(folder.path(), &["list", "robots"]));
     assert!(
-        told.contains("ridgeback     Clearpath Ridgeback: 195 kg"),
-        "{told}"
+        shown.contains("ridgeback     Clearpath Ridgeback: 195 kg"),
+        "{shown}"
     );
 }
 

@@ -1,4 +1,4 @@
-//! What ros2_control's controllers are told of a vehicle, against what they do with it.
+//! The configuration of ros2_control's controllers for a vehicle, against what they do with it.
 
 use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_PI_4, TAU};

@@ -162,7 +162,7 @@ fn bash(folder: &Path, line: &str) -> (Option<i32>, String) {
 #[cfg(target_os = "linux")]
 fn a_full_quota_is_one_line_that_names_the_file_and_leaves_no_half_log() {
     let folder = tempfile::tempdir().unwrap();
-    // The system refuses the write that would make a file larger than 400 KiB, and sends SIGXFSZ, which ends whoever does not
+    // The system refuses the write that would make a file larger than 400 KiB, and sends SIGXFSZ, which ends a process that does not
     // handle it.
     let (code, said) = bash(folder.path(), "ulimit -f 400; exec omnistep run step --quiet");
     assert_eq!(code, Some(1), "{said}");

@@ -33,7 +33,7 @@ fn a_flipped_bit_anywhere_in_a_part_is_noticed_and_its_runs_are_missing_again() 
         bad[at] ^= 1 << (at % 8);
         fs::write(&path, &bad).unwrap();
         let place = format!("byte {at} of {}", whole.len());
-        // Of what is no Parquet any more this says nothing: whoever reads it will.
+        // Of what is no Parquet any more this says nothing: its reader will.
         let no_parquet = at < 4 && damage(&path).unwrap().is_none();
         assert!(damage(&path).unwrap().is_some() || no_parquet, "{place}");
         let found = store.read().unwrap();
@@ -114,7 +114,7 @@ fn a_part_of_an_earlier_build_without_a_checksum_is_set_aside_and_said_to_be_tha
 }
 
 #[test]
-fn a_file_that_is_not_of_this_program_is_nobody_s_damage() {
+fn a_foreign_file_is_not_reported_as_damaged() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("part-other.parquet");
     fs::write(&path, "no Parquet").unwrap();

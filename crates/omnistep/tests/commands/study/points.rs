@@ -115,7 +115,7 @@ fn a_key_that_a_point_does_not_replace_is_a_column_with_the_scenarios_own_value(
 }
 
 #[test]
-fn listed_points_that_cannot_be_told_apart_or_are_none_are_refused() {
+fn listed_points_that_are_equal_or_none_are_refused() {
     let said = |points: &[&[&str]]| of_scenarios(points, Seeds::Count(2)).unwrap_err().to_string();
     let (once, twice): (&[&str], &[&str]) = (&["terrain.friction=0.5"], &["terrain.friction=0.50"]);
     let expected = "listed: points: points[0] and points[2] are the same run, allowed: each run once";
@@ -139,18 +139,18 @@ fn listed_points_that_cannot_be_told_apart_or_are_none_are_refused() {
 }
 
 #[test]
-fn a_row_is_in_the_folder_before_anybody_hears_of_it() {
+fn a_row_is_in_the_folder_before_it_is_reported() {
     let plan = plan_of(&SMALL.replace("seeds = 4", "seeds = 20"));
     let folder = tempfile::tempdir().unwrap();
     let store = Store::new(folder.path(), &plan).unwrap();
-    let mut heard = 0;
+    let mut received = 0;
     let done = compute(plan.runs(), &store, None, &AtomicBool::new(false), |row| {
-        heard += 1;
+        received += 1;
         let found = store.read().unwrap();
-        assert!(found.keys().any(|key| key == row.key), "{heard}");
+        assert!(found.keys().any(|key| key == row.key), "{received}");
         assert!(found.damaged.is_empty());
     });
-    assert_eq!((done.unwrap().rows, heard), (120, 120));
+    assert_eq!((done.unwrap().rows, received), (120, 120));
     assert!(!parts(folder.path()).is_empty());
     assert_eq!(growing(folder.path()), 0, "every part is whole at the end");
 }

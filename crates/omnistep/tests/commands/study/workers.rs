@@ -23,10 +23,10 @@ fn one_batch() -> (tempfile::TempDir, Store, fs::File, Batch) {
 /// A worker that is asked to stop after so many rows, and what happens before it gets to that; how many rows it computed.
 fn ended_after(batch: &Batch, folder: &Path, most: usize, meanwhile: impl FnOnce()) -> usize {
     let stop = AtomicBool::new(false);
-    let (mut heard, mut meanwhile) = (0, Some(meanwhile));
+    let (mut received, mut meanwhile) = (0, Some(meanwhile));
     let done = batch.compute(folder, ONE, &stop, |_| {
-        heard += 1;
-        if heard >= most {
+        received += 1;
+        if received >= most {
             stop.store(true, Ordering::Relaxed);
             if let Some(meanwhile) = meanwhile.take() {
                 meanwhile();
@@ -116,7 +116,7 @@ fn a_reader_needs_no_lock_while_another_makes_parts_whole() {
             reads
         });
         for _ in 0..100 {
-            // What a worker that was killed leaves, last in the order of names, and whoever comes next.
+            // What a worker that was killed leaves, last in the order of names, and the next worker.
             fs::copy(&part, folder.path().join("left.tmp")).unwrap();
             fs::rename(
                 folder.path().join("left.tmp"),

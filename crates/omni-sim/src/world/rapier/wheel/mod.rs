@@ -79,8 +79,8 @@ impl Wheel {
     /// Makes a world as it was read out of a snapshot whole again, with the shapes of one that was built of the same scenario.
     ///
     /// The engine's files hold neither shapes of ours nor who finds their contacts. What else depends on a shape is in them, and
-    /// must not be found anew: so the engine is not told of the change. Its marks of it stay on the colliders and in later
-    /// snapshots; nobody reads them as long as contacts are not recycled, no collider is changed while a world runs, and
+    /// must not be found anew: so the engine does not know of the change. Its marks of it stay on the colliders and in later
+    /// snapshots; they are not read as long as contacts are not recycled, no collider is changed while a world runs, and
     /// bodies do not move continuously (CCD): all three hold.
     pub(super) fn put_rollers_back(&self, physics: &mut PhysicsWorld, built: &ColliderSet) {
         if self.borne.is_empty() {

@@ -32,7 +32,7 @@ fn the_row_behind_the_largest_drop_climbs_next_and_later_rows_are_run_up_to() {
 #[test]
 fn a_vehicle_that_is_stuck_backs_off_runs_up_and_gives_up_after_its_tries() {
     let mut config = SupervisorConfig::steady(T);
-    config.ladder.tries = 2;
+    config.retry.retries = 2;
     let supervisor = supervisor(config);
     let (mut memory, mut modes) = (SupervisorState::new(), Vec::new());
     let mut targets = Vec::new();
@@ -51,7 +51,7 @@ fn a_vehicle_that_is_stuck_backs_off_runs_up_and_gives_up_after_its_tries() {
         modes,
         [Drive, BackOff, RunUp, Drive, BackOff, RunUp, Drive, GaveUp]
     );
-    assert_eq!((memory.tries(), memory.retries()), (2, 2));
+    assert_eq!((memory.row_retries(), memory.retries()), (2, 2));
     let (slowest, fastest) = targets
         .iter()
         .fold((0.0_f64, 0.0_f64), |(low, high), t| (low.min(*t), high.max(*t)));
@@ -64,7 +64,7 @@ fn a_vehicle_that_is_stuck_backs_off_runs_up_and_gives_up_after_its_tries() {
     let mut state = seen([0.05, 0.0, 0.0], 0.0, 0.0);
     steady().command(&mut state, &BodyTwist::ZERO);
     let _ = supervisor.step(&mut memory, &state);
-    assert_eq!((memory.tries(), memory.retries(), memory.row()), (0, 2, 0));
+    assert_eq!((memory.row_retries(), memory.retries(), memory.row()), (0, 2, 0));
 }
 
 #[test]
@@ -79,7 +79,7 @@ fn a_vehicle_that_gets_one_front_wheel_up_and_falls_back_gives_up_too() {
             let state = seen([height, 0.0, 0.0], target_m_s.min(0.0), 1.0);
             target_m_s = supervisor.step(&mut memory, &state).speed_m_s;
         }
-        assert_eq!(memory.retries(), u32::from(config.ladder.tries));
+        assert_eq!(memory.retries(), u32::from(config.retry.retries));
         assert_eq!(memory.mode(), SupervisorMode::GaveUp);
     }
 }
@@ -97,13 +97,13 @@ fn once_all_rows_are_past_an_obstacle_the_next_one_has_all_tries_again() {
         }
     };
     drive(&mut memory, [0.0; 3], true, 60_000);
-    assert_eq!((memory.tries(), memory.retries()), (8, 8));
+    assert_eq!((memory.row_retries(), memory.retries()), (8, 8));
     for heights in [[0.05, 0.0, 0.0], [0.05, 0.05, 0.0], [0.05; 3]] {
         drive(&mut memory, heights, false, 1000);
     }
-    assert_eq!((memory.tries(), memory.row()), (0, 0));
+    assert_eq!((memory.row_retries(), memory.row()), (0, 0));
     drive(&mut memory, [0.0; 3], true, 60_000);
-    assert_eq!((memory.tries(), memory.retries()), (8, 16));
+    assert_eq!((memory.row_retries(), memory.retries()), (8, 16));
 }
 
 #[test]
@@ -138,7 +138,7 @@ fn a_vehicle_that_nothing_moves_gives_up_although_its_encoders_read_nothing_at_a
     };
     for usable in [7, 4] {
         let mut config = SupervisorConfig::steady(T);
-        config.ladder.tries = 2;
+        config.retry.retries = 2;
         let limiter = crate::TwistLimiter::new(limits, T).expect("valid");
         let mut policy = crate::TractionPolicy::new(limiter, supervisor(config), steady());
         let mut torques = [0.0; 7];
@@ -169,16 +169,16 @@ fn policy_with(sensors: TractionSensors<f64>) -> crate::TractionPolicy<f64, 7> {
         wz: any,
     };
     let mut config = SupervisorConfig::steady(T);
-    config.ladder.tries = 2;
+    config.retry.retries = 2;
     let limiter = crate::TwistLimiter::new(limits, T).expect("valid");
     let traction = seven(TractionConfig::steady(0.3, 2.0, T).with_sensors(sensors));
     crate::TractionPolicy::new(limiter, supervisor(config), traction)
 }
 
 #[test]
-fn a_vehicle_that_gave_up_drives_again_after_rest_or_another_way_whatever_its_sensors_tell() {
+fn a_vehicle_that_gave_up_drives_again_after_rest_or_in_another_direction() {
     let mut coarse = TractionSensors::perfect();
-    coarse.encoder_counts = 256.0; // hide 0.04 m/s: slip is told at 0.3 m/s, not at 0.05 m/s
+    coarse.encoder_counts = 256.0; // hide 0.04 m/s: slip is determined at 0.3 m/s, not at 0.05 m/s
     for (sensors, dead) in [(coarse, 7), (TractionSensors::perfect(), 2)] {
         for rests in [true, false] {
             let mut policy = policy_with(sensors);
@@ -210,7 +210,7 @@ fn a_vehicle_that_gave_up_drives_again_after_rest_or_another_way_whatever_its_se
 }
 
 #[test]
-fn a_vehicle_that_is_stuck_gives_up_where_slip_cannot_be_told_too() {
+fn a_vehicle_that_is_stuck_gives_up_where_slip_is_undetermined_too() {
     let mut coarse = TractionSensors::perfect();
     coarse.encoder_counts = 128.0; // hide 0.058 m/s
     let mut policy = policy_with(coarse);
@@ -225,7 +225,7 @@ fn a_vehicle_that_is_stuck_gives_up_where_slip_cannot_be_told_too() {
     }
     assert_eq!(policy.supervisor().mode(), SupervisorMode::GaveUp);
     assert_eq!((torques, policy.supervisor().retries()), ([0.0; 7], 0));
-    // One that goes more than half as fast as it was told to is not stuck, whatever it takes.
+    // One that goes more than half as fast as commanded is not stuck, whatever it takes.
     let supervisor = supervisor(SupervisorConfig::steady(T));
     let mode = |speed_m_s: f64, periods: usize| {
         let mut state = seen([0.0; 3], speed_m_s, 1.0);
