@@ -108,9 +108,13 @@ def read(data: LogLike, vehicle: Vehicle, *, pose: bool = False) -> WheelLog:
         raise ConfigError(f"{name}: time_s has {len(time)} rows, allowed: 10 or more", key="time_s", file=name)
     with np.errstate(over="ignore"):
         steps = np.diff(time)
-    if not (np.isfinite(steps).all() and (steps > 0.0).all()):
+    if (wrong := np.flatnonzero(~(np.isfinite(steps) & (steps > 0.0)))).size:
+        row = int(wrong[0]) + 1
         raise ConfigError(
-            f"{name}: time_s does not increase, allowed: finite, increasing times", key="time_s", file=name
+            f"{name}: time_s does not increase in row {row + 1}, from {time[row - 1]:.6g} to {time[row]:.6g} s,"
+            " allowed: finite, increasing times; cut the log there",
+            key="time_s",
+            file=name,
         )
     period, kept, slots = _grid(name, time)
 
