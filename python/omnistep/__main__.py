@@ -138,6 +138,13 @@ def _resimulate(arguments: list[str]) -> int:
         "--set", action="append", default=[], metavar="KEY=VALUE", help="replace a key of the scenario; may be repeated"
     )
     parser.add_argument(
+        "--plate",
+        nargs=3,
+        type=float,
+        metavar=("X", "Y", "YAW"),
+        help="the marker plate of the log's pose on the vehicle, in m and rad; found from wheels and poses if left out",
+    )
+    parser.add_argument(
         "-o", "--out", type=Path, default=Path("resimulated.png"), help="png, svg or pdf; resimulated.png if left out"
     )
     parser.add_argument("--quiet", action="store_true", help="show no progress bar")
@@ -152,6 +159,7 @@ def _resimulate(arguments: list[str]) -> int:
             scenario=given.scenario,
             by=next((each for each in BYS if getattr(given, each)), "commands"),
             keys=given.set,
+            plate=given.plate,
             progress=not given.quiet,
         )
 

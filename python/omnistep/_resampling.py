@@ -33,6 +33,7 @@ class Channel:
         held: a sample holds until the next one.
         missing: cells that were empty or not finite, left out.
         unordered: samples that were left out so that times ascend, as few as possible.
+        set_back: samples of those that are left at which the clock had gone back, see :func:`set_back`.
     """
 
     name: str
@@ -42,6 +43,7 @@ class Channel:
     held: bool
     missing: int
     unordered: int
+    set_back: tuple[int, ...] = ()
 
     def over(self, starts_ns: Nanoseconds, period_ns: int) -> Floats:
         """The signal in the periods that start at these times, in sequence; NaN where it is unknown.
@@ -100,20 +102,52 @@ class Channel:
         return 1e9 / float(np.median(np.diff(self.time_ns))) if self.time_ns.size > 1 else float("nan")
 
 
-def channels(path: Path, signal: Signal, samples: Samples, *, turning: Sequence[int] = ()) -> list[Channel]:
-    """Clean a signal's columns; those in ``turning`` are angles that jump by a turn."""
+def set_back(time_ns: Nanoseconds) -> list[int]:
+    """Samples at which a clock goes back and on from there; one sample that comes late is none.
+
+    >>> import numpy as np
+    >>> from omnistep._resampling import set_back
+    >>> set_back(np.array([0, 10, 20, 30, 40, 50, 0, 10, 20])), set_back(np.array([0, 10, 20, 30, 40, 0, 50, 60]))
+    ([6], [])
+    """
+    steps = np.diff(time_ns)
+    if not steps.size or steps.min() >= 0:
+        return []
+    least = -GAP_IN_PERIODS * float(np.median(np.abs(steps)))
+    back = np.flatnonzero(steps < least)
+    return [int(k) + 1 for k in back if k + 2 >= time_ns.size or time_ns[k + 2] <= time_ns[k]]
+
+
+def clock_doubts(clock: str, time_ns: Nanoseconds) -> list[str]:
+    """Report where a clock goes back; ``clock`` names its column or topic."""
+    back = set_back(time_ns)
+    if not back:
+        return []
+    again = f", and {len(back) - 1} times more" if len(back) > 1 else ""
+    return [f"{clock}: {_went_back(time_ns, back[0])}{again}: the clock was set there; import the log in pieces"]
+
+
+def _went_back(time_ns: Nanoseconds, at: int) -> str:
+    before_s, after_s = time_ns[at - 1] * 1e-9, time_ns[at] * 1e-9
+    return f"time goes back by {before_s - after_s:.6g} s in row {at + 1}, from {before_s:.6g} to {after_s:.6g} s"
+
+
+def channels(path: Path, signal: Signal, samples: Samples, *, clock: str, turning: Sequence[int] = ()) -> list[Channel]:
+    """Clean a signal's columns; those in ``turning`` are angles that jump by a turn; ``clock`` names that of times."""
+    back = np.maximum.accumulate(samples.time_ns) - samples.time_ns
+    if back.size and back.max() > _BACK_NS:
+        what = _went_back(samples.time_ns, int(np.argmax(back > _BACK_NS)))
+        raise LogError(
+            f"{path}: {clock}: {what}, allowed: {_BACK_NS * 1e-9:g} s at most; cut the log there", file=str(path)
+        )
     made = []
     for number, (factor, offset) in enumerate(zip(signal.factors, signal.offsets, strict=True)):
         raw = samples.values[:, number]
         finite = np.isfinite(raw)
         time_ns, raw = samples.time_ns[finite], raw[finite]
         name = f"{signal.table}.{number}" if not signal.names else signal.names[number]
-        back = np.maximum.accumulate(time_ns) - time_ns
-        if time_ns.size and back.max() > _BACK_NS:
-            at = int(np.argmax(back > _BACK_NS))
-            what = f"time goes back by {back[at] * 1e-9:g} s at sample {at}, allowed: {_BACK_NS * 1e-9:g} s at most"
-            raise LogError(f"{path}: {name}: {what}; cut the log there", file=str(path))
         ordered = _ascending(time_ns)
+        begins = np.searchsorted(np.flatnonzero(ordered), set_back(time_ns))
         time_ns, raw = time_ns[ordered], raw[ordered]
         if signal.wrap is not None:
             if raw.size and np.ptp(raw) >= signal.wrap:
@@ -137,6 +171,7 @@ def channels(path: Path, signal: Signal, samples: Samples, *, turning: Sequence[
                 held=signal.kind.held,
                 missing=int(np.count_nonzero(~finite)),
                 unordered=int(np.count_nonzero(~ordered)),
+                set_back=tuple(int(begin) for begin in begins if 0 < begin < time_ns.size),
             )
         )
     return made

@@ -10,7 +10,7 @@ from typing import Any
 
 from omnistep._estimates import Estimate
 from omnistep._omnistep import Vehicle
-from omnistep._wheel_forms import Number, alike, form_of, of_form
+from omnistep._wheel_forms import Number, form_of, of_form
 
 #: Where a number is in the file: keys, and places in lists.
 Path = tuple[str | int, ...]
@@ -165,16 +165,16 @@ def _total_mass(file: Any, changes: dict[Path, Number | None], mass_kg: float, h
 def _rotor(
     file: Any, changes: dict[Path, Number | None], wheels: list[dict[str, Any]], form: str | None, notes: list[str]
 ) -> None:
-    """Inertias of wheels that a motor's rotor gives."""
+    """Inertias of wheels that a motor's rotor gives: its own gives their mean, which is all that was found."""
     motor, inertias = file["motor"], [path for path in changes if path[0] == "wheel" and path[-1] == "inertia_kg_m2"]
     if "rotor_inertia_kg_m2" not in motor or not inertias:
         return
     tables = [] if form else file["wheel"]
     ratio2 = float(motor["gear_ratio"]) ** 2
     rotors = [(wheel["inertia_kg_m2"] - wheel["mass_kg"] * wheel["radius_m"] ** 2 / 2) / ratio2 for wheel in wheels]
-    half = changes[inertias[0]]
-    if min(rotors) > 0.0 and alike(rotors) and not any("inertia_kg_m2" in table for table in tables):
-        changes["motor", "rotor_inertia_kg_m2"] = (rotors[0], half[1] / ratio2 if half and half[1] else None)
+    rotor, half = sum(rotors) / len(rotors), changes[inertias[0]]
+    if rotor > 0.0 and not any("inertia_kg_m2" in table for table in tables):
+        changes["motor", "rotor_inertia_kg_m2"] = (rotor, half[1] / ratio2 if half and half[1] else None)
         for path in inertias:
             del changes[path]
         return

@@ -72,6 +72,8 @@ class WheelLog:
     zero_duty: str | None = None
     #: Measured poses at the times of the angles: x [m], y [m], yaw [rad], (T, 3), where they were asked for.
     pose: Floats | None = None
+    #: What is said of a file without its end, else empty.
+    cut_off: str = ""
 
     def rows(self, first: int, last: int) -> WheelLog:
         """The part from the row ``first`` to the one before ``last``."""
@@ -102,15 +104,19 @@ def read(data: LogLike, vehicle: Vehicle, *, pose: bool = False) -> WheelLog:
         ConfigError: a column is missing, of another length, or not numbers; the message names log and column.
         LogError: the file cannot be read.
     """
-    name, columns, zero = _columns(data, vehicle, POSE if pose else ())
+    name, columns, zero, complete = _columns(data, vehicle, POSE if pose else ())
     time = _column(name, columns, "time_s", None)
     if len(time) < 10:
         raise ConfigError(f"{name}: time_s has {len(time)} rows, allowed: 10 or more", key="time_s", file=name)
     with np.errstate(over="ignore"):
         steps = np.diff(time)
-    if not (np.isfinite(steps).all() and (steps > 0.0).all()):
+    if (wrong := np.flatnonzero(~(np.isfinite(steps) & (steps > 0.0)))).size:
+        row = int(wrong[0]) + 1
         raise ConfigError(
-            f"{name}: time_s does not increase, allowed: finite, increasing times", key="time_s", file=name
+            f"{name}: time_s does not increase in row {row + 1}, from {time[row - 1]:.6g} to {time[row]:.6g} s,"
+            " allowed: finite, increasing times; cut the log there",
+            key="time_s",
+            file=name,
         )
     period, kept, slots = _grid(name, time)
 
@@ -174,6 +180,9 @@ def read(data: LogLike, vehicle: Vehicle, *, pose: bool = False) -> WheelLog:
         yaw_rate=None if yaw_rate is None else at(yaw_rate[:, None])[:, 0],
         zero_duty=zero,
         pose=None if poses is None else at(poses),
+        cut_off=""
+        if complete
+        else f"{name}: its end is missing, as of a recording that was cut off: {time[-1]:.6g} s read",
     )
 
 
@@ -256,20 +265,21 @@ def _is_table(data: LogLike) -> bool:
     return isinstance(data, str | PathLike) and Path(data).suffix.lower() in SUFFIXES
 
 
-def _columns(data: LogLike, vehicle: Vehicle, more: tuple[str, ...]) -> tuple[str, Mapping[str, Any], str | None]:
+def _columns(data: LogLike, vehicle: Vehicle, more: tuple[str, ...]) -> tuple[str, Mapping[str, Any], str | None, bool]:
+    """Name, columns, what bridges do at zero duty where it is known, and whether the file has its end."""
     if isinstance(data, Trace):
-        return data.scenario, data.columns(), None
+        return data.scenario, data.columns(), None, True
     if isinstance(data, Mapping):
-        return "data", data, None
+        return "data", data, None, True
     if not isinstance(data, Log | str | PathLike):
         raise TypeError(f"data: {type(data).__name__}, allowed: a trace, a log, a path, or arrays by name")
     if not isinstance(data, Log):
         path = Path(data)
         if _is_table(path):
-            return fspath(path), _table(path, vehicle, more), None
+            return fspath(path), _table(path, vehicle, more), None, True
         data = read_mcap(path)
     zero = data.run.get(ZERO_DUTY_FACT)
-    return fspath(data.path), data.trace.columns(), zero if zero in ZERO_DUTIES else None
+    return fspath(data.path), data.trace.columns(), zero if zero in ZERO_DUTIES else None, data.complete
 
 
 def _table(path: Path, vehicle: Vehicle, more: tuple[str, ...]) -> dict[str, Floats]:

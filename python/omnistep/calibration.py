@@ -73,7 +73,8 @@ class Calibration:
             the file, and ``all.turn_rad``, the rotation of the whole vehicle, counter-clockwise.
         estimates: for every wheel ``NAME.radius_m``, ``NAME.shift_m`` (shift of its position across its push direction,
             to the right of it) and ``NAME.turn_rad`` (rotation of its rolling direction, counter-clockwise).
-        cannot_tell: parameters that the runs do not determine, and runs that would; a line each.
+        cannot_tell: parameters that the runs do not determine, and runs that would; a line each. Logs that were cut off
+            come first.
         vehicle: the vehicle with the estimates.
         plates: of recorded poses where the marker plate is on the vehicle, ``NAME.plate_x_m``, ``NAME.plate_y_m`` and
             ``NAME.plate_yaw_rad``, and how late they are, ``NAME.delay_s``. NAME is the log's, or ``plate`` of the run.
@@ -169,7 +170,8 @@ def calibrate(
     for name, value in (("position_sd_m", position_sd_m), ("yaw_sd_rad", yaw_sd_rad)):
         if value is not None:
             number(name, value, "")
-    problem, found, single, left_out = _solved(drawn, _prepared(runs, drawn), position_sd_m, yaw_sd_rad)
+    prepared, cut_off = _prepared(runs, drawn)
+    problem, found, single, left_out = _solved(drawn, prepared, position_sd_m, yaw_sd_rad)
     drives = problem.drives
     wrong = _wrong(problem, found)
     places, turns, parts_places, parts_turns, _ = problem.groups(found.reported)
@@ -183,6 +185,7 @@ def calibrate(
         common=common,
         estimates=parts,
         cannot_tell=(
+            *cut_off,
             *left_out,
             *_doubtful(drawn, problem, found, refuted),
             *([f"no interval is given: {refuted}"] if refuted else _cannot_tell(common, parts, bool(recordings))),
@@ -197,18 +200,20 @@ def calibrate(
     )
 
 
-def _prepared(runs: Sequence[CalibrationRun], drawn: Vehicle) -> list[Drive | Piece]:
-    """Runs with a measured end, and the pieces of runs with recorded poses."""
+def _prepared(runs: Sequence[CalibrationRun], drawn: Vehicle) -> tuple[list[Drive | Piece], list[str]]:
+    """Runs with a measured end, and the pieces of runs with recorded poses; and what is said of logs cut off."""
     drives: list[Drive | Piece] = []
+    cut_off: dict[str, None] = {}
     for index, run in enumerate(runs):
         check(run, f"run[{index}]")
         log = read(run.log, drawn, pose=run.pose)
+        cut_off |= {log.cut_off: None} if log.cut_off else {}
         where = name_of(run, index, log)
         log, first = part_of(log, run, where)
         drives += Recording(run, log, first, drawn, where).pieces if run.pose else [Drive(run, log, where)]
     if not drives:
         raise ConfigError("runs: empty, allowed: at least one run", key="runs")
-    return drives
+    return drives, list(cut_off)
 
 
 def _solved(

@@ -51,7 +51,8 @@ class Identification:
 
     Attributes:
         estimates: the parameters.
-        cannot_tell: parameters that the logs do not determine, and the manoeuvre that would; a line each.
+        cannot_tell: parameters that the logs do not determine, and the manoeuvre that would; a line each. Logs that
+            were cut off come first.
         vehicle: the vehicle with the estimates, and gains for them. A vehicle file has no rolling resistance, so
             ``motor.gear_friction_n_m`` includes it.
         simulation: the wheels' speeds, simulated from the logs' torques or duty cycles with the estimates.
@@ -283,6 +284,7 @@ def _identification(problem: Problem, best: Answer, answers: Sequence[Answer]) -
     return Identification(
         estimates=withheld(parts) if refuted else parts,
         cannot_tell=(
+            *dict.fromkeys(log.cut_off for log, _ in problem.logs if log.cut_off),
             *dict.fromkeys(doubt for motion in motions for doubt in motion.doubts()),
             *([f"no interval is given: {refuted}"] if refuted else []),
             *_which_way(best, answers),

@@ -16,7 +16,7 @@ from omnistep._log_sources import Nanoseconds, read_samples, span
 from omnistep._omnistep import Kinematics, Scenario, Vehicle, write_recording
 from omnistep._output_files import check_output
 from omnistep._recorded_command import AXES, MOST_COMMANDS, recorded_scenario
-from omnistep._resampling import Channel, channels
+from omnistep._resampling import Channel, channels, clock_doubts
 from omnistep._tables import Floats, Skipped
 from omnistep._wheel_logs import ZERO_DUTY_FACT
 from omnistep._wheel_odometry import reckoned
@@ -192,7 +192,7 @@ def import_log(
     # Numbers of absurd size end as infinite or NaN, which no log has as known.
     with np.errstate(over="ignore", invalid="ignore"):
         read = {
-            table: channels(source, signal, samples[table], turning=_turning(table))
+            table: channels(source, signal, samples[table], clock=_clock(log_map, table), turning=_turning(table))
             for table, signal in log_map.signals.items()
         }
         starts_ns, rows = _span(source, log_map, read["wheels"])
@@ -200,13 +200,21 @@ def import_log(
         scenario, commands_left_out = recorded_scenario(log_map, source, columns, rows)
         signals = _signals(log_map, read, columns)
         period_s = log_map.scenario.period_s
-        doubts = _doubtful(log_map, read, columns, signals, starts_ns)
+        clocks = {_clock(log_map, table): samples[table].time_ns for table in read}
+        doubts = tuple(doubt for clock, time_ns in clocks.items() for doubt in clock_doubts(clock, time_ns))
+        doubts += _doubtful(log_map, read, columns, signals, starts_ns)
     summary = ImportSummary(source, path, rows, period_s, starts_ns * 1e-9, signals, commands_left_out, doubts, skipped)
     facts = {"source": source.name, "map": Path(map).name, "import": str(summary)}
     if "duty" in log_map.signals and (zero := log_map.signals["duty"].zero):
         facts[ZERO_DUTY_FACT] = zero
     write_recording(path, scenario, columns, facts, log_map.text)
     return summary
+
+
+def _clock(log_map: LogMap, table: str) -> str:
+    """What has the times of a signal, in words."""
+    topic = log_map.signals[table].topic
+    return f"column {log_map.time_column}" if topic is None else f"topic {topic}"
 
 
 def _turning(table: str) -> tuple[int, ...]:
@@ -305,8 +313,10 @@ def _doubtful(
         gears = [wheel.gear if wheels.at_wheel else 1.0 for wheel in vehicle.layout.wheels]
         no_load = vehicle.no_load_rad_s or math.inf
         for channel, factor, gear in zip(read["wheels"], wheels.factors, gears, strict=True):
-            time_s, counts = np.asarray(channel.time_ns * 1e-9), channel.value / factor
-            doubts += _plausibility.of_counter(channel.name, time_s, counts, no_load * gear / abs(factor))
+            # Where a clock goes back, rows are left out: the counter goes on after it.
+            pieces = (np.split(column, channel.set_back) for column in (channel.time_ns * 1e-9, channel.value / factor))
+            for time_s, counts in zip(*pieces, strict=True):
+                doubts += _plausibility.of_counter(channel.name, time_s, counts, no_load * gear / abs(factor))
     doubts += [f"{each.name} of [{each.signal}] has no number" for each in signals if each.known == 0]
     beyond = [(each.signal, each.name, each.beyond, each.known) for each in signals]
     doubts += _plausibility.of_motors(beyond, vehicle.no_load_rad_s or math.inf)

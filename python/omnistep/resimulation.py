@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from omnistep._argument_types import trace_of
 from omnistep._axes import figure, recorded_and_simulated
+from omnistep._marker_plate import MarkerPlate, found, given
 from omnistep._omnistep import Kinematics, Log, Odometry, Scenario, Simulation, Trace
 from omnistep._output_files import REFERENCES, check_picture, named_files, replaced, scenario_files
 from omnistep._recorded_command import AXES
@@ -85,6 +86,8 @@ class Resimulation:
         differences: by name: ``wheel_NAME_measured_rad_s`` of each wheel, ``wheels`` (all of them), the twist from the
             wheels ``estimated_*``, ``gyro_rad_s`` and ``path`` (in the plane, from the start of the log; by ``pose_*``
             where the log has it, else by the wheels, until the first gap).
+        plate: where the marker plate of the log's pose is on the vehicle, ``x_m``, ``y_m`` and ``yaw_rad``; the paths
+            are those of the plate. None where the pose is the vehicle's own, of a run, or there is none.
     """
 
     recorded: Trace
@@ -93,6 +96,7 @@ class Resimulation:
     unknown: int
     zeroed: tuple[str, ...]
     differences: Mapping[str, Difference]
+    plate: MarkerPlate | None
     _wheels: tuple[Floats, Floats]
     _twists: tuple[Floats, Floats]
     _paths: tuple[Floats, Floats]
@@ -122,7 +126,8 @@ class Resimulation:
         title = f"{len(self.recorded)} control periods by {self.by}, {self.unknown} of them unknown (last value held); "
         if self.zeroed:
             title += f"{', '.join(self.zeroed)} = 0, because measured torques include it; "
-        return "\n".join([f"{title}simulated minus recorded:", *lines])
+        plate = () if self.plate is None else (str(self.plate),)
+        return "\n".join([f"{title}simulated minus recorded:", *lines, *plate])
 
     def plot(self) -> Any:
         """Draw both over each other: wheels' velocities, twist and path.
@@ -168,6 +173,7 @@ def resimulate(
     *,
     by: Literal["commands", "torques", "wheels", "duty"] = "commands",
     overrides: Mapping[str, Any] | None = None,
+    plate: Sequence[float] | None = None,
     progress: bool = True,
 ) -> Resimulation:
     """Drive a simulation with what a log has: commands, torques, wheels or duty cycles; compare their measurements.
@@ -186,6 +192,8 @@ def resimulate(
             cycles go to the motors, whose torque follows from the vehicle's line (stall torque, slope) at the simulated
             velocity; at a duty cycle of zero they brake, or have no torque where the log says ``coast``.
         overrides: keys of the scenario to replace, as in :func:`omnistep.run`.
+        plate: x [m], y [m] and yaw [rad] of the marker plate in the vehicle's axes, where the log's pose is that of a
+            plate (:attr:`Calibration.plates`). Of a vehicle's log it is found from wheels and poses if left out.
         progress: show a bar on standard error when it takes more than a second.
 
     Returns:
@@ -208,6 +216,7 @@ def resimulate(
     """
     if by not in BYS:
         raise ConfigError(f"by = {by!r}, allowed: {', '.join(BYS)}", key="by")
+    stated = None if plate is None else given(plate)
     read = log if isinstance(log, Log) else read_mcap(log, progress=progress)
     recorded = trace_of(read)
     if scenario is None:
@@ -234,7 +243,7 @@ def resimulate(
     twists = (twists_of(recorded, "estimated"), estimated(made.vehicle, read_rad_s))
     # A gyro is read at the start of a period, as the encoders are.
     yaw_rates = (recorded["gyro_rad_s"], np.concatenate([[0.0], simulated["twist_wz_rad_s"][:-1]]))
-    paths = _paths(made, read, simulated, wheels)
+    marker, paths = _paths(made, read, simulated, wheels, stated)
     return Resimulation(
         recorded=recorded,
         simulated=simulated,
@@ -242,6 +251,7 @@ def resimulate(
         unknown=unknown,
         zeroed=zeroed,
         differences=_differences(read, wheels, twists, yaw_rates, paths),
+        plate=marker,
         _wheels=wheels,
         _twists=twists,
         _paths=paths,
@@ -268,19 +278,26 @@ def _fits(scenario: Scenario, recorded: Trace) -> None:
         raise ConfigError(f"scenario {scenario.name}: {what}, allowed: {allowed}", key="control.period_us")
 
 
-def _paths(scenario: Scenario, log: Log, simulated: Trace, wheels: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
-    """Positions of the log and of the simulation, (T, 2) each, from the same start."""
+def _paths(
+    scenario: Scenario, log: Log, simulated: Trace, wheels: tuple[Floats, Floats], plate: MarkerPlate | None
+) -> tuple[MarkerPlate | None, tuple[Floats, Floats]]:
+    """Positions of the log and of the simulation, (T, 2) each, from the same start, and the plate that they are of."""
     recorded = log.trace
     pose = ("pose_x_m", "pose_y_m", "pose_yaw_rad")
     if all(name in recorded for name in pose):
         seen, own = (np.column_stack([trace[name] for name in pose]) for trace in (recorded, simulated))
         known = np.flatnonzero(np.isfinite(seen).all(axis=1))
         if known.size:
+            if plate is None and log.recorded:
+                plate = found(scenario.vehicle, wheels[0], seen, scenario.period_s)
+            own = own if plate is None else plate.of(own)
             # The simulation's frame is laid over the log's where that begins.
             at = known[0]
             turn = seen[at, 2] - own[at, 2]
             rotation = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
-            return seen[:, :2], (own[:, :2] - own[at, :2]) @ rotation + seen[at, :2]
+            return plate, (seen[:, :2], (own[:, :2] - own[at, :2]) @ rotation + seen[at, :2])
+    if plate is not None:
+        raise ConfigError("plate: the log has no pose, allowed: a log imported with [pose] in its map", key="plate")
     # By the wheels, of both: where they are not known, nobody knows where the vehicle is from then on.
     unknown = np.flatnonzero(~np.isfinite(wheels[0][1:]).all(axis=1))
     first = int(np.isnan(wheels[0][0]).any())  # velocities from counts begin with the second row
@@ -292,7 +309,7 @@ def _paths(scenario: Scenario, log: Log, simulated: Trace, wheels: tuple[Floats,
             odometry = Odometry(kinematics=Kinematics(layout=scenario.vehicle.layout), period_s=scenario.period_s)
             place[first:end] = odometry.step_velocities(each[first:end])[:, :2]
         places.append(place)
-    return places[0], places[1]
+    return None, (places[0], places[1])
 
 
 def _differences(
@@ -325,6 +342,7 @@ def write(
     scenario: str | None = None,
     by: Literal["commands", "torques", "wheels", "duty"] = "commands",
     keys: Sequence[str] = (),
+    plate: Sequence[float] | None = None,
     progress: bool = True,
 ) -> None:
     """Resimulate a log, print the differences and draw both into a file, as ``omnistep resimulate``."""
@@ -334,7 +352,7 @@ def write(
     inputs = [log, *named_files({"vehicle": overrides.get("vehicle"), **named}, Path())]
     inputs += () if scenario is None else scenario_files(Path(scenario))
     check_picture(out, inputs)
-    again = resimulate(log, scenario, by=by, overrides=overrides, progress=progress)
+    again = resimulate(log, scenario, by=by, overrides=overrides, plate=plate, progress=progress)
     print(again)
     with replaced(out, inputs) as aside:
         again.plot().savefig(aside, dpi=110)

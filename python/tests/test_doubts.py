@@ -389,6 +389,18 @@ def test_a_counter_that_starts_again_is_told(tmp_path, read, said):
     assert len(doubts) == (0 if said is None else 4) and all(said in line for line in doubts)
 
 
+def test_a_clock_that_goes_back_is_named_and_no_counter_is_blamed(tmp_path):
+    # From row 251 on the clock is 0.5 s behind: 50 rows have times that were there before.
+    rows = ["t,a,b,c,d"]
+    rows += [f"{0.01 * k - 0.5 * (k >= 250):.2f}," + ",".join([str(100 * k)] * 4) for k in range(400)]
+    (tmp_path / "c.csv").write_text("\n".join(rows))
+    (tmp_path / "c.toml").write_text(POSE_MAP.replace("210", "4096"))
+    summary = omnistep.import_log(tmp_path / "c.csv", map=tmp_path / "c.toml", out=tmp_path / "c.mcap")
+    said = "column t: time goes back by 0.49 s in row 251, from 2.49 to 2 s: the clock was set there; import the log"
+    assert summary.doubts[0].startswith(said) and not any("counter" in line for line in summary.doubts)
+    assert all(each.unordered == 50 for each in summary.signals)
+
+
 def test_rates_that_no_motor_has_are_told_in_words(tmp_path):
     summary = imported(tmp_path, scaled("abcd", 60.0), MAP.split("[command]")[0])
     (line,) = [line for line in summary.doubts if "faster than the motors without load, 30 rad/s" in line]

@@ -165,6 +165,25 @@ def test_refuted_results_are_no_file_unless_it_is_asked_for(logs, tmp_path, caps
     assert omnistep.Vehicle("found.toml")["motor.stall_torque_n_m"] != 1.0
 
 
+def test_a_log_without_its_end_is_named_with_what_was_read(logs, tmp_path):
+    whole = logs["brake", 0].read_bytes()
+    (tmp_path / "cut.mcap").write_bytes(whole[: int(0.9 * len(whole))])
+    read_s = omnistep.read_mcap(tmp_path / "cut.mcap").trace["time_s"][-1]
+    # Nine tenths of 26.83 s, less a chunk of half a second or so.
+    assert 23.0 < read_s < 24.2
+    more = {"vehicle": plant.file(), "known": KNOWN, "zero_duty": "brake", "progress": False}
+    said = f"{tmp_path / 'cut.mcap'}: its end is missing, as of a recording that was cut off: {read_s:.6g} s read"
+    found = omnistep.identify(tmp_path / "cut.mcap", **more)
+    assert found.cannot_tell[0] == said and f"\n{said}\n" in found.table()
+    # A calibration says it once, of however many runs the log is.
+    parts = [(0.0, 6.0), (6.0, 12.0), (12.0, 18.0)]
+    runs = [
+        omnistep.CalibrationRun(log=tmp_path / "cut.mcap", distance_m=1.0, from_s=begin, until_s=end)
+        for begin, end in parts
+    ]
+    assert omnistep.calibrate(runs, vehicle=plant.file()).cannot_tell[:2].count(said) == 1
+
+
 def test_a_number_at_a_bound_of_its_range_is_doubted(logs, monkeypatch):
     # What is at a bound `test_calibrate.py` asserts; a search that ends there takes minutes.
     ended = "delay_s ended at the bound of its range, -0.01 s"

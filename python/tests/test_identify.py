@@ -233,7 +233,7 @@ def test_what_is_wrong_is_said_in_one_line(mecanum, tmp_path):
     cases = [
         (without(log, "time_s"), {}, "no column time_s"),
         (without(log, "wheel_rear_left_applied_n_m"), {}, "no column wheel_rear_left_applied_n_m"),
-        (log | {"time_s": log["time_s"][::-1]}, {}, "time_s does not increase"),
+        (log | {"time_s": log["time_s"][::-1]}, {}, "time_s does not increase in row 2, from "),
         (log | {"wheel_rear_left_measured_rad_s": np.zeros(3)}, {}, "wheel_rear_left_measured_rad_s has shape (3,)"),
         ({key: 0.0 * column if key != "time_s" else column for key, column in log.items()}, {}, "a log of a drive"),
         ({key: column[:200] for key, column in log.items()}, {}, "drive longer"),

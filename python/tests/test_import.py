@@ -363,7 +363,11 @@ BAD = [
     (ROWS.replace("0.02", "nan"), HEAD + TIME + WHEELS, "robot.csv: column t: "),
     (ROWS.replace("0.02", "noon"), HEAD + TIME + WHEELS, "robot.csv: column t: of type string, allowed: numbers"),
     (ROWS + "0.04,1,2\n", HEAD + TIME + WHEELS, "robot.csv: line 6: 3 cells, allowed: 4, as in the first line"),
-    (ROWS.replace("\n0.01", "\n7200"), HEAD + TIME + WHEELS, "robot.csv: a: time goes back by 7199.98 s at sample 2"),
+    (
+        ROWS.replace("\n0.01", "\n7200"),
+        HEAD + TIME + WHEELS,
+        "robot.csv: column t: time goes back by 7199.98 s in row 3, from 7200 to 0.02 s, allowed: 1 s at most; cut",
+    ),
     (ROWS + "4e9,1,2,3\n", HEAD + TIME + WHEELS, "robot.csv: column t: times 4e+09 s apart, allowed: 1e+07 s"),
     (ROWS + "1e6,1,2,3\n", HEAD + TIME + WHEELS, "robot.csv: 1e+06 s, allowed: 0.01 to 3600 s"),
     ("", HEAD + TIME + WHEELS, "robot.csv: an empty first line"),

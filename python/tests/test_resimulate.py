@@ -1,13 +1,21 @@
 """A log's commands or torques through the simulation again: near zero where the model is the same, else not."""
 
+import importlib.util
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import omnistep
+from omnistep import _marker_plate
 from omnistep.__main__ import main
+from omnistep._wheel_logs import read
 from omnistep.resimulation import Difference
+
+SPEC = importlib.util.spec_from_file_location("pose_plant", Path(__file__).with_name("pose_plant.py"))
+pose_plant = importlib.util.module_from_spec(SPEC)
+SPEC.loader.exec_module(pose_plant)
 
 
 @pytest.fixture(scope="module")
@@ -144,6 +152,7 @@ def test_the_command_prints_the_figures_and_draws_both(log, tmp_path, monkeypatc
         (["--set", "control.period_us=500"], "a control period of 0.0005 s, and row 0 of the log ends at 0.001 s"),
         (["--set", "mass"], "--set mass: allowed: KEY=VALUE"),
         (["--set", "vehicle.mass=3"], "vehicle.mass"),
+        (["--plate", "20", "0", "0"], "plate = 20, 0, 0, allowed: x and y of -10 to 10 m, and a yaw of -7 to 7 rad"),
         (["-o", "both.bmp"], "both.bmp: '.bmp', allowed: .png, .svg or .pdf"),
     ],
 )
@@ -221,3 +230,49 @@ def test_duty_cycles_of_another_plant_with_its_numbers_give_its_path(hobby_plant
     true, file = (omnistep.resimulate(log, by="duty", overrides=each).differences["path"] for each in (keys, {}))
     # 27 s without any feedback; its yaw inertia is 15 % below the file's.
     assert true.rms < 0.02 and file.rms > 3.0 * true.rms, (true, file)
+
+
+def with_plate(folder, plate, **more):
+    """A drive below motion capture, imported: wheels and poses of a plate, of a vehicle that its file describes."""
+    log = pose_plant.driven(np.random.default_rng(3), plate=plate, **more)
+    keys = omnistep.Vehicle("mecanum4").to_dict()
+    for wheel in keys["wheel"]:
+        x, y = wheel["position_m"]
+        wheel["position_m"] = [x * pose_plant.LEVER_M / 0.45, y * pose_plant.LEVER_M / 0.45]
+        wheel["radius_m"] = pose_plant.RADIUS_M
+    (folder / "true.toml").write_text(omnistep.Vehicle.from_dict(keys).to_toml())
+    np.savetxt(folder / "drive.csv", np.stack(list(log.values()), 1), "%.6f", ",", header=",".join(log), comments="")
+    (folder / "map.toml").write_text(
+        'schema_version = 1\nvehicle = "true.toml"\nperiod_s = 0.01\n[time]\ncolumn = "time_s"\n'
+        f'[wheels]\nnames = {[f"wheel_{name}_position_rad" for name in pose_plant.WHEELS]}\nunit = "rad"\n'
+        '[pose]\nnames = ["pose_x_m", "pose_y_m", "pose_yaw_rad"]\nunit = "rad"\n'
+    )
+    out = folder / "drive.mcap"
+    omnistep.import_log(folder / "drive.csv", map=folder / "map.toml", out=out, progress=False)
+    return out
+
+
+def test_the_path_is_compared_without_the_place_and_the_yaw_of_the_plate(tmp_path):
+    more, far = {"by": "wheels", "overrides": {"physics.engine": "articulated"}, "progress": False}, (0.2, -0.1, 0.5)
+    middle = omnistep.resimulate(with_plate(tmp_path, (0.0, 0.0, 0.0), duration_s=20.0), **more).differences["path"].rms
+    log = with_plate(tmp_path, far, duration_s=20.0)
+    alike, given, found = (omnistep.resimulate(log, plate=plate, **more) for plate in ((0, 0, 0), far, None))
+    # Slip of 3 % for 0.3 s of 0.4 m/s is 4 mm in each of 18 pieces; 0.02 rad is a twenty-fifth of the yaw.
+    assert found.plate[:3] == pytest.approx(far, abs=0.02)
+    # What is left is that of a plate in the middle; taken for the vehicle's own pose, the path is turned by 0.5 rad.
+    for each in (given, found):
+        assert each.differences["path"].rms == pytest.approx(middle, abs=0.01)
+    assert alike.differences["path"].rms > 10.0 * middle
+    assert str(found).endswith(f"{found.plate}") and "found from wheels and poses" in str(found)
+    assert str(given).endswith("x 0.2000 m, y -0.1000 m, yaw 0.5000 rad, as given")
+
+
+def test_a_drive_without_turns_tells_the_yaw_of_the_plate_alone():
+    vehicle, log = omnistep.Vehicle("mecanum4"), pose_plant.driven(np.random.default_rng(1), turns=False)
+    wheels = read(log, vehicle, pose=True)
+    plate = _marker_plate.found(vehicle, wheels.measured, wheels.pose, wheels.period_s)
+    # Slip of 3 % across the way is up to 0.03 rad in each of 60 pieces.
+    assert plate[:3] == (0.0, 0.0, pytest.approx(pose_plant.PLATE[2], abs=0.01)) and "its yaw found" in str(plate)
+    still = np.zeros_like(wheels.measured)
+    plate = _marker_plate.found(vehicle, still, wheels.pose, wheels.period_s)
+    assert plate[:3] == (0.0, 0.0, 0.0) and "wheels and poses do not tell it" in str(plate)

@@ -9,8 +9,10 @@ import pytest
 import omnistep
 from omnistep import _identify_cli
 from omnistep._estimates import Estimate
+from omnistep._identified_vehicle import vehicle_with
 from omnistep._omnistep import cli
 from omnistep._vehicle_edits import Changes, calibrated_halves, edited, identified_halves
+from omnistep._vehicle_masses import Masses
 
 TWISTS = [(0.4, 0, 0), (0, 0.4, 0), (0, 0, 1), (0.3, 0.1, 0.4), (-0.4, 0, 0), (0, -0.4, 0), (0, 0, -1), (0.2, 0, -0.5)]
 SHORT = """schema_version = 1
@@ -181,6 +183,34 @@ def test_identified_numbers_go_to_the_keys_that_the_file_has():
     new, notes = edited(SHORT, vehicle, Changes(omnistep.Vehicle.from_dict(keys), {}))
     assert "rotor_inertia_kg_m2" in notes[0] and "rotor_inertia_kg_m2" not in new
     assert omnistep.Vehicle.from_toml(new)["wheel.0.inertia_kg_m2"] == pytest.approx(0.5 * solid)
+
+
+def test_a_rotor_stays_a_rotor_after_a_calibration_of_single_wheels(tmp_path, capsys):
+    text = SHORT.replace("rotor_inertia_kg_m2 = 1e-6", "rotor_inertia_kg_m2 = 1e-6 # its data sheet")
+    vehicle = omnistep.Vehicle.from_toml(text)
+    sizes = vehicle.replace({f"wheel.{k}.radius_m": 0.048 * (1 + 0.02 * (-1) ** k) for k in range(4)})
+    calibrated, _ = edited(text, vehicle, Changes(sizes, {}))
+    drawn = omnistep.Vehicle.from_toml(calibrated)
+    masses = Masses(drawn)
+    found = {
+        "mass_kg": 9.5,
+        "yaw_inertia_kg_m2": masses.yaw_inertia,
+        "wheel_inertia_kg_m2": 1.3 * masses.wheel_inertia,
+        "gear_friction_n_m": 0.04,
+        "viscous_n_m_s_rad": 0.0,
+        "rolling_resistance": 0.0,
+    }
+    built, _ = vehicle_with(drawn, masses, found, duty=False)
+    new, notes = edited(calibrated, drawn, Changes(built, {}))
+    assert notes == [] and "inertia_kg_m2" not in new.replace("rotor_inertia_kg_m2", "")
+    for line in calibrated.splitlines():
+        # Of the keys that a calibration writes, and of all comments, none is lost.
+        assert line.split(" = ")[0] in new and line.partition("#")[2] in new, line
+    # Six digits of the rotor, and radii of 0.04896 and 0.04704 m in the solid part: the mean is what was found.
+    again = Masses(omnistep.Vehicle.from_toml(new))
+    assert again.wheel_inertia == pytest.approx(found["wheel_inertia_kg_m2"], rel=2e-6)
+    (tmp_path / "new.toml").write_text(new)
+    assert cli(["omnistep", "check", "--strict", str(tmp_path / "new.toml")]) == 0, capsys.readouterr().err
 
 
 def test_without_a_change_every_byte_stays(drawn):
