@@ -65,7 +65,9 @@ def recorded(seed, friction):
 def ours(data):
     estimator = omnistep.Estimator(kinematics=kinematics(), period_s=PERIOD_S)
     estimator.reset(data["poses"][0])
-    return estimator.step(data["wheels"], yaw_rates=data["gyro"], accelerations=data["felt"], commanded_rest=data["rest"])
+    return estimator.step(
+        data["wheels"], yaw_rates=data["gyro"], accelerations=data["felt"], commanded_rest=data["rest"]
+    )
 
 
 def theirs(data):

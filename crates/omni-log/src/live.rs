@@ -153,7 +153,7 @@ pub fn run_live<E: From<omni_sim::Error> + From<Error>>(
             Ok(ended)
         }
         (Err(error), Some(log)) => {
-            // What ended the run is told, not what is wrong with its log, too.
+            // What ended the run is reported, not also what is wrong with its log.
             let _ = log.leave();
             Err(error)
         }
