@@ -23,7 +23,9 @@ COMMON = 4.0
 #: Residuals tell their own size from so many degrees of freedom on, and are no smaller than this [m, rad].
 ENOUGH, LEAST_M = 3.0, 1e-6
 #: From so many runs on their own scatter says how far the numbers may be off.
-MANY = 15
+MANY = 4
+#: Slip lasts: errors of so many neighbouring pieces may be alike, and of no more than this part of all pieces.
+ALIKE_PIECES, PART = 4, 4
 #: Errors of ends that were measured with a tape, beside slip, if nothing else is stated; of poses likewise.
 POSITION_M, YAW_RAD = 0.002, 0.005
 #: What a plate and a clock may be off by: what is a large error of these [m, m, rad, s], and how far they may be, in
@@ -53,8 +55,8 @@ class Found:
     covariance: Floats
     #: The same from the scatter of runs; 0 from few.
     scatter: Floats
-    #: Degrees of freedom of what the variances rest on.
-    freedom: float
+    #: Degrees of freedom of what the variances rest on, of each of the two.
+    freedom: Floats
     #: Standard deviations of places [m] and turns [rad] of measured ends, the same of pieces between recorded poses,
     #: and of wheels against each other, by what is left.
     sd: Floats
@@ -212,7 +214,7 @@ class Problem:
         First goes what all wheels have in common, and the others are found without it. Then go directions that are not
         determined, of single wheels and of plates: to the most probable numbers of which nothing lies in these.
         """
-        deviations = np.array([_deviation(row, found) for row in np.linalg.pinv(self.common)])
+        deviations = np.array([_deviations(row, found).max() for row in np.linalg.pinv(self.common)])
         held = self.held | (deviations >= DETERMINED)
         if held.all() and not single and not self.extra:
             return np.zeros_like(found.u)
@@ -271,12 +273,13 @@ class Problem:
         evidence -= 0.5 * float(np.linalg.slogdet(np.eye(len(z)) + np.linalg.solve(prior, slopes.T @ slopes))[1])
         # The ends tell lengths; few of them, and intervals are wide.
         known = free[:-1].sum() if (free[:-1] >= ENOUGH).any() else np.inf
+        scatter, scattered = self._scatter(weighted, slopes, covariance)
         return Found(
             u=moves @ z,
             reported=moves @ z,
             covariance=moves @ covariance @ moves.T,
-            scatter=moves @ self._scatter(weighted, slopes, covariance) @ moves.T,
-            freedom=float(max(1.0, known)),
+            scatter=moves @ scatter @ moves.T,
+            freedom=np.maximum(1.0, [known, scattered]),
             sd=sd,
             ends_left=float((weighted[: sum(sizes[:-1])] ** 2).sum()),
             ends_freedom=float(free[:-1].sum()),
@@ -284,22 +287,27 @@ class Problem:
             evidence=float(evidence),
         )
 
-    def _scatter(self, weighted: Floats, slopes: Floats, covariance: Floats) -> Floats:
-        """Covariance by what the numbers would be without each run, whatever the errors of runs are; 0 of few runs."""
-        runs = len(self.drives)
+    def _scatter(self, weighted: Floats, slopes: Floats, covariance: Floats) -> tuple[Floats, float]:
+        """Covariance by what the numbers would be without neighbouring runs, and its degrees of freedom; 0 of few runs.
+
+        The jackknife of moving blocks (Künsch, "The jackknife and the bootstrap for general stationary observations",
+        1989) has errors in it that differ from run to run, and those that last for some pieces.
+        """
+        runs, pieces = len(self.drives), sum(isinstance(drive, Piece) for drive in self.drives)
         if runs < MANY:
-            return np.zeros_like(covariance)
-        moved = []
-        for run in range(runs):
-            rows, left = self._predicted(run, weighted, slopes, covariance)
+            return np.zeros_like(covariance), np.inf
+        block, moved = max(1, min(ALIKE_PIECES, pieces // PART)), []
+        for first in range(1 - block, runs):
+            rows, left = self._predicted(range(first, first + block), weighted, slopes, covariance)
             moved.append(covariance @ slopes[rows].T @ left)
-        return np.cov(np.array(moved).T, ddof=0) * (runs - 1)
+        # As of a triangular window over the correlations of runs.
+        return np.transpose(moved) @ moved / block, 3 * block * runs / (2 * block**2 + 1) - 1
 
     def _without(
         self, run: int, weighted: Floats, slopes: Floats, covariance: Floats, free: Floats
     ) -> tuple[float, int, float]:
         """What is less without a run, see :class:`Found`."""
-        rows, left = self._predicted(run, weighted, slopes, covariance)
+        rows, left = self._predicted([run], weighted, slopes, covariance)
         # What is left of the others, where the numbers are those of the others.
         others, times = weighted + slopes @ (covariance @ slopes[rows].T @ left), 1.0
         others[rows] = 0.0
@@ -312,9 +320,11 @@ class Problem:
                 times = max(times, float(np.sqrt(whole / freedom / (less / rest))))
         return float(weighted[rows] @ left), len(rows), times
 
-    def _predicted(self, run: int, weighted: Floats, slopes: Floats, covariance: Floats) -> tuple[Any, Floats]:
-        """The rows of a run, and what they would be off by if the numbers were those of the others."""
-        rows = np.flatnonzero(self.run_of == run)
+    def _predicted(
+        self, runs: Sequence[int], weighted: Floats, slopes: Floats, covariance: Floats
+    ) -> tuple[Any, Floats]:
+        """The rows of runs, and what they would be off by if the numbers were those of the others."""
+        rows = np.flatnonzero(np.isin(self.run_of, runs))
         own = slopes[rows]
         alone: Floats = np.eye(len(rows)) - own @ covariance @ own.T
         return rows, np.asarray(np.linalg.solve(alone, weighted[rows]))
@@ -407,12 +417,11 @@ class Problem:
         name: str, unit: str, start: float, scale: float, row: Floats, found: Found, known: Found
     ) -> Estimate:
         value, middle = float(start + scale * (row @ found.reported)), float(start + scale * (row @ known.u))
-        deviation = _deviation(row, known)
+        deviation = _deviations(row, known).max()
         # What is held has no deviation, but for rounding.
         determined = LEAST < deviation < DETERMINED
-        half = (
-            float(scale) * deviation * float(scipy_part("stats", NEEDED_BY).t.ppf(0.5 + CONFIDENCE / 2, known.freedom))
-        )
+        times = scipy_part("stats", NEEDED_BY).t.ppf(0.5 + CONFIDENCE / 2, known.freedom)
+        half = float(scale * np.max(times * _deviations(row, known)))
         held = not determined and abs(row @ found.reported) < LEAST
         follows = "only together with others" if found is known else ALIKE
         return Estimate(
@@ -426,9 +435,12 @@ class Problem:
         )
 
 
-def _deviation(row: Floats, found: Found) -> float:
-    """Standard deviation of a combination of the parameters, in units of what a drawing may be wrong by."""
-    return float(np.sqrt(max(0.0, *(float(row @ each @ row) for each in (found.covariance, found.scatter)))))
+def _deviations(row: Floats, found: Found) -> Floats:
+    """Standard deviations of a combination of the parameters, in units of what a drawing may be wrong by.
+
+    By the size of all errors, and by the scatter of runs.
+    """
+    return np.asarray(np.sqrt(np.maximum(0.0, [row @ each @ row for each in (found.covariance, found.scatter)])))
 
 
 def recordings_of(drives: Sequence[Drive | Piece]) -> list[Recording]:

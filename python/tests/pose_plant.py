@@ -38,11 +38,11 @@ def rolled(twists, radius_m=RADIUS_M, lever_m=LEVER_M):
     return np.stack([x - y - turn, x + y + turn, x + y - turn, x - y + turn], axis=1) / radius_m
 
 
-def driven(rng, *, duration_s=60.0, slip=0.03, counts=210, noise_m=0.001, noise_rad=0.002, jitter_s=0.001,
+def driven(rng, *, duration_s=60.0, slip=0.03, lasts_s=0.3, counts=210, noise_m=0.001, noise_rad=0.002, jitter_s=0.001,
            delay_s=0.0, plate=PLATE, turns=True, radii=(1, 1, 1, 1)):  # fmt: skip
     """A log of the drive: times, angles in whole counts, poses of the plate with noise, late by a delay."""
     twists = commanded(rng, duration_s, turns=turns)
-    slipped = 1.0 + slip * wandering(rng, len(twists), 4)
+    slipped = 1.0 + slip * wandering(rng, len(twists), 4, lasts_s)
     angles = np.cumsum(rolled(twists) * slipped / np.array(radii), axis=0) * STEP_S
     yaw = np.cumsum(twists[:, 2]) * STEP_S
     middle = yaw - 0.5 * STEP_S * twists[:, 2]
