@@ -19,6 +19,8 @@ Complex = NDArray[np.complex128]
 #: Wheels and poses are compared over pieces of this time [s], of which there must be so many. One that is so many times
 #: as far off as half of them is left out: a pose that jumps.
 PIECE_S, FEWEST, OUTLIER = 1.0, 8, 5.0
+#: A piece in which the plate moves less than this [m] and the wheels turn the vehicle less than this [rad] tells nothing.
+MOVED_M, MOVED_RAD = 0.01, 0.01
 #: A place is known to this [m], a yaw to this [rad] (standard deviations), and wheels go as far as the plate but for
 #: this part; else the plate is taken for the vehicle's own axes.
 KNOWN_M, KNOWN_RAD, SCALE = 0.02, 0.02, 0.2
@@ -56,11 +58,13 @@ class MarkerPlate(NamedTuple):
 
 
 def given(plate: Sequence[float]) -> MarkerPlate:
-    """The plate as it was stated.
+    """The plate as it was stated, or as another resimulation found it.
 
     Raises:
         ConfigError: it is not three numbers, or one is out of range.
     """
+    if isinstance(plate, MarkerPlate):
+        return plate
     there = len(plate) == 3 and all(isfinite(each) for each in plate)
     if not there or max(map(abs, plate[:2])) > FARTHEST_M or abs(plate[2]) > TURNED_RAD:
         raise ConfigError(
@@ -79,6 +83,9 @@ def found(vehicle: Vehicle, measured_rad_s: Floats, pose: Floats, period_s: floa
     without turns, or without a way, does not tell is 0.
     """
     ways, turns, seen = _pieces(vehicle, measured_rad_s, pose, period_s)
+    # Pieces at rest agree whatever the plate is: many of them would make every other one an outlier.
+    moving = (np.abs(seen) > MOVED_M) | (np.abs(ways) > MOVED_M) | (np.abs(turns) > MOVED_RAD)
+    ways, turns, seen = ways[moving], turns[moving], seen[moving]
     lever = 1.0 - np.exp(1j * turns)
     if len(ways) >= FEWEST:
         for rows in (np.column_stack([seen, lever]), seen[:, None]):

@@ -17,6 +17,8 @@ from omnistep.errors import LogError
 
 #: A signal is known between samples that are no further apart than this many times their median distance.
 GAP_IN_PERIODS = 3.0
+#: So many samples stay behind the time before them where a clock was set back; fewer have come late.
+LATE = 5
 #: Times that go back by more than this are another recording [ns].
 _BACK_NS = 1_000_000_000
 
@@ -103,19 +105,20 @@ class Channel:
 
 
 def set_back(time_ns: Nanoseconds) -> list[int]:
-    """Samples at which a clock goes back and on from there; one sample that comes late is none.
+    """Samples at which a clock goes back and on from there; a few samples that come late are none.
 
     >>> import numpy as np
     >>> from omnistep._resampling import set_back
-    >>> set_back(np.array([0, 10, 20, 30, 40, 50, 0, 10, 20])), set_back(np.array([0, 10, 20, 30, 40, 0, 50, 60]))
+    >>> late = [0, 10, 20, 50, 60, 30, 40, 70, 80, 90, 100]
+    >>> set_back(np.array([0, 10, 20, 30, 40, 50, 0, 10, 20, 30, 40])), set_back(np.array(late))
     ([6], [])
     """
     steps = np.diff(time_ns)
     if not steps.size or steps.min() >= 0:
         return []
     least = -GAP_IN_PERIODS * float(np.median(np.abs(steps)))
-    back = np.flatnonzero(steps < least)
-    return [int(k) + 1 for k in back if k + 2 >= time_ns.size or time_ns[k + 2] <= time_ns[k]]
+    back = np.flatnonzero(steps < least) + 1
+    return [int(k) for k in back if k + LATE <= time_ns.size and time_ns[k : k + LATE].max() <= time_ns[k - 1]]
 
 
 def clock_doubts(clock: str, time_ns: Nanoseconds) -> list[str]:
@@ -128,13 +131,16 @@ def clock_doubts(clock: str, time_ns: Nanoseconds) -> list[str]:
 
 
 def _went_back(time_ns: Nanoseconds, at: int) -> str:
-    before_s, after_s = time_ns[at - 1] * 1e-9, time_ns[at] * 1e-9
+    before_s, after_s = time_ns[:at].max() * 1e-9, time_ns[at] * 1e-9
     return f"time goes back by {before_s - after_s:.6g} s in row {at + 1}, from {before_s:.6g} to {after_s:.6g} s"
 
 
 def channels(path: Path, signal: Signal, samples: Samples, *, clock: str, turning: Sequence[int] = ()) -> list[Channel]:
     """Clean a signal's columns; those in ``turning`` are angles that jump by a turn; ``clock`` names that of times."""
-    back = np.maximum.accumulate(samples.time_ns) - samples.time_ns
+    # The time of a row without a number is nobody's.
+    empty = ~np.isfinite(samples.values).any(axis=1)
+    back = np.maximum.accumulate(np.where(empty, samples.time_ns.min(initial=0), samples.time_ns)) - samples.time_ns
+    back[empty] = 0
     if back.size and back.max() > _BACK_NS:
         what = _went_back(samples.time_ns, int(np.argmax(back > _BACK_NS)))
         raise LogError(

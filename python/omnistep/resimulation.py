@@ -27,6 +27,7 @@ from omnistep.runs import bar, read_mcap
 Floats = NDArray[np.float64]
 #: Control periods between two looks at the progress bar.
 _PERIODS_PER_LOOK = 256
+_POSE = ("pose_x_m", "pose_y_m", "pose_yaw_rad")
 #: What lies between a torque commanded and one that acts: a torque that acted has it already.
 _ON_THE_WAY = ("actuators.torque_lag_s", "actuators.voltage_sag")
 
@@ -88,6 +89,7 @@ class Resimulation:
             where the log has it, else by the wheels, until the first gap).
         plate: where the marker plate of the log's pose is on the vehicle, ``x_m``, ``y_m`` and ``yaw_rad``; the paths
             are those of the plate. None where the pose is the vehicle's own, of a run, or there is none.
+        complete: False of a log that was cut off: its end is missing.
     """
 
     recorded: Trace
@@ -97,6 +99,7 @@ class Resimulation:
     zeroed: tuple[str, ...]
     differences: Mapping[str, Difference]
     plate: MarkerPlate | None
+    complete: bool
     _wheels: tuple[Floats, Floats]
     _twists: tuple[Floats, Floats]
     _paths: tuple[Floats, Floats]
@@ -127,7 +130,8 @@ class Resimulation:
         if self.zeroed:
             title += f"{', '.join(self.zeroed)} = 0, because measured torques include it; "
         plate = () if self.plate is None else (str(self.plate),)
-        return "\n".join([f"{title}simulated minus recorded:", *lines, *plate])
+        cut_off = () if self.complete else ("the log's end is missing, as of a recording that was cut off",)
+        return "\n".join([f"{title}simulated minus recorded:", *lines, *plate, *cut_off])
 
     def plot(self) -> Any:
         """Draw both over each other: wheels' velocities, twist and path.
@@ -219,6 +223,8 @@ def resimulate(
     stated = None if plate is None else given(plate)
     read = log if isinstance(log, Log) else read_mcap(log, progress=progress)
     recorded = trace_of(read)
+    if stated is not None and not _has_pose(recorded):
+        raise ConfigError("plate: the log has no pose, allowed: a log imported with [pose] in its map", key="plate")
     if scenario is None:
         scenario = Scenario.from_toml(read.scenario_toml)
     made = Scenario(scenario, overrides=overrides)
@@ -252,6 +258,7 @@ def resimulate(
         zeroed=zeroed,
         differences=_differences(read, wheels, twists, yaw_rates, paths),
         plate=marker,
+        complete=read.complete,
         _wheels=wheels,
         _twists=twists,
         _paths=paths,
@@ -278,26 +285,28 @@ def _fits(scenario: Scenario, recorded: Trace) -> None:
         raise ConfigError(f"scenario {scenario.name}: {what}, allowed: {allowed}", key="control.period_us")
 
 
+def _has_pose(recorded: Trace) -> bool:
+    """Is there a measured pose in any row?"""
+    return all(name in recorded for name in _POSE) and bool(
+        np.isfinite(np.column_stack([recorded[name] for name in _POSE])).all(axis=1).any()
+    )
+
+
 def _paths(
     scenario: Scenario, log: Log, simulated: Trace, wheels: tuple[Floats, Floats], plate: MarkerPlate | None
 ) -> tuple[MarkerPlate | None, tuple[Floats, Floats]]:
     """Positions of the log and of the simulation, (T, 2) each, from the same start, and the plate that they are of."""
     recorded = log.trace
-    pose = ("pose_x_m", "pose_y_m", "pose_yaw_rad")
-    if all(name in recorded for name in pose):
-        seen, own = (np.column_stack([trace[name] for name in pose]) for trace in (recorded, simulated))
-        known = np.flatnonzero(np.isfinite(seen).all(axis=1))
-        if known.size:
-            if plate is None and log.recorded:
-                plate = found(scenario.vehicle, wheels[0], seen, scenario.period_s)
-            own = own if plate is None else plate.of(own)
-            # The simulation's frame is laid over the log's where that begins.
-            at = known[0]
-            turn = seen[at, 2] - own[at, 2]
-            rotation = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
-            return plate, (seen[:, :2], (own[:, :2] - own[at, :2]) @ rotation + seen[at, :2])
-    if plate is not None:
-        raise ConfigError("plate: the log has no pose, allowed: a log imported with [pose] in its map", key="plate")
+    if _has_pose(recorded):
+        seen, own = (np.column_stack([trace[name] for name in _POSE]) for trace in (recorded, simulated))
+        if plate is None and log.recorded:
+            plate = found(scenario.vehicle, wheels[0], seen, scenario.period_s)
+        own = own if plate is None else plate.of(own)
+        # The simulation's frame is laid over the log's where that begins.
+        at = np.flatnonzero(np.isfinite(seen).all(axis=1))[0]
+        turn = seen[at, 2] - own[at, 2]
+        rotation = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+        return plate, (seen[:, :2], (own[:, :2] - own[at, :2]) @ rotation + seen[at, :2])
     # By the wheels, of both: where they are not known, nobody knows where the vehicle is from then on.
     unknown = np.flatnonzero(~np.isfinite(wheels[0][1:]).all(axis=1))
     first = int(np.isnan(wheels[0][0]).any())  # velocities from counts begin with the second row

@@ -401,6 +401,24 @@ def test_a_clock_that_goes_back_is_named_and_no_counter_is_blamed(tmp_path):
     assert all(each.unordered == 50 for each in summary.signals)
 
 
+@pytest.mark.parametrize(
+    "times",
+    [
+        [0.01 * k for k in range(400)] + [3.5],
+        [0.01 * k for k in (*range(40), *range(42, 47), 40, 41, *range(47, 400))],
+    ],
+    ids=["the last row", "two rows at once"],
+)
+def test_rows_that_come_late_are_no_clock_that_was_set_back(tmp_path, times):
+    rows = [f"{time:.2f}," + ",".join([str(round(10_000 * time))] * 4) for time in times]
+    # A row that was cut has no time of its own.
+    (tmp_path / "c.csv").write_text("\n".join(["t,a,b,c,d", *rows, "0.0,,,,"]))
+    (tmp_path / "c.toml").write_text(POSE_MAP.replace("210", "4096"))
+    summary = omnistep.import_log(tmp_path / "c.csv", map=tmp_path / "c.toml", out=tmp_path / "c.mcap")
+    assert not any("goes back" in line for line in summary.doubts)
+    assert all(each.missing == 1 for each in summary.signals)
+
+
 def test_rates_that_no_motor_has_are_told_in_words(tmp_path):
     summary = imported(tmp_path, scaled("abcd", 60.0), MAP.split("[command]")[0])
     (line,) = [line for line in summary.doubts if "faster than the motors without load, 30 rad/s" in line]

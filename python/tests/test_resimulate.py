@@ -267,6 +267,20 @@ def test_the_path_is_compared_without_the_place_and_the_yaw_of_the_plate(tmp_pat
     assert str(given).endswith("x 0.2000 m, y -0.1000 m, yaw 0.5000 rad, as given")
 
 
+def test_a_plate_is_found_where_most_of_the_log_is_at_rest(tmp_path):
+    # A minute at rest before 20 s of driving: poses that are 0.1 mm off agree there whatever the plate is.
+    log = with_plate(tmp_path, pose_plant.PLATE, duration_s=20.0, noise_m=1e-4)
+    vehicle = omnistep.Vehicle(tmp_path / "true.toml")
+    wheels = read(log, vehicle, pose=True)
+    still = round(60.0 / wheels.period_s)
+    measured = np.concatenate([np.zeros((still, 4)), wheels.measured])
+    noise = np.random.default_rng(4).normal(scale=1e-4, size=(still, 3))
+    there = wheels.pose[np.isfinite(wheels.pose).all(axis=1)][0]
+    pose = np.concatenate([there + noise, wheels.pose])
+    plate = _marker_plate.found(vehicle, measured, pose, wheels.period_s)
+    assert plate[:3] == pytest.approx(pose_plant.PLATE, abs=0.02), plate
+
+
 def test_a_drive_without_turns_tells_the_yaw_of_the_plate_alone():
     vehicle, log = omnistep.Vehicle("mecanum4"), pose_plant.driven(np.random.default_rng(1), turns=False)
     wheels = read(log, vehicle, pose=True)
