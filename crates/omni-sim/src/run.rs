@@ -49,7 +49,7 @@ pub fn run(scenario: &Scenario) -> Result<Trace, Error> {
 /// assert!(ended.is_none() && outcome.work_j > 0.1 && left_m > 0.2);
 /// # Ok::<(), omni_sim::Error>(())
 /// ```
-#[must_use = "`trace` or `outcome` runs it"]
+#[must_use = "`trace`, `outcome`, `log` or `record` runs it"]
 pub struct Run<'a, E = Error> {
     scenario: &'a Scenario,
     controller: Option<AnyController>,
@@ -145,8 +145,9 @@ impl<'a, E: From<Error> + 'a> Run<'a, E> {
         }
     }
 
-    /// Calls `watch` after every control period with the simulation and the part done, 0 to 1, behind what watches it already.
-    /// An error of `watch` ends the run and is returned: how a caller stops it.
+    /// Calls `watch` after every control period with the simulation and the part done, 0 to 1 (0 where the run has no end of its own:
+    /// [`Run::until`]), before what watches it already: so a log has the period, too, in which a run is stopped. An error of `watch`
+    /// ends the run and is returned: how a caller stops it.
     pub fn watch<F: From<E> + 'a>(
         self,
         mut watch: impl FnMut(&Simulation, f64) -> Result<(), F> + 'a,
@@ -220,7 +221,7 @@ impl<'a, E: From<Error> + 'a> Run<'a, E> {
 
     fn and_watch<F: From<E> + 'a>(
         self,
-        mut then: impl FnMut(&Simulation, f64) -> Result<ControlFlow<()>, F> + 'a,
+        mut first: impl FnMut(&Simulation, f64) -> Result<ControlFlow<()>, F> + 'a,
     ) -> Run<'a, F> {
         let mut watch = self.watch;
         Run {
@@ -228,9 +229,12 @@ impl<'a, E: From<Error> + 'a> Run<'a, E> {
             controller: self.controller,
             physics: self.physics,
             command: self.command,
-            watch: Box::new(move |simulation, part| match watch(simulation, part)? {
-                ControlFlow::Continue(()) => then(simulation, part),
-                ControlFlow::Break(()) => Ok(ControlFlow::Break(())),
+            watch: Box::new(move |simulation, part| {
+                let flow = first(simulation, part)?;
+                Ok(match watch(simulation, part)? {
+                    ControlFlow::Continue(()) => flow,
+                    ControlFlow::Break(()) => ControlFlow::Break(()),
+                })
             }),
             ends: self.ends,
         }

@@ -27,7 +27,11 @@ pub(super) fn export(
     };
     match file {
         None => print(out, &text),
-        Some(path) => write_file(path, &text, &read_for(name, instead)),
+        Some(path) => write_file(
+            path,
+            &text,
+            &read_for(name, instead, &parse_overrides(overrides)?),
+        ),
     }
 }
 
@@ -55,15 +59,19 @@ impl From<CommandInterface> for JointInterface {
     }
 }
 
-/// The files that were read for a scenario or a vehicle, with another vehicle `instead`.
-fn read_for(name: &str, instead: Option<&str>) -> Vec<PathBuf> {
-    let of_scenario = Scenario::files(name).unwrap_or_default();
-    // What is built in names no file; where such a file is all the same, it is kept too.
-    of_scenario
-        .into_iter()
-        .chain([name.into()])
-        .chain(instead.map(PathBuf::from))
-        .collect()
+/// The files that were read for a scenario or a vehicle, with another vehicle `instead` and some keys replaced.
+fn read_for(name: &str, instead: Option<&str>, overrides: &[Override]) -> Vec<PathBuf> {
+    let mut files = Scenario::files(name).unwrap_or_default();
+    // What is built in names no file; where such a file is all the same, it is kept too. So is every text of an override.
+    let replaced = overrides.iter().filter_map(|each| each.value().as_str());
+    files.extend(
+        [name]
+            .into_iter()
+            .chain(instead)
+            .chain(replaced)
+            .map(PathBuf::from),
+    );
+    files
 }
 
 fn vehicle(name: &str, overrides: &[String]) -> Result<Vehicle, Error> {

@@ -15,7 +15,7 @@ use crate::{Error, state_bytes};
 /// Signals of each wheel.
 const WHEEL: [&str; 2] = ["traction_slip_rad_s", "traction_contact_n_m"];
 
-/// A [`TractionPolicy`] with room for what it is sampled.
+/// A [`TractionPolicy`] with room for its inputs.
 pub(super) struct TractionLoop<R, const N: usize> {
     policy: TractionPolicy<R, N>,
     names: Vec<String>,

@@ -174,6 +174,18 @@ fn no_file_that_an_export_reads_is_replaced() {
         assert!(said.starts_with(&format!("error: {name}: {kept}")), "{said}");
         assert_eq!(std::fs::read_to_string(folder.path().join(name)).unwrap(), *text);
     }
+    let set = [
+        "export",
+        "flat",
+        "--format",
+        "mjcf",
+        "--set",
+        "vehicle=own.toml",
+        "-o",
+        "own.toml",
+    ];
+    let said = refused(folder.path(), &set);
+    assert!(said.contains("this command reads this file"), "{said}");
     assert!(
         omnistep(folder.path(), &[&args[..], &["run.xml"]].concat())
             .status
