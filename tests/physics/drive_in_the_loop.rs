@@ -111,7 +111,7 @@ fn too_few_wheels_are_a_safe_stop_that_lasts_and_the_shorted_motor_takes_its_slo
     let fault = "fault=[{kind='encoder_silent',wheel='2',from_s=1.5,until_s=2.0}]";
     let trace = run(&scenario(&["vehicle=omni3", fault])).expect("runs");
     let stopped = first(&trace, "drive_mode", 2.0);
-    // 20 periods of silence, 10 of being blind.
+    // 20 periods of silence, 10 of an undetermined motion.
     assert!((1529..=1533).contains(&stopped), "{stopped}");
     assert!(
         column(&trace, "drive_mode")[stopped..]
@@ -358,7 +358,7 @@ fn a_vehicle_that_pushes_in_vain_is_stopped_where_a_dead_encoder_would_look_the_
     let stopped = first(&trace, "drive_mode", 2.0);
     assert!(
         mode[..stopped - 12].iter().all(|mode| *mode == 0.0),
-        "nothing was called faulty until 10 periods of patience before"
+        "nothing was called faulty until 10 periods without a motion before"
     );
     let torques = |row: usize| -> f64 {
         (0..3)

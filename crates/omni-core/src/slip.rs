@@ -82,7 +82,7 @@ pub struct SlipDetector<R> {
 
 constant_struct!(SlipDetector<R> { config: SlipConfig<R> });
 
-/// What the detector remembers: who is left out, for how long whom it suspects, and the forward map of the rest.
+/// What the detector remembers: which wheels are excluded, for how long each seemed to slip, and the forward map of the rest.
 ///
 /// ```
 /// use omni_core::{Kinematics, SlipConfig, SlipDetector, SlipState, WheelLayout};
@@ -90,7 +90,7 @@ constant_struct!(SlipDetector<R> { config: SlipConfig<R> });
 /// let config = SlipConfig { enter_rad_s: 1.0, leave_rad_s: 0.5, enter_periods: 1, leave_periods: 1 };
 /// let (detector, mut state) = (SlipDetector::new(config)?, SlipState::new(&kinematics));
 /// let spins = [0.0, 0.0, 0.0, 5.0, 0.0, 0.0, 0.0].into();
-/// // Wheel 4 fools the first estimate by a fifth of 5 * 0.066 m/s; the state remembers that it did.
+/// // Wheel 4 shifts the first estimate by a fifth of 5 * 0.066 m/s; the state remembers that it did.
 /// let estimated = [0; 2].map(|_| detector.step(&kinematics, &mut state, &spins).estimated.vx_m_s);
 /// assert!((estimated[0] - 0.066).abs() < 1e-12 && estimated[1] == 0.0);
 /// # Ok::<(), omni_core::ConfigError>(())
@@ -259,7 +259,7 @@ impl<R: Real, const N: usize> SlipState<R, N> {
 /// How many times more of the disagreement the slip of the accused must explain than that of anyone else.
 const MARGIN: f64 = 1.25;
 
-/// Redundancy below which the others say too little about a wheel to accuse it.
+/// Redundancy below which the others check a wheel too little to exclude it.
 #[doc(hidden)]
 pub const LEAST_REDUNDANCY: f64 = 0.05;
 

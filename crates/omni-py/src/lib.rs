@@ -11,6 +11,7 @@ mod encoder;
 mod error;
 mod estimate;
 mod estimator;
+mod external_physics;
 mod follower;
 mod in_turn;
 mod interruptible;
@@ -25,7 +26,6 @@ mod motor;
 mod nested;
 mod odometry;
 mod outcome;
-mod outside;
 mod pid;
 mod plan;
 mod policy;
@@ -63,6 +63,8 @@ mod _omnistep {
     #[pymodule_export]
     use crate::estimator::Estimator;
     #[pymodule_export]
+    use crate::external_physics::run_external;
+    #[pymodule_export]
     use crate::follower::{Follow, HolonomicFollower};
     #[pymodule_export]
     use crate::kinematics::{Desaturated, Kinematics};
@@ -82,8 +84,6 @@ mod _omnistep {
     use crate::odometry::Odometry;
     #[pymodule_export]
     use crate::outcome::{Outcome, figures};
-    #[pymodule_export]
-    use crate::outside::run_external;
     #[pymodule_export]
     use crate::pid::{Pid, PidSample};
     #[pymodule_export]

@@ -124,7 +124,7 @@ fn the_covariance_stays_positive_definite_in_f32_whatever_is_read() {
     let known = PoseCovariance::diagonal([1e-6; 3]).expect("valid");
     assert!(state.reset(&PlanarPose::origin(), &known));
     let mut twist = [0.0_f64; 3];
-    let (mut slips, mut blind, mut stood) = (0, 0, 0);
+    let (mut slips, mut silent, mut stood) = (0, 0, 0);
     for k in 0..100_000 {
         for speed in &mut twist {
             *speed += 0.02 * random.normal() - 2e-3 * *speed;
@@ -156,7 +156,7 @@ fn the_covariance_stays_positive_definite_in_f32_whatever_is_read() {
             4 => input.wheels.rad_s[k % 4] = 9e5,
             _ => {}
         }
-        blind += usize::from(k % 211 < 5);
+        silent += usize::from(k % 211 < 5);
         let step = estimator.step(&mut state, &input);
         stood += usize::from(step.standing);
         assert!(
@@ -166,8 +166,8 @@ fn the_covariance_stays_positive_definite_in_f32_whatever_is_read() {
         );
     }
     assert!(
-        slips > 10_000 && blind > 2000 && stood > 5000,
-        "{slips} {blind} {stood}"
+        slips > 10_000 && silent > 2000 && stood > 5000,
+        "{slips} {silent} {stood}"
     );
 }
 

@@ -177,7 +177,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
             speed = max(remembered, speed);
         }
         self.progress(state, order);
-        let most = self.most(traction.direction);
+        let most = self.max_speed(traction.direction);
         speed = self.retry_speed(state, traction, speed, most);
         speed = speed.limited(-most, most);
         let mut target = TractionTarget::at(self.slewed(state, speed));
@@ -335,7 +335,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
     }
 
     /// The largest speed in a direction \[m/s\].
-    fn most(&self, direction: [R; 2]) -> R {
+    fn max_speed(&self, direction: [R; 2]) -> R {
         let [ahead, aside] = self.config.most_m_s;
         let (x, y) = (direction[0].abs() / ahead, direction[1].abs() / aside);
         R::one() / max(x, y)

@@ -411,20 +411,20 @@ fn answers_of_a_drive_are_its_own_steps_bit_for_bit() {
 fn a_drive_that_sees_nothing_any_more_says_that_it_stops() {
     let (drive, mut server) = (drive(), Server::new(7, 1000));
     ask_drive(&mut server, &drive, request(1, true));
-    let blind = |k| Request {
+    let silent = |k| Request {
         measured_rad_s: [f32::NAN; N],
         ..request(k, false)
     };
     let modes: std::vec::Vec<_> = (2..20)
         .map(|k| {
-            let report = ask_drive(&mut server, &drive, blind(k)).drive;
+            let report = ask_drive(&mut server, &drive, silent(k)).drive;
             let stopped = report.mode == DriveMode::SafeStop.number();
             // Every wheel is silent by then; before the stop none is shorted.
             assert_eq!(server.brake(), [stopped; N], "{k}");
             (report.mode, report.motion_known)
         })
         .collect();
-    // Silent from its third period without a reading; then 10 periods of patience.
+    // Silent from its third period without a reading; then 10 periods without a motion.
     let (normal, degraded, stopped) = (2, 10, 6);
     let expected = [
         std::vec![(DriveMode::Normal.number(), true); normal],

@@ -43,7 +43,7 @@ pub(crate) struct Meter {
     reach_m: Vec<f64>,
     radius_m: Vec<f64>,
     rows: Vec<Vec<usize>>,
-    /// Way along the push per turn of the actuator, one a wheel \[m/rad\].
+    /// Travel along the push per turn of the actuator, one a wheel \[m/rad\].
     way_per_rad: Vec<f64>,
     /// The policy's common factor is on references; else it is on torques.
     scales_references: bool,
@@ -102,20 +102,20 @@ struct Heading {
     last_yaw_rad: Option<f64>,
 }
 
-/// Ways commanded and gone in the last second.
+/// Distances commanded and gone in the last second.
 #[derive(Default)]
 struct Progress {
     window_ns: u64,
-    now: Way,
-    windows: VecDeque<Way>,
+    now: Travel,
+    windows: VecDeque<Travel>,
 }
 
 /// Where a vehicle has come to, and what was commanded since the start.
 #[derive(Clone, Copy, Default)]
-struct Way {
+struct Travel {
     place_m: [f64; 2],
     commanded_m: f64,
-    /// As ways of the farthest wheel \[m\].
+    /// As distances of the farthest wheel \[m\].
     turned_m: f64,
     commanded_turn_m: f64,
 }
@@ -439,7 +439,7 @@ impl Progress {
         }
     }
 
-    /// Ways gone and commanded over the ground, then about, in the last second; none before there was one.
+    /// Distances gone and commanded over the ground, then about, in the last second; none before there was one.
     fn last_second(&self) -> Option<[[f64; 2]; 2]> {
         let then = self
             .windows

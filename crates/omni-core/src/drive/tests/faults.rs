@@ -107,7 +107,7 @@ fn too_few_wheels_lead_to_a_safe_stop_that_holds_until_released() {
         input.readings_rad_s[1] = None;
         input.readings_rad_s[5] = None;
     };
-    // 20 periods until they count as silent, 10 more until the vehicle counts as blind.
+    // 20 periods until they count as silent, 10 more until the motion counts as undetermined.
     assert_eq!(vehicle.run(29, COMMAND, silent).mode, DriveMode::Degraded);
     let sample = vehicle.run(2, COMMAND, silent);
     assert!(!sample.motion_known);

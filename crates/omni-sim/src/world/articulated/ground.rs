@@ -169,27 +169,27 @@ pub(super) fn nearest_on_field(
     kept
 }
 
-/// Which way something is from a point.
-pub(super) enum Way {
+/// The direction of a part from a point.
+pub(super) enum PartDirection {
     Towards(Vector),
     /// In several.
     Around,
 }
 
 impl Part {
-    /// The way from a point to the nearest place of a part \[m\]; none where that is farther than `reach_m`.
-    pub(super) fn way_from(&self, point: Vector, reach_m: f64) -> Option<Way> {
+    /// The vector from a point to the nearest place of a part \[m\]; none where that is farther than `reach_m`.
+    pub(super) fn direction_from(&self, point: Vector, reach_m: f64) -> Option<PartDirection> {
         let at = self.pose.inverse_transform_point(point);
         let found = match &self.solid {
             Solid::Box(shape) => shape.project_local_point(at, false),
             Solid::Bar(shape) => shape.project_local_point(at, false),
-            Solid::Field(_) => return Some(Way::Around),
+            Solid::Field(_) => return Some(PartDirection::Around),
         };
         if found.is_inside {
-            return Some(Way::Around);
+            return Some(PartDirection::Around);
         }
         let way = self.pose.rotation * (found.point - at);
-        (way.length() <= reach_m).then_some(Way::Towards(way))
+        (way.length() <= reach_m).then_some(PartDirection::Towards(way))
     }
 
     fn new(shape: Shape) -> Self {

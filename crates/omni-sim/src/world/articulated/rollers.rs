@@ -8,7 +8,7 @@ use rapier3d_f64::parry::shape::{SupportMap, Triangle};
 use rapier3d_f64::prelude::{Matrix as Matrix3, Pose, Rotation, Vector as Vector3};
 
 use super::contact::{Across, Contact, LinearForm};
-use super::ground::{Ground, Part, Solid, Touch, Way, nearest_on_field};
+use super::ground::{Ground, Part, PartDirection, Solid, Touch, nearest_on_field};
 use super::model::Wheel;
 use super::tree::Tree;
 use crate::config::RollerWheel;
@@ -119,13 +119,13 @@ impl Rollers {
         let turned = libm::sincos(turn_rad);
         let from = contacts.len();
         for (key, part) in meeting.ground.near(at, reach_m) {
-            let Some(way) = part.way_from(at, reach_m) else {
+            let Some(way) = part.direction_from(at, reach_m) else {
                 continue;
             };
             // A convex part lies beyond the plane across the way to its nearest place: what does not reach that plane cannot touch.
             let (towards, least) = match way {
-                Way::Towards(way) => (way.normalize_or_zero(), way.length() - meeting.ahead_m),
-                Way::Around => (Vector3::ZERO, f64::NEG_INFINITY),
+                PartDirection::Towards(way) => (way.normalize_or_zero(), way.length() - meeting.ahead_m),
+                PartDirection::Around => (Vector3::ZERO, f64::NEG_INFINITY),
             };
             // How far each roller's middle is out that way, by its own angle: most are not looked at any further.
             let [down_to, back_to, axle_to] = [down, back, axle].map(|axis| axis.dot(towards));
