@@ -22,6 +22,8 @@ LATE_S = 0.1
 SMALL = 0.01
 #: Simulated speeds that are off by this part refute the model.
 OFF = 0.25
+#: Bridges that coast within each PWM period explain the speeds where these are so many times less off with them.
+BENT = 1.5
 NO_DUTY = (
     "this log cannot tell slope_n_m_s_rad and stall_torque_n_m: its torques are commanded ones, which do not show"
     " the motor's line; log wheel_NAME_duty (-1 to 1) instead of torques and drive up to the fastest speed"
@@ -100,6 +102,21 @@ def noises(motions: Sequence[Motion], residual: Floats) -> Noises:
         speed = float(np.sqrt(np.nanmean(motion.speeds**2)))
         of_logs.append(Noises(implied_rad_s(sd, ratio, rows, motion.period), float(shown), speed))
     return max(of_logs, key=lambda noise: noise.fit_rad_s / max(noise.shown_rad_s, SMALL * noise.speed_rad_s))
+
+
+def bent_line(lines: Sequence[float], chopped: float) -> str:
+    """Why no line of the motor fits: speeds are those of bridges that coast within each PWM period.
+
+    These brake a motor only while they drive it, so that little duty gives nearly the speed of full duty. ``lines`` are
+    parts by which speeds are off with bridges that brake or coast at zero duty, ``chopped`` that of such bridges.
+    """
+    if not chopped * BENT < min(lines):
+        return ""
+    return (
+        "no line of the motor fits, as speed is not linear in the duty cycle: the log's speeds are off by"
+        f" {100 * min(lines):.2g} %, and by {100 * chopped:.2g} % with bridges that coast within each PWM period; let"
+        " the bridges brake there (slow decay: PWM on the inputs, enable high), or log torques"
+    )
 
 
 def refuting(noise: Noises, simulation: SpeedSimulation) -> str:

@@ -29,7 +29,14 @@ class Motion:
     """Residuals of one log for given parameters."""
 
     def __init__(
-        self, stretches: Stretches, masses: Masses, inputs: Floats, efficiency: float, *, coasts: bool = False
+        self,
+        stretches: Stretches,
+        masses: Masses,
+        inputs: Floats,
+        efficiency: float,
+        *,
+        coasts: bool = False,
+        chops: bool = False,
     ) -> None:
         self.stretches, self.masses = stretches, masses
         self.period = stretches.log.period_s
@@ -38,8 +45,9 @@ class Motion:
         self.known: NDArray[np.bool_] = np.asarray(np.isfinite(both).all(axis=1))
         inputs = np.nan_to_num(inputs)
         #: At a duty cycle of zero the bridge is open: no torque, and no braking by the motor either.
-        self.coasts = coasts
-        self.driven = _driven(inputs)
+        #: One that chops is open in the rest of each PWM period too: a motor brakes for that part of it that is driven.
+        self.coasts = coasts or chops
+        self.driven = np.abs(inputs) if chops else _driven(inputs)
         if efficiency < 1.0:
             driving = inputs * np.nan_to_num(stretches.log.measured) > 0.0
             inputs = inputs * np.where(driving, efficiency, 1.0 / efficiency)

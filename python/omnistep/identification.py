@@ -21,7 +21,7 @@ from omnistep._estimates import (
     table,
     withheld,
 )
-from omnistep._identification_doubts import NO_DUTY, Noises, far_off, noises, refuting, too_fast
+from omnistep._identification_doubts import NO_DUTY, Noises, bent_line, far_off, noises, refuting, too_fast
 from omnistep._identified_parameters import BEGINS, parameters_of, undetermined
 from omnistep._identified_vehicle import vehicle_with
 from omnistep._margins import Loops, loops
@@ -41,6 +41,10 @@ NEEDED_BY = "omnistep.identify"
 AT_ZERO = 0.01
 #: Two behaviours of a bridge fit about equally where the errors of one are less than this many times the other's.
 ALIKE = 1.2
+#: Speeds that are off by more than this part may be those of bridges that coast within each PWM period.
+LINE = 0.05
+#: The way of these bridges, for `Problem.solve`.
+CHOPS = "chops"
 #: Evaluations after which most searches have ended.
 USUAL = 300
 
@@ -165,7 +169,15 @@ def identify(
     with bar("identify", shown=progress) as show:
         for way in tried:
             answers.append(problem.solve(way, lambda part: show((len(answers) + part) / len(tried))))
-    return _identification(problem, _better(answers), answers)
+    best = _better(answers)
+    bent = ""
+    if problem.duty and best.simulation.off > LINE:
+        with bar("identify: other bridges", shown=progress) as show:
+            others = (problem.solve(way, show, stated=False) for way in problem.not_stated())
+            lines = [best.simulation.off, *(each.simulation.off for each in others)]
+            if min(lines) > LINE:
+                bent = bent_line(lines, problem.solve(CHOPS, show, stated=False).simulation.off)
+    return _identification(problem, best, answers, bent)
 
 
 @dataclass(frozen=True)
@@ -217,9 +229,17 @@ class Problem:
         matters = any(_part_at_zero(log) > AT_ZERO for log, _ in self.logs if log.zero_duty is None)
         return ["brake", "coast"] if matters else ["brake"]
 
-    def solve(self, way: str | None, progress: Callable[[float], None]) -> Answer:
-        """The parameters that fit best."""
-        motions = [self._motion(log, in_air, way) for log, in_air in self.logs]
+    def not_stated(self) -> list[str]:
+        """What bridges may do at zero duty other than was stated."""
+        given = {self.zero_duty or log.zero_duty for log, _ in self.logs}
+        return [] if None in given else [way for way in ZERO_DUTIES if way not in given]
+
+    def solve(self, way: str | None, progress: Callable[[float], None], *, stated: bool = True) -> Answer:
+        """The parameters that fit best, with what was stated of bridges or, without it, with what is tried."""
+        motions = [
+            self._motion(log, in_air, (self.zero_duty or log.zero_duty or way) if stated else way)
+            for log, in_air in self.logs
+        ]
         parameters = parameters_of(self.guess, self.masses, self.known, duty=self.duty, motions=motions)
         names = [p.name for p in parameters]
         evaluations = 0
@@ -253,8 +273,8 @@ class Problem:
                 key="data",
                 file=log.name,
             )
-        coasts = self.duty and (self.zero_duty or log.zero_duty or way) == "coast"
-        return Motion(stretches, self.masses, inputs, self.guess["motor.efficiency"], coasts=coasts)
+        efficiency, coasts = self.guess["motor.efficiency"], self.duty and way == "coast"
+        return Motion(stretches, self.masses, inputs, efficiency, coasts=coasts, chops=way == CHOPS)
 
 
 def _part_at_zero(log: WheelLog) -> float:
@@ -265,7 +285,7 @@ def _part_at_zero(log: WheelLog) -> float:
     return float(np.mean(np.abs(log.duty[turns]) < ZERO_DUTY)) if turns.any() else 0.0
 
 
-def _identification(problem: Problem, best: Answer, answers: Sequence[Answer]) -> Identification:
+def _identification(problem: Problem, best: Answer, answers: Sequence[Answer], bent: str) -> Identification:
     motions, parameters, found, values = best.motions, best.parameters, best.found, best.values
     built, notes = vehicle_with(problem.guess, problem.masses, values, duty=problem.duty)
     period = motions[0].period
@@ -279,7 +299,7 @@ def _identification(problem: Problem, best: Answer, answers: Sequence[Answer]) -
     )
     parts = estimates(parameters, found, needed_by=NEEDED_BY)
     noise = noises(motions, found.residual)
-    refuted = refuting(noise, best.simulation)
+    refuted = bent or refuting(noise, best.simulation)
     bounds = at_bounds(parameters, found)
     return Identification(
         estimates=withheld(parts) if refuted else parts,
@@ -287,7 +307,7 @@ def _identification(problem: Problem, best: Answer, answers: Sequence[Answer]) -
             *dict.fromkeys(log.cut_off for log, _ in problem.logs if log.cut_off),
             *dict.fromkeys(doubt for motion in motions for doubt in motion.doubts()),
             *([f"no interval is given: {refuted}"] if refuted else []),
-            *_which_way(best, answers),
+            *([] if bent else _which_way(best, answers)),
             *far_off(parts),
             *undetermined(best.residual, parameters, found),
             *(too_fast(motions, values) if problem.duty else ()),

@@ -1,7 +1,8 @@
 """Mecanum robots with hobby bridges, as few lines of numpy: shares nothing with the simulator or the estimator.
 
 Each motor has its line (stall torque, slope), gear friction, a lag and a delay. A bridge at zero duty brakes (the motor
-is shorted) or coasts (it is open). The log has PWM of 8 bits, whole counts, and times in ms that jitter.
+is shorted) or coasts (it is open). One that "chops" coasts in the rest of each PWM period too. The log has PWM of 8
+bits, whole counts, and times in ms that jitter.
 """
 
 import numpy as np
@@ -56,6 +57,10 @@ def table(seed, zero, counts=1440):
         duty, wheels = late[step] / 255, turns @ moves
         volts = duty + (volts - duty) * keep
         torque = p["stall_torque_n_m"] * volts - p["slope_n_m_s_rad"] * wheels
+        if zero == "chops":
+            # On for a part of the period, then open: the line of full voltage for that part, and diodes let none back.
+            ways = np.sign(volts)
+            torque = volts * np.maximum(p["stall_torque_n_m"] - p["slope_n_m_s_rad"] * wheels * ways, 0.0)
         if zero == "coast":
             # An open bridge lets no current flow at once.
             torque, volts = np.where(duty == 0, 0.0, torque), np.where(duty == 0, 0.0, volts)
