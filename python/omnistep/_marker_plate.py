@@ -19,7 +19,7 @@ Complex = NDArray[np.complex128]
 #: Wheels and poses are compared over pieces of this time [s], of which there must be so many. One that is so many times
 #: as far off as half of them is left out: a pose that jumps.
 PIECE_S, FEWEST, OUTLIER = 1.0, 8, 5.0
-#: A piece in which the plate moves less than this [m] and the wheels turn the vehicle less than this [rad] says nothing.
+#: A piece in which the plate moves less than this [m] and the wheels turn the vehicle less than this [rad] is at rest.
 MOVED_M, MOVED_RAD = 0.01, 0.01
 #: A place is known to this [m], a yaw to this [rad] (standard deviations), and wheels go as far as the plate but for
 #: this part; else the plate is taken for the vehicle's own axes.
