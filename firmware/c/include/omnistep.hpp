@@ -203,7 +203,7 @@ public:
 
     /// One control period: from `command` [m/s, rad/s] and `measured_rad_s` [rad/s] to `torques_n_m()` [N.m] of what it
     /// returns, which the next step overwrites. To be called once every OMNI_PERIOD_US.
-    /// Cannot fail: a command that is no number, or beyond 1e6, stands for rest; a measurement that is releases its wheel.
+    /// Cannot fail: a command that is no number, or beyond 1e6, stands for rest; such a measurement releases its wheel.
     [[nodiscard]] const Sample<Wheels>& step(const Twist& command, const std::array<float, Wheels>& measured_rad_s) noexcept {
         const auto twist = detail::to_c(command);
         const auto measured = detail::to_c<Wheels>(measured_rad_s);

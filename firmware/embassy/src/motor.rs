@@ -36,7 +36,7 @@ impl<P: SetDutyCycle, D: OutputPin> MotorDriver<P, D> {
     /// Gives `torque_n_m` \[N.m\] while the wheel turns with `velocity_rad_s` \[rad/s\].
     ///
     /// # Errors
-    /// A pin or the PWM failed. What the motor does now is not known: [`MotorDriver::released`].
+    /// A pin or the PWM failed. What the motor does now is not known: [`MotorDriver::release`].
     pub fn apply(&mut self, torque_n_m: f32, velocity_rad_s: f32) -> Result<(), MotorFailed> {
         let duty = self.motor.duty(torque_n_m, velocity_rad_s);
         let whole = self.pwm.max_duty_cycle();
@@ -64,7 +64,7 @@ impl<P: SetDutyCycle, D: OutputPin> MotorDriver<P, D> {
     ///
     /// # Errors
     /// A pin or the PWM failed.
-    pub fn released(&mut self) -> Result<(), MotorFailed> {
+    pub fn release(&mut self) -> Result<(), MotorFailed> {
         let open = self.enable.set_low().is_ok();
         let none = self.pwm.set_duty_cycle_fully_off().is_ok();
         if open && none { Ok(()) } else { Err(MotorFailed) }

@@ -160,7 +160,7 @@ impl<P: SetDutyCycle, D: OutputPin, E: Encoder, C: Can> ControlTask<P, D, E, C> 
             } else {
                 // A wheel whose velocity is NaN, and every wheel when the torque has ended: the duty for no torque follows from a
                 // velocity, and behind a stuck encoder it would turn the wheel.
-                motor.released()
+                motor.release()
             };
             obeyed &= done.is_ok();
         }
@@ -179,7 +179,7 @@ impl<P: SetDutyCycle, D: OutputPin, E: Encoder, C: Can> ControlTask<P, D, E, C> 
     /// No torque anywhere, and nothing remembered of how it came to that.
     fn hold(&mut self) {
         for motor in &mut self.motors {
-            self.failed |= motor.released().is_err();
+            self.failed |= motor.release().is_err();
         }
         self.shaper = ShaperState::default();
         self.loops = ControlState::new();
