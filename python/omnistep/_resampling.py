@@ -137,7 +137,7 @@ def _went_back(time_ns: Nanoseconds, at: int) -> str:
 
 def channels(path: Path, signal: Signal, samples: Samples, *, clock: str, turning: Sequence[int] = ()) -> list[Channel]:
     """Clean a signal's columns; those in ``turning`` are angles that jump by a turn; ``clock`` names that of times."""
-    # The time of a row without a number is nobody's.
+    # The time of a row without a number counts for nothing.
     empty = ~np.isfinite(samples.values).any(axis=1)
     back = np.maximum.accumulate(np.where(empty, samples.time_ns.min(initial=0), samples.time_ns)) - samples.time_ns
     back[empty] = 0

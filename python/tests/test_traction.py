@@ -16,8 +16,8 @@ QUICK = {"physics.engine": "articulated", "duration_s": 6.0}
 def test_its_signals_tell_why_it_does_what_it_does(policy):
     trace = omnistep.run("step", policy=policy, overrides=QUICK)
     assert trace.outcome.climbed
-    believed = trace["traction_speed_wheel"]
-    assert set(np.unique(believed)) <= set(range(8))  # wheels from 1; 0 is none
+    speed_wheel = trace["traction_speed_wheel"]
+    assert set(np.unique(speed_wheel)) <= set(range(8))  # wheels from 1; 0 is none
     row = trace["traction_row"]
     first = [int(np.argmax(row == wanted)) for wanted in (0, 1, 2)]
     assert first == sorted(first) and set(np.unique(row)) == {0, 1, 2}  # front row, wheel 4, rear row

@@ -309,7 +309,7 @@ impl Vehicle {
             each.apply(source, &mut table)?;
         }
         if !wheels.is_empty() && !table.contains_key("wheel") {
-            completion::write_out(source, &mut table)?;
+            short_forms::write_out(source, &mut table)?;
         }
         for each in wheels {
             each.apply(source, &mut table)?;

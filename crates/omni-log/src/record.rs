@@ -1,7 +1,7 @@
 //! A whole scenario, run into a log.
 
 use omni_sim::controller::LinkCounters;
-use omni_sim::{Outcome, Run, Trace, TraceBuilder};
+use omni_sim::{Outcome, Run, Simulation, Trace};
 
 use crate::{Error, RunLog};
 
@@ -53,28 +53,25 @@ impl<'a, E: From<omni_sim::Error> + 'a> LogRun<E> for Run<'a, E> {
         let mut link = None;
         let run = self.watch(|simulation, _| {
             link = simulation.controller().link();
-            log.push(simulation.period())
-                .map_err(|error| F::from(Error::from(error)))
+            push::<F>(log, simulation)
         });
         let (outcome, ended) = run.outcome()?;
         Ok(Record { outcome, ended, link })
     }
 
     fn log<F: From<E> + From<omni_sim::Error> + From<Error>>(self, mut log: RunLog) -> Result<Trace, F> {
-        let vehicle = self.scenario().vehicle().clone();
-        let mut trace = None;
-        let run = self.watch(|simulation, _| {
-            let new = || TraceBuilder::with_signals(&vehicle, simulation.controller().signal_names());
-            trace.get_or_insert_with(new).push(simulation.period());
-            Ok::<(), F>(())
-        });
-        let Record { outcome, ended, .. } = run.record::<F>(&mut log)?;
-        log.finish(&outcome).map_err(Error::from)?;
+        let run = self.watch(|simulation, _| push::<F>(&mut log, simulation));
+        let (trace, ended) = run.trace_and_end()?;
+        log.finish(trace.outcome()).map_err(Error::from)?;
         match ended {
-            None | Some(omni_sim::Error::GainedEnergy { .. }) => Ok(trace
-                .unwrap_or_else(|| TraceBuilder::new(&vehicle))
-                .finish(outcome)),
+            None | Some(omni_sim::Error::GainedEnergy { .. }) => Ok(trace),
             Some(error) => Err(Error::from(error).into()),
         }
     }
+}
+
+/// The last control period into the log.
+fn push<F: From<Error>>(log: &mut RunLog, simulation: &Simulation) -> Result<(), F> {
+    log.push(simulation.period())
+        .map_err(|error| Error::from(error).into())
 }

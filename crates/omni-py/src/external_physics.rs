@@ -13,9 +13,10 @@ use pyo3::exceptions::{PyFloatingPointError, PyValueError};
 use pyo3::intern;
 use pyo3::prelude::*;
 
-use crate::error::{Stop, looked};
+use crate::error::Stop;
 use crate::nested::nested;
 use crate::policy::{PolicyArg, controller, load_with};
+use crate::run::look_every;
 use crate::scenario::{ScenarioArg, warn_of};
 use crate::trace::Trace;
 
@@ -61,16 +62,12 @@ pub(crate) fn run_external(
         error: error.clone(),
     });
     let trace: Result<omni_sim::Trace, Stop> = py.detach(|| {
-        let mut periods = 0;
-        let run = Run::new(&scenario).controller(controller).physics(stepped);
-        let run = run.watch(|_, part| {
-            periods += 1;
-            if periods % PERIODS_PER_LOOK == 0 {
-                Python::attach(|py| looked(py, on_progress.as_ref(), part)).map_err(Stop::Interrupted)?;
-            }
-            Ok(())
-        });
-        run.trace()
+        let look = look_every(PERIODS_PER_LOOK, on_progress.as_ref());
+        Run::new(&scenario)
+            .controller(controller)
+            .physics(stepped)
+            .watch(look)
+            .trace()
     });
     match (trace, raised.take().or_else(|| error.lock().take())) {
         (Err(_), Some(raised)) => Err(raised),

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use omni_log::{LogRun, RunLog};
-use omni_sim::Run;
+use omni_sim::{Run, Simulation};
 use pyo3::prelude::*;
 use pyo3::types::PyMapping;
 
@@ -44,14 +44,7 @@ pub(crate) fn run(
     let (controller, raised) = controller(py, &scenario, own.as_ref(), true)?;
     let policy = controller.policy().to_owned();
     let trace: Result<omni_sim::Trace, Stop> = py.detach(|| {
-        let mut periods = 0;
-        let look = |_: &omni_sim::Simulation, part: f64| {
-            periods += 1;
-            if periods % PERIODS_PER_LOOK == 0 {
-                Python::attach(|py| looked(py, on_progress.as_ref(), part)).map_err(Stop::Interrupted)?;
-            }
-            Ok(())
-        };
+        let look = look_every(PERIODS_PER_LOOK, on_progress.as_ref());
         match mcap {
             Some(path) => {
                 let log = RunLog::create(path, &scenario, &controller)?;
@@ -63,5 +56,20 @@ pub(crate) fn run(
     match (trace, raised.take()) {
         (Err(_), Some(raised)) => Err(raised),
         (trace, _) => Ok(Trace::new(scenario, policy, trace?)),
+    }
+}
+
+/// Looks at Ctrl-C, and calls back with the part done, once in so many control periods.
+pub(crate) fn look_every(
+    periods: u32,
+    on_progress: Option<&Py<PyAny>>,
+) -> impl FnMut(&Simulation, f64) -> Result<(), Stop> {
+    let mut done: u32 = 0;
+    move |_, part| {
+        done = (done + 1) % periods;
+        if done == 0 {
+            Python::attach(|py| looked(py, on_progress, part)).map_err(Stop::Interrupted)?;
+        }
+        Ok(())
     }
 }

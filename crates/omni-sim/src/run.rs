@@ -81,12 +81,6 @@ impl<'a> Run<'a> {
 }
 
 impl<'a, E: From<Error> + 'a> Run<'a, E> {
-    /// What is run.
-    #[must_use]
-    pub fn scenario(&self) -> &'a Scenario {
-        self.scenario
-    }
-
     /// The same with a controller that was made for the scenario and is freshly started.
     pub fn controller(self, controller: AnyController) -> Self {
         Self {
@@ -95,7 +89,7 @@ impl<'a, E: From<Error> + 'a> Run<'a, E> {
         }
     }
 
-    /// The same on physics of somebody else's, which simulate the scenario's vehicle on its ground in its physics steps. What contacts
+    /// The same on physics of the caller's, which simulate the scenario's vehicle on its ground in its physics steps. What contacts
     /// and joints take of the energy is unknown there: those columns and the outcome's `energy_residual` are NaN.
     ///
     /// ```
@@ -196,15 +190,23 @@ impl<'a, E: From<Error> + 'a> Run<'a, E> {
     /// assert_eq!(same.outcome().work_j, run(&scenario)?.outcome().work_j);
     /// # Ok::<(), omni_sim::Error>(())
     /// ```
-    pub fn trace(mut self) -> Result<Trace, E> {
+    pub fn trace(self) -> Result<Trace, E> {
+        match self.trace_and_end()? {
+            (trace, None | Some(Error::GainedEnergy { .. })) => Ok(trace),
+            (_, Some(error)) => Err(error.into()),
+        }
+    }
+
+    /// [`Run::trace`] that has what there is of a run that the physics ended, and why they did, as [`Run::outcome`].
+    ///
+    /// # Errors
+    /// As [`Run::outcome`].
+    pub fn trace_and_end(mut self) -> Result<(Trace, Option<Error>), E> {
         let simulation = self.start()?;
         let signals = simulation.controller().signal_names();
         let mut trace = TraceBuilder::with_signals(self.scenario.vehicle(), signals);
         let (outcome, ended) = self.periods(simulation, |simulation| trace.push(simulation.period()))?;
-        match ended {
-            None | Some(Error::GainedEnergy { .. }) => Ok(trace.finish(outcome)),
-            Some(error) => Err(error.into()),
-        }
+        Ok((trace.finish(outcome), ended))
     }
 
     /// Runs, and keeps nothing but the figures.

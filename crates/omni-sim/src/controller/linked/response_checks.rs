@@ -111,7 +111,7 @@ impl<const N: usize> Linked<N> {
         Ok(())
     }
 
-    /// Does a drive's report follow from its last one? A safe stop lasts until somebody ends it, and over a link it is never ended; the
+    /// Does a drive's report follow from its last one? A safe stop lasts until it is ended, and over a link it is never ended; the
     /// pose moves by the motion of its wheels.
     fn after_the_last(&self, answer: &Answer<N>) -> Result<(), String> {
         let (last, now) = (&self.last.drive, &answer.drive);
