@@ -1,4 +1,4 @@
-"""The marker plate of a recorded pose: where it is on the vehicle, given or found from wheels and poses."""
+"""The marker plate and the clock of a recorded pose: where the plate is, how late poses are; from wheels and poses."""
 
 from __future__ import annotations
 
@@ -24,6 +24,8 @@ MOVED_M, MOVED_RAD = 0.01, 0.01
 #: A place is known to this [m], a yaw to this [rad] (standard deviations), and wheels go as far as the plate but for
 #: this part; else the plate is taken for the vehicle's own axes.
 KNOWN_M, KNOWN_RAD, SCALE = 0.02, 0.02, 0.2
+#: Poses are up to this much late [s]. A delay is known to so much (standard deviation), by sums so far apart [s].
+LATE_S, KNOWN_S, APART_S = 0.5, 0.01, 0.05
 #: A plate is no farther away [m], and its yaw no larger [rad].
 FARTHEST_M, TURNED_RAD = 10.0, 7.0
 
@@ -82,10 +84,7 @@ def found(vehicle: Vehicle, measured_rad_s: Floats, pose: Floats, period_s: floa
     an arm: Tsai and Lenz, 1989). Pieces are short, so that errors of the whole path stay in the path. What a drive
     without turns, or without a way, does not tell is 0.
     """
-    ways, turns, seen = _pieces(vehicle, measured_rad_s, pose, period_s)
-    # Pieces at rest agree whatever the plate is: many of them would make every other one an outlier.
-    moving = (np.abs(seen) > MOVED_M) | (np.abs(ways) > MOVED_M) | (np.abs(turns) > MOVED_RAD)
-    ways, turns, seen = ways[moving], turns[moving], seen[moving]
+    ways, turns, seen = _moving(vehicle, measured_rad_s, pose, period_s)
     lever = 1.0 - np.exp(1j * turns)
     if len(ways) >= FEWEST:
         for rows in (np.column_stack([seen, lever]), seen[:, None]):
@@ -96,6 +95,42 @@ def found(vehicle: Vehicle, measured_rad_s: Floats, pose: Floats, period_s: floa
                 how = "found from wheels and poses" if rows.shape[1] == 2 else "its yaw found from wheels and poses"
                 return MarkerPlate(place.real, place.imag, float(np.angle(turned)), how)
     return MarkerPlate(0.0, 0.0, 0.0, "assumed: wheels and poses do not tell it; --plate X Y YAW gives it")
+
+
+def late_s(vehicle: Vehicle, measured_rad_s: Floats, pose: Floats, period_s: float) -> float:
+    """How late poses are [s], in whole control periods: motions agree best then, wherever the plate is.
+
+    Only changes of the speed tell it. It is 0 where these are too few, and of poses that are early.
+    """
+    most, apart = round(LATE_S / period_s), max(1, round(APART_S / period_s))
+    shifts, left, free = range(-apart, most + apart + 1), [], 1
+    for shift in shifts:
+        ways, turns, seen = _moving(vehicle, measured_rad_s, earlier(pose, shift), period_s)
+        if len(ways) < FEWEST:
+            return 0.0
+        rows = np.column_stack([seen, 1.0 - np.exp(1j * turns)])
+        solved, _ = _solved(rows, ways)
+        left.append(float(np.mean(np.abs(ways - rows @ solved) ** 2)))
+        free = 2 * len(ways) - 2 * len(solved)
+    best = int(np.argmin(left[apart : most + apart + 1])) + apart
+    # The curvature of the sum, over some periods: noise of single sums does not matter there.
+    bend = (left[best - apart] + left[best + apart] - 2.0 * left[best]) / (apart * period_s) ** 2
+    known = bend > 0.0 and np.sqrt(2.0 * left[best] / (free * bend)) < KNOWN_S
+    return shifts[best] * period_s if known else 0.0
+
+
+def earlier(pose: Floats, rows: int) -> Floats:
+    """Poses so many rows earlier, (T, 3); NaN where there is none."""
+    moved, count = np.full_like(pose, np.nan), max(0, len(pose) - abs(rows))
+    moved[max(0, -rows) :][:count] = pose[max(0, rows) :][:count]
+    return moved
+
+
+def _moving(vehicle: Vehicle, measured_rad_s: Floats, pose: Floats, period_s: float) -> tuple[Complex, Floats, Complex]:
+    """The pieces that are not at rest: these agree whatever the plate is, and would make every other one an outlier."""
+    ways, turns, seen = _pieces(vehicle, measured_rad_s, pose, period_s)
+    moving = (np.abs(seen) > MOVED_M) | (np.abs(ways) > MOVED_M) | (np.abs(turns) > MOVED_RAD)
+    return ways[moving], turns[moving], seen[moving]
 
 
 def _pieces(vehicle: Vehicle, measured_rad_s: Floats, pose: Floats, period_s: float) -> tuple[Complex, Floats, Complex]:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from omnistep._argument_types import trace_of
 from omnistep._axes import figure, recorded_and_simulated
-from omnistep._marker_plate import MarkerPlate, found, given
+from omnistep._marker_plate import MarkerPlate, earlier, found, given, late_s
 from omnistep._omnistep import Kinematics, Log, Odometry, Scenario, Simulation, Trace
 from omnistep._output_files import REFERENCES, check_picture, named_files, replaced, scenario_files
 from omnistep._recorded_command import AXES
@@ -89,6 +89,7 @@ class Resimulation:
             where the log has it, else by the wheels, until the first gap).
         plate: where the marker plate of the log's pose is on the vehicle, ``x_m``, ``y_m`` and ``yaw_rad``; the paths
             are those of the plate. None where the pose is the vehicle's own, of a run, or there is none.
+        late_s: how late the log's poses are behind its wheels [s], found from both; the paths are compared without it.
         complete: False of a log that was cut off: its end is missing.
     """
 
@@ -99,6 +100,7 @@ class Resimulation:
     zeroed: tuple[str, ...]
     differences: Mapping[str, Difference]
     plate: MarkerPlate | None
+    late_s: float
     complete: bool
     _wheels: tuple[Floats, Floats]
     _twists: tuple[Floats, Floats]
@@ -130,8 +132,9 @@ class Resimulation:
         if self.zeroed:
             title += f"{', '.join(self.zeroed)} = 0, because measured torques include it; "
         plate = () if self.plate is None else (str(self.plate),)
+        late = (f"poses are {self.late_s:.3g} s late; the paths are compared without that",) if self.late_s else ()
         cut_off = () if self.complete else ("the log's end is missing, as of a recording that was cut off",)
-        return "\n".join([f"{title}simulated minus recorded:", *lines, *plate, *cut_off])
+        return "\n".join([f"{title}simulated minus recorded:", *lines, *plate, *late, *cut_off])
 
     def plot(self) -> Any:
         """Draw both over each other: wheels' velocities, twist and path.
@@ -249,7 +252,7 @@ def resimulate(
     twists = (twists_of(recorded, "estimated"), estimated(made.vehicle, read_rad_s))
     # A gyro is read at the start of a period, as the encoders are.
     yaw_rates = (recorded["gyro_rad_s"], np.concatenate([[0.0], simulated["twist_wz_rad_s"][:-1]]))
-    marker, paths = _paths(made, read, simulated, wheels, stated)
+    marker, late, paths = _paths(made, read, simulated, wheels, stated)
     return Resimulation(
         recorded=recorded,
         simulated=simulated,
@@ -258,6 +261,7 @@ def resimulate(
         zeroed=zeroed,
         differences=_differences(read, wheels, twists, yaw_rates, paths),
         plate=marker,
+        late_s=late,
         complete=read.complete,
         _wheels=wheels,
         _twists=twists,
@@ -292,19 +296,22 @@ def _has_pose(recorded: Trace) -> bool:
 
 def _paths(
     scenario: Scenario, log: Log, simulated: Trace, wheels: tuple[Floats, Floats], plate: MarkerPlate | None
-) -> tuple[MarkerPlate | None, tuple[Floats, Floats]]:
-    """Positions of the log and of the simulation, (T, 2) each, from the same start, and the plate that they are of."""
+) -> tuple[MarkerPlate | None, float, tuple[Floats, Floats]]:
+    """The plate, how late poses are, and positions of log and simulation, (T, 2) each, from the same start."""
     recorded = log.trace
     if _has_pose(recorded):
         seen, own = (np.column_stack([trace[name] for name in _POSE]) for trace in (recorded, simulated))
-        if plate is None and log.recorded:
-            plate = found(scenario.vehicle, wheels[0], seen, scenario.period_s)
+        late = 0.0
+        if log.recorded:
+            late = late_s(scenario.vehicle, wheels[0], seen, scenario.period_s)
+            seen = earlier(seen, round(late / scenario.period_s))
+            plate = plate or found(scenario.vehicle, wheels[0], seen, scenario.period_s)
         own = own if plate is None else plate.of(own)
         # The simulation's frame is laid over the log's where that begins.
         at = np.flatnonzero(np.isfinite(seen).all(axis=1))[0]
         turn = seen[at, 2] - own[at, 2]
         rotation = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
-        return plate, (seen[:, :2], (own[:, :2] - own[at, :2]) @ rotation + seen[at, :2])
+        return plate, late, (seen[:, :2], (own[:, :2] - own[at, :2]) @ rotation + seen[at, :2])
     # By the wheels, of both: where they are not known, nobody knows where the vehicle is from then on.
     unknown = np.flatnonzero(~np.isfinite(wheels[0][1:]).all(axis=1))
     first = int(np.isnan(wheels[0][0]).any())  # velocities from counts begin with the second row
@@ -316,7 +323,7 @@ def _paths(
             odometry = Odometry(kinematics=Kinematics(layout=scenario.vehicle.layout), period_s=scenario.period_s)
             place[first:end] = odometry.step_velocities(each[first:end])[:, :2]
         places.append(place)
-    return None, (places[0], places[1])
+    return None, 0.0, (places[0], places[1])
 
 
 def _differences(

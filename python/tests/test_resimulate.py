@@ -267,6 +267,20 @@ def test_the_path_is_compared_without_the_place_and_the_yaw_of_the_plate(tmp_pat
     assert str(given).endswith("x 0.2000 m, y -0.1000 m, yaw 0.5000 rad, as given")
 
 
+def test_late_poses_are_compared_without_their_delay(tmp_path):
+    more = {"by": "wheels", "overrides": {"physics.engine": "articulated"}, "progress": False}
+    in_time, late = (
+        omnistep.resimulate(with_plate(tmp_path, pose_plant.PLATE, duration_s=20.0, delay_s=by), **more)
+        for by in (0.0, 0.25)
+    )
+    # Rows of 10 ms; ends of pieces of 1 s tell the delay to some 3 ms.
+    assert in_time.late_s == pytest.approx(0.0, abs=0.011) and late.late_s == pytest.approx(0.25, abs=0.011)
+    # 0.25 s of 0.4 m/s are 0.1 m.
+    assert late.differences["path"].rms == pytest.approx(in_time.differences["path"].rms, abs=0.005)
+    assert late.plate[:3] == pytest.approx(pose_plant.PLATE, abs=0.02)
+    assert f"poses are {late.late_s:.3g} s late" in str(late)
+
+
 def test_a_plate_is_found_where_most_of_the_log_is_at_rest(tmp_path):
     # A minute at rest before 20 s of driving: poses that are 0.1 mm off agree there whatever the plate is.
     log = with_plate(tmp_path, pose_plant.PLATE, duration_s=20.0, noise_m=1e-4)
