@@ -28,8 +28,9 @@ REFUTED = 3.0
 NONE_GIVEN = "none"
 #: What to do where a number ended at a bound.
 CHECK = "check units, signs and names in the log, and the vehicle file"
-#: The variances of independent errors count for this many degrees of freedom beside those of groups.
-INDEPENDENT = 8.0
+#: The variances of independent errors count for this many degrees of freedom beside those of groups, unless these are
+#: larger than such a part of what independent errors would make of them.
+INDEPENDENT, ALIKE = 8.0, 0.99
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -188,7 +189,7 @@ def fit(
         x = np.where(free, np.clip(begin, bounds[:, 0], bounds[:, 1]), start)
     variance, freedom = sigma**2 * np.diag(_inverse(moves.T @ moves)), np.full(len(x), float(rest))
     if clusters is not None:
-        variance, freedom[free] = _clustered(moves, left, clusters, variance)
+        variance, freedom[free] = _clustered(moves, left, clusters, variance, needed_by)
     deviation = np.zeros(len(x))
     deviation[free] = np.sqrt(variance) * scale[free]
     return Fit(
@@ -262,7 +263,7 @@ def _inverse(matrix: Floats) -> Floats:
 
 
 def _clustered(
-    jacobian: Floats, residual: Floats, clusters: NDArray[np.int64], independent: Floats
+    jacobian: Floats, residual: Floats, clusters: NDArray[np.int64], independent: Floats, needed_by: str
 ) -> tuple[Floats, Floats]:
     """Variances where errors within a group correlate, and their degrees of freedom.
 
@@ -288,8 +289,10 @@ def _clustered(
     for k in range(len(bread)):
         like = np.diag(size[:, k]) - weight[:, k] @ bread @ weight[:, k].T
         freedom[k] = np.trace(like) ** 2 / max(float((like**2).sum()), 1e-300)
-    both = INDEPENDENT + freedom
-    return (INDEPENDENT * independent + freedom * sandwich) / both, both
+    # Unless the groups refute that errors are independent: then they alone tell.
+    alike = freedom * sandwich < scipy_part("stats", needed_by).chi2.ppf(ALIKE, freedom) * independent
+    both = INDEPENDENT * alike + freedom
+    return (INDEPENDENT * alike * independent + freedom * sandwich) / both, both
 
 
 def estimates(parameters: Sequence[Parameter], found: Fit, *, needed_by: str) -> tuple[Estimate, ...]:
