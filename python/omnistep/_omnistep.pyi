@@ -69,6 +69,7 @@ __all__ = [
     "policies",
     "policy_name",
     "read_mcap",
+    "recover",
     "reference_factor",
     "run",
     "run_external",
@@ -85,7 +86,6 @@ __all__ = [
     "vehicles",
     "wheels",
     "wilson",
-    "recover",
     "write_recording",
 ]
 
