@@ -1,6 +1,7 @@
 //! Torques within limits, over arrays: eqs. (11) to (13) of the paper.
 
-use omni_core::{TorqueLimit, TorqueRanges, coordination};
+use omni_core::motor::TorqueRanges;
+use omni_core::{TorqueLimit, coordination};
 use omni_sim::config::for_wheel_count;
 use pyo3::prelude::*;
 
