@@ -4,6 +4,7 @@
 
 mod controller;
 mod coordination;
+mod law;
 mod pid;
 mod policy;
 pub(crate) mod wheel_loops;

@@ -3,21 +3,22 @@
 mod anti_windup;
 mod bounds;
 mod config;
+mod correction;
 mod feed_forward;
 mod sample;
+mod step;
 #[cfg(test)]
 mod tests;
 
 use crate::constants::constant_struct;
 use crate::error::{period, within};
 use crate::motor::TorqueRange;
-use crate::scalar::is_plausible;
 use crate::{ConfigError, Real};
 pub use anti_windup::AntiWindup;
-pub(crate) use anti_windup::Excess;
 use anti_windup::{back_calculation_gain, reciprocal};
 pub use bounds::TermBounds;
 pub use config::{EncoderStep, IntegrationOrder, PidConfig, PidGains};
+pub(crate) use correction::Excess;
 pub use feed_forward::{Discrete, FeedForward};
 pub use sample::{LastStep, PidSample, PidState, PidTerms};
 
@@ -145,125 +146,6 @@ impl<R: Real> Pid<R> {
             bounds: TermBounds::new(config.integral_zone_rad_s, config.proportional_limit_n_m)?,
             output,
         })
-    }
-
-    /// One step: the output \[N.m\] that brings `measured_rad_s` to `reference_rad_s`, within the limits of the
-    /// configuration. To be called once every period.
-    ///
-    /// A reference or measurement that is not finite, or beyond 1e6 rad/s, changes nothing in the state and yields the
-    /// integral term alone.
-    ///
-    /// ```
-    /// use omni_core::loops::{Pid, PidState};
-    /// use omni_core::{PidConfig, PidGains};
-    /// let gains = PidGains { kp_n_m_s_rad: 2.0, ki_n_m_rad: 4.0, kd_n_m_s2_rad: 0.0 };
-    /// let (pid, mut state) = (Pid::new(PidConfig::new(gains, 0.25))?, PidState::default());
-    /// assert_eq!(pid.step(&mut state, -1.0, 0.0).output_n_m, -(2.0 + 4.0 * 0.25));
-    /// assert_eq!(pid.step(&mut state, -1.0, f64::NAN).output_n_m, -1.0); // what the integral holds
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
-    pub fn step(&self, state: &mut PidState<R>, reference_rad_s: R, measured_rad_s: R) -> PidSample<R> {
-        if !(is_plausible(reference_rad_s) && is_plausible(measured_rad_s)) {
-            return self.limited(PidTerms::integral_alone(state.integral_n_m));
-        }
-        let error = reference_rad_s - measured_rad_s;
-        let outside_zone = self.bounds.any && self.bounds.is_outside_zone(error);
-        let integrated_error = if outside_zone { R::zero() } else { error };
-        if outside_zone {
-            state.integral_n_m = R::zero();
-        }
-        let mut terms = self.terms(state, reference_rad_s, measured_rad_s, integrated_error);
-        if !terms.sum().is_finite_real() {
-            // Only a state set from outside gets here: start afresh.
-            *state = PidState::default();
-            return self.limited(PidTerms::integral_alone(state.integral_n_m));
-        }
-        let sample = self.limited(terms);
-        let (started, excess_n_m) = (state.last.is_some(), sample.output_n_m - terms.sum());
-        let excess = Excess {
-            excess_n_m,
-            p_n_m: terms.p_n_m,
-            unbounded_p_n_m: self.proportional(reference_rad_s, measured_rad_s),
-        };
-        let (correction, shift) = self.correction(self.anti_windup, integrated_error, &excess, started);
-        if !outside_zone {
-            state.integral_n_m = self.held(state.integral_n_m + self.ki_dt * integrated_error + correction);
-        }
-        if self.remembers {
-            terms.d_n_m += self.derivative_slope(started) * shift;
-            state.derivative_n_m = terms.d_n_m;
-            state.last = Some(LastStep {
-                reference_rad_s: reference_rad_s + shift,
-                measured_rad_s,
-            });
-        }
-        sample
-    }
-
-    /// Bumpless transfer: sets the integral so that the next step with this reference and measurement yields `output_n_m`.
-    ///
-    /// Call it while something else drives the actuator (manual control, another loop), or once on a loop with new gains
-    /// with the output of the old one. Without an integral gain, or with an error beyond the integral zone, there is nothing to set,
-    /// and the output may jump.
-    ///
-    /// ```
-    /// use omni_core::loops::{Pid, PidState};
-    /// use omni_core::{PidConfig, PidGains};
-    /// let gains = |kp| PidGains { kp_n_m_s_rad: kp, ki_n_m_rad: 1.0_f64, kd_n_m_s2_rad: 0.0 };
-    /// let (before, after) = (Pid::new(PidConfig::new(gains(2.0), 0.1))?, Pid::new(PidConfig::new(gains(0.5), 0.1))?);
-    /// let mut state = PidState::default();
-    /// let output = before.step(&mut state, 3.0, 1.0).output_n_m;
-    /// after.track(&mut state, output, 3.0, 1.0);
-    /// assert!((after.step(&mut state, 3.0, 1.0).output_n_m - output).abs() < 1e-12);
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
-    pub fn track(&self, state: &mut PidState<R>, output_n_m: R, reference_rad_s: R, measured_rad_s: R) {
-        if !(is_plausible(reference_rad_s) && is_plausible(measured_rad_s) && is_plausible(output_n_m)) {
-            return;
-        }
-        state.last = Some(LastStep {
-            reference_rad_s,
-            measured_rad_s,
-        });
-        state.derivative_n_m = R::zero();
-        let error = reference_rad_s - measured_rad_s;
-        if self.bounds.is_outside_zone(error) {
-            state.integral_n_m = R::zero();
-        } else if self.ki_dt > R::zero() {
-            let now = self.terms(state, reference_rad_s, measured_rad_s, error);
-            state.integral_n_m = self.held(state.integral_n_m + output_n_m - now.sum());
-        }
-    }
-
-    fn limited(&self, terms: PidTerms<R>) -> PidSample<R> {
-        let requested = terms.sum();
-        PidSample {
-            terms,
-            output_n_m: self.output.clip(requested),
-            saturated: self.output.exceeded_by(requested),
-        }
-    }
-
-    /// The terms for a reference and a measurement; changes nothing.
-    fn terms(&self, state: &PidState<R>, reference: R, measured: R, integrated_error: R) -> PidTerms<R> {
-        let (mut d_n_m, mut ff_n_m) = (R::zero(), R::zero());
-        if self.remembers {
-            let now = LastStep {
-                reference_rad_s: reference,
-                measured_rad_s: measured,
-            };
-            let last = state.last.unwrap_or(now);
-            let change = self.weighted_change(reference, last.reference_rad_s, measured, last.measured_rad_s);
-            d_n_m = self.derivative(state.derivative_n_m, change);
-            ff_n_m = self.feed_forward(reference, last.reference_rad_s);
-        }
-        let p_n_m = self.bounds.proportional(self.proportional(reference, measured));
-        PidTerms {
-            p_n_m,
-            i_n_m: self.integral(state.integral_n_m, integrated_error),
-            d_n_m,
-            ff_n_m,
-        }
     }
 
     #[inline]

@@ -1,7 +1,5 @@
 //! The loops of all wheels: PID and coordination, at a torque limit and at rest.
 
-mod bounds;
-mod limit;
 mod overload;
 mod rest;
 mod sample;
@@ -10,11 +8,12 @@ mod tests;
 
 use crate::constants::constant_struct;
 use crate::geometry::WheelVelocities;
-use crate::loops::{Coordination, Integral, Pid};
+use crate::loops::coordination::{Coordination, Integral};
+use crate::loops::law::Law;
+use crate::loops::pid::Pid;
 use crate::motor::{TorqueLimits, TorqueRanges};
 use crate::scalar::{all_plausible, is_plausible};
 use crate::{ConfigError, Real};
-use limit::{AtLimit, start_afresh_where_not_finite};
 pub use overload::Overload;
 pub(crate) use rest::RestState;
 use rest::is_rest;
@@ -252,11 +251,7 @@ impl<R: Real, const N: usize> WheelController<R, N> {
         self.run(state, &inputs, None::<fn(&[R; N]) -> [R; N]>, sample);
     }
 
-    /// A step whose integrals take in what `share` makes of the errors, each wheel its own where there is none. `share` is
-    /// linear, and the identity on the references.
-    ///
-    /// The usual case, every wheel there and none at its limit, is straight loops over the wheels that write where the
-    /// result is wanted; whatever else happens is in functions of its own.
+    /// A step whose integrals take in what `share` makes of the errors, as in the law of the loops.
     #[inline]
     pub(crate) fn run(
         &self,
@@ -287,133 +282,17 @@ impl<R: Real, const N: usize> WheelController<R, N> {
             rest.narrow(&state.rest, &mut out.range);
         }
 
-        let mut integrated_error = [R::zero(); N];
-        for i in 0..N {
-            integrated_error[i] = out.reference.rad_s[i] - out.measured.rad_s[i];
-        }
-        if let Some(share) = &share {
-            integrated_error = share(&integrated_error);
-            if some_released {
-                zero_inactive(&mut integrated_error, &out.active);
-            }
-        }
-        self.write_terms(state, &integrated_error, out);
-        // Wheels whose integral is set to 0, wheel i is bit i.
-        let mut outside_zone = 0;
-        if self.pid.bounds().any {
-            outside_zone = self.bound(state, &mut integrated_error, out);
-        }
-        // Wheel i is bit i.
-        const { assert!(N <= 32, "at most 32 wheels") };
-        let mut beyond = 0_u32;
-        let (mut requested, mut saturated) = ([R::zero(); N], [false; N]);
-        for i in 0..N {
-            requested[i] = out.p_n_m[i] + out.i_n_m[i];
-        }
-        if self.pid.remembers() {
-            for i in 0..N {
-                requested[i] += out.d_n_m[i] + out.ff_n_m[i];
-            }
-        }
-        for i in 0..N {
-            // NaN, which only a state set from outside brings, is not inside.
-            let inside = requested[i] <= out.range.upper_n_m[i] && requested[i] >= out.range.lower_n_m[i];
-            saturated[i] = !inside;
-        }
-        for i in 0..N {
-            beyond |= u32::from(saturated[i]) << i;
-        }
-        (out.requested.n_m, out.applied.n_m, out.saturated) = (requested, requested, saturated);
-
-        let ki_dt = self.pid.integral_gain_dt();
-        if beyond != 0 {
-            let mut sum = R::zero();
-            for torque in out.requested.n_m {
-                sum += torque;
-            }
-            if !sum.is_finite_real() {
-                start_afresh_where_not_finite(state, &mut integrated_error, out);
-            }
-            let mut correction = [R::zero(); N];
-            // Two functions, so that loops without bounds, the usual ones, do not pay for them.
-            let corrected = if self.pid.bounds().any {
-                let at_limit = AtLimit { beyond, outside_zone };
-                self.limit_bounded(state, at_limit, &mut integrated_error, out, &mut correction)
-            } else {
-                let at_limit = AtLimit {
-                    beyond,
-                    outside_zone: 0,
-                };
-                self.limit::<false>(state, at_limit, &mut integrated_error, out, &mut correction)
-            };
-            if let Some(share) = &share
-                && corrected
-            {
-                correction = share(&correction);
-                zero_inactive(&mut correction, &out.active);
-            }
-            for i in 0..N {
-                state.integral_n_m[i] += ki_dt * integrated_error[i] + correction[i];
-            }
-        } else {
-            state.overload = Overload::new();
-            for i in 0..N {
-                state.integral_n_m[i] += ki_dt * integrated_error[i];
-            }
-            if self.pid.remembers() {
-                (state.derivative_n_m, state.last_reference_rad_s) = (out.d_n_m, out.reference.rad_s);
-            }
-        }
-        if self.pid.remembers() {
-            (state.last_measured_rad_s, state.started) = (out.measured.rad_s, out.active);
-        }
-        self.hold_integrals(state);
+        let law = Law {
+            pid: &self.pid,
+            coordination: self.coordination,
+            waits: true,
+        };
+        law.step(state, share, some_released, out);
         if is_rest(inputs.reference) {
             let rest = self.rest.where_held(inputs.holds);
             rest.step(&mut state.rest, &mut state.integral_n_m, &out.applied.n_m);
         } else {
             self.rest.drive(&mut state.rest);
-        }
-    }
-
-    /// Writes the terms of every wheel for its reference and measurement.
-    #[inline]
-    fn write_terms(
-        &self,
-        state: &ControlState<R, N>,
-        integrated_error: &[R; N],
-        out: &mut WheelSample<R, N>,
-    ) {
-        for i in 0..N {
-            out.p_n_m[i] = self
-                .pid
-                .proportional(out.reference.rad_s[i], out.measured.rad_s[i]);
-            out.i_n_m[i] = self.pid.integral(state.integral_n_m[i], integrated_error[i]);
-            // In here, and not as whole arrays: those are cleared by a function that costs more than all of these stores.
-            (out.d_n_m[i], out.ff_n_m[i]) = (R::zero(), R::zero());
-        }
-        if !self.pid.remembers() {
-            return;
-        }
-        let (mut last_reference, mut last_measured) = (state.last_reference_rad_s, state.last_measured_rad_s);
-        if !state.all_started() {
-            for i in 0..N {
-                if !state.started[i] {
-                    (last_reference[i], last_measured[i]) = (out.reference.rad_s[i], out.measured.rad_s[i]);
-                }
-            }
-        }
-        for i in 0..N {
-            let (r, y) = (out.reference.rad_s[i], out.measured.rad_s[i]);
-            let change = self
-                .pid
-                .weighted_change(r, last_reference[i], y, last_measured[i]);
-            out.d_n_m[i] = self.pid.derivative(state.derivative_n_m[i], change);
-        }
-        if self.pid.feeds_forward() {
-            for i in 0..N {
-                out.ff_n_m[i] = self.pid.feed_forward(out.reference.rad_s[i], last_reference[i]);
-            }
         }
     }
 }
@@ -429,15 +308,6 @@ fn stand<R: Real, const N: usize>(state: &mut ControlState<R, N>, short: bool, o
     }
     state.overload = Overload::new();
     out.end(short);
-}
-
-/// Zero where a wheel is not active.
-fn zero_inactive<R: Real, const N: usize>(values: &mut [R; N], active: &[bool; N]) {
-    for (value, &active) in values.iter_mut().zip(active) {
-        if !active {
-            *value = R::zero();
-        }
-    }
 }
 
 /// Releases wheels that are dropped or measure nonsense: all their numbers are zero, so that they are excluded from any common

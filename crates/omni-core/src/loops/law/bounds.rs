@@ -1,15 +1,15 @@
 //! Integral zones and limits of proportional terms, of all wheels.
 
-use super::limit::AtLimit;
-use super::{ControlState, WheelController, WheelSample};
+use super::{Law, zero};
 use crate::Real;
+use crate::loops::wheel_loops::{ControlState, WheelSample};
 
-impl<R: Real, const N: usize> WheelController<R, N> {
+impl<R: Real> Law<'_, R> {
     /// Brings the terms of `out` within their bounds: proportional terms within their limit, and integrals with an error beyond the
-    /// zone to 0. Those wheels, wheel i as bit i. Where the integral is shared it is all of them or none: with some of its parts it
+    /// zone to 0. Those wheels. Where the integral is shared it is all of them or none: with some of its parts it
     /// would leave the range of the kinematics.
     #[inline(never)]
-    pub(super) fn bound(
+    pub(super) fn bound<const N: usize>(
         &self,
         state: &mut ControlState<R, N>,
         integrated_error: &mut [R; N],
@@ -23,36 +23,14 @@ impl<R: Real, const N: usize> WheelController<R, N> {
         if outside != 0 && self.shares_integral() {
             outside = u32::MAX;
         }
-        clear(state, outside);
-        for i in 0..N {
-            if outside & (1 << i) != 0 {
-                (integrated_error[i], out.i_n_m[i]) = (R::zero(), R::zero());
-            }
-        }
+        zero(&mut state.integral_n_m, outside);
+        zero(integrated_error, outside);
+        zero(&mut out.i_n_m, outside);
         outside
     }
 
-    /// [`WheelController::limit`] of loops whose terms have bounds.
-    #[inline(never)]
-    pub(super) fn limit_bounded(
-        &self,
-        state: &mut ControlState<R, N>,
-        at_limit: AtLimit,
-        integrated_error: &mut [R; N],
-        out: &mut WheelSample<R, N>,
-        correction: &mut [R; N],
-    ) -> bool {
-        let corrected = self.limit::<true>(state, at_limit, integrated_error, out, correction);
-        for i in 0..N {
-            if at_limit.outside_zone & (1 << i) != 0 {
-                (integrated_error[i], correction[i]) = (R::zero(), R::zero());
-            }
-        }
-        corrected
-    }
-
     /// Proportional terms without their limit; 0 of released wheels.
-    pub(super) fn unbounded(&self, out: &WheelSample<R, N>) -> [R; N] {
+    pub(super) fn unbounded<const N: usize>(&self, out: &WheelSample<R, N>) -> [R; N] {
         let mut p_n_m = [R::zero(); N];
         for (i, p_n_m) in p_n_m.iter_mut().enumerate() {
             if out.active[i] {
@@ -66,7 +44,7 @@ impl<R: Real, const N: usize> WheelController<R, N> {
 
     /// Torque and slope of each wheel as they are about its limit: a proportional term that is at its own limit does not fall with
     /// the reference at first, and one that is not may come to its limit on the way. `slopes` become those.
-    pub(super) fn about_limits(
+    pub(super) fn about_limits<const N: usize>(
         &self,
         state: &ControlState<R, N>,
         out: &WheelSample<R, N>,
@@ -107,35 +85,19 @@ impl<R: Real, const N: usize> WheelController<R, N> {
 
     /// Terms and torques once references were reduced by `less` of themselves: proportional terms come off their limit by what is
     /// left of `unbounded_p`.
-    pub(super) fn bound_reduced(
+    pub(super) fn bound_reduced<const N: usize>(
         &self,
         less: R,
         out: &mut WheelSample<R, N>,
         unbounded_p: &mut [R; N],
         outside_zone: u32,
-        asked: &mut [R; N],
     ) {
+        zero(&mut out.i_n_m, outside_zone);
         let slope = self.pid.term_slopes(true).p_n_m;
         for i in 0..N {
             unbounded_p[i] -= slope * (less * out.reference.rad_s[i]);
             out.p_n_m[i] = self.pid.bounds().proportional(unbounded_p[i]);
-            if outside_zone & (1 << i) != 0 {
-                out.i_n_m[i] = R::zero();
-            }
-            asked[i] = out.p_n_m[i] + out.i_n_m[i] + out.d_n_m[i] + out.ff_n_m[i];
-        }
-    }
-}
-
-/// Integrals of those wheels to 0, wheel i is bit i.
-#[inline]
-fn clear<R: Real, const N: usize>(state: &mut ControlState<R, N>, wheels: u32) {
-    if wheels == 0 {
-        return;
-    }
-    for (i, integral) in state.integral_n_m.iter_mut().enumerate() {
-        if wheels & (1 << i) != 0 {
-            *integral = R::zero();
+            out.applied.n_m[i] = out.p_n_m[i] + out.i_n_m[i] + out.d_n_m[i] + out.ff_n_m[i];
         }
     }
 }

@@ -1,125 +1,157 @@
 //! What happens to the loops at a limit: torques brought within, integrals kept from winding up.
 
-use super::{ControlState, WheelController, WheelSample};
+use super::{Law, zero};
 use crate::Real;
-use crate::loops::coordination::reference_factors;
-use crate::loops::pid::Excess;
-use crate::loops::{AntiWindup, Saturation, reference_factor, torque_factor};
+use crate::loops::coordination::{Saturation, reference_factor, reference_factors, torque_factor};
+use crate::loops::pid::{AntiWindup, Excess};
+use crate::loops::wheel_loops::{ControlState, WheelSample};
 
-/// Which wheels a limit concerns, wheel i is bit i.
-#[derive(Clone, Copy)]
-pub(super) struct AtLimit {
+/// Which wheels a limit concerns.
+struct AtLimit {
     /// They ask for more than they can have.
-    pub(super) beyond: u32,
+    beyond: u32,
+    /// They have done so for long enough that integrals know of it.
+    overloaded: u32,
     /// Their integral does not count.
-    pub(super) outside_zone: u32,
+    outside_zone: u32,
 }
 
-impl<R: Real, const N: usize> WheelController<R, N> {
-    /// Brings the requested torques of `out` within the limits by the law of the coordination. What anti-windup adds to the
-    /// integrals goes to `correction`, which is zero, and the derivative and reference to remember go to `state`. True where
-    /// there is a correction. `BOUNDED`: some terms of the loops have bounds. Integrals know of limits that last only ([`Overload`](super::Overload)).
+impl<R: Real> Law<'_, R> {
+    /// Brings the requested torques of `out` within the limits by the law of the coordination, and the derivative and reference to
+    /// remember to `state`. What anti-windup adds to the integrals, none where it adds nothing.
     #[inline(never)]
-    pub(super) fn limit<const BOUNDED: bool>(
+    pub(super) fn limit<const N: usize>(
         &self,
+        beyond: u32,
+        outside_zone: u32,
         state: &mut ControlState<R, N>,
-        AtLimit { beyond, outside_zone }: AtLimit,
         integrated_error: &mut [R; N],
         out: &mut WheelSample<R, N>,
-        correction: &mut [R; N],
-    ) -> bool {
-        let overloaded = state.overload.step(beyond, &out.requested.n_m);
-        // Torque asked for by the terms as they are in the end: what anti-windup compares with.
-        let mut asked = out.requested.n_m;
+    ) -> Option<[R; N]> {
+        let at = AtLimit {
+            beyond,
+            overloaded: if self.waits {
+                state.overload.step(beyond, &out.requested.n_m)
+            } else {
+                beyond
+            },
+            outside_zone,
+        };
         // Only where terms are bounded: what they were otherwise.
-        let mut unbounded_p = BOUNDED.then(|| self.unbounded(out));
+        let mut unbounded_p = self.pid.bounds().any.then(|| self.unbounded(out));
+        if self.pid.remembers() {
+            state.last_reference_rad_s = out.reference.rad_s;
+        }
         match self.coordination.saturation {
             Saturation::Clip => {}
-            Saturation::ScaleTorques => {
-                out.common_factor = torque_factor(&out.requested.n_m, &out.range);
-                for torque in &mut out.applied.n_m {
-                    *torque *= out.common_factor;
-                }
-            }
+            Saturation::ScaleTorques => scale_torques(out),
             Saturation::ScaleReference { floor } => {
-                // Every term is affine in the reference; what is compared with moves along in a wheel's first step.
-                let fresh = self.pid.remembers() && !state.all_started();
-                let later = self.pid.term_slopes(true);
-                let mut slopes = out.reference.rad_s;
-                for i in 0..N {
-                    slopes[i] *= later.sum();
-                }
-                if fresh {
-                    for i in 0..N {
-                        slopes[i] = out.reference.rad_s[i] * self.pid.term_slopes(state.started[i]).sum();
-                    }
-                }
-                let about_limits;
-                let requested = if let Some(unbounded_p) = &unbounded_p {
-                    about_limits = self.about_limits(state, out, unbounded_p, outside_zone, &mut slopes);
-                    &about_limits
-                } else {
-                    &out.requested.n_m
-                };
-                // Only wheels beyond a limit count for the factor.
-                let (factor, lasting) = if overloaded == beyond {
-                    let factor = reference_factor(requested, &slopes, &out.range, floor);
-                    (factor, factor)
-                } else {
-                    reference_factors(requested, &slopes, &out.range, floor, overloaded)
-                };
-                out.common_factor = factor;
-                let (less, less_for_long) = (R::one() - factor, R::one() - lasting);
-                for i in 0..N {
-                    let removed = less * out.reference.rad_s[i];
-                    integrated_error[i] -= less_for_long * out.reference.rad_s[i];
-                    asked[i] -= less * slopes[i];
-                    // Neither of them differs in a first step.
-                    out.p_n_m[i] -= later.p_n_m * removed;
-                    out.i_n_m[i] -= later.i_n_m * removed;
-                }
-                if fresh {
-                    for i in 0..N {
-                        let slope = self.pid.term_slopes(state.started[i]);
-                        let removed = less * out.reference.rad_s[i];
-                        out.d_n_m[i] -= slope.d_n_m * removed;
-                        out.ff_n_m[i] -= slope.ff_n_m * removed;
-                        state.last_reference_rad_s[i] = out.reference.rad_s[i] - removed;
-                    }
-                } else if self.pid.remembers() {
-                    for i in 0..N {
-                        let removed = less * out.reference.rad_s[i];
-                        out.d_n_m[i] -= later.d_n_m * removed;
-                        state.last_reference_rad_s[i] = out.reference.rad_s[i] - removed;
-                    }
-                    if self.pid.feeds_forward() {
-                        for i in 0..N {
-                            out.ff_n_m[i] -= later.ff_n_m * (less * out.reference.rad_s[i]);
-                        }
-                    }
-                }
-                if let Some(unbounded_p) = &mut unbounded_p {
-                    self.bound_reduced(less, out, unbounded_p, outside_zone, &mut asked);
-                }
-                out.applied.n_m = asked;
+                self.scale_references(floor, &at, state, integrated_error, out, unbounded_p.as_mut());
             }
         }
         if self.pid.remembers() {
             state.derivative_n_m = out.d_n_m;
-            if !matches!(self.coordination.saturation, Saturation::ScaleReference { .. }) {
-                state.last_reference_rad_s = out.reference.rad_s;
+        }
+        // Torque asked for by the terms as they are in the end: what anti-windup compares with.
+        let asked = match self.coordination.saturation {
+            Saturation::ScaleReference { .. } => out.applied.n_m,
+            _ => out.requested.n_m,
+        };
+        clip(out);
+        // To look whether anything changed pays only where an excess costs more than a product.
+        let changed = !self.pid.remembers() || out.applied.n_m != asked;
+        (at.overloaded != 0 && changed)
+            .then(|| self.correction(&at, &asked, unbounded_p.as_ref(), state, integrated_error, out))
+    }
+
+    /// Scales all references by one factor with which no torque is beyond the limit that its own reference pushes it towards, and every
+    /// term with them, which is affine in the reference. Applied are the torques that are then asked for.
+    fn scale_references<const N: usize>(
+        &self,
+        floor: R,
+        at: &AtLimit,
+        state: &mut ControlState<R, N>,
+        integrated_error: &mut [R; N],
+        out: &mut WheelSample<R, N>,
+        unbounded_p: Option<&mut [R; N]>,
+    ) {
+        let mut slopes = self.slopes(state, out);
+        let about_limits = unbounded_p
+            .as_deref()
+            .map(|unbounded_p| self.about_limits(state, out, unbounded_p, at.outside_zone, &mut slopes));
+        let requested = about_limits.as_ref().unwrap_or(&out.requested.n_m);
+        // Only wheels beyond a limit count for the factor.
+        let (factor, lasting) = if at.overloaded == at.beyond {
+            let factor = reference_factor(requested, &slopes, &out.range, floor);
+            (factor, factor)
+        } else {
+            reference_factors(requested, &slopes, &out.range, floor, at.overloaded)
+        };
+        out.common_factor = factor;
+        let (less, less_for_long) = (R::one() - factor, R::one() - lasting);
+        for i in 0..N {
+            integrated_error[i] -= less_for_long * out.reference.rad_s[i];
+            out.applied.n_m[i] = out.requested.n_m[i] - less * slopes[i];
+        }
+        zero(integrated_error, at.outside_zone);
+        self.reduce_terms(less, state, out);
+        if let Some(unbounded_p) = unbounded_p {
+            self.bound_reduced(less, out, unbounded_p, at.outside_zone);
+        }
+    }
+
+    /// How the torque of each wheel changes with the factor of its reference. What is compared with moves along in a first step.
+    fn slopes<const N: usize>(&self, state: &ControlState<R, N>, out: &WheelSample<R, N>) -> [R; N] {
+        let later = self.pid.term_slopes(true).sum();
+        let mut slopes = out.reference.rad_s;
+        for slope in &mut slopes {
+            *slope *= later;
+        }
+        if self.pid.remembers() && !state.all_started() {
+            for i in 0..N {
+                slopes[i] = out.reference.rad_s[i] * self.pid.term_slopes(state.started[i]).sum();
             }
         }
-        // To look whether anything changed pays only where an excess costs more than a product.
-        let mut changed = !self.pid.remembers();
+        slopes
+    }
+
+    /// The terms with references that are reduced by the part `less`, and that reference to remember.
+    fn reduce_terms<const N: usize>(
+        &self,
+        less: R,
+        state: &mut ControlState<R, N>,
+        out: &mut WheelSample<R, N>,
+    ) {
+        let later = self.pid.term_slopes(true);
         for i in 0..N {
-            let applied = out.range.clip(i, out.applied.n_m[i]);
-            out.applied.n_m[i] = applied;
-            changed |= applied != asked[i];
+            let removed = less * out.reference.rad_s[i];
+            // Neither of them differs in a first step.
+            out.p_n_m[i] -= later.p_n_m * removed;
+            out.i_n_m[i] -= later.i_n_m * removed;
         }
-        if overloaded == 0 || !changed {
-            return false;
+        if !self.pid.remembers() {
+            return;
         }
+        for i in 0..N {
+            let slope = self.pid.term_slopes(state.started[i]);
+            let removed = less * out.reference.rad_s[i];
+            out.d_n_m[i] -= slope.d_n_m * removed;
+            out.ff_n_m[i] -= slope.ff_n_m * removed;
+            state.last_reference_rad_s[i] = out.reference.rad_s[i] - removed;
+        }
+    }
+
+    /// What anti-windup adds to the integrals of overloaded wheels, because torques `asked` for were not applied. The derivative and
+    /// reference of `state` are brought to what was realised.
+    fn correction<const N: usize>(
+        &self,
+        at: &AtLimit,
+        asked: &[R; N],
+        unbounded_p: Option<&[R; N]>,
+        state: &mut ControlState<R, N>,
+        integrated_error: &[R; N],
+        out: &WheelSample<R, N>,
+    ) -> [R; N] {
         // A conditioned controller to the end: what the floor leaves over is conditioned too, wheel by wheel.
         let law = match self.coordination.saturation {
             Saturation::ScaleReference { .. } => AntiWindup::Conditioned,
@@ -127,39 +159,33 @@ impl<R: Real, const N: usize> WheelController<R, N> {
         };
         let plain_gain = self.pid.plain_gain(law);
         let gain = plain_gain.unwrap_or(R::one());
+        let mut excess = [R::zero(); N];
         for i in 0..N {
-            correction[i] = (out.applied.n_m[i] - asked[i]) * gain;
+            excess[i] = (out.applied.n_m[i] - asked[i]) * gain;
         }
-        if overloaded != beyond {
-            zero_not_overloaded(correction, overloaded);
+        if at.overloaded != at.beyond {
+            zero(&mut excess, !at.overloaded);
         }
-        if plain_gain.is_none() {
-            self.condition(
-                law,
-                state,
-                integrated_error,
-                out,
-                unbounded_p.as_ref(),
-                correction,
-            );
+        if plain_gain.is_some() {
+            return excess;
         }
-        true
+        let mut correction = self.condition(law, state, integrated_error, out, unbounded_p, &excess);
+        zero(&mut correction, at.outside_zone);
+        correction
     }
 
-    /// Anti-windup for torques that were changed by `correction`: put in its place what to add to the integrals, with the
-    /// derivative and reference of `state` brought to what was realised.
+    /// Anti-windup for torques that were changed by `excess`: what to add to the integrals.
     #[inline(never)]
-    fn condition(
+    fn condition<const N: usize>(
         &self,
         law: AntiWindup<R>,
         state: &mut ControlState<R, N>,
         integrated_error: &[R; N],
         out: &WheelSample<R, N>,
         unbounded_p: Option<&[R; N]>,
-        correction: &mut [R; N],
-    ) {
-        let excess = *correction;
-        *correction = [R::zero(); N];
+        excess: &[R; N],
+    ) -> [R; N] {
+        let mut correction = [R::zero(); N];
         if law == AntiWindup::Conditional && self.shares_integral() {
             // Shared, the motion as a whole goes on integrating or does not: stopped wheel by wheel and projected, most of
             // what was stopped would come back.
@@ -168,10 +194,10 @@ impl<R: Real, const N: usize> WheelController<R, N> {
                 outwards += excess[i] * integrated_error[i];
             }
             if outwards < R::zero() {
-                *correction =
+                correction =
                     integrated_error.map(|integrated_error| -self.pid.integral_gain_dt() * integrated_error);
             }
-            return;
+            return correction;
         }
         for i in 0..N {
             if out.active[i] {
@@ -189,12 +215,13 @@ impl<R: Real, const N: usize> WheelController<R, N> {
                 }
             }
         }
+        correction
     }
 
     /// Integrals held where [`AntiWindup::Clamp`] says so; shared ones by one factor for all, because cut one by one they
     /// would leave the range of the kinematics.
     #[inline]
-    pub(super) fn hold_integrals(&self, state: &mut ControlState<R, N>) {
+    pub(super) fn hold_integrals<const N: usize>(&self, state: &mut ControlState<R, N>) {
         let AntiWindup::Clamp { limit_n_m } = self.pid.anti_windup() else {
             return;
         };
@@ -216,29 +243,17 @@ impl<R: Real, const N: usize> WheelController<R, N> {
     }
 }
 
-/// Zero where a wheel is not overloaded.
-fn zero_not_overloaded<R: Real, const N: usize>(values: &mut [R; N], overloaded: u32) {
-    for (i, value) in values.iter_mut().enumerate() {
-        if overloaded & (1 << i) == 0 {
-            *value = R::zero();
-        }
+/// Scales all torques by one factor, eqs. (11) and (12).
+fn scale_torques<R: Real, const N: usize>(out: &mut WheelSample<R, N>) {
+    out.common_factor = torque_factor(&out.requested.n_m, &out.range);
+    for torque in &mut out.applied.n_m {
+        *torque *= out.common_factor;
     }
 }
 
-/// Loops whose torque is not a number, because their state was set to nonsense, give nothing and start afresh.
-#[inline(never)]
-pub(super) fn start_afresh_where_not_finite<R: Real, const N: usize>(
-    state: &mut ControlState<R, N>,
-    integrated_error: &mut [R; N],
-    out: &mut WheelSample<R, N>,
-) {
-    let zero = R::zero();
+/// Cuts each torque to its own range.
+fn clip<R: Real, const N: usize>(out: &mut WheelSample<R, N>) {
     for i in 0..N {
-        if !out.requested.n_m[i].is_finite_real() {
-            (state.integral_n_m[i], state.derivative_n_m[i], state.started[i]) = (zero, zero, false);
-            (out.p_n_m[i], out.i_n_m[i], out.d_n_m[i], out.ff_n_m[i]) = (zero, zero, zero, zero);
-            (out.requested.n_m[i], out.applied.n_m[i], integrated_error[i]) = (zero, zero, zero);
-            (out.reference.rad_s[i], out.active[i]) = (zero, false);
-        }
+        out.applied.n_m[i] = out.range.clip(i, out.applied.n_m[i]);
     }
 }

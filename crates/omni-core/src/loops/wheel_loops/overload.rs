@@ -32,7 +32,7 @@ pub struct Overload {
 
 impl Overload {
     /// None.
-    pub(super) const fn new() -> Self {
+    pub(in crate::loops) const fn new() -> Self {
         Self {
             beyond: 0,
             above: 0,
@@ -67,7 +67,7 @@ impl Overload {
 
     /// One step in which the wheels `beyond` ask for more than they can have; returns those that are overloaded.
     #[inline]
-    pub(super) fn step<R: Real, const N: usize>(&mut self, beyond: u32, requested: &[R; N]) -> u32 {
+    pub(in crate::loops) fn step<R: Real, const N: usize>(&mut self, beyond: u32, requested: &[R; N]) -> u32 {
         let mut above = 0;
         for i in 0..N {
             above |= u32::from(requested[i] > R::zero()) << i;

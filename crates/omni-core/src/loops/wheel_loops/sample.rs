@@ -102,7 +102,7 @@ impl<R: Real, const N: usize> ControlState<R, N> {
 
     /// Every wheel has a step behind it.
     #[inline]
-    pub(super) fn all_started(&self) -> bool {
+    pub(in crate::loops) fn all_started(&self) -> bool {
         let mut all = true;
         for started in self.started {
             all &= started;

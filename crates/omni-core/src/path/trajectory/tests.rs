@@ -1,8 +1,8 @@
 use super::*;
-use crate::path::*;
-use crate::shaping::MotionLimits;
 use crate::geometry::{Kinematics, WheelLayout};
 use crate::motor::TorqueLimit;
+use crate::path::*;
+use crate::shaping::MotionLimits;
 use proptest::prelude::*;
 use std::vec;
 use std::vec::Vec;
