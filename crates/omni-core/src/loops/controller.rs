@@ -14,7 +14,7 @@ use crate::{ConfigError, Real};
 
 /// A vehicle's controller: kinematics and wheel loops. Immutable; what changes is in [`ControlState`].
 ///
-/// The bare loop. [`crate::drive::Drive`] puts shaping, faults, slip and odometry around it.
+/// The bare loop. [`Drive`](crate::drive::Drive) puts shaping, faults, slip and odometry around it.
 ///
 /// ```
 /// use omni_core::{BodyTwist, Controller, ControlState, Coordination, PidConfig, PidGains, TorqueLimit};
