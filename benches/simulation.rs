@@ -5,7 +5,7 @@
 
 use std::time::Instant;
 
-use omni_core::ControllerPolicy;
+use omni_core::loops::ControllerPolicy;
 use omni_log::{Error, LogRun, RunLog};
 use omni_sim::config::{Override, Scenario};
 use omni_sim::controller::AnyController;

@@ -12,9 +12,9 @@ use std::time::Instant;
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main};
 use num_traits::float::FloatCore;
+use omni_core::shaping::TwistLimiterState;
 use omni_core::{
-    BodyTwist, ControlState, Coordination, PidGains, Real, TorqueLimit, TwistLimiterState, WheelLayout,
-    WheelVelocities,
+    BodyTwist, ControlState, Coordination, PidGains, Real, TorqueLimit, WheelLayout, WheelVelocities,
 };
 use omni_sim::Simulation;
 use omni_sim::config::Scenario;

@@ -1,8 +1,10 @@
 //! States and configurations of omni-core survive being written and read, bit for bit.
 
+use omni_core::estimate::{Odometry, OdometryState};
+use omni_core::loops::{AntiWindup, ControlSample};
+use omni_core::shaping::{AxisLimits, TwistLimiter, TwistLimiterState, TwistLimits};
 use omni_core::{
-    AntiWindup, AxisLimits, BodyTwist, ControlSample, ControlState, Controller, Coordination, Kinematics,
-    Odometry, OdometryState, PidConfig, PidGains, TorqueLimit, TwistLimiter, TwistLimiterState, TwistLimits,
+    BodyTwist, ControlState, Controller, Coordination, Kinematics, PidConfig, PidGains, TorqueLimit,
     WheelControlConfig, WheelLayout,
 };
 

@@ -3,10 +3,11 @@
 //! Errors are those of the pose in the plane, which is what the filter models, against the simulation's own. Sensors have the noise of
 //! the scenario; the accelerometer, which has none there, gets its own here. Settings were found on seeds below 100.
 
-use omni_core::{
-    BodyTwist, Estimator, EstimatorConfig, EstimatorInput, EstimatorState, Kinematics, Odometry,
-    OdometryState, PlanarPose, PoseCovariance, Real,
+use omni_core::estimate::{
+    Estimator, EstimatorConfig, EstimatorInput, EstimatorState, Odometry, OdometryState, PoseCovariance,
 };
+use omni_core::geometry::PlanarPose;
+use omni_core::{BodyTwist, Kinematics, Real};
 use omni_sim::Simulation;
 use omni_sim::config::{Override, Scenario};
 use rand_chacha::ChaCha8Rng;

@@ -1,6 +1,7 @@
 //! Paths that are followed, and tables of twists.
 
-use omni_core::{BodyTwist, PlanarPose};
+use omni_core::BodyTwist;
+use omni_core::geometry::PlanarPose;
 use omni_sim::config::{Override, Scenario};
 use omni_sim::controller::ControlSample;
 use omni_sim::observation::Observation;

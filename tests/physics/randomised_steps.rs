@@ -8,7 +8,7 @@ use omni_sim::config::{Override, Scenario};
 
 fn hash(key: &str) -> u32 {
     let scenario = Scenario::load("step", &[Override::parse(key).expect("valid")]).expect("valid");
-    let odometry = omni_core::Odometry::new(scenario.period_s() as f32).expect("valid");
+    let odometry = omni_core::estimate::Odometry::new(scenario.period_s() as f32).expect("valid");
     let (controller, limiter) = (
         scenario.controller().expect("valid"),
         scenario.limiter().expect("valid"),

@@ -1,6 +1,6 @@
 //! Traction control over steps, on every ground and every vehicle that it is for: short ensembles. The long ones are `make study`.
 
-use omni_core::Attitude;
+use omni_core::linkage::Attitude;
 use omni_sim::config::{Override, Scenario};
 use omni_sim::{Error, Simulation, Trace, run};
 

@@ -1,7 +1,9 @@
 //! The steps of firmware/c/example/main.c on this computer: the C program has to print the same hash.
 
 use omni_config::{Override, Scenario};
-use omni_core::{BodyTwist, ControlSample, ControlState, TwistLimiterState, WheelVelocities};
+use omni_core::loops::ControlSample;
+use omni_core::shaping::TwistLimiterState;
+use omni_core::{BodyTwist, ControlState, WheelVelocities};
 
 /// FNV-1a over the bits of a number.
 fn take(hash: u32, value: f32) -> u32 {

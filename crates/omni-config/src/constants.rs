@@ -9,7 +9,8 @@ mod rust;
 mod tests;
 
 use omni_core::constants::Constant;
-use omni_core::{EncoderCounter, TwistLimiter, VelocityEstimator};
+use omni_core::estimate::{EncoderCounter, VelocityEstimator};
+use omni_core::shaping::TwistLimiter;
 
 use crate::{Error, PlannedPath, Scenario, for_wheel_count, wheel_count_refused};
 
@@ -19,7 +20,7 @@ const COUNTER_BITS: u32 = 16;
 /// A configured value as a Rust expression for a `const` or `static`; it names `omni_core`.
 ///
 /// ```
-/// use omni_core::{AxisLimits, RateLimiter};
+/// use omni_core::shaping::{AxisLimits, RateLimiter};
 /// let limiter = RateLimiter::new(AxisLimits::symmetric(0.5_f32, 2.0, 4.0, f32::INFINITY), 0.25)?;
 /// let source = omni_config::rust_expression(&limiter);
 /// assert!(source.starts_with("omni_core::parts::RateLimiter::from_constants("));
@@ -46,7 +47,7 @@ impl Scenario {
     ///
     /// In Rust: `VEHICLE`, `POLICY`, `WHEELS`, `PERIOD_US`, [`Scenario::constants_digest`] as `DIGEST`, and `CONTROLLER`,
     /// `LIMITER`, `ODOMETRY`, `MOTORS`, to be used as any other, `DRIVE` where the scenario has a `[drive]` (under traction control an
-    /// [`omni_core::TractionDrive`]), `TRACTION` and `SUPERVISOR` where its policy is traction control, `COUNTER` and `VELOCITY` where it has `sensors.encoder_counts`, `TRAJECTORY` and `FOLLOWER` where its
+    /// [`omni_core::drive::TractionDrive`]), `TRACTION` and `SUPERVISOR` where its policy is traction control, `COUNTER` and `VELOCITY` where it has `sensors.encoder_counts`, `TRAJECTORY` and `FOLLOWER` where its
     /// command is a path. In C the same in `OMNI_...`, `COUNTER` and `VELOCITY` as `OMNI_ENCODER`, but for the odometry by itself and the path.
     ///
     /// # Errors

@@ -1,7 +1,8 @@
 //! The controller of a scenario: coordination policy, replaced parts, period and scalar.
 
 use garde::Validate;
-use omni_core::{AntiWindup, Coordination, Integral, Real, Saturation};
+use omni_core::loops::{AntiWindup, Integral, Saturation};
+use omni_core::{Coordination, Real};
 #[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -74,7 +75,7 @@ pub enum AntiWindupLaw {
 ///
 /// ```
 /// use omni_config::{Override, Scenario};
-/// use omni_core::{Integral, Saturation};
+/// use omni_core::loops::{Integral, Saturation};
 /// let own = Scenario::load("flat", &[Override::parse("control.floor=0.5")?, Override::parse("control.integral=shared")?])?;
 /// let law = own.coordination::<f64>()?;
 /// assert_eq!((law.saturation, law.integral), (Saturation::ScaleReference { floor: 0.5 }, Integral::Shared));
@@ -171,7 +172,7 @@ impl Default for Control {
     }
 }
 
-/// Names of every policy: the presets of [`Coordination`], then those of traction control ([`omni_core::Traction`]), the best last.
+/// Names of every policy: the presets of [`Coordination`], then those of traction control ([`omni_core::traction::Traction`]), the best last.
 ///
 /// ```
 /// assert_eq!(omni_config::POLICIES.last(), Some(&"steady"));
@@ -415,7 +416,8 @@ fn known_policy(value: &str, _: &()) -> garde::Result {
 
 #[cfg(test)]
 mod tests {
-    use omni_core::{AntiWindup, Coordination, Integral, Saturation};
+    use omni_core::Coordination;
+    use omni_core::loops::{AntiWindup, Integral, Saturation};
 
     use crate::{Override, Scenario};
 

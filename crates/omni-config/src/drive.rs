@@ -1,10 +1,11 @@
 //! The firmware's whole step around the loops: shaping, time-out, faults, slip, odometry.
 
 use garde::Validate;
-use omni_core::{
-    ConfigError, Desaturation, DriveConfig, EmergencyDeceleration, FaultConfig, Kinematics, LEAST_REDUNDANCY,
-    OdometryNoise, Real, SlipConfig, SpeedLimits, TractionDrive,
-};
+use omni_core::drive::{FaultConfig, LEAST_REDUNDANCY, SlipConfig, TractionDrive};
+use omni_core::estimate::OdometryNoise;
+use omni_core::geometry::{Desaturation, SpeedLimits};
+use omni_core::shaping::EmergencyDeceleration;
+use omni_core::{ConfigError, DriveConfig, Kinematics, Real};
 #[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -387,7 +388,8 @@ impl Scenario {
     ///
     /// ```
     /// use omni_config::{Override, Scenario};
-    /// use omni_core::{BodyReadings, BodyTwist, DriveInput, TractionDriveState, WheelVelocities};
+    /// use omni_core::drive::{BodyReadings, TractionDriveState};
+    /// use omni_core::{BodyTwist, DriveInput, WheelVelocities};
     /// let keys = [Override::new("drive.timeout_s", 0.5), Override::new("control.policy", "steady")];
     /// let drive = Scenario::load("step", &keys)?.traction_drive::<f64, 7>()?.expect("it has both");
     /// let ahead = BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO };

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use garde::Validate;
-use omni_core::{VelocityConfig, VelocityEstimator, VelocityMethod};
+use omni_core::estimate::{VelocityConfig, VelocityEstimator, VelocityMethod};
 #[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -15,7 +15,7 @@ use crate::{Error, Scenario};
 /// Part of the top speed beyond which one count a period is too much.
 const MOST_SHARE: f64 = 0.05;
 
-/// How a velocity is computed from whole counts: one of [`omni_core::VelocityMethod`].
+/// How a velocity is computed from whole counts: one of [`omni_core::estimate::VelocityMethod`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(tag = "kind", rename_all = "snake_case")]
@@ -121,7 +121,7 @@ impl Scenario {
     ///
     /// ```
     /// use omni_config::{Override, Scenario};
-    /// use omni_core::VelocityState;
+    /// use omni_core::estimate::VelocityState;
     /// let keys = ["sensors.encoder_counts=360", r#"sensors.encoder_velocity={ kind = "window", periods = 4 }"#];
     /// let keys = keys.iter().map(|key| Override::parse(key)).collect::<Result<Vec<_>, _>>()?;
     /// let estimator = Scenario::load("flat", &keys)?.velocity_estimator::<f64>()?.expect("asked for");

@@ -1,7 +1,7 @@
 //! Imperfections of sensors and actuators.
 
 use garde::Validate;
-use omni_core::HeadingHoldConfig;
+use omni_core::shaping::HeadingHoldConfig;
 #[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

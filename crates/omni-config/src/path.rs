@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::fmt;
 
 use garde::{Path, Report, Validate};
-use omni_core::WayShape;
+use omni_core::path::WayShape;
 #[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::de::{self, Deserializer, IgnoredAny, SeqAccess, Visitor};
@@ -212,7 +212,7 @@ pub enum PoseSource {
     Truth,
 }
 
-/// How a path is followed: [`omni_core::HolonomicFollower`].
+/// How a path is followed: [`omni_core::path::HolonomicFollower`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
@@ -256,7 +256,7 @@ const SIZE_M: f64 = 1.0;
 
 impl Command {
     /// The path's waypoints, the start first; none without a path.
-    pub(crate) fn waypoints(&self, start: &Start) -> Option<Vec<omni_core::Waypoint<f64>>> {
+    pub(crate) fn waypoints(&self, start: &Start) -> Option<Vec<omni_core::path::Waypoint<f64>>> {
         let first = PathPoint {
             heading_rad: Some(start.heading_rad),
             ..point(start.x_m, start.y_m)
@@ -338,8 +338,8 @@ fn point(x_m: f64, y_m: f64) -> PathPoint {
 }
 
 impl PathPoint {
-    fn waypoint(self) -> omni_core::Waypoint<f64> {
-        let mut waypoint = omni_core::Waypoint::at(self.x_m, self.y_m);
+    fn waypoint(self) -> omni_core::path::Waypoint<f64> {
+        let mut waypoint = omni_core::path::Waypoint::at(self.x_m, self.y_m);
         waypoint.heading_rad = self.heading_rad;
         waypoint.speed_m_s = self.speed_m_s;
         waypoint.time_s = self.time_s;

@@ -1,10 +1,11 @@
 //! Traction control of a scenario's vehicle, built from its file.
 
 use omni_core::linkage::MAX_HINGES;
-use omni_core::{
-    CarriedWheel, ConfigError, Coordination, HingeGeometry, Kinematics, Linkage, Real, Supervisor,
-    SupervisorConfig, Traction, TractionConfig, TractionPolicy, TractionSensors, TractionWheel,
+use omni_core::linkage::{CarriedWheel, HingeGeometry, Linkage};
+use omni_core::traction::{
+    Supervisor, SupervisorConfig, Traction, TractionConfig, TractionPolicy, TractionSensors, TractionWheel,
 };
+use omni_core::{ConfigError, Coordination, Kinematics, Real};
 
 use crate::control::TractionPreset;
 use crate::{Error, Scenario, Vehicle};

@@ -8,7 +8,9 @@ mod short_forms;
 mod validation;
 
 use garde::Validate;
-use omni_core::{AxisLimits, PidGains, TwistLimits, Wheel, WheelLayout};
+use omni_core::geometry::Wheel;
+use omni_core::shaping::{AxisLimits, TwistLimits};
+use omni_core::{PidGains, WheelLayout};
 #[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -1,9 +1,11 @@
 //! A whole drive while an encoder dies: command limits, fault detection, loops and odometry in one step a period.
 #![expect(clippy::print_stdout, reason = "an example speaks on standard output")]
 
+use omni_core::drive::{Fault, FaultConfig};
+use omni_core::shaping::{AxisLimits, TwistLimits};
 use omni_core::{
-    AxisLimits, BodyTwist, ConfigError, Coordination, Drive, DriveConfig, DriveInput, DriveState, Fault,
-    FaultConfig, PidConfig, PidGains, TorqueLimit, TwistLimits, WheelControlConfig, WheelLayout,
+    BodyTwist, ConfigError, Coordination, Drive, DriveConfig, DriveInput, DriveState, PidConfig, PidGains,
+    TorqueLimit, WheelControlConfig, WheelLayout,
 };
 
 fn main() -> Result<(), ConfigError> {

@@ -4,8 +4,9 @@
 //! all slow down alike.
 #![expect(clippy::print_stdout, reason = "an example speaks on standard output")]
 
+use omni_core::loops::WheelController;
 use omni_core::{ConfigError, ControlState, Coordination, PidConfig, PidGains, TorqueLimit};
-use omni_core::{WheelControlConfig, WheelController, WheelVelocities};
+use omni_core::{WheelControlConfig, WheelVelocities};
 
 fn main() -> Result<(), ConfigError> {
     // A brake on each wheel [N.m per rad/s]. The second one needs 2 N.m at 10 rad/s, and the motors have 1 N.m.

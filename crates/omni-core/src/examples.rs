@@ -1,12 +1,14 @@
 //! The set-up that examples of this documentation share. Not part of the interface: it may change at any time.
 
-use crate::{
-    AxisLimits, CarriedWheel, ConfigError, Coordination, DcMotorConfig, Drive, DriveConfig, Expectation,
-    FaultConfig, Kinematics, Linkage, MotionLimits, PathLimits, PidConfig, PidGains, PlanarInertia,
-    Supervisor, SupervisorConfig, ThermalConfig, TorqueLimit, Traction, TractionConfig, TractionDrive,
-    TractionWheel, TrajectoryPlanner, TwistLimiter, TwistLimits, WheelControlConfig, WheelLayout,
-    WheelVelocities,
-};
+use crate::ConfigError;
+use crate::drive::{Drive, DriveConfig, Expectation, FaultConfig, TractionDrive};
+use crate::geometry::{Kinematics, WheelLayout, WheelVelocities};
+use crate::linkage::{CarriedWheel, Linkage};
+use crate::loops::{Coordination, PidConfig, PidGains, WheelControlConfig};
+use crate::motor::{DcMotorConfig, ThermalConfig, TorqueLimit};
+use crate::path::{PathLimits, PlanarInertia, TrajectoryPlanner};
+use crate::shaping::{AxisLimits, MotionLimits, TwistLimiter, TwistLimits};
+use crate::traction::{Supervisor, SupervisorConfig, Traction, TractionConfig, TractionWheel};
 
 /// Where the wheels of [`layout`] stand: x, y \[m\].
 const PLACES_M: [[f64; 2]; 4] = [[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2], [-0.3, -0.2]];

@@ -1,12 +1,15 @@
 //! Tests of what the documentation of constructors and getters states without an example.
 
-use crate::{
-    AntiWindup, BodyTwist, ConfigError, Controller, ControllerPolicy, Drive, DriveConfig, DriveMode,
-    EncoderCounter, EstimatorConfig, Fault, GearFriction, Gearbox, HeadingHold, HeadingHoldConfig,
-    PathFactors, PathLimits, PathPiece, PathSegment, PidConfig, PidGains, PlanarInertia, Policy, Readings,
-    Rest, Supervisor, SupervisorConfig, SupervisorMode, TorqueTable, TractionConfig, TractionDrive,
-    TractionLoops, Trajectory, TrajectoryPlanner, WheelSample, examples,
-};
+use crate::drive::{Drive, DriveConfig, DriveMode, Fault, TractionDrive};
+use crate::estimate::{EncoderCounter, EstimatorConfig};
+use crate::geometry::{BodyTwist, PathFactors};
+use crate::loops::{AntiWindup, Controller, ControllerPolicy, PidConfig, PidGains, Rest, WheelSample};
+use crate::motor::{GearFriction, Gearbox, TorqueTable};
+use crate::path::{PathLimits, PathPiece, PathSegment, PlanarInertia, Trajectory, TrajectoryPlanner};
+use crate::policy::{Policy, Readings};
+use crate::shaping::{HeadingHold, HeadingHoldConfig};
+use crate::traction::{Supervisor, SupervisorConfig, SupervisorMode, TractionConfig, TractionLoops};
+use crate::{ConfigError, examples};
 use std::string::ToString;
 
 /// The parameter, the wheel or point, and the value that a constructor refused.

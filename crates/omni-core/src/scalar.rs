@@ -173,6 +173,42 @@ macro_rules! real {
 real!(f32, trig::sine_cosine_f32);
 real!(f64, nalgebra::ComplexField::sin_cos);
 
+/// Finite and at most 1e6 in magnitude: what a sensor or a command can mean. NaN is not.
+#[inline]
+pub(crate) fn is_plausible<R: Real>(value: R) -> bool {
+    value.abs() <= R::of(1e6)
+}
+
+/// Every number is something a sensor or a command can mean.
+#[inline]
+pub(crate) fn all_plausible<R: Real, const N: usize>(values: &[R; N]) -> bool {
+    let mut all = true;
+    for &value in values {
+        all &= is_plausible(value);
+    }
+    all
+}
+
+/// Follows what is read with this part of the gap.
+pub(crate) fn follow<R: Real>(held: &mut R, now: R, part: R) {
+    *held += part * (now - *held);
+}
+
+/// The larger one; `b` where `a` is NaN.
+pub(crate) fn max<R: Real>(a: R, b: R) -> R {
+    if a > b { a } else { b }
+}
+
+/// The smaller one; `b` where `a` is NaN.
+pub(crate) fn min<R: Real>(a: R, b: R) -> R {
+    if a < b { a } else { b }
+}
+
+/// The largest of sizes, which are >= 0; 0 where there are none.
+pub(crate) fn largest<R: Real, const N: usize>(sizes: [R; N]) -> R {
+    sizes.into_iter().fold(R::zero(), max)
+}
+
 #[cfg(test)]
 mod tests {
     use super::sealed::Sealed;

@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use omni_core::{BodyTwist, HeadingHold, HeadingHoldState};
+use omni_core::BodyTwist;
+use omni_core::shaping::{HeadingHold, HeadingHoldState};
 use serde::{Deserialize, Serialize};
 
 use crate::config::{Fault, PlannedPath, Scenario};

@@ -8,7 +8,8 @@ mod qemu;
 mod traction;
 
 use omni_config::for_wheel_count;
-use omni_core::{BodyTwist, ControllerPolicy, Kinematics, Policy, Readings, Real, WheelVelocities};
+use omni_core::loops::ControllerPolicy;
+use omni_core::{BodyTwist, Kinematics, Policy, Readings, Real, WheelVelocities};
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -21,7 +22,7 @@ pub use link::{Link, LinkCounters};
 pub use own::{MOST_SIGNALS, check_name};
 pub use qemu::{DEFAULT_FIRMWARE, Firmware, emulator};
 
-/// What one control step did: [`omni_core::ControlSample`] in `f64`, for any number of wheels.
+/// What one control step did: [`omni_core::loops::ControlSample`] in `f64`, for any number of wheels.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct ControlSample {
@@ -158,7 +159,7 @@ impl ControlSample {
     /// Overwrites everything with what a controller of omni-core says.
     fn take<R: Real, const N: usize>(
         &mut self,
-        s: &omni_core::ControlSample<R, N>,
+        s: &omni_core::loops::ControlSample<R, N>,
         estimated: &BodyTwist<R>,
         residual: &WheelVelocities<R, N>,
     ) {

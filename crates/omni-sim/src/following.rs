@@ -1,6 +1,7 @@
 //! Path following: the command from the scenario's path and the estimated pose.
 
-use omni_core::{BodyTwist, PlanarPose};
+use omni_core::BodyTwist;
+use omni_core::geometry::PlanarPose;
 
 use crate::Error;
 use crate::config::{PlannedPath, PoseSource, Scenario};

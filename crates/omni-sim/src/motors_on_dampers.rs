@@ -1,6 +1,7 @@
 //! Section 3.3 of the paper: three motors on dampers under a coordination policy, without a physics engine.
 
-use omni_core::{ControlState, Coordination, PidConfig, TorqueLimit, WheelControlConfig, WheelController};
+use omni_core::loops::WheelController;
+use omni_core::{ControlState, Coordination, PidConfig, TorqueLimit, WheelControlConfig};
 use serde::Serialize;
 
 use crate::Error;

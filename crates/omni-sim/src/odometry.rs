@@ -1,9 +1,8 @@
 //! The odometry of a run, with its covariance.
 
-use omni_core::{
-    BodyTwist, CovarianceGrowth, Kinematics, Odometry, OdometryNoise, OdometryState, PlanarPose,
-    PoseCovariance, WheelAngles,
-};
+use omni_core::estimate::{CovarianceGrowth, Odometry, OdometryNoise, OdometryState, PoseCovariance};
+use omni_core::geometry::{PlanarPose, WheelAngles};
+use omni_core::{BodyTwist, Kinematics};
 use serde::{Deserialize, Serialize};
 
 use crate::Error;

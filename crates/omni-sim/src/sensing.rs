@@ -3,7 +3,9 @@
 use std::collections::VecDeque;
 use std::ops::Range;
 
-use omni_core::{BodyTwist, Imu, Readings, VelocityEstimator, VelocityState};
+use omni_core::estimate::{VelocityEstimator, VelocityState};
+use omni_core::policy::Imu;
+use omni_core::{BodyTwist, Readings};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
 use serde::{Deserialize, Serialize};

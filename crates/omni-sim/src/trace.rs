@@ -1,6 +1,6 @@
 //! A run as columns, one row for each control period.
 
-use omni_core::PlanarPose;
+use omni_core::geometry::PlanarPose;
 use serde::{Deserialize, Serialize};
 
 use crate::config::Vehicle;

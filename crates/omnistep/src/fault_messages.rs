@@ -4,7 +4,7 @@ use omni_config::shortened_line;
 
 /// Lines at most: what comes after them is counted.
 const MOST: usize = 12;
-/// What is wrong with a wheel, by [`omni_core::Fault::number`].
+/// What is wrong with a wheel, by [`omni_core::drive::Fault::number`].
 const FAULTS: [&str; 6] = [
     "is used again",
     "reports a value that is not a number",

@@ -1,7 +1,7 @@
 //! The state of a run's traction control at the end of the run.
 
 use omni_config::Scenario;
-use omni_core::SupervisorMode;
+use omni_core::traction::SupervisorMode;
 use omni_sim::{Outcome, Simulation, Verdict};
 
 /// Its signals that are looked at: what it is at, tries of the present row.

@@ -430,7 +430,7 @@ typedef struct {
 
 // A vehicle's controller: kinematics and wheel loops. Immutable; what changes is in `ControlState`.
 //
-// The bare loop. `crate::Drive` puts shaping, faults, slip and odometry around it.
+// The bare loop. `Drive` puts shaping, faults, slip and odometry around it.
 typedef struct {
   omni3_kinematics kinematics;
   omni3_loops wheels;
@@ -546,7 +546,7 @@ typedef struct {
 
 // A vehicle's controller: kinematics and wheel loops. Immutable; what changes is in `ControlState`.
 //
-// The bare loop. `crate::Drive` puts shaping, faults, slip and odometry around it.
+// The bare loop. `Drive` puts shaping, faults, slip and odometry around it.
 typedef struct {
   omni4_kinematics kinematics;
   omni4_loops wheels;
@@ -662,7 +662,7 @@ typedef struct {
 
 // A vehicle's controller: kinematics and wheel loops. Immutable; what changes is in `ControlState`.
 //
-// The bare loop. `crate::Drive` puts shaping, faults, slip and odometry around it.
+// The bare loop. `Drive` puts shaping, faults, slip and odometry around it.
 typedef struct {
   omni6_kinematics kinematics;
   omni6_loops wheels;
@@ -778,7 +778,7 @@ typedef struct {
 
 // A vehicle's controller: kinematics and wheel loops. Immutable; what changes is in `ControlState`.
 //
-// The bare loop. `crate::Drive` puts shaping, faults, slip and odometry around it.
+// The bare loop. `Drive` puts shaping, faults, slip and odometry around it.
 typedef struct {
   omni7_kinematics kinematics;
   omni7_loops wheels;

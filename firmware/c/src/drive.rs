@@ -3,10 +3,10 @@
 use core::mem::MaybeUninit;
 use core::ptr;
 
-use omni_core::{
-    BodyTwist, CommandStatus, Drive, DriveInput, DriveMode, DriveSample, DriveState, Fault, PlanarPose,
-    WheelTorques, WheelVelocities,
-};
+use omni_core::drive::{DriveSample, Fault};
+use omni_core::geometry::{PlanarPose, WheelTorques};
+use omni_core::shaping::CommandStatus;
+use omni_core::{BodyTwist, Drive, DriveInput, DriveMode, DriveState, WheelVelocities};
 
 mod wheels3;
 mod wheels4;

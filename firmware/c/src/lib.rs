@@ -9,9 +9,9 @@ mod motion;
 
 use core::mem::MaybeUninit;
 
-use omni_core::{
-    BodyTwist, ControlSample, ControlState, Controller, TwistLimiter, TwistLimiterState, WheelVelocities,
-};
+use omni_core::loops::ControlSample;
+use omni_core::shaping::{TwistLimiter, TwistLimiterState};
+use omni_core::{BodyTwist, ControlState, Controller, WheelVelocities};
 
 /// A panic that could happen is an error of the linker: it finds no such function.
 #[panic_handler]

@@ -2,7 +2,8 @@
 
 use core::mem::MaybeUninit;
 
-use omni_core::{CounterState, EncoderCounter, TorqueLimit, VelocityEstimator, VelocityState};
+use omni_core::TorqueLimit;
+use omni_core::estimate::{CounterState, EncoderCounter, VelocityEstimator, VelocityState};
 
 /// From the raw reading of a wheel's counter to a velocity: `OMNI_ENCODER`.
 #[repr(C)]

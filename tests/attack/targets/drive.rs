@@ -1,10 +1,10 @@
 //! `Drive::step` of 3, 4 and 7 wheels, f32 and f64: any accepted configuration, any bits as readings and commands.
 
 use arbitrary::Unstructured;
-use omni_core::{
-    BodyTwist, Drive, DriveInput, DriveMode, DriveSample, DriveState, PathFactors, Real, TorqueLimit,
-    TorqueRange, TorqueRanges, WheelVelocities,
-};
+use omni_core::drive::DriveSample;
+use omni_core::geometry::PathFactors;
+use omni_core::motor::{TorqueRange, TorqueRanges};
+use omni_core::{BodyTwist, Drive, DriveInput, DriveMode, DriveState, Real, TorqueLimit, WheelVelocities};
 
 use super::Done;
 use super::config;

@@ -1,7 +1,8 @@
 //! A controller at the end of a link that damages, loses and invents frames.
 
 use arbitrary::Unstructured;
-use omni_core::{Controller, TorqueLimit, TwistLimiter};
+use omni_core::shaping::TwistLimiter;
+use omni_core::{Controller, TorqueLimit};
 use omni_link::{
     Answer, FromController, Loops, Receiver, Request, Server, ToController, answer_frame, decode, encode,
     request_frame,

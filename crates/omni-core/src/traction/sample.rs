@@ -1,12 +1,15 @@
 //! Every signal of a period of traction control.
 
-use super::{SupervisorState, TractionLoops};
-use crate::{BodyTwist, Real, WheelSample};
+use super::loops::TractionLoops;
+use super::supervisor::SupervisorState;
+use crate::Real;
+use crate::geometry::BodyTwist;
+use crate::loops::WheelSample;
 
 /// Every signal of a step of [`super::Traction`].
 ///
 /// ```
-/// let sample = omni_core::TractionSample::<f64, 7>::zero();
+/// let sample = omni_core::traction::TractionSample::<f64, 7>::zero();
 /// assert_eq!((sample.speed_wheel, sample.wheels.common_factor), (None, 1.0));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,7 +67,7 @@ impl<R: Real, const N: usize> TractionSample<R, N> {
     /// What is of no single wheel, and what its supervisor is at, as numbers: `traction_speed_wheel` counts from 1, 0 is none.
     ///
     /// ```
-    /// use omni_core::{SupervisorState, TractionSample};
+    /// use omni_core::traction::{SupervisorState, TractionSample};
     /// let sample = TractionSample::<f64, 7>::zero();
     /// let signals = sample.signals(&SupervisorState::new());
     /// assert_eq!((TractionSample::<f64, 7>::SIGNALS[0], signals[0]), ("traction_factor", 1.0));

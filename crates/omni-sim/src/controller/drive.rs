@@ -1,9 +1,8 @@
 //! omni-core's whole step in the loop: what firmware runs.
 
-use omni_core::{
-    BodyReadings, BodyTwist, CommandStatus, Drive, DriveInput, DrivePolicy, DriveSample, DriveState, Fault,
-    Policy, Readings, Real, TractionDrive, TractionDriveState,
-};
+use omni_core::drive::{BodyReadings, DrivePolicy, DriveSample, Fault, TractionDrive, TractionDriveState};
+use omni_core::shaping::CommandStatus;
+use omni_core::{BodyTwist, Drive, DriveInput, DriveState, Policy, Readings, Real};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -109,7 +108,7 @@ fn write<R: Real, const N: usize>(
     measured: &[f64],
     sample: &mut ControlSample,
 ) {
-    let loops = omni_core::ControlSample {
+    let loops = omni_core::loops::ControlSample {
         command: drive.shaped.twist,
         wheels: drive.wheels,
     };

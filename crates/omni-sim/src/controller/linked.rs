@@ -4,7 +4,8 @@ mod response_checks;
 
 use std::time::Instant;
 
-use omni_core::{BodyTwist, Controller, Readings, TorqueLimit, WheelTorques};
+use omni_core::geometry::WheelTorques;
+use omni_core::{BodyTwist, Controller, Readings, TorqueLimit};
 use omni_link::{
     Action, Answer, Bodies, FromController, Greeting, Guard, HOLD_PERIODS, PROTOCOL_VERSION, Request,
     ToController,

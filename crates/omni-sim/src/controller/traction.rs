@@ -1,9 +1,8 @@
 //! Traction control of omni-core in the loop, with everything that it knows.
 
-use omni_core::{
-    BodyTwist, Imu, Policy, Readings, Real, SupervisorState, TractionPolicy, TractionPolicyState,
-    TractionSample,
-};
+use omni_core::policy::Imu;
+use omni_core::traction::{SupervisorState, TractionPolicy, TractionPolicyState, TractionSample};
+use omni_core::{BodyTwist, Policy, Readings, Real};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -109,7 +108,7 @@ impl<R: Real, const N: usize> TractionLoop<R, N> {
     fn write(&self, readings: &Readings<'_, f64>, sample: &mut ControlSample) {
         let sampled = self.policy.sample();
         let kinematics = self.policy.traction().kinematics();
-        let loops = omni_core::ControlSample {
+        let loops = omni_core::loops::ControlSample {
             command: sampled.command,
             wheels: sampled.wheels,
         };

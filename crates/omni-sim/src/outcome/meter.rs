@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use omni_core::Saturation;
+use omni_core::loops::Saturation;
 use omni_core::metrics::{DISTURBED_FLOOR_RAD_S, disturbed_ratio, shape_error, speed_ratio_spread};
 
 use super::criteria::{Gain, Gained, Lean, Runaway, farthest_wheel_m};

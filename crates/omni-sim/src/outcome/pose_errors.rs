@@ -1,6 +1,6 @@
 //! Where the vehicle came to: against its path, and against what its wheels say.
 
-use omni_core::PlanarPose;
+use omni_core::geometry::PlanarPose;
 
 use super::meter::Mean;
 use crate::config::{PlannedPath, Scenario};

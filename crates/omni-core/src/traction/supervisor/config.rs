@@ -7,7 +7,7 @@ use crate::{ConfigError, Real};
 /// How retries follow each other where the vehicle is stuck.
 ///
 /// ```
-/// use omni_core::SupervisorConfig;
+/// use omni_core::traction::SupervisorConfig;
 /// let retry = SupervisorConfig::reach(1e-3_f64).retry;
 /// assert!(retry.run_up_m_s + 3.0 * retry.run_up_more_m_s > retry.run_up_m_s);
 /// ```
@@ -67,7 +67,7 @@ constant_struct!(RetrySchedule<R> {
 /// Speeds, times and places of a [`super::Supervisor`].
 ///
 /// ```
-/// use omni_core::SupervisorConfig;
+/// use omni_core::traction::SupervisorConfig;
 /// assert_eq!(SupervisorConfig::steady(1e-3_f64).retry.spin_m_s, 0.0); // wheels are never spun up
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -109,10 +109,10 @@ constant_struct!(SupervisorConfig<R> {
 });
 
 impl<R: Real> SupervisorConfig<R> {
-    /// As [`crate::TractionConfig::steady`]: a slow second try, no wheel is spun up.
+    /// As [`crate::traction::TractionConfig::steady`]: a slow second try, no wheel is spun up.
     ///
     /// ```
-    /// assert_eq!(omni_core::SupervisorConfig::steady(1e-3_f64).retry.retries, 8);
+    /// assert_eq!(omni_core::traction::SupervisorConfig::steady(1e-3_f64).retry.retries, 8);
     /// ```
     #[must_use]
     pub fn steady(period_s: R) -> Self {
@@ -155,11 +155,11 @@ impl<R: Real> SupervisorConfig<R> {
         }
     }
 
-    /// As [`crate::TractionConfig::reach`]: every try is faster, and the climbing row is spun up before the impact. That takes motors with
+    /// As [`crate::traction::TractionConfig::reach`]: every try is faster, and the climbing row is spun up before the impact. That takes motors with
     /// speed to spare: `spin_m_s` at the rim beyond the speed of the run-up.
     ///
     /// ```
-    /// assert!(omni_core::SupervisorConfig::reach(1e-3_f64).retry.spin_m_s > 0.9);
+    /// assert!(omni_core::traction::SupervisorConfig::reach(1e-3_f64).retry.spin_m_s > 0.9);
     /// ```
     #[must_use]
     pub fn reach(period_s: R) -> Self {

@@ -1,6 +1,8 @@
 //! Is an answer one that the scenario's controller can have given? It goes to the motors, into logs and into figures.
 
-use omni_core::{BodyTwist, DriveMode, Fault, PlanarPose, Real};
+use omni_core::drive::Fault;
+use omni_core::geometry::PlanarPose;
+use omni_core::{BodyTwist, DriveMode, Real};
 use omni_link::{Action, Answer, Request};
 
 use super::Linked;
@@ -153,7 +155,7 @@ impl<const N: usize> Linked<N> {
 }
 
 /// Where the torque has ended there is none, and windings are shorted only then.
-fn ended<const N: usize>(wheels: &omni_core::WheelSample<f32, N>) -> Result<(), String> {
+fn ended<const N: usize>(wheels: &omni_core::loops::WheelSample<f32, N>) -> Result<(), String> {
     let pushes = wheels.applied.n_m.iter().find(|torque| **torque != 0.0);
     match pushes.filter(|_| wheels.ended) {
         Some(torque) => Err(format!(
