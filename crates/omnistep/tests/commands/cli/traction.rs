@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Output;
 
-use super::{omnistep, refused, rows, stderr, stdout};
+use super::{omnistep, rows, stderr, stdout};
 
 /// A step of 10 cm, higher than the wheels' radius of 6.6 cm: no friction brings a row onto it.
 const HOPELESS: [&str; 6] = [
