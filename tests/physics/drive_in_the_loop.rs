@@ -1,5 +1,6 @@
 //! What firmware's whole step does in the simulation: time-out, faults, safe stop, pose; and a campaign of random faults.
 
+use omni_core::shaping::CommandStatus;
 use omni_core::{BodyTwist, DriveInput, DriveState, WheelVelocities};
 use omni_sim::config::{Engine, Override, Scenario};
 use omni_sim::{Simulation, Trace, run};
@@ -50,17 +51,19 @@ fn a_drive_does_in_the_loop_what_it_does_by_hand() {
             .map(|wheel| wheel.applied_n_m)
             .collect();
         assert_eq!(applied, by_hand.wheels.applied.n_m); // in every bit
-        assert_eq!(simulation.sample().own[3], by_hand.pose.x_m);
+        let report = simulation.sample().report.drive.as_ref();
+        assert_eq!(report.map(|drive| drive.pose), Some(by_hand.pose));
     }
     // Wheels that hardly slip know where the vehicle is: 2 mm of 0.26 m.
     let [x, y, _] = simulation.observation().pose.position_m;
-    let own = &simulation.sample().own;
+    let report = simulation.sample().report.drive.as_ref().expect("it is a drive");
     assert!(
-        (own[3] - x).abs() < 0.002 && (own[4] - y).abs() < 0.002,
-        "{own:?}, {x}, {y}"
+        (report.pose.x_m - x).abs() < 0.002 && (report.pose.y_m - y).abs() < 0.002,
+        "{report:?}, {x}, {y}"
     );
     // Its deviation grows with the way: 0.02 rad per root of rad, 4 rad, 66 mm, shared by the wheels that roll: millimetres.
-    assert!((1e-4..0.01).contains(&own[6]), "{own:?}");
+    let [deviation_m, ..] = report.deviations.expect("it runs here");
+    assert!((1e-4..0.01).contains(&deviation_m), "{report:?}");
 }
 
 fn without_a_command_the_vehicle_rests_half_a_second_later() {
@@ -186,7 +189,8 @@ fn a_drive_goes_on_from_a_snapshot_bit_for_bit() {
             format!("{:?}", resumed.sample())
         );
     }
-    assert_eq!(simulation.sample().own[2], 3.0); // the command timed out on the way
+    let report = simulation.sample().report.drive.as_ref().expect("it is a drive");
+    assert_eq!(report.command, Some(CommandStatus::TimedOut)); // on the way
 }
 
 /// Drives ahead, then turns too; in between one wheel's encoder fails. The wheels that were called faulty, and when \[s\].

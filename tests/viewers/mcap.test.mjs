@@ -11,7 +11,7 @@ import { decompress } from "fzstd";
 const folder = process.env.LOGS;
 const logs = (await readdir(folder)).filter((name) => name.endsWith(".mcap"));
 const decompressHandlers = { zstd: (data, size) => decompress(data, new Uint8Array(Number(size))) };
-const topics = ["/cmd_vel", "/ground_truth/odom", "/joint_states", "/markers", "/odom", "/robot_description", "/terrain/robot_description", "/tf", "/vehicle_state"];
+const topics = ["/cmd_vel", "/ground_truth/odom", "/joint_states", "/markers", "/odom", "/robot_description", "/sensors", "/terrain/robot_description", "/tf", "/vehicle_state"];
 
 test("there are logs to read", () => assert.ok(logs.length >= 11, `${logs.length} in ${folder}`));
 
@@ -43,6 +43,8 @@ for (const name of logs) {
       const decoded = readers.get(message.channelId).readMessage(message.data);
       if (topic === "/vehicle_state") {
         assert.ok(decoded.wheels.length >= 3 && Number.isFinite(decoded.wheels[0].measured_rad_s));
+      } else if (topic === "/sensors") {
+        assert.ok(decoded.wheels_rad_s.length >= 3 && Number.isFinite(decoded.specific_force_m_s2.z));
       } else if (topic === "/markers") {
         assert.equal(decoded.markers[0].ns, "ground_force");
       } else if (topic.endsWith("robot_description")) {

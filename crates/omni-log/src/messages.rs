@@ -3,6 +3,7 @@
 //! | topic | type | rate unless the scenario's `[log]` says otherwise |
 //! |---|---|---|
 //! | `/vehicle_state` | `omni_msgs/msg/VehicleState` | every control period |
+//! | `/sensors` | `omni_msgs/msg/Sensors` | as `/vehicle_state`: what the controller read |
 //! | `/controller_signals` | `omni_msgs/msg/ControllerSignals` | as `/vehicle_state`; only of a controller with signals of its own |
 //! | `/tf` | `tf2_msgs/msg/TFMessage` | 50 Hz |
 //! | `/joint_states` | `sensor_msgs/msg/JointState` | 50 Hz |
@@ -16,13 +17,13 @@ use omni_config::Scenario;
 use omni_core::BodyTwist;
 use omni_sim::controller::{AnyController, ControlSample};
 use omni_sim::observation::Observation;
-use omni_sim::{Period, WheelSignal};
+use omni_sim::{Period, ReportColumns, WheelSignal};
 
 use crate::base_pose;
 use crate::message_rates::Rates;
 use crate::ros2::{
     ColorRgba, ControllerSignals, Header, JointState, Marker, MarkerArray, Point, Quaternion, RosMessage,
-    StringMessage, TfMessage, Twist, TwistStamped, Vector3, VehicleState, WheelState,
+    Sensors, StringMessage, TfMessage, Twist, TwistStamped, Vector3, VehicleState, WheelState,
 };
 use crate::tree::{Placement, Roots, transforms};
 use crate::urdf::{
@@ -31,8 +32,10 @@ use crate::urdf::{
 
 /// Topics, by what they carry.
 pub mod topic {
-    /// What the controller saw and did.
+    /// What was asked of the controller, and what it did.
     pub const VEHICLE_STATE: &str = "/vehicle_state";
+    /// What the controller read.
+    pub const SENSORS: &str = "/sensors";
     /// What only this run's controller says.
     pub const CONTROLLER_SIGNALS: &str = "/controller_signals";
     /// Frames.
@@ -82,8 +85,8 @@ pub(crate) trait Sink {
 pub(crate) struct Messages {
     scenario: Scenario,
     policy: String,
-    /// Names of the controller's own signals.
-    signals: Vec<String>,
+    /// What the controller reports.
+    report: ReportColumns,
     period_s: f64,
     wheel_angles: Vec<f64>,
     rates: Rates,
@@ -110,7 +113,7 @@ impl Messages {
             rates,
             roots,
             policy: controller.policy().into(),
-            signals: controller.signal_names().to_vec(),
+            report: controller.columns().clone(),
             scenario: scenario.clone(),
         }
     }
@@ -150,8 +153,13 @@ impl Messages {
         let time = seen.time_ns;
         if self.rates.vehicle_state.due(time) {
             sink.send(topic::VEHICLE_STATE, time, &self.vehicle_state(sample, seen))?;
-            if !self.signals.is_empty() {
-                sink.send(topic::CONTROLLER_SIGNALS, time, &self.own_signals(sample, time))?;
+            sink.send(topic::SENSORS, time, &Sensors::new(time, &period.sensed))?;
+            if !self.report.names().is_empty() {
+                sink.send(
+                    topic::CONTROLLER_SIGNALS,
+                    time,
+                    &self.controller_signals(sample, time),
+                )?;
             }
         }
         if self.rates.tf.due(time) {
@@ -187,13 +195,11 @@ impl Messages {
         }
     }
 
-    /// As many values as names; none is known of a period that the controller had no part in.
-    fn own_signals(&self, sample: &ControlSample, time_ns: u64) -> ControllerSignals {
-        let value = (0..self.signals.len()).map(|i| sample.own.get(i).copied().unwrap_or(f64::NAN));
+    fn controller_signals(&self, sample: &ControlSample, time_ns: u64) -> ControllerSignals {
         ControllerSignals {
             header: Header::new(time_ns, ""),
-            name: self.signals.clone(),
-            value: value.collect(),
+            name: self.report.names().to_vec(),
+            value: self.report.values(&sample.report),
         }
     }
 
@@ -208,7 +214,6 @@ impl Messages {
             header: Header::new(seen.time_ns, BASE_LINK),
             policy: self.policy.clone(),
             asked_twist: twist(&sample.asked),
-            gyro_rad_s: sample.gyro_rad_s,
             common_factor: sample.common_factor,
             estimated_twist: twist(&sample.estimated),
             wheels: wheels

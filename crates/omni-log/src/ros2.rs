@@ -4,10 +4,12 @@
 //! z is up, counter-clockwise is positive.
 
 mod inertial;
+mod sensors;
 
 use byteorder::LittleEndian;
 pub use inertial::{Clock, Imu};
 use omni_sim::{LOGGED_SIGNALS, WheelSignal};
+pub use sensors::Sensors;
 use serde::{Deserialize, Serialize};
 
 /// Encapsulation header of little-endian plain CDR; alignment counts from behind it.
@@ -82,6 +84,7 @@ ros_messages! {
     StringMessage => "std_msgs/msg/String", "String.msg";
     MarkerArray => "visualization_msgs/msg/MarkerArray", "MarkerArray.msg";
     VehicleState => "omni_msgs/msg/VehicleState", "VehicleState.msg";
+    Sensors => "omni_msgs/msg/Sensors", "Sensors.msg";
     ControllerSignals => "omni_msgs/msg/ControllerSignals", "ControllerSignals.msg";
     Clock => "rosgraph_msgs/msg/Clock", "Clock.msg";
     Imu => "sensor_msgs/msg/Imu", "Imu.msg";
@@ -367,7 +370,7 @@ impl WheelState {
     }
 }
 
-/// `omni_msgs/msg/VehicleState`: what the controller saw and did in one control period.
+/// `omni_msgs/msg/VehicleState`: what was asked of the controller and what it did in one control period.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct VehicleState {
@@ -377,8 +380,6 @@ pub struct VehicleState {
     pub policy: String,
     /// Twist that was asked for, in the body frame \[m/s, rad/s\], before heading hold and limits.
     pub asked_twist: Twist,
-    /// Yaw rate by the gyro \[rad/s\].
-    pub gyro_rad_s: f64,
     /// Common factor put on all wheels \[1\], 0 to 1; 1 where no wheel holds the others back.
     pub common_factor: f64,
     /// Twist by odometry in the body frame \[m/s, rad/s\].

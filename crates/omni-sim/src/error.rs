@@ -38,7 +38,7 @@ pub enum Error {
         /// Why.
         reason: String,
         /// What was lost until then.
-        counters: crate::controller::LinkCounters,
+        counters: crate::link_counters::LinkCounters,
     },
     /// A controller of one's own gave something that is no torque.
     #[error(

@@ -2,18 +2,22 @@
 #![forbid(unsafe_code)]
 
 mod control_loop;
+mod control_sample;
 pub mod controller;
 mod error;
 mod following;
 pub mod ground;
 mod history;
 pub mod learn;
+mod link_counters;
 mod motors_on_dampers;
 pub mod observation;
 mod odometry;
 mod outcome;
 mod period;
+mod report;
 mod run;
+mod sensed;
 mod sensing;
 mod simulation;
 mod snapshot;
@@ -34,11 +38,12 @@ pub use control_loop::ControlLoop;
 pub use error::Error;
 pub use history::{outcome_of, trace_of};
 pub use motors_on_dampers::{ByWheel, WHEEL_POLICIES, WheelsTrace, run_wheels};
-pub use odometry::OdometryEstimate;
+pub use observation::OdometryEstimate;
 pub use outcome::{Better, BodyName, Figure, LimitedBy, Outcome, Verdict};
 pub use period::Period;
+pub use report::{DriveReport, DriveWheel, Report, ReportColumns, TractionReport, TractionWheel};
 pub use run::{Run, control_periods, run};
-pub use sensing::Sensed;
+pub use sensed::Sensed;
 pub use simulation::Simulation;
 pub use stepped_run::SteppedRun;
 pub use trace::{Rows, Trace, TraceBuilder};

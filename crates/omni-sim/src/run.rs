@@ -203,8 +203,8 @@ impl<'a, E: From<Error> + 'a> Run<'a, E> {
     /// As [`Run::outcome`].
     pub fn trace_and_end(mut self) -> Result<(Trace, Option<Error>), E> {
         let simulation = self.start()?;
-        let signals = simulation.controller().signal_names();
-        let mut trace = TraceBuilder::with_signals(self.scenario.vehicle(), signals);
+        let report = simulation.controller().columns();
+        let mut trace = TraceBuilder::with_report(self.scenario.vehicle(), report);
         let (outcome, ended) = self.periods(simulation, |simulation| trace.push(simulation.period()))?;
         Ok((trace.finish(outcome), ended))
     }

@@ -189,15 +189,4 @@ impl<R: Real, const N: usize> Policy<R> for TractionPolicy<R, N> {
     fn name(&self) -> &str {
         "traction"
     }
-
-    fn signal_name(&self, index: usize) -> Option<&str> {
-        TractionSample::<R, N>::SIGNALS.get(index).copied()
-    }
-
-    fn signals(&self, values: &mut [R]) {
-        let signals = self.sample.signals(self.supervisor());
-        for (value, signal) in values.iter_mut().zip(signals) {
-            *value = signal;
-        }
-    }
 }

@@ -14,11 +14,12 @@ use super::server::{Event, Hub, Server, Topic};
 use crate::Error;
 use crate::messages::{Messages, Sink, topic};
 use crate::ros2::{
-    self, JointState, MarkerArray, Odometry, RosMessage, StringMessage, TfMessage, TwistStamped, VehicleState,
+    self, JointState, MarkerArray, Odometry, RosMessage, Sensors, StringMessage, TfMessage, TwistStamped,
+    VehicleState,
 };
 
 /// Everything that is served, in the order of the channels; signals that only one controller has are for logs.
-const TOPICS: [fn() -> Topic; 9] = [
+const TOPICS: [fn() -> Topic; 10] = [
     || topic_of::<StringMessage>(topic::ROBOT_DESCRIPTION),
     || topic_of::<StringMessage>(topic::TERRAIN),
     || topic_of::<VehicleState>(topic::VEHICLE_STATE),
@@ -28,6 +29,7 @@ const TOPICS: [fn() -> Topic; 9] = [
     || topic_of::<Odometry>(topic::GROUND_TRUTH),
     || topic_of::<TwistStamped>(topic::CMD_VEL),
     || topic_of::<MarkerArray>(topic::MARKERS),
+    || topic_of::<Sensors>(topic::SENSORS),
 ];
 
 fn topic_of<M: RosMessage>(name: &'static str) -> Topic {

@@ -2,9 +2,10 @@
 
 use omni_core::{BodyTwist, Controller, Policy, Readings, TorqueLimit};
 
-use super::{ControlSample, Loop, inverse, velocities};
+use super::control_law::{ControlLaw, inverse, velocities};
 use crate::config::{self, Scenario};
-use crate::{Error, TraceBuilder, WheelSignals};
+use crate::control_sample::ControlSample;
+use crate::{Error, ReportColumns, TraceBuilder, WheelSignals};
 
 /// Signals of a policy at most: a name costs at each message of a log.
 pub const MOST_SIGNALS: usize = 256;
@@ -13,7 +14,7 @@ const LONGEST_NAME: usize = 80;
 /// What its snapshots begin with: those of another controller are not taken for its own.
 const OWN: &str = "a controller of one's own";
 /// Columns that a log has beside a trace's.
-const OF_LOGS: [&str; 4] = ["asked_vx_m_s", "asked_vy_m_s", "asked_wz_rad_s", "gyro_rad_s"];
+const OF_LOGS: [&str; 3] = ["asked_vx_m_s", "asked_vy_m_s", "asked_wz_rad_s"];
 
 /// A policy for a vehicle of `N` wheels.
 pub(super) struct UserPolicy<const N: usize> {
@@ -21,7 +22,7 @@ pub(super) struct UserPolicy<const N: usize> {
     /// The vehicle's own controller, for what it knows of the vehicle.
     here: Controller<f64, N>,
     motors: [TorqueLimit<f64>; N],
-    names: Vec<String>,
+    columns: ReportColumns,
     wheels: Vec<String>,
     period_s: f64,
     periods: u64,
@@ -35,9 +36,11 @@ impl<const N: usize> UserPolicy<N> {
         Ok(Self {
             here: scenario.controller()?,
             motors: scenario.wheel_control::<f64, N>()?.limits,
-            names: (0..=MOST_SIGNALS)
-                .map_while(|index| policy.signal_name(index).map(str::to_owned))
-                .collect(),
+            columns: ReportColumns::own(
+                (0..=MOST_SIGNALS)
+                    .map_while(|index| policy.signal_name(index).map(str::to_owned))
+                    .collect(),
+            ),
             wheels: scenario
                 .vehicle()
                 .wheel
@@ -123,7 +126,7 @@ pub(super) fn check_names(scenario: &Scenario, policy: &str, names: &[String]) -
     Ok(())
 }
 
-impl<const N: usize> Loop for UserPolicy<N> {
+impl<const N: usize> ControlLaw for UserPolicy<N> {
     fn step(&mut self, readings: &Readings<'_, f64>, sample: &mut ControlSample) -> Result<(), Error> {
         let period = self.periods;
         self.periods += 1;
@@ -138,7 +141,7 @@ impl<const N: usize> Loop for UserPolicy<N> {
         sample.command = readings.command;
         sample.estimated = kinematics.forward(&measured);
         sample.common_factor = f64::NAN; // what it does inside is not known, and a zero would be taken for a measurement
-        sample.retries = None;
+        sample.brake.clear();
         sample.wheels.clear();
         sample.wheels.extend((0..N).map(|i| {
             let range = self.motors[i].range(measured.rad_s[i]);
@@ -159,9 +162,9 @@ impl<const N: usize> Loop for UserPolicy<N> {
                 ..WheelSignals::UNKNOWN
             }
         }));
-        sample.own.clear();
-        sample.own.resize(self.names.len(), f64::NAN);
-        self.policy.signals(&mut sample.own);
+        let own = &mut sample.report.own;
+        own.resize(self.columns.names().len(), f64::NAN);
+        self.policy.signals(own);
         if let Some(reason) = self.policy.failure() {
             return Err(Error::PolicyFailed {
                 policy: self.policy.name().into(),
@@ -182,8 +185,8 @@ impl<const N: usize> Loop for UserPolicy<N> {
         }
     }
 
-    fn signal_names(&self) -> &[String] {
-        &self.names
+    fn columns(&self) -> ReportColumns {
+        self.columns.clone()
     }
 
     fn inverse(&self, twist: &BodyTwist<f64>) -> Vec<f64> {
@@ -260,7 +263,7 @@ mod tests {
         }
         let controller = made(&["a", "b_2"]).expect("good names");
         assert_eq!((controller.policy(), controller.is_own()), ("mine", true));
-        assert_eq!(controller.signal_names(), ["a", "b_2"]);
+        assert_eq!(controller.columns().names(), ["a", "b_2"]);
     }
 
     #[test]

@@ -16,7 +16,7 @@ use super::undersides::Undersides;
 use super::{Outcome, Verdict};
 use crate::Period;
 use crate::config::{Engine, Obstacle, Scenario, Terrain};
-use crate::controller::ControlSample;
+use crate::control_sample::ControlSample;
 use crate::observation::Observation;
 
 /// How far below its place on the ground beyond a wheel may be and still count as up \[m\]: contacts give a little.
@@ -217,7 +217,7 @@ impl Meter {
         self.last.residual = seen.energy.residual_j() / seen.energy.turnover_j;
         if self.phase != Phase::Climbed {
             // A period past the controller does not say it.
-            self.retries = sample.retries.or(self.retries);
+            self.retries = sample.retries().or(self.retries);
         }
 
         if let (Some(obstacle), false) = (self.obstacle, self.phase == Phase::Climbed) {

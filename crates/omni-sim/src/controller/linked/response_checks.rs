@@ -20,7 +20,7 @@ impl<const N: usize> Linked<N> {
     /// Can the motors give these torques at the velocities that were sent? Else the firmware is at fault, whatever physics would
     /// make of it.
     pub(super) fn plausible(&self, answer: &Answer<N>, request: &Request<N>) -> Result<(), String> {
-        let (measured_rad_s, drives) = (&request.measured_rad_s, !self.names.is_empty());
+        let (measured_rad_s, drives) = (&request.measured_rad_s, self.drives);
         if answer.action == Action::Hold {
             return Ok(()); // none of its signals is used
         }
