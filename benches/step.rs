@@ -78,7 +78,7 @@ fn against_pid<R: Real + FloatCore, const N: usize>(
     layout: &WheelLayout<R, N>,
     scalar: &str,
 ) {
-    let controller = controller(layout, GAINS, limit(), Coordination::synchronised());
+    let controller = controller(layout, GAINS, limit(), Coordination::scale_references());
     let command = BodyTwist::from_array([R::of(0.3), R::of(0.1), R::of(0.2)]);
     let reference = controller.kinematics().inverse(&command);
     // Above and below the reference by turns, so that the integrals stay small and no limit is met.

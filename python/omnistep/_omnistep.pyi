@@ -131,7 +131,7 @@ def run_external(
     """
 
 def wheels(
-    policy: str = "synchronised",
+    policy: str = "scale_references",
     *,
     overrides: Mapping[str, Any] | None = None,
     experiment: str | PathLike[str] = ...,
@@ -139,7 +139,7 @@ def wheels(
     """Run section 3.3 of the paper: three motors on dampers, torque limited by eq. (13).
 
     Args:
-        policy: ``independent``, ``paper`` or ``synchronised``.
+        policy: ``independent``, ``scale_torques`` or ``scale_references``.
         overrides: keys of the experiment and their new values: ``{"friction_n_m_s_rad": 2e-4}``.
         experiment: the built-in ``wheels``, the default, or the path of a .toml file.
 
@@ -151,7 +151,7 @@ def wheels(
 
     Example:
         >>> import omnistep
-        >>> trace = omnistep.wheels("synchronised")
+        >>> trace = omnistep.wheels("scale_references")
         >>> trace.speed_rpm.shape, float(trace.t_s[-1])
         ((651, 3), 65.0)
     """
@@ -189,7 +189,7 @@ def policies() -> list[str]:
     Example:
         >>> import omnistep
         >>> omnistep.policies()
-        ['independent', 'paper', 'synchronised', 'load_sharing', 'reach', 'steady']
+        ['independent', 'scale_torques', 'scale_references', 'shared_integral', 'traction_runup', 'traction']
     """
 
 def scenarios() -> list[str]:
@@ -469,7 +469,7 @@ def torque_factor(requested_n_m: _Rows, *, lower_n_m: _Rows, upper_n_m: _Rows) -
 def reference_factor(
     requested_n_m: _Rows, slopes_n_m: _Rows, *, lower_n_m: _Rows, upper_n_m: _Rows, floor: float = 0.0
 ) -> _Floats:
-    """The common factor on the references of ``synchronised``: the largest that keeps every torque short of its limit.
+    """The common factor on the references of ``scale_references``: the largest that keeps every torque short of its limit.
 
     Args:
         requested_n_m: torques for the whole references [N.m], (N,) or (T, N) of 3 to 8 wheels.
@@ -1712,7 +1712,7 @@ class Controller:
         overrides: keys to replace, as in :func:`omnistep.run`; ``{"control.precision": "f32"}`` gives firmware's bits.
 
     Raises:
-        ConfigError: a name, key or value is wrong, or the policy is ``steady`` or ``reach``, which read hinges and an
+        ConfigError: a name, key or value is wrong, or the policy is ``traction`` or ``traction_runup``, which read hinges and an
             inertial unit too: step them in a :class:`Simulation`.
 
     Warns:
@@ -1720,8 +1720,8 @@ class Controller:
 
     Example:
         >>> import omnistep
-        >>> controller = omnistep.Controller("step", policy="synchronised")
-        >>> trace = omnistep.run("step", policy="synchronised", overrides={"duration_s": 0.2})
+        >>> controller = omnistep.Controller("step", policy="scale_references")
+        >>> trace = omnistep.run("step", policy="scale_references", overrides={"duration_s": 0.2})
         >>> commands = list(zip(*(trace[f"command_{axis}"] for axis in ("vx_m_s", "vy_m_s", "wz_rad_s"))))
         >>> again = controller.step(commands, trace.wheels("measured_rad_s"))
         >>> bool((again.applied_n_m == trace.wheels("applied_n_m")).all())
@@ -1942,9 +1942,9 @@ class Scenario:
 
     Example:
         >>> import omnistep
-        >>> low = omnistep.Scenario("step", policy="paper", overrides={"terrain.height_m": 0.03})
+        >>> low = omnistep.Scenario("step", policy="scale_torques", overrides={"terrain.height_m": 0.03})
         >>> low["terrain.height_m"], low.vehicle.name, low.policy
-        (0.03, 'chugo7', 'paper')
+        (0.03, 'chugo7', 'scale_torques')
         >>> omnistep.Scenario.from_dict(low.to_dict()) == low
         True
     """
@@ -2404,7 +2404,7 @@ class Simulation:
 
     Warns:
         UserWarning: one encoder count reads as a velocity for which the gains request more torque than the motor has;
-            or ``steady`` or ``reach`` lacks sensors or motor speed that it uses.
+            or ``traction`` or ``traction_runup`` lacks sensors or motor speed that it uses.
 
     Example:
         >>> import omnistep

@@ -70,7 +70,7 @@ def run(
 
     Warns:
         UserWarning: one encoder count reads as a velocity for which the gains request more torque than the motor has;
-            or ``steady`` or ``reach`` lacks sensors or motor speed that it uses.
+            or ``traction`` or ``traction_runup`` lacks sensors or motor speed that it uses.
 
     Raises:
         ConfigError: a name, key or value is wrong, or a file cannot be read; the message names it and the allowed
@@ -147,15 +147,15 @@ def compare(
 
     Example:
         >>> import omnistep
-        >>> traces = omnistep.compare("flat", policies=["paper", "load_sharing"], overrides={"duration_s": 0.1})
+        >>> traces = omnistep.compare("flat", policies=["scale_torques", "shared_integral"], overrides={"duration_s": 0.1})
         >>> [trace.policy for trace in traces.values()]
-        ['paper', 'load_sharing']
+        ['scale_torques', 'shared_integral']
         >>> def coast(observation):
         ...     return 0.0 * observation.wheels_rad_s
         >>> both = ["rapier", "articulated"]
-        >>> traces = omnistep.compare("flat", policies=["paper", coast], engines=both, overrides={"duration_s": 0.1})
+        >>> traces = omnistep.compare("flat", policies=["scale_torques", coast], engines=both, overrides={"duration_s": 0.1})
         >>> list(traces)
-        [('paper', 'rapier'), ('paper', 'articulated'), ('coast', 'rapier'), ('coast', 'articulated')]
+        [('scale_torques', 'rapier'), ('scale_torques', 'articulated'), ('coast', 'rapier'), ('coast', 'articulated')]
     """
     listed = _listed("policies", policies, "a list of names and controllers")
     given = _all_policies() if listed is None else listed

@@ -54,7 +54,7 @@ def test_a_search_that_was_ended_goes_on_where_it_was(tmp_path):
 
 
 def test_choices_whole_numbers_and_points_are_searched_too():
-    space = {"control.policy": ["paper", "independent"], "physics.solver_iterations": (4, 6)}
+    space = {"control.policy": ["scale_torques", "independent"], "physics.solver_iterations": (4, 6)}
     rows_seen = []
 
     def objective(rows):
@@ -62,7 +62,7 @@ def test_choices_whole_numbers_and_points_are_searched_too():
         return max(row["heat_n2m2s"] for row in rows)
 
     found = tune(space=space, objective=objective, points={"terrain.friction": [0.5, 0.9]}, trials=4, seeds=1)
-    assert found.overrides["control.policy"] in ("paper", "independent")
+    assert found.overrides["control.policy"] in ("scale_torques", "independent")
     assert found.overrides["physics.solver_iterations"] in (4, 5, 6)
     assert [[row["terrain_friction"] for row in rows] for rows in rows_seen] == [[0.5, 0.9]] * 4
     assert found.value == min(max(row["heat_n2m2s"] for row in rows) for rows in rows_seen)
@@ -119,8 +119,8 @@ def test_values_that_do_not_fit_together_count_worst():
         ({"space": {"vehicle.gains.kp": (0.1, 1.0)}}, "unknown field `kp`", "gains.kp"),
         ({"space": {"duration_s": (0.1, 0.2)}}, "space: duration_s is also given elsewhere", "duration_s"),
         (
-            {"space": {"control.policy": ["paper", "papers", "independent"]}},
-            '"papers" .did you mean "paper"',
+            {"space": {"control.policy": ["scale_torques", "papers", "independent"]}},
+            '"papers" .did you mean "scale_torques"',
             "control.policy",
         ),
         ({"points": {}}, "none, allowed: one or more", "points"),

@@ -20,7 +20,7 @@ ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "robots.md"
 FILES = ROOT / "crates" / "omnistep" / "assets" / "robots"
 BLOCK = re.compile(r"(<!-- robots: (\w+) -->\n)(.*?)(<!-- end of robots -->)", re.DOTALL)
-POLICIES = ("independent", "steady")
+POLICIES = ("independent", "traction")
 SEEDS = (1, 2, 3)
 #: Where the vehicle starts differs by seed: turned by this [rad], ahead or behind by that [m]; standard deviations.
 PLACED = {"perturbation.yaw_rad": 0.03, "perturbation.start_m": 0.02}

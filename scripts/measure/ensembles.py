@@ -12,7 +12,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "physics.md"
-POLICIES = ["independent", "paper", "synchronised", "load_sharing"]
+POLICIES = ["independent", "scale_torques", "scale_references", "shared_integral"]
 STEPS = {"1 ms": "physics.step_us=1000", "0.5 ms": "physics.step_us=500", "0.25 ms": "physics.step_us=250"}
 ITERATIONS = {
     "`physics.solver_iterations=4`": "physics.solver_iterations=4",

@@ -19,7 +19,7 @@ import omnistep
 #: Built-in vehicles, and two public robots beside this file.
 VEHICLES = ["chugo7", "omni3", "mecanum4", "rocker_bogie6", "ridgeback", "rosmaster_x3"]
 GROUNDS = ["flat", "step", "stairs", "bumps", "rough", "ice", "height_map"]
-POLICIES = ["steady", "reach"]
+POLICIES = ["traction", "traction_runup"]
 DURATION_S = 8.0
 STOPS_S = 5.0  # stopped for good
 ENDS_S = 2.0  # from the stop on torque may last so long: a time-out, a deceleration, the bleed
@@ -29,8 +29,8 @@ FASTEST_M_S = 1.0  # of a run-up
 WAYS = [0.0, 0.0, 0.0, 0.0, 0.5, float(np.pi / 2), float(np.pi)]
 BACK_M = 0.05  # beyond a stated back-off
 #: What the policies state of their retries: how many times the command a run-up is, and how far they back off [m].
-RUN_UP_TIMES = {"steady": 2.0, "reach": 4.0}
-BACK_OFF_M = {"steady": 0.22, "reach": 0.27}
+RUN_UP_TIMES = {"traction": 2.0, "traction_runup": 4.0}
+BACK_OFF_M = {"traction": 0.22, "traction_runup": 0.27}
 BACKS_OFF, RUNS_UP = 1, 2  # as `traction_mode` says it
 SLOWS_S = 1.0  # after a run-up; the target falls by 4 m/s^2
 #: The laws, and those that nothing may break.
@@ -113,7 +113,7 @@ def judged(trace: omnistep.Trace, keys: dict[str, Any], traction: str) -> dict[s
     way = np.array([keys["command.vx_m_s"], keys["command.vy_m_s"]]) / asked
     rows = round(STOPS_S / period_s)
     # From its first back-off on a policy states that it goes back. It goes faster while it tries, for a second after
-    # that, and at later rows of the obstacle, which `reach` approaches as fast as the row before them.
+    # that, and at later rows of the obstacle, which `traction_runup` approaches as fast as the row before them.
     mode, row = (trace[name][:rows] if name in trace else np.zeros(rows) for name in ("traction_mode", "traction_row"))
     tried = np.maximum.accumulate(mode == BACKS_OFF)
     tries = (mode == BACKS_OFF) | (mode == RUNS_UP)

@@ -9,7 +9,7 @@ HEIGHT, FRICTION, TORQUE = "terrain.height_m", "terrain.friction", "vehicle.moto
 SEEDS = range(9301, 9305)
 PLACED = {"perturbation.yaw_rad": 0.03, "perturbation.start_m": 0.02, "duration_s": 20.0, "stop_when_done": True}
 ROLLERS = {"physics.wheel_model": "rollers"}
-SEVEN = ["independent", "steady", "reach"]
+SEVEN = ["independent", "traction", "traction_runup"]
 
 
 def heading(angle_rad: float, **more: Any) -> dict[str, Any]:

@@ -75,7 +75,7 @@ fn contacts_whose_friction_pushes_them_into_the_ground_settle() {
     // one step in a hundred until t = 3.85 s, and the run ended with an error.
     let keys = [
         "seed=7103",
-        "control.policy=synchronised",
+        "control.policy=scale_references",
         "physics.wheel_model=rollers",
         "terrain.friction=0.85",
         "vehicle.motor.stall_torque_n_m=1.4",

@@ -247,13 +247,13 @@ fn blamed(keys: &[&str]) -> Vec<(String, f64)> {
 }
 
 fn a_dead_encoder_is_found_at_a_crawl_where_the_others_show_less_than_stuck_rad_s() {
-    // 0.26, 0.45 and 0.4 rad/s and, with `synchronised`, down to a third of that: 1 rad takes 8 s at most, and the integral 1 s to half of the
+    // 0.26, 0.45 and 0.4 rad/s and, with `scale_references`, down to a third of that: 1 rad takes 8 s at most, and the integral 1 s to half of the
     // stall torque.
     for (vehicle, wheel, vx, policy) in [
         ("mecanum4", "front_left", "0.02", "independent"),
         ("chugo7", "5", "0.03", "independent"),
-        ("chugo7", "5", "0.03", "synchronised"),
-        ("rocker_bogie6", "middle_right", "0.03", "synchronised"),
+        ("chugo7", "5", "0.03", "scale_references"),
+        ("rocker_bogie6", "middle_right", "0.03", "scale_references"),
     ] {
         let fault = format!("fault=[{{kind='encoder_dead',wheel='{wheel}',from_s=1.5}}]");
         let keys = [

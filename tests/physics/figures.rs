@@ -191,7 +191,7 @@ fn crossing_time_does_not_depend_on_the_physics_step() {
 #[ignore = "288 runs of 4.5 s: make test-full"]
 fn crossing_time_does_not_depend_on_the_physics_step_under_any_policy() {
     std::thread::scope(|threads| {
-        for policies in [["independent", "synchronised"], ["paper", "load_sharing"]] {
+        for policies in [["independent", "scale_references"], ["scale_torques", "shared_integral"]] {
             threads.spawn(move || policies.map(|policy| crossing_time_agrees(policy, 24)));
         }
     });

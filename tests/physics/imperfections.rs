@@ -401,10 +401,10 @@ fn coarse_and_noisy_encoders_leave_the_mean_speed_within_5_percent() {
     let mut off = Vec::new();
     for vehicle in ["chugo7", "omni3", "mecanum4"] {
         for (policy, precision, sensors) in [
-            ("synchronised", "f64", "sensors.encoder_counts=64"),
-            ("synchronised", "f32", "sensors.encoder_counts=256"),
-            ("synchronised", "f32", "sensors.encoder_noise_rad_s=20"),
-            ("load_sharing", "f32", "sensors.encoder_counts=32"),
+            ("scale_references", "f64", "sensors.encoder_counts=64"),
+            ("scale_references", "f32", "sensors.encoder_counts=256"),
+            ("scale_references", "f32", "sensors.encoder_noise_rad_s=20"),
+            ("shared_integral", "f32", "sensors.encoder_counts=32"),
         ] {
             off.extend(off_by_5_percent(vehicle, policy, precision, sensors));
         }
@@ -420,7 +420,7 @@ fn every_encoder_leaves_the_mean_speed_within_5_percent_under_every_policy() {
     let noises = [5, 10, 20].map(|n| format!("sensors.encoder_noise_rad_s={n}"));
     let mut off = Vec::new();
     for vehicle in ["chugo7", "omni3", "mecanum4"] {
-        for policy in ["independent", "paper", "synchronised", "load_sharing"] {
+        for policy in ["independent", "scale_torques", "scale_references", "shared_integral"] {
             for precision in ["f32", "f64"] {
                 for sensors in counts.iter().chain(&noises) {
                     off.extend(off_by_5_percent(vehicle, policy, precision, sensors));
@@ -433,7 +433,7 @@ fn every_encoder_leaves_the_mean_speed_within_5_percent_under_every_policy() {
 
 fn wheels_that_were_blocked_end_without_torque() {
     // A step of 20 cm is a wall; the vehicle pushes against it, and is commanded to rest after 3 s.
-    for policy in ["independent", "paper", "synchronised", "load_sharing"] {
+    for policy in ["independent", "scale_torques", "scale_references", "shared_integral"] {
         let keys = [
             "terrain.height_m=0.2",
             "duration_s=6.0",

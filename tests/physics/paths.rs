@@ -212,7 +212,7 @@ fn beside(csv: &str) -> Result<Scenario, omni_sim::config::Error> {
     std::fs::write(folder.path().join("cmd.csv"), csv).expect("written");
     let text = "schema_version = 1\nname = \"table\"\nvehicle = \"mecanum4\"\nduration_s = 1.0\n\
                 [terrain]\nkind = \"flat\"\nfriction = 0.7\n[command]\nfile = \"cmd.csv\"\n\
-                [control]\npolicy = \"synchronised\"\nperiod_us = 1000\n\
+                [control]\npolicy = \"scale_references\"\nperiod_us = 1000\n\
                 [physics]\nstep_us = 500\ncontact_hz = 200.0\ncontact_damping = 5.0\ngravity_m_s2 = 9.81\n";
     let file = folder.path().join("table.toml");
     std::fs::write(&file, text).expect("written");

@@ -125,12 +125,12 @@ fn the_realised_reference_is_the_commanded_one_but_where_a_policy_reduces_it() {
         ];
         *run(&load("step", &keys).expect("valid")).expect("runs").outcome()
     };
-    for policy in ["independent", "paper", "load_sharing"] {
+    for policy in ["independent", "scale_torques", "shared_integral"] {
         let outcome = climb(policy);
         assert_eq!(outcome.disturbed_realised_rms, outcome.disturbed_rms, "{policy}");
     }
     // At the riser and at its stall all references are reduced together, and wheels follow the reduced ones: 0.50 instead of 0.73.
-    let outcome = climb("synchronised");
+    let outcome = climb("scale_references");
     let (realised, commanded) = (outcome.disturbed_realised_rms, outcome.disturbed_rms);
     assert!(realised < 0.9 * commanded, "{realised}, {commanded}");
 }

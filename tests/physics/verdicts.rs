@@ -45,8 +45,8 @@ fn a_vehicle_that_is_commanded_to_turn_and_slides_off_ran_away() {
 }
 
 fn hills_that_turn_a_vehicle_are_no_runaway_under_any_policy() {
-    // Down the hills it goes at 0.4 to 0.5 m/s and turns by 0.24 to 0.46 rad/s; the sum of both was above the bound under load_sharing.
-    for policy in ["independent", "paper", "synchronised", "load_sharing"] {
+    // Down the hills it goes at 0.4 to 0.5 m/s and turns by 0.24 to 0.46 rad/s; the sum of both was above the bound under shared_integral.
+    for policy in ["independent", "scale_torques", "scale_references", "shared_integral"] {
         let policy = format!("control.policy={policy}");
         assert_eq!(
             outcome("height_map", &[&policy]).verdict,
@@ -115,7 +115,7 @@ fn a_vehicle_that_covers_less_than_half_of_its_way_fell_short_and_one_that_turns
         "flat",
         &[
             "vehicle=mecanum4",
-            "control.policy=synchronised",
+            "control.policy=scale_references",
             drag,
             "duration_s=6.0",
         ],
@@ -148,7 +148,7 @@ fn a_vehicle_that_wrong_sensors_drive_back_is_not_called_driven() {
         let vehicle = format!("vehicle={vehicle}");
         let found = outcome(
             "flat",
-            &[&vehicle, sensors, "control.policy=steady", "duration_s=4.0"],
+            &[&vehicle, sensors, "control.policy=traction", "duration_s=4.0"],
         );
         let named = matches!(found.verdict, Verdict::WrongWay | Verdict::RanAway);
         assert!(named || found.final_x_m > -0.1, "{found:?}");
@@ -227,10 +227,10 @@ fn a_rocker_without_a_differential_falls_on_its_nose_and_leaned() {
     );
 }
 
-/// `reach` backs off by 0.11 m and more at 0.3 m/s, for longer than half a second with the way to a stand.
+/// `traction_runup` backs off by 0.11 m and more at 0.3 m/s, for longer than half a second with the way to a stand.
 fn traction_control_that_backs_off_for_another_try_does_not_go_the_wrong_way() {
     let hard = [
-        "control.policy=reach",
+        "control.policy=traction_runup",
         "terrain.friction=0.55",
         "terrain.height_m=0.055",
         "vehicle.motor.stall_torque_n_m=1.4",

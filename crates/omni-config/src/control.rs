@@ -34,7 +34,7 @@ pub enum SaturationLaw {
     /// All torques are multiplied by one factor.
     ScaleTorques,
     /// All references are multiplied by one factor, no less than `floor`.
-    ScaleReference,
+    ScaleReferences,
 }
 
 /// Which error is integrated: [`Integral`].
@@ -77,8 +77,8 @@ pub enum AntiWindupLaw {
 /// use omni_core::{Integral, Saturation};
 /// let own = Scenario::load("flat", &[Override::parse("control.floor=0.5")?, Override::parse("control.integral=shared")?])?;
 /// let law = own.coordination::<f64>()?;
-/// assert_eq!((law.saturation, law.integral), (Saturation::ScaleReference { floor: 0.5 }, Integral::Shared));
-/// assert_eq!(own.control.law(), "synchronised+floor=0.5+integral=shared");
+/// assert_eq!((law.saturation, law.integral), (Saturation::ScaleReferences { floor: 0.5 }, Integral::Shared));
+/// assert_eq!(own.control.law(), "scale_references+floor=0.5+integral=shared");
 /// # Ok::<(), omni_config::Error>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
@@ -86,7 +86,7 @@ pub enum AntiWindupLaw {
 #[serde(deny_unknown_fields, default)]
 #[non_exhaustive]
 pub struct Control {
-    /// Name of a policy, one of [`POLICIES`]; `synchronised` if left out. It needs encoders on the wheels only.
+    /// Name of a policy, one of [`POLICIES`]; `scale_references` if left out. It needs encoders on the wheels only.
     #[garde(custom(known_policy))]
     #[cfg_attr(feature = "schema", schemars(extend("enum" = POLICIES)))]
     pub policy: String,
@@ -94,7 +94,7 @@ pub struct Control {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[garde(skip)]
     pub saturation: Option<SaturationLaw>,
-    /// The least factor on the references where `saturation` is `scale_reference`, 0 to 1; 0.3 if left out.
+    /// The least factor on the references where `saturation` is `scale_references`, 0 to 1; 0.3 if left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[garde(inner(custom(within(PART))))]
     #[cfg_attr(feature = "schema", schemars(range(min = PART.min, max = PART.max)))]
@@ -103,7 +103,7 @@ pub struct Control {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[garde(skip)]
     pub integral: Option<IntegralLaw>,
-    /// Anti-windup, `none` if left out. Where `saturation` is `scale_reference`: `conditioned`
+    /// Anti-windup, `none` if left out. Where `saturation` is `scale_references`: `conditioned`
     /// if left out, or `clamp` in addition.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[garde(skip)]
@@ -129,7 +129,7 @@ pub struct Control {
     #[garde(inner(custom(within(WINDUP_N_M))))]
     #[cfg_attr(feature = "schema", schemars(range(min = WINDUP_N_M.min, max = WINDUP_N_M.max)))]
     pub proportional_limit_n_m: Option<f64>,
-    /// Retries at each row of wheels with `steady` and `reach`, 0 to 100; 8 if left out. With 0 a stuck vehicle stays stuck.
+    /// Retries at each row of wheels with `traction` and `traction_runup`, 0 to 100; 8 if left out. With 0 a stuck vehicle stays stuck.
     #[serde(
         skip_serializing_if = "Option::is_none",
         deserialize_with = "crate::integers::tries"
@@ -154,7 +154,7 @@ impl Default for Control {
     /// The policy that asks for the least of a vehicle, encoders on its wheels, at 1 kHz.
     fn default() -> Self {
         Self {
-            policy: "synchronised".into(),
+            policy: "scale_references".into(),
             saturation: None,
             floor: None,
             integral: None,
@@ -174,21 +174,21 @@ impl Default for Control {
 /// Names of every policy: the presets of [`Coordination`], then those of traction control ([`omni_core::Traction`]), the best last.
 ///
 /// ```
-/// assert_eq!(omni_config::POLICIES.last(), Some(&"steady"));
+/// assert_eq!(omni_config::POLICIES.last(), Some(&"traction"));
 /// ```
 pub const POLICIES: [&str; 6] = {
-    let [independent, paper, synchronised, load_sharing] = Coordination::<f64>::PRESETS;
-    [independent, paper, synchronised, load_sharing, REACH, STEADY]
+    let [independent, scale_torques, scale_references, shared_integral] = Coordination::<f64>::PRESETS;
+    [independent, scale_torques, scale_references, shared_integral, TRACTION_RUNUP, TRACTION]
 };
 /// The presets of traction control.
-const STEADY: &str = "steady";
-const REACH: &str = "reach";
+const TRACTION: &str = "traction";
+const TRACTION_RUNUP: &str = "traction_runup";
 
 /// A preset of traction control.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum TractionPreset {
-    Steady,
-    Reach,
+    Traction,
+    TractionRunup,
 }
 
 /// What a policy does, in a line.
@@ -205,26 +205,26 @@ pub fn policy_in_a_line(policy: &str) -> &'static str {
         "independent" => {
             "plain PID: each wheel's torque is cut to its own limit, and each loop has its own integral"
         }
-        "paper" => {
+        "scale_torques" => {
             "the paper's eqs. (11) and (12): all torques are scaled by the factor of the most saturated wheel"
         }
-        "synchronised" => {
+        "scale_references" => {
             "all references are scaled together, down to 0.3, so that no wheel saturates: keeps the speed ratios"
         }
-        "load_sharing" => {
+        "shared_integral" => {
             "each wheel's torque is cut to its own limit, and the wheels share one integral: least heat of the loops"
         }
-        STEADY => {
+        TRACTION => {
             "traction control: the same thrust on all driven wheels, less where one slips, and retries if stuck: little slip and heat"
         }
-        REACH => {
-            "as steady, but every retry is faster and spins up the climbing row: highest steps, needs spare motor speed"
+        TRACTION_RUNUP => {
+            "as traction, but every retry is faster and spins up the climbing row: highest steps, needs spare motor speed"
         }
         _ => "",
     }
 }
 
-/// The floor of `scale_reference` where none is given, as of the preset `synchronised`.
+/// The floor of `scale_references` where none is given, as of the preset `scale_references`.
 const FLOOR: f64 = 0.3;
 
 /// A key and what is wrong with it.
@@ -279,8 +279,8 @@ impl Control {
     /// The preset of traction control; none where the wheels have loops of their own.
     pub(crate) fn traction(&self) -> Option<TractionPreset> {
         match self.policy.as_str() {
-            STEADY => Some(TractionPreset::Steady),
-            REACH => Some(TractionPreset::Reach),
+            TRACTION => Some(TractionPreset::Traction),
+            TRACTION_RUNUP => Some(TractionPreset::TractionRunup),
             _ => None,
         }
     }
@@ -293,15 +293,15 @@ impl Control {
         }
         let preset = Coordination::<R>::preset(&self.policy)?;
         let own_floor = match preset.saturation {
-            Saturation::ScaleReference { floor } => floor,
+            Saturation::ScaleReferences { floor } => floor,
             _ => R::of(FLOOR),
         };
         let floor = self.floor.map_or(own_floor, R::of);
         let saturation = match (self.saturation, preset.saturation) {
             (Some(SaturationLaw::Clip), _) => Saturation::Clip,
             (Some(SaturationLaw::ScaleTorques), _) => Saturation::ScaleTorques,
-            (Some(SaturationLaw::ScaleReference), _) | (None, Saturation::ScaleReference { .. }) => {
-                Saturation::ScaleReference { floor }
+            (Some(SaturationLaw::ScaleReferences), _) | (None, Saturation::ScaleReferences { .. }) => {
+                Saturation::ScaleReferences { floor }
             }
             (None, other) => other,
         };
@@ -334,16 +334,16 @@ impl Control {
             return self.refused_by_traction();
         }
         if let Some(tries) = self.tries {
-            let message = format!("{tries}, allowed: only with control.policy = \"steady\" or \"reach\"");
+            let message = format!("{tries}, allowed: only with control.policy = \"traction\" or \"traction_runup\"");
             return Some(("tries", message));
         }
         let scales = matches!(
             self.coordination::<f64>()?.saturation,
-            Saturation::ScaleReference { .. }
+            Saturation::ScaleReferences { .. }
         );
         let law = self.anti_windup;
         if let (Some(floor), false) = (self.floor, scales) {
-            let message = format!("{floor}, allowed: only with control.saturation = \"scale_reference\"");
+            let message = format!("{floor}, allowed: only with control.saturation = \"scale_references\"");
             return Some(("floor", message));
         }
         if let (Some(limit), false) = (self.integral_limit_n_m, law == Some(AntiWindupLaw::Clamp)) {
@@ -358,7 +358,7 @@ impl Control {
         if scales && !kept.contains(&law) {
             let name = law.map(name).unwrap_or_default();
             let message = format!(
-                "{name:?}, allowed: \"conditioned\" or \"clamp\" where the saturation is \"scale_reference\""
+                "{name:?}, allowed: \"conditioned\" or \"clamp\" where the saturation is \"scale_references\""
             );
             return Some(("anti_windup", message));
         }
@@ -433,7 +433,7 @@ mod tests {
             for (name, saturation) in [
                 ("clip", Saturation::Clip),
                 ("scale_torques", Saturation::ScaleTorques),
-                ("scale_reference", Saturation::ScaleReference { floor: 0.3 }),
+                ("scale_references", Saturation::ScaleReferences { floor: 0.3 }),
             ] {
                 for (integral_name, integral) in
                     [("per_wheel", Integral::PerWheel), ("shared", Integral::Shared)]
@@ -461,17 +461,17 @@ mod tests {
     fn what_a_law_does_not_look_at_is_refused_by_key() {
         for (keys, said) in [
             (
-                vec!["control.policy=paper", "control.floor=0.5"],
-                "built-in step: control.floor: 0.5, allowed: only with control.saturation = \"scale_reference\"",
+                vec!["control.policy=scale_torques", "control.floor=0.5"],
+                "built-in step: control.floor: 0.5, allowed: only with control.saturation = \"scale_references\"",
             ),
             (
                 vec!["control.floor=1.5"],
                 "built-in step: control.floor: 1.5, allowed: 0 to 1",
             ),
             (
-                vec!["control.policy=synchronised", "control.anti_windup=none"],
+                vec!["control.policy=scale_references", "control.anti_windup=none"],
                 "built-in step: control.anti_windup: \"none\", allowed: \"conditioned\" or \"clamp\" where \
-                 the saturation is \"scale_reference\"",
+                 the saturation is \"scale_references\"",
             ),
             (
                 vec!["control.policy=independent", "control.tracking_time_s=1"],
@@ -486,9 +486,9 @@ mod tests {
                 "built-in step: control.integral_zone_rad_s: -1, allowed: 0 to 1000000",
             ),
             (
-                vec!["control.policy=steady", "control.proportional_limit_n_m=1"],
+                vec!["control.policy=traction", "control.proportional_limit_n_m=1"],
                 "built-in step: control.proportional_limit_n_m: 1, allowed: only with a policy of wheel speed loops: independent, \
-                 paper, synchronised, load_sharing",
+                 scale_torques, scale_references, shared_integral",
             ),
         ] {
             assert_eq!(load(&keys).expect_err("refused"), said);
@@ -502,9 +502,9 @@ mod tests {
 
     #[test]
     fn how_torque_ends_at_rest_is_kept_under_another_policy() {
-        let paper = load(&["control.policy=paper", "control.rest.bleed_s=0.1"]).expect("a scenario");
-        let rest = |policy: &str| paper.with_policy(policy).expect("a preset").control.rest.bleed_s;
-        assert_eq!(["independent", "steady"].map(rest), [0.1, 0.1]);
+        let scaled = load(&["control.policy=scale_torques", "control.rest.bleed_s=0.1"]).expect("a scenario");
+        let rest = |policy: &str| scaled.with_policy(policy).expect("a preset").control.rest.bleed_s;
+        assert_eq!(["independent", "traction"].map(rest), [0.1, 0.1]);
     }
 
     #[test]
@@ -519,14 +519,14 @@ mod tests {
             )
         };
         let keys = [
-            "control.policy=paper",
+            "control.policy=scale_torques",
             "control.integral_zone_rad_s=2",
             "control.proportional_limit_n_m=0.5",
         ];
-        let name = "paper+integral_zone_rad_s=2+proportional_limit_n_m=0.5";
+        let name = "scale_torques+integral_zone_rad_s=2+proportional_limit_n_m=0.5";
         assert_eq!(pid(&keys), (name.to_owned(), 2.0, 0.5));
         let none = f64::INFINITY;
-        assert_eq!(pid(&keys[..1]), ("paper".to_owned(), none, none));
+        assert_eq!(pid(&keys[..1]), ("scale_torques".to_owned(), none, none));
         let own = load(&keys).expect("a scenario");
         assert!(
             own.with_policy("independent")

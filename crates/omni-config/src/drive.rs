@@ -388,7 +388,7 @@ impl Scenario {
     /// ```
     /// use omni_config::{Override, Scenario};
     /// use omni_core::{BodyReadings, BodyTwist, DriveInput, TractionDriveState, WheelVelocities};
-    /// let keys = [Override::new("drive.timeout_s", 0.5), Override::new("control.policy", "steady")];
+    /// let keys = [Override::new("drive.timeout_s", 0.5), Override::new("control.policy", "traction")];
     /// let drive = Scenario::load("step", &keys)?.traction_drive::<f64, 7>()?.expect("it has both");
     /// let ahead = BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO };
     /// let input = DriveInput::measured(&WheelVelocities::zero()).with_command(ahead);

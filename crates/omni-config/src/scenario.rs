@@ -82,7 +82,7 @@ pub struct Scenario {
     /// The command of the vehicle.
     #[garde(dive)]
     pub command: Command,
-    /// The controller; `synchronised` at 1 kHz if left out.
+    /// The controller; `scale_references` at 1 kHz if left out.
     #[serde(default)]
     #[garde(dive)]
     pub control: Control,
@@ -555,7 +555,7 @@ impl Scenario {
     /// ```
     /// use omni_config::{Override, Scenario};
     /// let own = Scenario::load("flat", &[Override::new("control.floor", 0.5)])?;
-    /// assert_eq!(own.with_policy("paper")?.control.law(), "paper"); // torques are scaled: no floor
+    /// assert_eq!(own.with_policy("scale_torques")?.control.law(), "scale_torques"); // torques are scaled: no floor
     /// # Ok::<(), omni_config::Error>(())
     /// ```
     pub fn with_policy(&self, policy: &str) -> Result<Self, Error> {

@@ -15,7 +15,7 @@ fn whole_file(kind: FileKind) -> String {
         FileKind::Scenario => {
             // Traction control takes no [drive].
             let step = FileKind::Scenario.template("step").expect("built in");
-            let text = step.replace("policy = \"steady\"", "policy = \"synchronised\"");
+            let text = step.replace("policy = \"traction\"", "policy = \"scale_references\"");
             let rest = r#"
 [[command.then]]
 at_s = 1.0

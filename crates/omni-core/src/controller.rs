@@ -26,7 +26,7 @@ use crate::{
 ///     WheelControlConfig {
 ///         pid: PidConfig::new(gains, 1e-3),
 ///         limits: [TorqueLimit::constant(2.0)?; 7],
-///         coordination: Coordination::synchronised(),
+///         coordination: Coordination::scale_references(),
 ///     },
 /// )?;
 /// let mut state = ControlState::default();

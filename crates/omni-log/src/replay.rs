@@ -149,7 +149,7 @@ pub fn replay(path: impl AsRef<Path>, overrides: &[Override]) -> Result<Replay, 
             {
                 let what = format!(
                     "no readings of hinges and inertial measurement unit at t = {} s, but {} needs them, \
-                     allowed: a log of steady or reach, or a policy of wheel speed loops",
+                     allowed: a log of traction or traction_runup, or a policy of wheel speed loops",
                     *time_ns as f64 / 1e9,
                     scenario.control.law()
                 );

@@ -39,7 +39,7 @@ use crate::values::Pickled;
 ///
 /// Warns:
 ///     UserWarning: one encoder count reads as a velocity for which the gains request more torque than the motor has;
-///         or ``steady`` or ``reach`` lacks sensors or motor speed that it uses.
+///         or ``traction`` or ``traction_runup`` lacks sensors or motor speed that it uses.
 ///
 /// Example:
 ///     >>> import omnistep

@@ -191,7 +191,7 @@ pub struct Outcome {
     /// How far it was below the ground \[m\].
     #[serde(default)]
     pub touched_depth_m: Option<f64>,
-    /// Times that traction control (`steady`, `reach`) backed off for another try, from the start to the end of the crossing; none of a
+    /// Times that traction control (`traction`, `traction_runup`) backed off for another try, from the start to the end of the crossing; none of a
     /// controller that does not try again.
     #[serde(default)] // logs of before do not say it
     pub retries: Option<u32>,

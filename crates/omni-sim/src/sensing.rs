@@ -63,12 +63,12 @@ impl Sensed {
         }
     }
 
-    /// Takes what hinges and inertial measurement unit said out of the signals of a controller that read it (`steady`, `reach`): their
+    /// Takes what hinges and inertial measurement unit said out of the signals of a controller that read it (`traction`, `traction_runup`): their
     /// names and values in one control period. Says whether everything was there.
     ///
     /// ```
     /// use omni_sim::{Sensed, Simulation, config::Scenario};
-    /// let scenario = Scenario::load("step", &[])?.with_policy("steady")?;
+    /// let scenario = Scenario::load("step", &[])?.with_policy("traction")?;
     /// let mut simulation = Simulation::new(&scenario)?;
     /// let sensed = simulation.sensed().clone();
     /// simulation.step(&simulation.scenario_command())?;

@@ -40,7 +40,7 @@ impl<R: Real, const N: usize> WheelController<R, N> {
                     *torque *= out.common_factor;
                 }
             }
-            Saturation::ScaleReference { floor } => {
+            Saturation::ScaleReferences { floor } => {
                 // Every term is affine in the reference; what is compared with moves along in a wheel's first step.
                 let fresh = self.pid.remembers() && !state.all_started();
                 let later = self.pid.term_slopes(true);
@@ -105,7 +105,7 @@ impl<R: Real, const N: usize> WheelController<R, N> {
         }
         if self.pid.remembers() {
             state.derivative_n_m = out.d_n_m;
-            if !matches!(self.coordination.saturation, Saturation::ScaleReference { .. }) {
+            if !matches!(self.coordination.saturation, Saturation::ScaleReferences { .. }) {
                 state.last_reference_rad_s = out.reference.rad_s;
             }
         }
@@ -121,7 +121,7 @@ impl<R: Real, const N: usize> WheelController<R, N> {
         }
         // A conditioned controller to the end: what the floor leaves over is conditioned too, wheel by wheel.
         let law = match self.coordination.saturation {
-            Saturation::ScaleReference { .. } => AntiWindup::Conditioned,
+            Saturation::ScaleReferences { .. } => AntiWindup::Conditioned,
             _ => self.pid.anti_windup(),
         };
         let plain_gain = self.pid.plain_gain(law);

@@ -155,7 +155,7 @@ impl Meter {
             // A loaded scenario's policy is known.
             scales_references: scenario
                 .coordination::<f64>()
-                .is_ok_and(|policy| matches!(policy.saturation, Saturation::ScaleReference { .. })),
+                .is_ok_and(|policy| matches!(policy.saturation, Saturation::ScaleReferences { .. })),
             period_s: scenario.period_s(),
             weight_n,
             friction: FrictionUse::new(vehicle.wheel.len(), weight_n),

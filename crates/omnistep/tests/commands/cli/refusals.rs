@@ -13,7 +13,7 @@ fn refused_file(file: &str, from: &str, to: &str, expected: &str) {
     let scenario = fs::read_to_string(assets.join("scenarios/step.toml")).unwrap();
     let scenario = scenario
         .replace("vehicle = \"chugo7\"", "vehicle = \"v.toml\"")
-        .replace("policy = \"steady\"", "policy = \"synchronised\"");
+        .replace("policy = \"traction\"", "policy = \"scale_references\"");
     let change = |text: &str, name: &str| {
         if name == file {
             assert!(text.contains(from), "{name} has no {from:?}");
@@ -213,7 +213,7 @@ fn keys_of_the_drive_and_of_the_grid_are_named_with_their_ranges() {
     in_control("floor = 1.5", "control.floor: 1.5, allowed: 0 to 1");
     in_control(
         "saturation = \"clip\"\nfloor = 0.5",
-        "control.floor: 0.5, allowed: only with control.saturation = \"scale_reference\"",
+        "control.floor: 0.5, allowed: only with control.saturation = \"scale_references\"",
     );
     in_control(
         "anti_windup = \"conditional\"",
@@ -384,12 +384,12 @@ fn unknown_names_are_refused_with_the_names_there_are() {
     );
     let said = refused(folder.path(), &["run", "step", "--policy", "papier"]);
     assert!(
-        said.contains("unknown policy \"papier\" (did you mean \"paper\"?), allowed: independent, paper, synchronised, load_sharing"),
+        said.contains("unknown policy \"papier\" (did you mean \"scale_torques\"?), allowed: independent, scale_torques, scale_references, shared_integral"),
         "{said}"
     );
     let said = refused(folder.path(), &["run", "--set", "control.policy=papier"]);
     assert!(
-        said.contains("control.policy: \"papier\" (did you mean \"paper\"?), allowed: independent, paper, synchronised, load_sharing"),
+        said.contains("control.policy: \"papier\" (did you mean \"scale_torques\"?), allowed: independent, scale_torques, scale_references, shared_integral"),
         "{said}"
     );
     let said = refused(folder.path(), &["compare", "missing.toml"]);
@@ -577,7 +577,7 @@ fn check_knows_what_is_built_in_by_name_before_a_file_of_that_name_as_run_does()
         assert!(output.status.success(), "{name}");
         String::from_utf8(output.stdout).unwrap()
     };
-    assert!(said("step").starts_with("step: scenario step, 6 s, policy steady, engine rapier"));
+    assert!(said("step").starts_with("step: scenario step, 6 s, policy traction, engine rapier"));
     assert!(said("chugo7").starts_with("chugo7: vehicle chugo7: 3 bodies"));
     assert!(said("climb_map").starts_with("climb_map: study "));
     assert!(said("wheels").starts_with("wheels: experiment wheels"));

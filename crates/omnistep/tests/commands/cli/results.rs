@@ -64,7 +64,7 @@ fn engines_are_compared_side_by_side_and_each_log_says_which_is_its_own() {
             "{line}"
         );
     }
-    let logs = ["out/step-paper.mcap", "out/step-paper-articulated.mcap"];
+    let logs = ["out/step-scale_torques.mcap", "out/step-scale_torques-articulated.mcap"];
     let output = omnistep(folder.path(), &["inspect", logs[0], logs[1]]);
     let text = String::from_utf8(output.stdout).unwrap();
     assert!(
@@ -85,7 +85,7 @@ fn engines_are_compared_side_by_side_and_each_log_says_which_is_its_own() {
     assert!(
         String::from_utf8(output.stdout)
             .unwrap()
-            .ends_with("out/step-steady.mcap\n")
+            .ends_with("out/step-traction.mcap\n")
     );
 }
 
@@ -100,11 +100,11 @@ fn compare_json_prints_one_object_a_policy_with_the_keys_agreed_on_and_nothing_e
         policies,
         [
             "independent",
-            "paper",
-            "synchronised",
-            "load_sharing",
-            "reach",
-            "steady"
+            "scale_torques",
+            "scale_references",
+            "shared_integral",
+            "traction_runup",
+            "traction"
         ]
     );
     let others = [
@@ -172,14 +172,14 @@ fn the_first_command_compares_the_policies_on_the_step_in_a_table_of_a_hundred_c
         "chugo7",
         "5.0 cm",
         "independent",
-        "paper",
-        "synchronised",
-        "load_sharing",
+        "scale_torques",
+        "scale_references",
+        "shared_integral",
         "| real-time factor ",
     ] {
         assert!(table.contains(word), "{word} is missing:\n{table}");
     }
-    assert!(folder.path().join("out/step-synchronised.mcap").is_file());
+    assert!(folder.path().join("out/step-scale_references.mcap").is_file());
 }
 
 #[test]
@@ -198,7 +198,7 @@ fn same_scenario_and_seed_write_the_same_bytes() {
             "--quiet",
         ];
         assert!(omnistep(folder.path(), &args).status.success());
-        fs::read(folder.path().join("out/step-steady-seed7.mcap")).unwrap()
+        fs::read(folder.path().join("out/step-traction-seed7.mcap")).unwrap()
     };
     let (one, two) = (run(), run());
     assert!(
@@ -265,7 +265,7 @@ fn what_each_figure_of_the_table_says_is_explained_where_that_is_asked_for() {
     }
     let inspected = stdout(&omnistep(
         folder.path(),
-        &["inspect", "out/flat-synchronised.mcap", "--explain"],
+        &["inspect", "out/flat-scale_references.mcap", "--explain"],
     ));
     assert!(
         inspected.contains("\n- wheel slip, rms (`slip_rms`): "),
@@ -287,7 +287,7 @@ fn wheels_json_has_the_times_of_the_paper() {
         rows.iter()
             .map(|r| r["policy"].as_str().unwrap())
             .collect::<Vec<_>>(),
-        ["independent", "paper", "synchronised"]
+        ["independent", "scale_torques", "scale_references"]
     );
     for row in rows {
         let times: Vec<f64> = row["t_s"]
@@ -311,8 +311,8 @@ fn gains_that_a_file_leaves_out_are_said_on_standard_error_and_never_among_resul
     let expected = "rocker_bogie6: no [gains]; derived for a control period of 1 ms: kp 0.412 N.m.s/rad, ki 1.03 N.m/rad, \
                     from 0.0412 kg.m2 at a wheel and a time constant of 100 ms\n";
     let sets = ["--set", "vehicle=rocker_bogie6", "--set", "duration_s=0.05"];
-    // Its motors reach 20 rad/s, of which `reach`, one of the policies compared, would use more.
-    let slow = "warning: flat: reach with motors of 20.0 rad/s without load: wheels are spun up by 0.41 m/s before a retry, not by 2.64, so it is weaker\n";
+    // Its motors reach 20 rad/s, of which `traction_runup`, one of the policies compared, would use more.
+    let slow = "warning: flat: traction_runup with motors of 20.0 rad/s without load: wheels are spun up by 0.41 m/s before a retry, not by 2.64, so it is weaker\n";
     for (command, more) in [("run", ""), ("compare", slow)] {
         let args = [&[command, "flat", "--json", "--quiet"], &sets[..]].concat();
         let output = omnistep(folder.path(), &args);

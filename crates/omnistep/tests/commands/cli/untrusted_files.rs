@@ -242,9 +242,9 @@ fn no_message_is_longer_than_somebody_reads_whatever_a_file_holds() {
         ),
         ("seed = 0", format!("seed = 0\n{long} = 1"), "\n"),
         (
-            "policy = \"steady\"",
+            "policy = \"traction\"",
             format!("policy = \"{long}\""),
-            "load_sharing, reach, steady\n",
+            "shared_integral, traction_runup, traction\n",
         ),
         ("kind = \"step\"", format!("kind = \"{long}\""), "\n"),
         (
