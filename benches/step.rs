@@ -117,7 +117,7 @@ fn simulate(c: &mut Criterion) {
     let scenario = Scenario::load("step", &[]).expect("built-in");
     let mut group = c.benchmark_group("simulation");
     group.throughput(Throughput::Elements(
-        scenario.control.period_us / scenario.physics.step_us,
+        scenario.control.period_us / scenario.physics.timestep_us,
     ));
     let mut simulation = Simulation::new(&scenario).expect("valid");
     group.bench_function("period", |b| {

@@ -2155,7 +2155,7 @@ class Trace:
         """Rolling radii of the wheels [m], (N,)."""
     @property
     def terrain(self) -> dict[str, str | float]:
-        """The ground: ``kind``, ``friction``, and for a step ``height_m`` and ``at_m``."""
+        """The ground: ``kind``, ``friction``, and for a step ``height_m`` and ``start_x_m``."""
     def ground_m(self, x_m: Sequence[float] | _Floats, *, y_m: float = ...) -> _Floats:
         """Height of the ground [m] at places x_m [m], (M,), along the line y_m [m]."""
     @property
@@ -2231,20 +2231,20 @@ class Outcome:
         "climbed",
         "stalled",
         "unfinished",
-        "driven",
+        "completed",
         "tipped",
-        "ran_away",
+        "overspeed",
         "wrong_way",
         "drove_on",
         "rolled_on",
         "off_course",
         "fell_short",
-        "leaned",
+        "tilted",
         "touched",
         "gained_energy",
         "diverged",
     ]:
-        """Result of the run; `driven` on flat ground, `unfinished` where `duration_s` cut it off.
+        """Result of the run; `completed` on flat ground, `unfinished` where `duration_s` cut it off.
 
         docs/conventions.md defines each of them.
         """
@@ -2315,32 +2315,23 @@ class Outcome:
     def slip_rms(self) -> float:
         """Root mean square of the slip ratio over driven wheels that touch the ground."""
     @property
-    def disturbed_rms(self) -> float:
-        """Root mean square of the disturbed ratio over driven wheels."""
+    def speed_error_rms(self) -> float:
+        """Root mean square of the relative speed error (the disturbed ratio) over driven wheels."""
     @property
-    def disturbed_realised_rms(self) -> float:
-        """Root mean square of the disturbed ratio against the reference as the policy reduced it."""
+    def speed_error_realised_rms(self) -> float:
+        """The same against the reference as the policy reduced it."""
     @property
-    def spread_rms(self) -> float:
-        """Root mean square of the spread of velocity over reference."""
+    def speed_ratio_std(self) -> float:
+        """Standard deviation over driven wheels of velocity over reference, root mean square over time."""
     @property
-    def linkage_spread(self) -> float:
-        """Spread of the slip speeds of driven wheels over their commanded speed: 0 where all roll, on an edge too."""
+    def slip_speed_std(self) -> float:
+        """Standard deviation over driven wheels of slip speed, over their commanded speed: 0 where all roll, on an edge too."""
     @property
     def shape_error_rms_rad_s(self) -> float:
         """Root mean square of the part of the velocities that no common factor on the references explains [rad/s]."""
     @property
-    def heat_n2m2s(self) -> float:
-        """Sum over wheels of the time integral of torque squared [N^2.m^2.s]."""
-    @property
-    def relative_speed_error_rms(self) -> float:
-        """``disturbed_rms`` under its name in control engineering."""
-    @property
-    def speed_ratio_spread_rms(self) -> float:
-        """``spread_rms`` under the name of its quantity."""
-    @property
     def torque_squared_n2m2s(self) -> float:
-        """``heat_n2m2s`` under its exact name: heat is proportional to it."""
+        """Sum over wheels of the time integral of torque squared [N^2.m^2.s]."""
     @property
     def work_j(self) -> float:
         """Work of the motors [J]."""
@@ -2414,7 +2405,7 @@ class Simulation:
         >>> simulation.time_s, bool(abs(sample.twist[0] - 0.2) < 0.01)
         (1.0, True)
         >>> len(simulation.trace), simulation.outcome.verdict
-        (1000, 'driven')
+        (1000, 'completed')
     """
 
     def __new__(

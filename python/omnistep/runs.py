@@ -33,7 +33,7 @@ def bar(label: str, *, shown: bool) -> Iterator[Callable[[float], None]]:
 def _warn(trace: Trace) -> None:
     """Warn the caller's caller of a run with invalid figures."""
     if trace.outcome.verdict == "gained_energy":
-        message = "the physics gained energy, so no figure of this run is valid; use a shorter physics.step_us"
+        message = "the physics gained energy, so no figure of this run is valid; use a shorter physics.timestep_s"
         warnings.warn(message, RuntimeWarning, stacklevel=3)
 
 
@@ -85,7 +85,7 @@ def run(
         >>> import omnistep
         >>> trace = omnistep.run("flat", overrides={"duration_s": 0.5})
         >>> len(trace), trace.outcome.verdict
-        (500, 'driven')
+        (500, 'completed')
     """
     with bar("run", shown=progress) as told:
         on_progress = told if progress else None

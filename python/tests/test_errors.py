@@ -33,7 +33,7 @@ def test_exceptions_form_a_tree_that_python_programs_can_catch():
         ({"vehicle.wheel.2.radius_m": 0.0}, "wheel[2].radius_m"),
         ({"vehicle.body.0.mass_kg": -1}, "body[0].mass_kg"),
         ({"control.policy": "papier"}, "control.policy"),
-        ({"control.period_us": 750}, "control.period_us"),
+        ({"control.period_s": 0.00075}, "control.period_s"),
         ({"command.vx": 0.3}, "command.vx"),
         ({"terrain.height_m": -0.01}, "terrain.height_m"),
     ],

@@ -99,6 +99,6 @@ def test_whiskers_are_the_intervals_of_the_summary(result):
 def test_a_wheel_that_keeps_to_the_reduced_reference_lags_behind_the_commanded_one_alone():
     # At the riser the motors are at their limit: scale_references reduces all references, and wheels follow those closer.
     outcome = omnistep.run("step", policy="scale_references", overrides={"vehicle.motor.stall_torque_n_m": 1.4}).outcome
-    assert 0.0 < outcome.disturbed_realised_rms < outcome.disturbed_rms
+    assert 0.0 < outcome.speed_error_realised_rms < outcome.speed_error_rms
     other = omnistep.run("step", policy="independent", overrides={"duration_s": 2.0}).outcome
-    assert other.disturbed_realised_rms == other.disturbed_rms
+    assert other.speed_error_realised_rms == other.speed_error_rms

@@ -71,7 +71,7 @@ def drawn(tmp_path_factory, curve):
         (folder / name).write_text(
             f'schema_version = 1\nname = "hilly"\nvehicle = "{vehicle}"\nduration_s = 0.2\n'
             '[terrain]\nkind = "height_map"\nfriction = 0.7\nimage = "named.png"\npixel_m = 0.015\n'
-            f"black_m = 0.0\nwhite_m = 0.08\nat_m = 0.7\n[command]\n{command}\n"
+            f"black_height_m = 0.0\nwhite_height_m = 0.08\nstart_x_m = 0.7\n[command]\n{command}\n"
         )
     by_scenario = MAP.replace('vehicle = "own.toml"', 'scenario = "named.toml"')
     (folder / "by_scenario.toml").write_text(by_scenario + f"names = {names!r}\n".replace("'", '"'))

@@ -463,7 +463,7 @@ def test_the_clock_of_a_policy_goes_on_in_periods_past_it():
 
 @pytest.mark.parametrize("policy", ["scale_references", Pi()], ids=["preset", "own"])
 def test_a_pickled_simulation_goes_on_bit_for_bit(policy):
-    overrides = {"sensors.encoder_noise_rad_s": 0.01, "sensors.delay_us": 2000}
+    overrides = {"sensors.encoder_noise_rad_s": 0.01, "sensors.delay_s": 0.002}
     simulation = omnistep.Simulation("step", policy=policy, overrides=overrides, seed=3)
     for _ in range(400):
         simulation.step((0.3, 0.0, 0.0))

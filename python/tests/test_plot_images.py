@@ -38,7 +38,7 @@ def rows(*, climbed_at_2_n_m=3):
                 failed = (policy, torque, height, seed) == ("independent", 2.0, 0.05, 2)
                 row = {"control_policy": policy, "vehicle_motor_stall_torque_n_m": torque, "terrain_height_m": height}
                 row |= {"seed": seed, "climbed": None if failed else seed < climbs}
-                row |= {"heat_n2m2s": None if failed else torque * (3.0 + seed * (policy == "independent"))}
+                row |= {"torque_squared_n2m2s": None if failed else torque * (3.0 + seed * (policy == "independent"))}
                 made.append(row | {"error": "the physics left the finite numbers" if failed else None})
     return made
 
@@ -79,7 +79,7 @@ def test_means_with_whiskers_look_as_they_did():
 
 
 def means(rows):
-    axes = omnistep.plot.ensemble(rows, ["climbed", "heat_n2m2s"], lines="vehicle.motor.stall_torque_n_m")
+    axes = omnistep.plot.ensemble(rows, ["climbed", "torque_squared_n2m2s"], lines="vehicle.motor.stall_torque_n_m")
     return axes[0].get_figure(root=True)
 
 

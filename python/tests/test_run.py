@@ -46,7 +46,7 @@ def test_names_are_what_can_be_read(climb):
         climb.wheels("measured")
     assert {name.split("_", 2)[2] for name in climb.names if name.startswith("wheel_")} == set(climb.wheel_signals)
     assert climb.wheel_names == list("1234567")
-    assert climb.terrain == {"kind": "step", "friction": 0.7, "height_m": 0.05, "at_m": 0.7}
+    assert climb.terrain == {"kind": "step", "friction": 0.7, "height_m": 0.05, "start_x_m": 0.7}
     assert (climb.scenario, climb.vehicle, climb.policy, climb.seed) == ("step", "chugo7", "scale_references", 0)
     np.testing.assert_array_equal(climb.wheel_radius_m, np.full(7, 0.066))
 
@@ -56,7 +56,7 @@ def test_the_step_is_climbed_with_the_pitch_that_geometry_asks_for(climb):
     assert outcome.climbed
     assert outcome.crossing_s == pytest.approx(2.5, abs=0.3)  # 0.66 m at 0.3 m/s, and some tenths for the bumps
     assert outcome.pitch_peak_deg == pytest.approx(np.degrees(np.arcsin(0.05 / 0.30)), abs=0.5)
-    assert outcome.to_dict()["heat_n2m2s"] == outcome.heat_n2m2s
+    assert outcome.to_dict()["torque_squared_n2m2s"] == outcome.torque_squared_n2m2s
     assert outcome == climb.outcome != omnistep.run("flat", overrides={"duration_s": 0.01}).outcome
     assert "climbed in" in repr(climb)
 

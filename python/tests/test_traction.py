@@ -32,10 +32,10 @@ def test_its_signals_tell_why_it_does_what_it_does(policy):
 
 def test_a_key_of_the_policy_goes_with_the_policy_that_is_asked_for():
     hard = {"terrain.friction": 0.55, "vehicle.motor.stall_torque_n_m": 1.4, "perturbation.yaw_rad": 0.03}
-    once = omnistep.run("step", policy="traction", seed=5, overrides={**QUICK, **hard, "control.tries": 0})
+    once = omnistep.run("step", policy="traction", seed=5, overrides={**QUICK, **hard, "control.max_retries": 0})
     assert once["traction_retries"].max() == 0
-    with pytest.raises(omnistep.ConfigError, match=r"tries: 0, allowed: only with control.policy = .traction. or"):
-        omnistep.run("step", policy="scale_torques", overrides={"control.tries": 0})
+    with pytest.raises(omnistep.ConfigError, match=r"max_retries: 0, allowed: only with control.policy = .traction. or"):
+        omnistep.run("step", policy="scale_torques", overrides={"control.max_retries": 0})
 
 
 #: A step of 10 cm, higher than the wheels' radius of 6.6 cm: no friction brings a row onto it.

@@ -99,7 +99,7 @@ def climbs(robot: omnistep.Vehicle, policy: str, speed_m_s: float, height_m: flo
     """Whether the robot climbs a step of that height, whatever the seed."""
     keys = {
         "terrain.height_m": height_m,
-        "terrain.at_m": 1.0,
+        "terrain.start_x_m": 1.0,
         "command.vx_m_s": speed_m_s,
         "duration_s": 8.0 + 3.0 / speed_m_s,
         "stop_when_done": True,

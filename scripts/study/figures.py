@@ -16,7 +16,7 @@ from study.tables import HARD, PLACES
 
 FOLDER = ROOT / "docs" / "images"
 DPI = 90
-UNITS = {"heat_n2m2s": " [N$^2$m$^2$s]"}
+UNITS = {"torque_squared_n2m2s": " [N$^2$m$^2$s]"}
 MARKS = dict(zip(PLACES, "os^v", strict=True))
 
 

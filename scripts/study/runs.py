@@ -67,9 +67,9 @@ PERTURBED: dict[str, dict[str, Any]] = {
     "centre of mass 2 cm ahead": shifted(0.02, 0.0),
     "centre of mass 4 cm up": shifted(0.0, 0.04),
     "noise": NOISE,
-    "noise, 1 ms delay": NOISE | {"sensors.delay_us": 1000},
-    "noise, 2 ms delay": NOISE | {"sensors.delay_us": 2000},
-    "noise, 2 ms delay, 5 ms lag": NOISE | {"sensors.delay_us": 2000, "actuators.torque_lag_s": 0.005},
+    "noise, 1 ms delay": NOISE | {"sensors.delay_s": 0.001},
+    "noise, 2 ms delay": NOISE | {"sensors.delay_s": 0.002},
+    "noise, 2 ms delay, 5 ms lag": NOISE | {"sensors.delay_s": 0.002, "actuators.torque_lag_s": 0.005},
     "gyro bias 0.005 rad/s": {"sensors.gyro_bias_rad_s": 0.005},
     "gyro bias 0.02 rad/s": {"sensors.gyro_bias_rad_s": 0.02},
 }
@@ -124,7 +124,7 @@ def step(
             "keys": {
                 **keys,
                 "control.policy": law,
-                **({"control.tries": 0} if without else {}),
+                **({"control.max_retries": 0} if without else {}),
                 "physics.engine": tags["engine"],
                 "physics.wheel_model": tags["wheels"],
                 HEIGHT: height,
@@ -166,7 +166,7 @@ def planned(short: bool) -> list[dict]:
     grid, hard = grid_cells(), hard_cells()
     possible = [cell for cell in hard if cell not in IMPOSSIBLE]
     pair, three = ["independent", "traction"], ["independent", "traction", "traction without retry"]
-    long, fast, soft = {"duration_s": 30.0}, {"command.vx_m_s": 1.0}, {"physics.contact_damping": 1.0}
+    long, fast, soft = {"duration_s": 30.0}, {"command.vx_m_s": 1.0}, {"physics.contact_damping_ratio": 1.0}
     runs = [
         step("grid", [*POLICIES, "traction without retry"], grid, seeds),
         step("grid", three, grid, seeds, wheels="rollers"),

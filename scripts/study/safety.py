@@ -58,7 +58,7 @@ def drawn(seed: int) -> dict[str, Any]:
         "physics.engine": "rapier" if seed // len(VEHICLES) % 8 == 7 else "articulated",
         "duration_s": DURATION_S,
         "control.policy": policy,
-        "control.period_us": period_us,
+        "control.period_s": period_us / 1e6,
         "control.precision": dice.choice(["f32", "f64"]),
         "sensors.encoder_counts": dice.choice([0, 0, 32, 256, 1024, 4096]),
         "sensors.encoder_noise_rad_s": dice.choice([0.0, 0.1, 1.0, 5.0]) * dice.random(),
@@ -66,7 +66,7 @@ def drawn(seed: int) -> dict[str, Any]:
         "sensors.gyro_bias_rad_s": dice.choice([0.0, 0.05, 0.3]) * dice.uniform(-1.0, 1.0),
         "sensors.no_imu": dice.random() < 0.1,
         "sensors.no_hinge_encoders": dice.random() < 0.1,
-        "sensors.delay_us": dice.choice([0, 0, 5000, 10000]) // period_us * period_us,
+        "sensors.delay_s": dice.choice([0, 0, 5000, 10000]) // period_us * period_us / 1e6,
         "actuators.torque_lag_s": dice.choice([0.0, 0.0, 0.005, 0.02]),
         "perturbation.yaw_rad": dice.uniform(0.0, 0.2),
         "perturbation.start_m": 0.02,
@@ -109,7 +109,7 @@ def planned(seeds: range) -> list[dict]:
 
 def judged(trace: omnistep.Trace, keys: dict[str, Any], traction: str) -> dict[str, float]:
     """How far a run went in each law: 1 is the limit; of motors without a no-load speed rims have none."""
-    period_s, asked = keys["control.period_us"] * 1e-6, np.hypot(keys["command.vx_m_s"], keys["command.vy_m_s"])
+    period_s, asked = keys["control.period_s"], np.hypot(keys["command.vx_m_s"], keys["command.vy_m_s"])
     way = np.array([keys["command.vx_m_s"], keys["command.vy_m_s"]]) / asked
     rows = round(STOPS_S / period_s)
     # From its first back-off on a policy states that it goes back. It goes faster while it tries, for a second after

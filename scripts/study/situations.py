@@ -78,8 +78,8 @@ SITUATIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "without IMU": ("step", {"sensors.no_imu": True}),
     "without hinge encoders": ("step", {"sensors.no_hinge_encoders": True}),
     "without both": ("step", {"sensors.no_imu": True, "sensors.no_hinge_encoders": True}),
-    "period 5 ms": ("step", {"control.period_us": 5000}),
-    "period 10 ms": ("step", {"control.period_us": 10000}),
+    "period 5 ms": ("step", {"control.period_s": 0.005}),
+    "period 10 ms": ("step", {"control.period_s": 0.01}),
     "step of 8 cm": ("step", {HEIGHT: 0.08, "duration_s": 60.0}),
     "wall of 20 cm": ("step", {HEIGHT: 0.2, "duration_s": 60.0}),
 }

@@ -19,13 +19,13 @@ PLACES = {
 }
 MEANS = {
     "crossing_s": ("time [s]", 2),
-    "linkage_spread": ("linkage spread", 3),
-    "slip_rms": ("slip", 3),
-    "heat_n2m2s": ("heat [N2m2s]", 1),
+    "slip_speed_std": ("slip speed std", 3),
+    "slip_rms": ("slip rms", 3),
+    "torque_squared_n2m2s": ("torque squared [N2m2s]", 1),
     "peak_n": ("peak force [N]", 0),
     "retries": ("retries", 2),
 }
-PAIRED = {name: MEANS[name] for name in ("linkage_spread", "heat_n2m2s", "slip_rms", "crossing_s", "peak_n")}
+PAIRED = {name: MEANS[name] for name in ("slip_speed_std", "torque_squared_n2m2s", "slip_rms", "crossing_s", "peak_n")}
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]], left: int = 1) -> str:
@@ -159,14 +159,14 @@ def spread(rows: pd.DataFrame, figure: str, digits: int) -> str:
 
 
 CLAIMS = {
-    "slip_rms": ("slip ratio (15)", 4),
-    "disturbed_rms": ("disturbed ratio (14)", 4),
-    "disturbed_realised_rms": ("the same, realised reference", 4),
-    "spread_rms": ("spread of the wheels' speeds", 4),
-    "linkage_spread": ("linkage spread", 4),
+    "slip_rms": ("slip rms (15)", 4),
+    "speed_error_rms": ("speed error rms (14)", 4),
+    "speed_error_realised_rms": ("the same, realised reference", 4),
+    "speed_ratio_std": ("speed ratio std", 4),
+    "slip_speed_std": ("slip speed std", 4),
     "crossing_s": ("crossing time [s]", 3),
     "peak_n": ("peak force [N]", 1),
-    "heat_n2m2s": ("heat [N2m2s]", 2),
+    "torque_squared_n2m2s": ("torque squared [N2m2s]", 2),
 }
 
 
@@ -183,11 +183,11 @@ def claims(rows: pd.DataFrame) -> str:
     ]
     again = paired(of(rows, group="grid", engine="rapier", wheels="ball"), "traction", "independent")
     once = again[again["retries_x"] == 0]
-    text = f"{with_interval(once, 'disturbed_rms', 3)} in the {len(once)} pairs without a retry"
+    text = f"{with_interval(once, 'speed_error_rms', 3)} in the {len(once)} pairs without a retry"
     others = again[again["retries_x"] > 0]
-    text += f", and by {with_interval(others, 'disturbed_rms', 3)} in the other {len(others)}"
+    text += f", and by {with_interval(others, 'speed_error_rms', 3)} in the other {len(others)}"
     head = ["", *[f"{name} ({len(both)} pairs)" for name, both in columns]]
-    return f"{table(head, lines)}\n\nWith rapier, the disturbed ratio of `traction` differs by {text}."
+    return f"{table(head, lines)}\n\nWith rapier, the speed error rms of `traction` differs by {text}."
 
 
 COMMANDED_M_S = 0.3
@@ -217,13 +217,13 @@ def losses(rows: pd.DataFrame) -> str:
     lines.append(f"- *Peak force*, divided by `independent`'s: {', '.join(more)}. Later rows meet the edge faster.")
     for ground in GROUNDS:
         both = paired(of(rows, group="grounds", engine="articulated", case=ground), "traction", "independent")
-        if len(both) and (worse := part(both, "heat_n2m2s")) > 1.0:
+        if len(both) and (worse := part(both, "torque_squared_n2m2s")) > 1.0:
             time = part(both, "crossing_s")
-            lines.append(f"- *Heat on `{ground}`*: {worse:.2f} times `independent`'s, in {time:.2f} times its time.")
+            lines.append(f"- *Torque squared on `{ground}`*: {worse:.2f} times `independent`'s, in {time:.2f} times its time.")
     here = of(rows, group="grounds", engine="articulated", case="half_step")
-    slow, plain = (COMMANDED_M_S * of(here, policy=p)["linkage_spread"].mean() for p in ("traction", "independent"))
+    slow, plain = (COMMANDED_M_S * of(here, policy=p)["slip_speed_std"].mean() for p in ("traction", "independent"))
     text = f"{1000 * slow:.1f} mm/s at the rims against {1000 * plain:.1f} mm/s"
-    lines.append(f"- *Spread on `half_step`*: {text}. Slip below 4 mm/s is not corrected, by design (`slip_free_m_s`).")
+    lines.append(f"- *Slip speed std on `half_step`*: {text}. Slip below 4 mm/s is not corrected, by design (`slip_free_m_s`).")
     return "\n".join(lines)
 
 
@@ -248,10 +248,10 @@ def perturbed(rows: pd.DataFrame) -> str:
         fast, slow = of(here, engine="articulated"), of(here, engine="rapier", policy="traction")
         both = paired(fast, "traction", "independent")
         line = [case, *[counted(climbed(each := of(fast, policy=p)), len(each)) for p in ("traction", "independent")]]
-        line += [with_interval(both, figure, PAIRED[figure][1]) for figure in ("linkage_spread", "heat_n2m2s")]
+        line += [with_interval(both, figure, PAIRED[figure][1]) for figure in ("slip_speed_std", "torque_squared_n2m2s")]
         line.append(mean(ups(of(fast, policy="traction")), "retries", 2))
         lines.append([*line, counted(climbed(slow), len(slow)) if len(slow) else "-"])
-    head = ["", "`traction` climbed", "`independent` climbed", "linkage spread, difference", "heat, difference"]
+    head = ["", "`traction` climbed", "`independent` climbed", "slip speed std, difference", "torque squared, difference"]
     return table([*head, "retries", "`traction` on rapier"], lines)
 
 
@@ -265,13 +265,13 @@ def grounds(rows: pd.DataFrame) -> str:
         for ground in GROUNDS:
             here = of(rows, group="grounds", case=ground, engine=engine)
             line = [engine, f"`{ground}`"]
-            for figure, digits in [("crossing_s", 2), ("heat_n2m2s", 2), ("linkage_spread", 3)]:
+            for figure, digits in [("crossing_s", 2), ("torque_squared_n2m2s", 2), ("slip_speed_std", 3)]:
                 line.append(" / ".join(mean(of(here, policy=policy), figure, digits) for policy in policies))
             of_all = [of(here, policy=policy) for policy in policies]
-            flat = set(here["verdict"]) == {"driven"}
+            flat = set(here["verdict"]) == {"completed"}
             counts = " / ".join(f"{len(each) if flat else climbed(each)} of {len(each)}" for each in of_all)
             lines.append([*line, counts])
-    head = ["engine", "ground", "time [s]", "heat [N2m2s]", "linkage spread", "done"]
+    head = ["engine", "ground", "time [s]", "torque squared [N2m2s]", "slip speed std", "done"]
     return table(head, lines, left=2)
 
 
@@ -284,7 +284,7 @@ def coarse(rows: pd.DataFrame) -> str:
         line = [case]
         for policy in ("traction", "independent"):
             each = of(pd.concat([fine, of(rows, group="coarse")]), case=case, policy=policy)
-            figures = [("linkage_spread", 3), ("heat_n2m2s", 1), ("crossing_s", 2)]
+            figures = [("slip_speed_std", 3), ("torque_squared_n2m2s", 1), ("crossing_s", 2)]
             line += [
                 counted(climbed(each), len(each)),
                 *[mean(ups(each), figure, digits) for figure, digits in figures],
@@ -293,7 +293,7 @@ def coarse(rows: pd.DataFrame) -> str:
     head = [
         f"`{policy}` {name}"
         for policy in ("traction", "independent")
-        for name in ("climbed", "spread", "heat", "time [s]")
+        for name in ("climbed", "slip speed std", "torque squared", "time [s]")
     ]
     return table(["", *head], lines)
 
@@ -312,12 +312,12 @@ def askew(rows: pd.DataFrame) -> str:
 
 
 def _counts_and_means(here: pd.DataFrame) -> list[str]:
-    """Climbs, time and heat of three policies."""
+    """Climbs, time and torque squared of three policies."""
     every = [of(here, policy=policy) for policy in ("independent", "traction", "traction_runup")]
     counts = " / ".join(str(climbed(each)) for each in every)
     return [
         counts,
-        *[" / ".join(mean(ups(each), f, d) for each in every) for f, d in (("crossing_s", 2), ("heat_n2m2s", 1))],
+        *[" / ".join(mean(ups(each), f, d) for each in every) for f, d in (("crossing_s", 2), ("torque_squared_n2m2s", 1))],
     ]
 
 
@@ -327,7 +327,7 @@ def situations(rows: pd.DataFrame) -> str:
     lines = [[case, *_counts_and_means(of(here, case=case))] for case in SITUATIONS]
     every = [of(here, policy=policy) for policy in ("independent", "traction", "traction_runup")]
     lines.append([f"all, of {len(every[0])}", " / ".join(str(climbed(each)) for each in every), "", ""])
-    return table(["situation", "climbed of 4", "time [s]", "heat [N2m2s]"], lines)
+    return table(["situation", "climbed of 4", "time [s]", "torque squared [N2m2s]"], lines)
 
 
 def vehicles(rows: pd.DataFrame) -> str:
@@ -338,7 +338,7 @@ def vehicles(rows: pd.DataFrame) -> str:
         for name, (_, _, heights_m) in VEHICLES.items()
         for height_m in heights_m
     ]
-    return table(["vehicle", "height [cm]", "climbed of 4", "time [s]", "heat [N2m2s]"], lines, left=2)
+    return table(["vehicle", "height [cm]", "climbed of 4", "time [s]", "torque squared [N2m2s]"], lines, left=2)
 
 
 def safety(rows: pd.DataFrame) -> str:

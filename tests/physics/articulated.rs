@@ -22,7 +22,7 @@ fn worst(trace: &Trace, column: &str) -> f64 {
 fn the_time_over_the_step_does_not_depend_on_the_physics_step() {
     // 1 ms to 0.125 ms; a control period is 1 ms, and a crossing lasts a whole number of them.
     let crossing_s = |step_us: u64| {
-        let step = format!("physics.step_us={step_us}");
+        let step = format!("physics.timestep_s={step_us}e-6");
         let trace = run(&load("step", &[&step, "control.policy=independent"])).expect("runs");
         trace.outcome().crossing_s.expect("climbed")
     };

@@ -346,7 +346,7 @@ fn coarse_encoders_read_slowly_make_no_sound_wheel_faulty() {
 /// Three wheels, of which one stands before a wall: it pushes for a while, as a vehicle at a step has to, and is then stopped; see docs/failures.md.
 fn a_vehicle_that_pushes_in_vain_is_stopped_where_a_dead_encoder_would_look_the_same() {
     // With a grip that the motors cannot break.
-    let wall = "terrain={kind='step',at_m=0.35,height_m=0.2,friction=2.0}";
+    let wall = "terrain={kind='step',start_x_m=0.35,height_m=0.2,friction=2.0}";
     let keys = [
         "vehicle=omni3",
         "sensors.encoder_counts=4096",

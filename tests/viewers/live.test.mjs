@@ -177,7 +177,7 @@ test("a run ends with its scenario, faster than the clock if asked to, and print
   const [code] = await once(run, "exit");
   assert.ok(performance.now() - start < 20_000, "30 s of simulation in less than 20");
   assert.equal(code, 0);
-  assert.equal(JSON.parse(printed()).verdict, "driven");
+  assert.equal(JSON.parse(printed()).verdict, "completed");
 });
 
 test("a port that is taken is an error that names it", async () => {

@@ -120,7 +120,7 @@ test("keys drive the vehicle, and the run can be taken along as log and commands
   await tab.keyboard.up("a");
   await tab.locator("#run", { hasText: "Pause" }).click();
   await tab.locator("#commands pre", { hasText: "drive.csv" }).waitFor();
-  await tab.locator("#outcome", { hasText: "driven" }).waitFor();
+  await tab.locator("#outcome", { hasText: "completed" }).waitFor();
   const files = {};
   tab.on("download", async (download) => { files[download.suggestedFilename()] = await readFile(await download.path()); });
   await watch(tab, "writing");

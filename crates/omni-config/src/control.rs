@@ -6,7 +6,7 @@ use omni_core::{AntiWindup, Coordination, Integral, Real, Saturation};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::ranges::{PART, PERIOD_US, TRACKING_S, TRIES, WINDUP_N_M, ZONE_RAD_S, within};
+use crate::ranges::{MAX_RETRIES, PART, PERIOD_S, TRACKING_S, WINDUP_N_M, ZONE_RAD_S, within};
 use crate::rest::Rest;
 use crate::suggestion::did_you_mean;
 
@@ -132,15 +132,19 @@ pub struct Control {
     /// Retries at each row of wheels with `traction` and `traction_runup`, 0 to 100; 8 if left out. With 0 a stuck vehicle stays stuck.
     #[serde(
         skip_serializing_if = "Option::is_none",
-        deserialize_with = "crate::integers::tries"
+        deserialize_with = "crate::integers::max_retries"
     )]
-    #[garde(inner(custom(within(TRIES))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = TRIES.min, max = TRIES.max)))]
-    pub tries: Option<u32>,
-    /// Control period \[us\], a multiple of the physics step, 1 to 100000; 1000 if left out.
-    #[serde(deserialize_with = "crate::integers::period_us")]
-    #[garde(custom(within(PERIOD_US)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = PERIOD_US.min, max = PERIOD_US.max)))]
+    #[garde(inner(custom(within(MAX_RETRIES))))]
+    #[cfg_attr(feature = "schema", schemars(range(min = MAX_RETRIES.min, max = MAX_RETRIES.max)))]
+    pub max_retries: Option<u32>,
+    /// Control period \[us\], in files `period_s` \[s\]: whole microseconds, a multiple of the physics step, 1e-6 to 0.1; 0.001 if left out.
+    #[serde(
+        rename = "period_s",
+        deserialize_with = "crate::microseconds::period",
+        serialize_with = "crate::microseconds::write"
+    )]
+    #[garde(skip)]
+    #[cfg_attr(feature = "schema", schemars(with = "f64", range(min = PERIOD_S.min, max = PERIOD_S.max)))]
     pub period_us: u64,
     /// Scalar of the controller.
     #[garde(skip)]
@@ -163,7 +167,7 @@ impl Default for Control {
             tracking_time_s: None,
             integral_zone_rad_s: None,
             proportional_limit_n_m: None,
-            tries: None,
+            max_retries: None,
             period_us: 1000,
             precision: Precision::default(),
             rest: Rest::default(),
@@ -178,7 +182,14 @@ impl Default for Control {
 /// ```
 pub const POLICIES: [&str; 6] = {
     let [independent, scale_torques, scale_references, shared_integral] = Coordination::<f64>::PRESETS;
-    [independent, scale_torques, scale_references, shared_integral, TRACTION_RUNUP, TRACTION]
+    [
+        independent,
+        scale_torques,
+        scale_references,
+        shared_integral,
+        TRACTION_RUNUP,
+        TRACTION,
+    ]
 };
 /// The presets of traction control.
 const TRACTION: &str = "traction";
@@ -257,7 +268,7 @@ impl Control {
             "proportional_limit_n_m",
             self.proportional_limit_n_m.map(|x| x.to_string()),
         );
-        add("tries", self.tries.map(|x| x.to_string()));
+        add("max_retries", self.max_retries.map(|x| x.to_string()));
         law
     }
 
@@ -273,7 +284,7 @@ impl Control {
         (self.saturation, self.floor, self.integral) = (None, None, None);
         (self.anti_windup, self.integral_limit_n_m, self.tracking_time_s) = (None, None, None);
         (self.integral_zone_rad_s, self.proportional_limit_n_m) = (None, None);
-        self.tries = None;
+        self.max_retries = None;
     }
 
     /// The preset of traction control; none where the wheels have loops of their own.
@@ -333,9 +344,10 @@ impl Control {
         if self.traction().is_some() {
             return self.refused_by_traction();
         }
-        if let Some(tries) = self.tries {
-            let message = format!("{tries}, allowed: only with control.policy = \"traction\" or \"traction_runup\"");
-            return Some(("tries", message));
+        if let Some(retries) = self.max_retries {
+            let message =
+                format!("{retries}, allowed: only with control.policy = \"traction\" or \"traction_runup\"");
+            return Some(("max_retries", message));
         }
         let scales = matches!(
             self.coordination::<f64>()?.saturation,

@@ -37,14 +37,14 @@ impl Scenario {
     ///
     /// ```
     /// use omni_config::{Override, Scenario};
-    /// assert_eq!(Scenario::load("step", &[Override::new("control.tries", 3)])?.tries(), Some(3));
-    /// assert_eq!(Scenario::load("step", &[])?.with_policy("scale_torques")?.tries(), None);
+    /// assert_eq!(Scenario::load("step", &[Override::new("control.max_retries", 3)])?.max_retries(), Some(3));
+    /// assert_eq!(Scenario::load("step", &[])?.with_policy("scale_torques")?.max_retries(), None);
     /// # Ok::<(), omni_config::Error>(())
     /// ```
     #[must_use]
-    pub fn tries(&self) -> Option<u32> {
+    pub fn max_retries(&self) -> Option<u32> {
         let preset = self.control.traction()?;
-        let given = self.control.tries;
+        let given = self.control.max_retries;
         Some(given.unwrap_or_else(|| preset.supervisor::<f64>(self.period_s()).retry.retries.into()))
     }
 
@@ -152,8 +152,8 @@ impl Scenario {
             Some(limits) => [limits.vx_m_s, limits.vy_m_s].map(R::of),
             None => [R::of(MOST_M_S); 2],
         };
-        if let Some(tries) = self.control.tries {
-            config.retry.retries = u16::try_from(tries).unwrap_or(u16::MAX);
+        if let Some(retries) = self.control.max_retries {
+            config.retry.retries = u16::try_from(retries).unwrap_or(u16::MAX);
         }
         let spare = self.spin_to_spare_m_s(config.retry.run_up_m_s.as_f64());
         if spare < config.retry.spin_m_s.as_f64() {

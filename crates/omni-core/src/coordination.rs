@@ -107,7 +107,12 @@ constant_struct!(Coordination<R> { saturation: Saturation<R>, integral: Integral
 
 impl<R: Real> Coordination<R> {
     /// Names that [`Coordination::preset`] knows. A preset's meaning never changes; a new law gets a new name.
-    pub const PRESETS: [&'static str; 4] = ["independent", "scale_torques", "scale_references", "shared_integral"];
+    pub const PRESETS: [&'static str; 4] = [
+        "independent",
+        "scale_torques",
+        "scale_references",
+        "shared_integral",
+    ];
 
     /// A policy of these two choices; whatever else there will be to choose stays as in [`Coordination::independent`].
     #[must_use]

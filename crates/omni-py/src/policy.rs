@@ -32,7 +32,7 @@ const OF_A_LAW: [&str; 10] = [
     "control.tracking_time_s",
     "control.integral_zone_rad_s",
     "control.proportional_limit_n_m",
-    "control.tries",
+    "control.max_retries",
 ];
 
 /// A coordination policy by name, or a controller of one's own.

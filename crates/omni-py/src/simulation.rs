@@ -49,7 +49,7 @@ use crate::values::Pickled;
 ///     >>> simulation.time_s, bool(abs(sample.twist[0] - 0.2) < 0.01)
 ///     (1.0, True)
 ///     >>> len(simulation.trace), simulation.outcome.verdict
-///     (1000, 'driven')
+///     (1000, 'completed')
 #[pyclass(frozen, module = "omnistep")]
 pub(crate) struct Simulation {
     scenario: Scenario,

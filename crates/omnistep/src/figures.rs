@@ -5,7 +5,7 @@ use omni_sim::{Figure, LimitedBy, Outcome};
 use crate::output::{BEYOND_BALLS, aligned, marked};
 
 /// Columns of characters that a table takes at most, unless one run alone needs more.
-const WIDTH: usize = 100;
+const WIDTH: usize = 80;
 
 /// What a table shows of one run.
 pub(super) struct Run<'a> {

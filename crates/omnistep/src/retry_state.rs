@@ -22,7 +22,7 @@ impl RetryState {
         let [mode, tries] = SIGNALS.map(|wanted| signals.iter().position(|name| name == wanted));
         Self {
             columns: mode.zip(tries).map(|(mode, tries)| [mode, tries]),
-            most: scenario.tries().unwrap_or_default(),
+            most: scenario.max_retries().unwrap_or_default(),
             last: [0.0; 2],
         }
     }

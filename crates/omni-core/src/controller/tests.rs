@@ -272,7 +272,8 @@ fn clamped_shared_integrals_stay_in_the_range_of_the_kinematics() {
 
 #[test]
 fn shared_integral_without_a_vehicle_is_refused() {
-    let error = WheelController::new(config::<3>(Coordination::shared_integral(), 1.0)).expect_err("no layout");
+    let error =
+        WheelController::new(config::<3>(Coordination::shared_integral(), 1.0)).expect_err("no layout");
     assert_eq!(error.parameter, "integral");
 }
 

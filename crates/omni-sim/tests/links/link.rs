@@ -399,7 +399,7 @@ fn a_controller_that_was_built_for_something_else_is_refused_in_one_line() {
         "{line}"
     );
 
-    let slow = Scenario::load("flat", &[Override::new("control.period_us", 2000)]).unwrap();
+    let slow = Scenario::load("flat", &[Override::new("control.period_s", 0.002)]).unwrap();
     let line = refused(&own, &slow, digest_of(&own));
     assert_eq!(
         line,

@@ -72,7 +72,11 @@ fn a_policy_on_the_command_line_goes_with_keys_of_the_grid() {
 fn list_says_what_each_of_a_kind_is_in_a_line() {
     let folder = tempfile::tempdir().unwrap();
     for (kind, name, words) in [
-        ("policies", "scale_references", "all references are scaled together"),
+        (
+            "policies",
+            "scale_references",
+            "all references are scaled together",
+        ),
         ("policies", "traction", "less where one slips"),
         ("scenarios", "ice", "Ice under the left wheels"),
         ("scenarios", "square", "a stop at every corner"),

@@ -57,7 +57,12 @@ pub(crate) fn copied(
 #[test]
 fn a_replay_is_the_log_bit_for_bit_for_every_policy_and_precision_with_a_heading_held() {
     let folder = tempfile::tempdir().unwrap();
-    for policy in ["independent", "scale_torques", "scale_references", "shared_integral"] {
+    for policy in [
+        "independent",
+        "scale_torques",
+        "scale_references",
+        "shared_integral",
+    ] {
         for more in [
             "control.precision=f32",
             "heading_hold={gain_per_s = 2.0, limit_rad_s = 0.5}",

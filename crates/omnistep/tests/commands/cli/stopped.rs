@@ -142,7 +142,8 @@ fn ctrl_c_in_a_later_policy_of_compare_keeps_the_table_of_those_that_are_done() 
     assert!(!shown.contains("scale_references"), "{shown}");
     let said = fs::read_to_string(folder.path().join("said")).unwrap();
     assert!(
-        said.starts_with("stopped: the run ended at ") && said.ends_with("out/step-scale_references.mcap.part\n"),
+        said.starts_with("stopped: the run ended at ")
+            && said.ends_with("out/step-scale_references.mcap.part\n"),
         "{said}"
     );
 }

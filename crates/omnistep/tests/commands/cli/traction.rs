@@ -82,7 +82,7 @@ fn a_run_that_ends_between_two_tries_says_so_and_one_without_a_try_left_does_not
         "{compared}"
     );
     // One try, which lasts some 2 s.
-    let once = ["duration_s=12", "--set", "control.tries=1"];
+    let once = ["duration_s=12", "--set", "control.max_retries=1"];
     let shown = stdout(&hopeless(folder.path(), &run, &once));
     assert!(
         !shown.contains("still retrying")
@@ -93,7 +93,7 @@ fn a_run_that_ends_between_two_tries_says_so_and_one_without_a_try_left_does_not
         rows(&hopeless(folder.path(), &[&run[..], &["--json"]].concat(), &once))[0]["retries"],
         1
     );
-    let never = ["duration_s=6", "--set", "control.tries=0"];
+    let never = ["duration_s=6", "--set", "control.max_retries=0"];
     let shown = stdout(&hopeless(folder.path(), &run, &never));
     assert!(
         shown.contains("\ngave up without a retry, and rests without torque\n"),
@@ -132,7 +132,10 @@ fn what_traction_control_does_without_is_said_of_every_policy_that_is_run_and_of
     let of_study = said(&["study", "some.toml"], &[]);
     assert_eq!(of_study, format!("warning: 6 of 9 runs: traction_runup {what}\n"));
     let checked = stderr(&omnistep(folder.path(), &["check", "some.toml"]));
-    assert_eq!(checked, format!("warning: some: 6 of 9 runs: traction_runup {what}\n"));
+    assert_eq!(
+        checked,
+        format!("warning: some: 6 of 9 runs: traction_runup {what}\n")
+    );
 }
 
 #[test]

@@ -82,7 +82,12 @@ fn a_key_that_a_point_does_not_replace_is_a_column_with_the_scenarios_own_value(
     );
     assert_eq!(
         axes(1),
-        [Cell::Float(friction), text("scale_torques"), speed.clone(), Cell::Missing]
+        [
+            Cell::Float(friction),
+            text("scale_torques"),
+            speed.clone(),
+            Cell::Missing
+        ]
     );
     assert_eq!(
         axes(2),
@@ -230,7 +235,7 @@ fn a_figure_by_another_name_is_the_same_column() {
     let own = plan_of(SMALL);
     let called = SMALL.replace("\"slip_rms\"", "\"torque_squared_n2m2s\"");
     let plan = plan_of(&called);
-    assert_eq!(plan.study().map.figures, ["climbed", "heat_n2m2s"]);
+    assert_eq!(plan.study().map.figures, ["climbed", "torque_squared_n2m2s"]);
     assert_eq!(plan.columns(), own.columns());
     let keys = |plan: &Plan| plan.runs().iter().map(|run| run.key.clone()).collect::<Vec<_>>();
     assert_eq!(keys(&plan), keys(&own));
