@@ -469,7 +469,7 @@ def torque_factor(requested_n_m: _Rows, *, lower_n_m: _Rows, upper_n_m: _Rows) -
 def reference_factor(
     requested_n_m: _Rows, slopes_n_m: _Rows, *, lower_n_m: _Rows, upper_n_m: _Rows, floor: float = 0.0
 ) -> _Floats:
-    """The common factor on the references of ``scale_references``: the largest that keeps every torque short of its limit.
+    """The common factor on the references of ``scale_references``: the largest with which no torque meets its limit.
 
     Args:
         requested_n_m: torques for the whole references [N.m], (N,) or (T, N) of 3 to 8 wheels.
@@ -1712,8 +1712,8 @@ class Controller:
         overrides: keys to replace, as in :func:`omnistep.run`; ``{"control.precision": "f32"}`` gives firmware's bits.
 
     Raises:
-        ConfigError: a name, key or value is wrong, or the policy is ``traction`` or ``traction_runup``, which read hinges and an
-            inertial unit too: step them in a :class:`Simulation`.
+        ConfigError: a name, key or value is wrong, or the policy is ``traction`` or ``traction_runup``, which read hinges
+            and an inertial unit too: step them in a :class:`Simulation`.
 
     Warns:
         UserWarning: one encoder count reads as a velocity of which the gains make more torque than the motor has.
@@ -2325,7 +2325,7 @@ class Outcome:
         """Standard deviation over driven wheels of velocity over reference, root mean square over time."""
     @property
     def slip_speed_std(self) -> float:
-        """Standard deviation over driven wheels of slip speed, over their commanded speed: 0 where all roll, on an edge too."""
+        """Standard deviation over driven wheels of slip speed, over commanded speed: 0 where all roll, also on edges."""
     @property
     def shape_error_rms_rad_s(self) -> float:
         """Root mean square of the part of the velocities that no common factor on the references explains [rad/s]."""

@@ -138,7 +138,9 @@ def _body(
     com_m = mass.com_m - [0.0, 0.0, ground_m]
     if com_m[2] <= 0.0:
         notes["com_m"] = "not above the ground: are the places and the inertial right?"
-    return Table("[body]", {"name": name, "mass_kg": mass.mass_kg, "com_m": com_m, "inertia_box_m": inertia_box_m}, notes)
+    return Table(
+        "[body]", {"name": name, "mass_kg": mass.mass_kg, "com_m": com_m, "inertia_box_m": inertia_box_m}, notes
+    )
 
 
 def _box(mass: Mass, wheels: list[Wheel], notes: dict[str, str]) -> list[float]:

@@ -192,8 +192,8 @@ def study(
     results. Other Python threads continue to run.
 
     Args:
-        study: a built-in name (``climb_map``, ``ensemble``, ``wheel_models``, ``traction``, ``traction_runup``) or the path of a
-            .toml file.
+        study: a built-in name (``climb_map``, ``ensemble``, ``wheel_models``, ``traction``, ``traction_runup``) or the
+            path of a .toml file.
         overrides: keys to replace in every run, as in :func:`omnistep.run`; not an axis of the study, and not the seed.
         seeds: how many seeds, counted from 0, or which; the study's own by default.
         out: the folder of results; ``out/NAME`` by default.

@@ -1,7 +1,7 @@
 """The paper's figures from runs, and maps of climbs.
 
 Figure 8 (wheels on dampers) is :func:`wheels`, 9 (the climb from the side) :func:`strip` and :func:`strips`, 10 and 11
-(ratios and velocities) :func:`climb` and, side by side, :func:`climbs`; :func:`scale_torques` draws all of them. :func:`path`
+(ratios and velocities) :func:`climb` and, side by side, :func:`climbs`; :func:`paper` draws all of them. :func:`path`
 is the top view of a run, with its odometry.
 
 The figures need matplotlib (extra ``plot``). Every function draws on the given axes, or on a new figure, and returns
@@ -44,7 +44,7 @@ __all__ = [
     "climb_map",
     "climbs",
     "ensemble",
-    "scale_torques",
+    "paper",
     "path",
     "policy_colour",
     "strip",

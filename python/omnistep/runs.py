@@ -147,15 +147,16 @@ def compare(
 
     Example:
         >>> import omnistep
-        >>> traces = omnistep.compare("flat", policies=["scale_torques", "shared_integral"], overrides={"duration_s": 0.1})
+        >>> short = {"duration_s": 0.1}
+        >>> traces = omnistep.compare("flat", policies=["independent", "shared_integral"], overrides=short)
         >>> [trace.policy for trace in traces.values()]
-        ['scale_torques', 'shared_integral']
+        ['independent', 'shared_integral']
         >>> def coast(observation):
         ...     return 0.0 * observation.wheels_rad_s
         >>> both = ["rapier", "articulated"]
-        >>> traces = omnistep.compare("flat", policies=["scale_torques", coast], engines=both, overrides={"duration_s": 0.1})
+        >>> traces = omnistep.compare("flat", policies=["independent", coast], engines=both, overrides=short)
         >>> list(traces)
-        [('scale_torques', 'rapier'), ('scale_torques', 'articulated'), ('coast', 'rapier'), ('coast', 'articulated')]
+        [('independent', 'rapier'), ('independent', 'articulated'), ('coast', 'rapier'), ('coast', 'articulated')]
     """
     listed = _listed("policies", policies, "a list of names and controllers")
     given = _all_policies() if listed is None else listed

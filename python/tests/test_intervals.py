@@ -73,7 +73,10 @@ def test_what_cannot_be_compared_is_one_line(result):
             ("control.polcy", "scale_torques"),
             'against: "control.polcy" \\(did you mean "control.policy"\\?\\), allowed: command',
         ),
-        (("control.policy", "scale_references"), "against: control.policy = scale_references, allowed: independent, scale_torques"),
+        (
+            ("control.policy", "scale_references"),
+            "against: control.policy = scale_references, allowed: independent, scale_torques",
+        ),
         (("control.policy", "scale_torques", "verdict"), 'figures: "verdict", allowed: '),
     ]:
         with pytest.raises(omnistep.ConfigError, match=expected) as refused:
@@ -97,7 +100,7 @@ def test_whiskers_are_the_intervals_of_the_summary(result):
 
 
 def test_a_wheel_that_keeps_to_the_reduced_reference_lags_behind_the_commanded_one_alone():
-    # At the riser the motors are at their limit: scale_references reduces all references, and wheels follow those closer.
+    # At the riser the motors are at their limit: all references are reduced, and wheels follow those closer.
     outcome = omnistep.run("step", policy="scale_references", overrides={"vehicle.motor.stall_torque_n_m": 1.4}).outcome
     assert 0.0 < outcome.speed_error_realised_rms < outcome.speed_error_rms
     other = omnistep.run("step", policy="independent", overrides={"duration_s": 2.0}).outcome

@@ -57,7 +57,11 @@ def test_a_report_shows_shared_settings_below_its_title_and_those_that_differ_in
         path = tmp_path / f"{name}.mcap"
         omnistep.run("step", overrides=given, mcap=path)
         logs.append(omnistep.read_mcap(path))
-    assert report._names(logs) == ["chugo7, traction, height 0.03 m", "chugo7, traction, height 0.05 m", "mecanum4, traction"]
+    assert report._names(logs) == [
+        "chugo7, traction, height 0.03 m",
+        "chugo7, traction, height 0.05 m",
+        "mecanum4, traction",
+    ]
     text = report.page(logs)
     assert "<p>friction 0.5, wheel model balls, command speed 0.3 m/s, engine " in text
     rows = dict(re.findall(r'<tr class="setting"><th scope=row>([^<]*)</th>(.*?)</tr>', text))
@@ -83,11 +87,21 @@ def test_a_report_marks_runs_whose_balls_do_not_stand_for_the_wheels(tmp_path):
 
 def test_runs_of_one_name_are_told_apart_by_seed_file_or_number_and_no_others_are(tmp_path):
     logs = []
-    for policy, seed, name in (("scale_torques", 0, "a"), ("traction_runup", 0, "b"), ("scale_torques", 1, "c"), ("scale_torques", 1, "d")):
+    for policy, seed, name in (
+        ("scale_torques", 0, "a"),
+        ("traction_runup", 0, "b"),
+        ("scale_torques", 1, "c"),
+        ("scale_torques", 1, "d"),
+    ):
         path = tmp_path / f"{name}.mcap"
         omnistep.run("flat", overrides={"duration_s": 0.1, "control.policy": policy, "seed": seed}, mcap=path)
         logs.append(omnistep.read_mcap(path))
-    assert report._names(logs) == ["scale_torques, seed 0", "traction_runup", "scale_torques, seed 1, c.mcap", "scale_torques, seed 1, d.mcap"]
+    assert report._names(logs) == [
+        "scale_torques, seed 0",
+        "traction_runup",
+        "scale_torques, seed 1, c.mcap",
+        "scale_torques, seed 1, d.mcap",
+    ]
     assert report._names([logs[0], logs[0]]) == ["scale_torques, 1", "scale_torques, 2"]
 
 

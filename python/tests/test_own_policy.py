@@ -292,7 +292,9 @@ def test_torques_are_brought_within_what_the_motors_have():
 
 def test_compare_takes_names_and_controllers_mixed_and_engines():
     traces = omnistep.compare("flat", policies=["scale_torques", Pi(), coast], overrides={"duration_s": 0.05})
-    assert [(name, trace.policy) for name, trace in traces.items()] == [(n, n) for n in ("scale_torques", "Pi", "coast")]
+    assert [(name, trace.policy) for name, trace in traces.items()] == [
+        (n, n) for n in ("scale_torques", "Pi", "coast")
+    ]
     both = ["rapier", "articulated"]
     traces = omnistep.compare("flat", policies=[Pi()], engines=both, overrides={"duration_s": 0.05})
     assert {key: trace.outcome.engine for key, trace in traces.items()} == {("Pi", engine): engine for engine in both}

@@ -275,7 +275,9 @@ def test_a_log_is_drawn_as_its_run_is_and_its_trace_alone_is_refused(climb, tmp_
     ):
         with pytest.raises(omnistep.ConfigError) as caught:
             draw(log.trace)
-        message = "step, scale_references: the trace of a log, which lacks the wheels' places x_m, allowed: the Log itself"
+        message = (
+            "step, scale_references: the trace of a log, which lacks the wheels' places x_m, allowed: the Log itself"
+        )
         assert str(caught.value) == message
         assert plt.get_fignums() == []
 

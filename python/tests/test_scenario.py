@@ -50,8 +50,12 @@ def test_a_scenario_runs_as_its_name_with_the_same_keys_does():
     ways = {
         "all in the scenario": lambda: omnistep.run(scenario),
         "all replaced": lambda: omnistep.run(omnistep.Scenario("flat").replace(keys, policy="scale_torques", seed=3)),
-        "some beside it": lambda: omnistep.run(omnistep.Scenario("flat", overrides=keys), policy="scale_torques", seed=3),
-        "keys beside it": lambda: omnistep.run(omnistep.Scenario("flat", policy="scale_torques", seed=3), overrides=keys),
+        "some beside it": lambda: omnistep.run(
+            omnistep.Scenario("flat", overrides=keys), policy="scale_torques", seed=3
+        ),
+        "keys beside it": lambda: omnistep.run(
+            omnistep.Scenario("flat", policy="scale_torques", seed=3), overrides=keys
+        ),
     }
     for way, run in ways.items():
         assert (run().to_numpy() == by_name).all(), way

@@ -69,7 +69,9 @@ def test_a_cell_climbed_less_often_fails_even_where_the_sum_is_enough():
 
 def test_46_of_48_hold_and_45_do_not():
     falls = [(policy, CELLS[0], seed) for policy in ("traction", "independent") for seed in (1, 2)]
-    assert verdicts(study.gates.grid(grid(falls, **GOOD), "rapier", "ball"))["traction climbs"] is False  # another engine
+    assert (
+        verdicts(study.gates.grid(grid(falls, **GOOD), "rapier", "ball"))["traction climbs"] is False
+    )  # another engine
     assert verdicts(study.gates.grid(grid(falls, **GOOD), "articulated", "ball"))["traction climbs"] is True
     falls += [(policy, CELLS[1], 1) for policy in ("traction", "independent")]
     assert verdicts(study.gates.grid(grid(falls, **GOOD), "articulated", "ball"))["traction climbs"] is False
@@ -77,7 +79,9 @@ def test_46_of_48_hold_and_45_do_not():
 
 def test_only_pairs_in_which_both_climb_count():
     rows = grid([("independent", CELLS[0], 1)], **GOOD)
-    hot = (rows["policy"] == "traction") & (rows["torque_n_m"] == 1.4) & (rows["friction"] == 0.55) & (rows["seed"] == 1)
+    hot = (
+        (rows["policy"] == "traction") & (rows["torque_n_m"] == 1.4) & (rows["friction"] == 0.55) & (rows["seed"] == 1)
+    )
     rows.loc[hot, "torque_squared_n2m2s"] = 1e6
     pairs = study.gates.paired(rows, "traction", "independent")
     assert len(pairs) == 47
@@ -91,7 +95,9 @@ def test_means_are_compared_and_not_ratios():
         [row(policy, seed=seed, torque_squared_n2m2s=heat) for policy, seed, heat in
          [("traction", 1, 1.0), ("independent", 1, 2.0), ("traction", 2, 9.0), ("independent", 2, 10.0)]]
     )  # fmt: skip
-    assert study.gates.part(study.gates.paired(rows, "traction", "independent"), "torque_squared_n2m2s") == pytest.approx(10 / 12)
+    assert study.gates.part(
+        study.gates.paired(rows, "traction", "independent"), "torque_squared_n2m2s"
+    ) == pytest.approx(10 / 12)
 
 
 def test_without_retry_the_bound_is_the_engine_s():

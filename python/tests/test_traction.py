@@ -34,7 +34,9 @@ def test_a_key_of_the_policy_goes_with_the_policy_that_is_asked_for():
     hard = {"terrain.friction": 0.55, "vehicle.motor.stall_torque_n_m": 1.4, "perturbation.yaw_rad": 0.03}
     once = omnistep.run("step", policy="traction", seed=5, overrides={**QUICK, **hard, "control.max_retries": 0})
     assert once["traction_retries"].max() == 0
-    with pytest.raises(omnistep.ConfigError, match=r"max_retries: 0, allowed: only with control.policy = .traction. or"):
+    with pytest.raises(
+        omnistep.ConfigError, match=r"max_retries: 0, allowed: only with control.policy = .traction. or"
+    ):
         omnistep.run("step", policy="scale_torques", overrides={"control.max_retries": 0})
 
 
@@ -88,7 +90,9 @@ def test_what_it_does_without_is_warned_of_once_wherever_it_runs(tmp_path):
     (said,) = caught(lambda: omnistep.run("flat", **run))
     assert re.fullmatch(WITHOUT, said)
     assert caught(lambda: omnistep.Simulation("flat", **run)) == [said]
-    both = caught(lambda: omnistep.compare("flat", policies=["scale_torques", "traction", "traction_runup"], overrides=LACKS))
+    both = caught(
+        lambda: omnistep.compare("flat", policies=["scale_torques", "traction", "traction_runup"], overrides=LACKS)
+    )
     assert both == [said, said.replace("traction", "traction_runup")]
     points = {"control.policy": ["scale_torques", "traction"]}
     for each in range(2):  # also where all rows are there

@@ -108,7 +108,17 @@ def sensors(setting: Setting) -> list[Campaign]:
 def drawn(chance: random.Random, wheels: dict[str, list[str]]) -> Keys:
     """A run that is told to stop, with parts that fail before."""
     vehicle = chance.choice(VEHICLES)
-    policy = chance.choice(("independent", "scale_torques", "scale_references", "scale_references", "shared_integral", "traction", "traction_runup"))
+    policy = chance.choice(
+        (
+            "independent",
+            "scale_torques",
+            "scale_references",
+            "scale_references",
+            "shared_integral",
+            "traction",
+            "traction_runup",
+        )
+    )
     keys: Keys = {
         "vehicle": vehicle,
         "control.policy": policy,

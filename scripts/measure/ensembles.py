@@ -13,7 +13,11 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "physics.md"
 POLICIES = ["independent", "scale_torques", "scale_references", "shared_integral"]
-STEPS = {"1 ms": "physics.timestep_s=0.001", "0.5 ms": "physics.timestep_s=0.0005", "0.25 ms": "physics.timestep_s=0.00025"}
+STEPS = {
+    "1 ms": "physics.timestep_s=0.001",
+    "0.5 ms": "physics.timestep_s=0.0005",
+    "0.25 ms": "physics.timestep_s=0.00025",
+}
 ITERATIONS = {
     "`physics.solver_iterations=4`": "physics.solver_iterations=4",
     "`physics.solver_iterations=16`": "physics.solver_iterations=16",

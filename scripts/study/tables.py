@@ -219,11 +219,15 @@ def losses(rows: pd.DataFrame) -> str:
         both = paired(of(rows, group="grounds", engine="articulated", case=ground), "traction", "independent")
         if len(both) and (worse := part(both, "torque_squared_n2m2s")) > 1.0:
             time = part(both, "crossing_s")
-            lines.append(f"- *Torque squared on `{ground}`*: {worse:.2f} times `independent`'s, in {time:.2f} times its time.")
+            lines.append(
+                f"- *Torque squared on `{ground}`*: {worse:.2f} times `independent`'s, in {time:.2f} times its time."
+            )
     here = of(rows, group="grounds", engine="articulated", case="half_step")
     slow, plain = (COMMANDED_M_S * of(here, policy=p)["slip_speed_std"].mean() for p in ("traction", "independent"))
     text = f"{1000 * slow:.1f} mm/s at the rims against {1000 * plain:.1f} mm/s"
-    lines.append(f"- *Slip speed std on `half_step`*: {text}. Slip below 4 mm/s is not corrected, by design (`slip_free_m_s`).")
+    lines.append(
+        f"- *Slip speed std on `half_step`*: {text}. Slip below 4 mm/s is not corrected, by design (`slip_free_m_s`)."
+    )
     return "\n".join(lines)
 
 
@@ -248,10 +252,18 @@ def perturbed(rows: pd.DataFrame) -> str:
         fast, slow = of(here, engine="articulated"), of(here, engine="rapier", policy="traction")
         both = paired(fast, "traction", "independent")
         line = [case, *[counted(climbed(each := of(fast, policy=p)), len(each)) for p in ("traction", "independent")]]
-        line += [with_interval(both, figure, PAIRED[figure][1]) for figure in ("slip_speed_std", "torque_squared_n2m2s")]
+        line += [
+            with_interval(both, figure, PAIRED[figure][1]) for figure in ("slip_speed_std", "torque_squared_n2m2s")
+        ]
         line.append(mean(ups(of(fast, policy="traction")), "retries", 2))
         lines.append([*line, counted(climbed(slow), len(slow)) if len(slow) else "-"])
-    head = ["", "`traction` climbed", "`independent` climbed", "slip speed std, difference", "torque squared, difference"]
+    head = [
+        "",
+        "`traction` climbed",
+        "`independent` climbed",
+        "slip speed std, difference",
+        "torque squared, difference",
+    ]
     return table([*head, "retries", "`traction` on rapier"], lines)
 
 
@@ -317,7 +329,10 @@ def _counts_and_means(here: pd.DataFrame) -> list[str]:
     counts = " / ".join(str(climbed(each)) for each in every)
     return [
         counts,
-        *[" / ".join(mean(ups(each), f, d) for each in every) for f, d in (("crossing_s", 2), ("torque_squared_n2m2s", 1))],
+        *[
+            " / ".join(mean(ups(each), f, d) for each in every)
+            for f, d in (("crossing_s", 2), ("torque_squared_n2m2s", 1))
+        ],
     ]
 
 
@@ -380,7 +395,15 @@ def hard(rows: pd.DataFrame) -> str:
         slow = of(rows, group="hard", policy="traction_runup", engine="rapier", **dict(zip(CELL, cell, strict=True)))
         line += [f"{climbed(slow)} of {len(slow)}" if len(slow) else "", "no" if cell in IMPOSSIBLE else "yes"]
         lines.append([*line, bound(cell)])
-    head = ["height [cm]", "mu", "torque limit", *HARD, "`traction_runup`, rapier", "seen possible", "run-up, by statics [m/s]"]
+    head = [
+        "height [cm]",
+        "mu",
+        "torque limit",
+        *HARD,
+        "`traction_runup`, rapier",
+        "seen possible",
+        "run-up, by statics [m/s]",
+    ]
     return table(head, lines, left=3)
 
 

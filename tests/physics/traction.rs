@@ -309,9 +309,9 @@ fn what_it_cannot_go_with_is_refused_by_name() {
     };
     let loops = "independent, scale_torques, scale_references, shared_integral";
     assert_eq!(
-        refused(&["control.policy=traction_runup", "control.floor=0.5"]),
+        refused(&["control.policy=traction_runup", "control.integral=shared"]),
         format!(
-            "built-in step: control.floor: 0.5, allowed: only with a policy of wheel speed loops: {loops}"
+            "built-in step: control.integral: shared, allowed: only with a policy of wheel speed loops: {loops}"
         )
     );
     assert_eq!(

@@ -560,8 +560,8 @@ impl Scenario {
     ///
     /// ```
     /// use omni_config::{Override, Scenario};
-    /// let own = Scenario::load("flat", &[Override::new("control.floor", 0.5)])?;
-    /// assert_eq!(own.with_policy("scale_torques")?.control.law(), "scale_torques"); // torques are scaled: no floor
+    /// let own = Scenario::load("flat", &[Override::new("control.saturation.scale_references.floor", 0.5)])?;
+    /// assert_eq!(own.with_policy("scale_torques")?.control.law(), "scale_torques"); // nothing else chosen
     /// # Ok::<(), omni_config::Error>(())
     /// ```
     pub fn with_policy(&self, policy: &str) -> Result<Self, Error> {

@@ -209,14 +209,13 @@ fn keys_of_the_drive_and_of_the_grid_are_named_with_their_ranges() {
             expected,
         );
     };
-    in_control("floor = 1.5", "control.floor: 1.5, allowed: 0 to 1");
     in_control(
-        "saturation = \"clip\"\nfloor = 0.5",
-        "control.floor: 0.5, allowed: only with control.saturation = \"scale_references\"",
+        "saturation = { scale_references = { floor = 1.5 } }",
+        "control.saturation.scale_references.floor: 1.5, allowed: 0 to 1",
     );
     in_control(
         "anti_windup = \"conditional\"",
-        "control.anti_windup: \"conditional\", allowed: \"conditioned\" or \"clamp\"",
+        "control.anti_windup: conditional, allowed: conditioned or clamp where references are scaled",
     );
     in_control(
         "integral_zone_rad_s = -1.0",
