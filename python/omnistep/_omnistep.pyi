@@ -1712,8 +1712,8 @@ class Controller:
         overrides: keys to replace, as in :func:`omnistep.run`; ``{"control.precision": "f32"}`` gives firmware's bits.
 
     Raises:
-        ConfigError: a name, key or value is wrong, or the policy is ``traction`` or ``traction_runup``, which read hinges
-            and an inertial unit too: step them in a :class:`Simulation`.
+        ConfigError: a name, key or value is wrong, or the policy is ``traction`` or ``traction_runup``, which read
+            hinges and an inertial unit too: step them in a :class:`Simulation`.
 
     Warns:
         UserWarning: one encoder count reads as a velocity of which the gains make more torque than the motor has.
@@ -2325,7 +2325,7 @@ class Outcome:
         """Standard deviation over driven wheels of velocity over reference, root mean square over time."""
     @property
     def slip_speed_std(self) -> float:
-        """Standard deviation over driven wheels of slip speed, over commanded speed: 0 where all roll, also on edges."""
+        """Standard deviation over driven wheels of slip speed, over commanded speed: 0 where all roll."""
     @property
     def shape_error_rms_rad_s(self) -> float:
         """Root mean square of the part of the velocities that no common factor on the references explains [rad/s]."""

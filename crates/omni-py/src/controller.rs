@@ -26,8 +26,8 @@ use crate::scenario::{Scenario, ScenarioArg, load, warn_of};
 ///     overrides: keys to replace, as in :func:`omnistep.run`; ``{"control.precision": "f32"}`` gives firmware's bits.
 ///
 /// Raises:
-///     ConfigError: a name, key or value is wrong, or the policy is ``traction`` or ``traction_runup``, which read hinges
-///         and an inertial unit too: step them in a :class:`Simulation`.
+///     ConfigError: a name, key or value is wrong, or the policy is ``traction`` or ``traction_runup``, which read
+///         hinges and an inertial unit too: step them in a :class:`Simulation`.
 ///
 /// Warns:
 ///     UserWarning: one encoder count reads as a velocity of which the gains make more torque than the motor has.

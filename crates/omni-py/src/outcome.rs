@@ -213,7 +213,7 @@ impl Outcome {
         self.inner.speed_ratio_std
     }
 
-    /// Standard deviation over driven wheels of slip speed, over commanded speed: 0 where all roll, also on edges.
+    /// Standard deviation over driven wheels of slip speed, over commanded speed: 0 where all roll.
     #[getter]
     fn slip_speed_std(&self) -> f64 {
         self.inner.slip_speed_std
