@@ -463,7 +463,7 @@ mod tests {
         for (keys, said) in [
             (
                 vec!["control.policy=independent", "control.saturation.clip.floor=0.5"],
-                "built-in step: control.saturation.clip: invalid type: map, expected unit",
+                "built-in step: control.saturation.clip: expected empty table",
             ),
             (
                 vec![

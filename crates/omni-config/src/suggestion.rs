@@ -201,7 +201,7 @@ mod tests {
             "unknown field `radios` (did you mean `radius`?), expected `radius`"
         );
         assert!(said("friktion_coefficient").contains("did you mean `friction`"));
-        assert!(said("at").contains("did you mean `start_x_m`"));
+        assert!(said("start_m").contains("did you mean `start_x_m`"));
         let kind = with_nearest("unknown variant `Sill`, expected one of `step`, `bumps`".to_owned());
         assert!(kind.contains("did you mean `bumps`"), "{kind}");
         let other = "missing field `name`".to_owned();
