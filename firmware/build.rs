@@ -77,7 +77,7 @@ fn estimator(scenario: &Scenario) -> Result<Estimator<f32, 4>, Box<dyn Error>> {
 
 /// A constant of the vehicle under traction control, as source.
 fn traction(name: &str) -> Result<String, Box<dyn Error>> {
-    let scenario = Scenario::load(name, &[Override::parse("control.policy=steady")?])?;
+    let scenario = Scenario::load(name, &[Override::parse("control.policy=traction")?])?;
     let source = scenario.constants(Language::Rust)?;
     let start = source
         .find("/// Traction control.")
@@ -131,7 +131,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     // The built-in step is driven by traction control; these images are of the wheels' loops.
     let keys = match named {
         Some(_) => Vec::new(),
-        None => vec![Override::parse("control.policy=synchronised")?],
+        None => vec![Override::parse("control.policy=scale_references")?],
     };
     let name = named.unwrap_or_else(|| "step".into());
     for file in Scenario::files(&name)? {

@@ -1,7 +1,7 @@
 """Control and simulation of omni-directional vehicles that climb steps.
 
 >>> import omnistep
->>> trace = omnistep.run("step", policy="synchronised")
+>>> trace = omnistep.run("step", policy="scale_references")
 >>> trace.outcome.climbed
 True
 """

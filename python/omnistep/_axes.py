@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 # nothing but a policy has it.
 _POLICIES = {
     "independent": "#CC79A7",
-    "paper": "#D55E00",
-    "synchronised": "#0072B2",
-    "load_sharing": "#009E73",
-    "reach": "#F0E442",
-    "steady": "#6B4C00",
+    "scale_torques": "#D55E00",
+    "scale_references": "#0072B2",
+    "shared_integral": "#009E73",
+    "traction_runup": "#F0E442",
+    "traction": "#6B4C00",
 }
 _OTHER_POLICY = "0.4"
 # Wheels and loads have the rest of them; from the fourth on with other dashes.

@@ -31,7 +31,6 @@ _UNITS = {
     "_deg": "deg",
     "_kg": "kg",
     "_hz": "Hz",
-    "_us": "us",
     "_ns": "ns",
     "_m": "m",
     "_s": "s",

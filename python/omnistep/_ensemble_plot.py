@@ -55,7 +55,7 @@ def ensemble(
 
     Example:
         >>> import omnistep
-        >>> rows = [{"control_policy": "paper", "seed": seed, "climbed": seed > 0} for seed in range(4)]
+        >>> rows = [{"control_policy": "scale_torques", "seed": seed, "climbed": seed > 0} for seed in range(4)]
         >>> (ax,) = omnistep.plot.ensemble(rows, ["climbed"])
         >>> bars = ax.collections[0].get_segments()[0]
         >>> [round(float(y), 2) for _, y in bars]  # three of four

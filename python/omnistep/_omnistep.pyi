@@ -131,7 +131,7 @@ def run_external(
     """
 
 def wheels(
-    policy: str = "synchronised",
+    policy: str = "scale_references",
     *,
     overrides: Mapping[str, Any] | None = None,
     experiment: str | PathLike[str] = ...,
@@ -139,7 +139,7 @@ def wheels(
     """Run section 3.3 of the paper: three motors on dampers, torque limited by eq. (13).
 
     Args:
-        policy: ``independent``, ``paper`` or ``synchronised``.
+        policy: ``independent``, ``scale_torques`` or ``scale_references``.
         overrides: keys of the experiment and their new values: ``{"friction_n_m_s_rad": 2e-4}``.
         experiment: the built-in ``wheels``, the default, or the path of a .toml file.
 
@@ -151,7 +151,7 @@ def wheels(
 
     Example:
         >>> import omnistep
-        >>> trace = omnistep.wheels("synchronised")
+        >>> trace = omnistep.wheels("scale_references")
         >>> trace.speed_rpm.shape, float(trace.t_s[-1])
         ((651, 3), 65.0)
     """
@@ -189,7 +189,7 @@ def policies() -> list[str]:
     Example:
         >>> import omnistep
         >>> omnistep.policies()
-        ['independent', 'paper', 'synchronised', 'load_sharing', 'reach', 'steady']
+        ['independent', 'scale_torques', 'scale_references', 'shared_integral', 'traction_runup', 'traction']
     """
 
 def scenarios() -> list[str]:
@@ -469,7 +469,7 @@ def torque_factor(requested_n_m: _Rows, *, lower_n_m: _Rows, upper_n_m: _Rows) -
 def reference_factor(
     requested_n_m: _Rows, slopes_n_m: _Rows, *, lower_n_m: _Rows, upper_n_m: _Rows, floor: float = 0.0
 ) -> _Floats:
-    """The common factor on the references of ``synchronised``: the largest that keeps every torque short of its limit.
+    """The common factor on the references of ``scale_references``: the largest with which no torque meets its limit.
 
     Args:
         requested_n_m: torques for the whole references [N.m], (N,) or (T, N) of 3 to 8 wheels.
@@ -1712,16 +1712,16 @@ class Controller:
         overrides: keys to replace, as in :func:`omnistep.run`; ``{"control.precision": "f32"}`` gives firmware's bits.
 
     Raises:
-        ConfigError: a name, key or value is wrong, or the policy is ``steady`` or ``reach``, which read hinges and an
-            inertial unit too: step them in a :class:`Simulation`.
+        ConfigError: a name, key or value is wrong, or the policy is ``traction`` or ``traction_runup``, which read
+            hinges and an inertial unit too: step them in a :class:`Simulation`.
 
     Warns:
         UserWarning: one encoder count reads as a velocity of which the gains make more torque than the motor has.
 
     Example:
         >>> import omnistep
-        >>> controller = omnistep.Controller("step", policy="synchronised")
-        >>> trace = omnistep.run("step", policy="synchronised", overrides={"duration_s": 0.2})
+        >>> controller = omnistep.Controller("step", policy="scale_references")
+        >>> trace = omnistep.run("step", policy="scale_references", overrides={"duration_s": 0.2})
         >>> commands = list(zip(*(trace[f"command_{axis}"] for axis in ("vx_m_s", "vy_m_s", "wz_rad_s"))))
         >>> again = controller.step(commands, trace.wheels("measured_rad_s"))
         >>> bool((again.applied_n_m == trace.wheels("applied_n_m")).all())
@@ -1942,9 +1942,9 @@ class Scenario:
 
     Example:
         >>> import omnistep
-        >>> low = omnistep.Scenario("step", policy="paper", overrides={"terrain.height_m": 0.03})
+        >>> low = omnistep.Scenario("step", policy="scale_torques", overrides={"terrain.height_m": 0.03})
         >>> low["terrain.height_m"], low.vehicle.name, low.policy
-        (0.03, 'chugo7', 'paper')
+        (0.03, 'chugo7', 'scale_torques')
         >>> omnistep.Scenario.from_dict(low.to_dict()) == low
         True
     """
@@ -2155,7 +2155,7 @@ class Trace:
         """Rolling radii of the wheels [m], (N,)."""
     @property
     def terrain(self) -> dict[str, str | float]:
-        """The ground: ``kind``, ``friction``, and for a step ``height_m`` and ``at_m``."""
+        """The ground: ``kind``, ``friction``, and for a step ``height_m`` and ``start_x_m``."""
     def ground_m(self, x_m: Sequence[float] | _Floats, *, y_m: float = ...) -> _Floats:
         """Height of the ground [m] at places x_m [m], (M,), along the line y_m [m]."""
     @property
@@ -2231,20 +2231,20 @@ class Outcome:
         "climbed",
         "stalled",
         "unfinished",
-        "driven",
+        "completed",
         "tipped",
-        "ran_away",
+        "overspeed",
         "wrong_way",
         "drove_on",
         "rolled_on",
         "off_course",
         "fell_short",
-        "leaned",
+        "tilted",
         "touched",
         "gained_energy",
         "diverged",
     ]:
-        """Result of the run; `driven` on flat ground, `unfinished` where `duration_s` cut it off.
+        """Result of the run; `completed` on flat ground, `unfinished` where `duration_s` cut it off.
 
         docs/conventions.md defines each of them.
         """
@@ -2315,32 +2315,23 @@ class Outcome:
     def slip_rms(self) -> float:
         """Root mean square of the slip ratio over driven wheels that touch the ground."""
     @property
-    def disturbed_rms(self) -> float:
-        """Root mean square of the disturbed ratio over driven wheels."""
+    def speed_error_rms(self) -> float:
+        """Root mean square of the relative speed error (the disturbed ratio) over driven wheels."""
     @property
-    def disturbed_realised_rms(self) -> float:
-        """Root mean square of the disturbed ratio against the reference as the policy reduced it."""
+    def speed_error_realised_rms(self) -> float:
+        """The same against the reference as the policy reduced it."""
     @property
-    def spread_rms(self) -> float:
-        """Root mean square of the spread of velocity over reference."""
+    def speed_ratio_std(self) -> float:
+        """Standard deviation over driven wheels of velocity over reference, root mean square over time."""
     @property
-    def linkage_spread(self) -> float:
-        """Spread of the slip speeds of driven wheels over their commanded speed: 0 where all roll, on an edge too."""
+    def slip_speed_std(self) -> float:
+        """Standard deviation over driven wheels of slip speed, over commanded speed: 0 where all roll."""
     @property
     def shape_error_rms_rad_s(self) -> float:
         """Root mean square of the part of the velocities that no common factor on the references explains [rad/s]."""
     @property
-    def heat_n2m2s(self) -> float:
-        """Sum over wheels of the time integral of torque squared [N^2.m^2.s]."""
-    @property
-    def relative_speed_error_rms(self) -> float:
-        """``disturbed_rms`` under its name in control engineering."""
-    @property
-    def speed_ratio_spread_rms(self) -> float:
-        """``spread_rms`` under the name of its quantity."""
-    @property
     def torque_squared_n2m2s(self) -> float:
-        """``heat_n2m2s`` under its exact name: heat is proportional to it."""
+        """Sum over wheels of the time integral of torque squared [N^2.m^2.s]."""
     @property
     def work_j(self) -> float:
         """Work of the motors [J]."""
@@ -2404,7 +2395,7 @@ class Simulation:
 
     Warns:
         UserWarning: one encoder count reads as a velocity for which the gains request more torque than the motor has;
-            or ``steady`` or ``reach`` lacks sensors or motor speed that it uses.
+            or ``traction`` or ``traction_runup`` lacks sensors or motor speed that it uses.
 
     Example:
         >>> import omnistep
@@ -2414,7 +2405,7 @@ class Simulation:
         >>> simulation.time_s, bool(abs(sample.twist[0] - 0.2) < 0.01)
         (1.0, True)
         >>> len(simulation.trace), simulation.outcome.verdict
-        (1000, 'driven')
+        (1000, 'completed')
     """
 
     def __new__(

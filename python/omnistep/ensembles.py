@@ -120,7 +120,7 @@ class StudyResult:
 
         >>> import omnistep, tempfile
         >>> with tempfile.TemporaryDirectory() as out:
-        ...     points = {"control.policy": ["independent", "paper"], "command.vx_m_s": [0.2, 0.4]}
+        ...     points = {"control.policy": ["independent", "scale_torques"], "command.vx_m_s": [0.2, 0.4]}
         ...     given = {"scenario": "flat", "overrides": {"duration_s": 1.0}, "progress": False}
         ...     result = omnistep.sweep(points, out=out, **given)
         >>> [cell["pairs"] for cell in result.paired("control.policy", "independent", "work_j")]
@@ -192,8 +192,8 @@ def study(
     results. Other Python threads continue to run.
 
     Args:
-        study: a built-in name (``climb_map``, ``ensemble``, ``wheel_models``, ``traction``, ``reach``) or the path of a
-            .toml file.
+        study: a built-in name (``climb_map``, ``ensemble``, ``wheel_models``, ``traction``, ``traction_runup``) or the
+            path of a .toml file.
         overrides: keys to replace in every run, as in :func:`omnistep.run`; not an axis of the study, and not the seed.
         seeds: how many seeds, counted from 0, or which; the study's own by default.
         out: the folder of results; ``out/NAME`` by default.
@@ -205,7 +205,7 @@ def study(
         A row for each run of the study; a run that failed is a row with an ``error``.
 
     Warns:
-        UserWarning: in some runs ``steady`` or ``reach`` lacks sensors or motor speed that it uses.
+        UserWarning: in some runs ``traction`` or ``traction_runup`` lacks sensors or motor speed that it uses.
 
     Raises:
         ConfigError: a name, key or value is wrong; or the folder holds results of another study, or of another
@@ -272,7 +272,7 @@ def sweep(
         A row for each point and seed; a run that failed is a row with an ``error``.
 
     Warns:
-        UserWarning: in some runs ``steady`` or ``reach`` lacks sensors or motor speed that it uses.
+        UserWarning: in some runs ``traction`` or ``traction_runup`` lacks sensors or motor speed that it uses.
 
     Raises:
         ConfigError: a name, key or value is wrong, with the point's number, counted from 0; or a policy cannot be

@@ -324,7 +324,7 @@ def _identification(problem: Problem, best: Answer, answers: Sequence[Answer], b
         loops=gains,
         overrides={
             "actuators.torque_lag_s": values["lag_s"],
-            "sensors.delay_us": max(0, round(values["delay_s"] / period)) * round(1e6 * period),
+            "sensors.delay_s": max(0, round(values["delay_s"] / period)) * round(1e6 * period) / 1e6,
         },
         residual_rad=float(np.sqrt(np.mean(found.residual**2))),
         used=float(np.mean([motion.stretches.used for motion in motions])),

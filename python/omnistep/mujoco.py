@@ -7,7 +7,7 @@ sensors, actuators, command, trace and figures are the simulation's; only the ph
 >>> import omnistep.mujoco
 >>> trace = omnistep.mujoco.run("flat", overrides={"duration_s": 0.1})
 >>> trace.outcome.verdict, trace.outcome.engine
-('driven', 'mujoco')
+('completed', 'mujoco')
 """
 
 from __future__ import annotations
@@ -123,7 +123,7 @@ class _Physics:
         warnings = mujoco.mjtWarning
         self._diverged = [warnings.mjWARN_BADQPOS, warnings.mjWARN_BADQVEL, warnings.mjWARN_BADQACC]
         self.model = load(scenario) if model is None else model
-        step_s = 1e-6 * scenario["physics.step_us"]
+        step_s = scenario["physics.timestep_s"]
         if abs(self.model.opt.timestep - step_s) > 1e-9 * step_s:
             raise ValueError(f"model: a time step of {self.model.opt.timestep} s, allowed: {step_s} s, the scenario's")
         self.model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_ENERGY

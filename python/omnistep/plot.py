@@ -143,7 +143,7 @@ def climbs(
 ) -> NDArray[Any]:
     """Draw several runs side by side on the same scales: figures 10 (a-c) and 11 (a-c) of the paper.
 
-    The paper's figure 10 is of its own controller, figure 11 of the general one: here ``synchronised`` and
+    The paper's figure 10 is of its own controller, figure 11 of the general one: here ``scale_references`` and
     ``independent``.
 
     Args:
@@ -162,7 +162,7 @@ def climbs(
 
     Example:
         >>> import omnistep
-        >>> both = omnistep.compare("flat", policies=["synchronised", "independent"], overrides={"duration_s": 0.5})
+        >>> both = omnistep.compare("flat", policies=["scale_references", "independent"], overrides={"duration_s": 0.5})
         >>> omnistep.plot.climbs(both).shape
         (3, 2)
     """
@@ -220,7 +220,7 @@ def strips(
 ) -> NDArray[Any]:
     """Draw several climbs from the side, one below the other on the same scale: figure 9 (a, b) of the paper.
 
-    The paper's (a) is its own controller, (b) the general one: here ``synchronised`` and ``independent``.
+    The paper's (a) is its own controller, (b) the general one: here ``scale_references`` and ``independent``.
 
     Args:
         runs: P runs, or their logs, or what :func:`omnistep.compare` returns.
@@ -239,7 +239,7 @@ def strips(
         >>> import omnistep
         >>> trace = omnistep.run("flat", overrides={"duration_s": 0.5})
         >>> omnistep.plot.strips([trace, trace])[1].get_title()
-        '(b) flat, synchronised'
+        '(b) flat, scale_references'
     """
     given: list[Trace | Log] = several(runs, "runs", Trace, Log)
     spans = [_side_view.span(run) for run in given]
@@ -307,7 +307,7 @@ def wheels(
 
     Example:
         >>> import omnistep
-        >>> run = omnistep.wheels("synchronised")
+        >>> run = omnistep.wheels("scale_references")
         >>> axes = omnistep.plot.wheels(run)
         >>> bool((axes[1].lines[0].get_ydata() == run.speed_rpm[:, 1]).all())
         True
@@ -352,9 +352,9 @@ def paper(
     """Draw every figure of the paper that shows a result: 8 (a-d), 9 (a, b), 10 (a-c) and 11 (a-c).
 
     Args:
-        proposed: the run for figures 9 (a) and 10, or its log; the built-in step under ``synchronised`` by default.
+        proposed: the run for figures 9 (a) and 10, or its log; the built-in step under ``scale_references`` by default.
         general: the run for figures 9 (b) and 11, or its log; the built-in step under ``independent`` by default.
-        wheel_runs: the runs for figure 8; ``synchronised`` and ``paper``, (12) as printed, by default.
+        wheel_runs: the runs for figure 8; ``scale_references`` and ``scale_torques``, (12) as printed, by default.
         figure: an empty figure to draw on; a new one of 10 x 15 inches by default.
 
     Returns:
@@ -378,9 +378,9 @@ def paper(
     if wheel_runs is not None:
         wheel_runs = several(wheel_runs, "wheel_runs", WheelsTrace)
     else:
-        wheel_runs = [_omnistep.wheels("synchronised"), _omnistep.wheels("paper")]
+        wheel_runs = [_omnistep.wheels("scale_references"), _omnistep.wheels("scale_torques")]
     both = [
-        proposed if proposed is not None else _omnistep.run("step", policy="synchronised"),
+        proposed if proposed is not None else _omnistep.run("step", policy="scale_references"),
         general if general is not None else _omnistep.run("step", policy="independent"),
     ]
     if figure is not None:

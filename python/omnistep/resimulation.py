@@ -286,7 +286,7 @@ def _fits(scenario: Scenario, recorded: Trace) -> None:
             f"a control period of {scenario.period_s:g} s, and row {wrong[0]} of the log ends at {time_s[wrong[0]]:g} s"
         )
         allowed = "a log with a row every control period, from the first one on"
-        raise ConfigError(f"scenario {scenario.name}: {what}, allowed: {allowed}", key="control.period_us")
+        raise ConfigError(f"scenario {scenario.name}: {what}, allowed: {allowed}", key="control.period_s")
 
 
 def _has_pose(recorded: Trace) -> bool:

@@ -33,7 +33,7 @@ def bar(label: str, *, shown: bool) -> Iterator[Callable[[float], None]]:
 def _warn(trace: Trace) -> None:
     """Warn the caller's caller of a run with invalid figures."""
     if trace.outcome.verdict == "gained_energy":
-        message = "the physics gained energy, so no figure of this run is valid; use a shorter physics.step_us"
+        message = "the physics gained energy, so no figure of this run is valid; use a shorter physics.timestep_s"
         warnings.warn(message, RuntimeWarning, stacklevel=3)
 
 
@@ -70,7 +70,7 @@ def run(
 
     Warns:
         UserWarning: one encoder count reads as a velocity for which the gains request more torque than the motor has;
-            or ``steady`` or ``reach`` lacks sensors or motor speed that it uses.
+            or ``traction`` or ``traction_runup`` lacks sensors or motor speed that it uses.
 
     Raises:
         ConfigError: a name, key or value is wrong, or a file cannot be read; the message names it and the allowed
@@ -85,7 +85,7 @@ def run(
         >>> import omnistep
         >>> trace = omnistep.run("flat", overrides={"duration_s": 0.5})
         >>> len(trace), trace.outcome.verdict
-        (500, 'driven')
+        (500, 'completed')
     """
     with bar("run", shown=progress) as told:
         on_progress = told if progress else None
@@ -147,15 +147,16 @@ def compare(
 
     Example:
         >>> import omnistep
-        >>> traces = omnistep.compare("flat", policies=["paper", "load_sharing"], overrides={"duration_s": 0.1})
+        >>> short = {"duration_s": 0.1}
+        >>> traces = omnistep.compare("flat", policies=["independent", "shared_integral"], overrides=short)
         >>> [trace.policy for trace in traces.values()]
-        ['paper', 'load_sharing']
+        ['independent', 'shared_integral']
         >>> def coast(observation):
         ...     return 0.0 * observation.wheels_rad_s
         >>> both = ["rapier", "articulated"]
-        >>> traces = omnistep.compare("flat", policies=["paper", coast], engines=both, overrides={"duration_s": 0.1})
+        >>> traces = omnistep.compare("flat", policies=["independent", coast], engines=both, overrides=short)
         >>> list(traces)
-        [('paper', 'rapier'), ('paper', 'articulated'), ('coast', 'rapier'), ('coast', 'articulated')]
+        [('independent', 'rapier'), ('independent', 'articulated'), ('coast', 'rapier'), ('coast', 'articulated')]
     """
     listed = _listed("policies", policies, "a list of names and controllers")
     given = _all_policies() if listed is None else listed

@@ -20,7 +20,7 @@ import omnistep.gym
 
 TASKS = ("StepClimb", "Drive")
 # Short episodes: two ends of time within a few steps.
-SHORT = {"overrides": {"duration_s": 0.3, "physics.step_us": 1000}, "frame_skip": 30}
+SHORT = {"overrides": {"duration_s": 0.3, "physics.timestep_s": 0.001}, "frame_skip": 30}
 
 
 def make(task, **kwargs):

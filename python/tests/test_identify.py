@@ -166,8 +166,8 @@ REAL = {
     "vehicle.motor.gear_friction_n_m": 0.05,
     "vehicle.motor.viscous_n_m_s_rad": 0.005,
     "actuators.torque_lag_s": 0.02,
-    "sensors.delay_us": 5000,
-    "control.period_us": 5000,
+    "sensors.delay_s": 0.005,
+    "control.period_s": 0.005,
 }
 
 

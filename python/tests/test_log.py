@@ -39,14 +39,14 @@ def test_a_report_of_several_scenarios_is_titled_after_all_of_them_and_says_whic
         omnistep.run(scenario, overrides={"name": name, "duration_s": 0.1, "vehicle": vehicle}, mcap=path)
         logs.append(omnistep.read_mcap(path))
     logs, moon = logs[:3], logs[3]
-    title = "flat with chugo7, flat with omni3, step with chugo7: synchronised, steady"
+    title = "flat with chugo7, flat with omni3, step with chugo7: scale_references, traction"
     text = report.page(logs)
     assert f"<title>{title}</title>" in text and f"<h1>{title}</h1>" in text
-    assert "<th scope=col><span>step, chugo7, steady</span></th>" in text
+    assert "<th scope=col><span>step, chugo7, traction</span></th>" in text
     # What they do not share is not said of all of them.
     assert "vehicle chugo7" not in text and "scenario flat" not in text and "omnistep 0." in text
-    assert "<h1>flat with chugo7: synchronised</h1>" in report.page([logs[0], logs[0]])
-    title = "flat with chugo7, flat with omni3, step with chugo7 and 1 more: synchronised, steady"
+    assert "<h1>flat with chugo7: scale_references</h1>" in report.page([logs[0], logs[0]])
+    title = "flat with chugo7, flat with omni3, step with chugo7 and 1 more: scale_references, traction"
     assert f"<h1>{title}</h1>" in report.page([*logs, moon])
 
 
@@ -57,7 +57,11 @@ def test_a_report_shows_shared_settings_below_its_title_and_those_that_differ_in
         path = tmp_path / f"{name}.mcap"
         omnistep.run("step", overrides=given, mcap=path)
         logs.append(omnistep.read_mcap(path))
-    assert report._names(logs) == ["chugo7, steady, height 0.03 m", "chugo7, steady, height 0.05 m", "mecanum4, steady"]
+    assert report._names(logs) == [
+        "chugo7, traction, height 0.03 m",
+        "chugo7, traction, height 0.05 m",
+        "mecanum4, traction",
+    ]
     text = report.page(logs)
     assert "<p>friction 0.5, wheel model balls, command speed 0.3 m/s, engine " in text
     rows = dict(re.findall(r'<tr class="setting"><th scope=row>([^<]*)</th>(.*?)</tr>', text))
@@ -83,12 +87,22 @@ def test_a_report_marks_runs_whose_balls_do_not_stand_for_the_wheels(tmp_path):
 
 def test_runs_of_one_name_are_told_apart_by_seed_file_or_number_and_no_others_are(tmp_path):
     logs = []
-    for policy, seed, name in (("paper", 0, "a"), ("reach", 0, "b"), ("paper", 1, "c"), ("paper", 1, "d")):
+    for policy, seed, name in (
+        ("scale_torques", 0, "a"),
+        ("traction_runup", 0, "b"),
+        ("scale_torques", 1, "c"),
+        ("scale_torques", 1, "d"),
+    ):
         path = tmp_path / f"{name}.mcap"
         omnistep.run("flat", overrides={"duration_s": 0.1, "control.policy": policy, "seed": seed}, mcap=path)
         logs.append(omnistep.read_mcap(path))
-    assert report._names(logs) == ["paper, seed 0", "reach", "paper, seed 1, c.mcap", "paper, seed 1, d.mcap"]
-    assert report._names([logs[0], logs[0]]) == ["paper, 1", "paper, 2"]
+    assert report._names(logs) == [
+        "scale_torques, seed 0",
+        "traction_runup",
+        "scale_torques, seed 1, c.mcap",
+        "scale_torques, seed 1, d.mcap",
+    ]
+    assert report._names([logs[0], logs[0]]) == ["scale_torques, 1", "scale_torques, 2"]
 
 
 @pytest.mark.parametrize(("scenario", "vehicle"), [("step", "chugo7"), ("flat", "mecanum4")])

@@ -71,7 +71,7 @@ def drawn(tmp_path_factory, curve):
         (folder / name).write_text(
             f'schema_version = 1\nname = "hilly"\nvehicle = "{vehicle}"\nduration_s = 0.2\n'
             '[terrain]\nkind = "height_map"\nfriction = 0.7\nimage = "named.png"\npixel_m = 0.015\n'
-            f"black_m = 0.0\nwhite_m = 0.08\nat_m = 0.7\n[command]\n{command}\n"
+            f"black_height_m = 0.0\nwhite_height_m = 0.08\nstart_x_m = 0.7\n[command]\n{command}\n"
         )
     by_scenario = MAP.replace('vehicle = "own.toml"', 'scenario = "named.toml"')
     (folder / "by_scenario.toml").write_text(by_scenario + f"names = {names!r}\n".replace("'", '"'))
@@ -166,8 +166,8 @@ def test_nothing_inside_a_bag_that_is_read_is_replaced(tmp_path):
 
 
 def test_a_run_writes_no_log_in_place_of_a_device(tmp_path):
-    (tmp_path / "flat-synchronised.mcap").symlink_to("/dev/full")
-    short = ["--set", "duration_s=0.1", "--policy", "synchronised"]
+    (tmp_path / "flat-scale_references.mcap").symlink_to("/dev/full")
+    short = ["--set", "duration_s=0.1", "--policy", "scale_references"]
     code, _, err = _command(tmp_path, "run", "flat", *short, "--out", ".")
     assert code == 2 and err.count("\n") == 1 and "a device, allowed: a regular file" in err, err
-    assert (tmp_path / "flat-synchronised.mcap").is_symlink()
+    assert (tmp_path / "flat-scale_references.mcap").is_symlink()

@@ -86,7 +86,7 @@ def same_run(own, built_in):
             np.testing.assert_array_equal(own[name], built_in[name], err_msg=name)
 
 
-@pytest.mark.parametrize("policy", ["independent", "synchronised"])
+@pytest.mark.parametrize("policy", ["independent", "scale_references"])
 def test_omnistep_s_loops_as_somebody_s_own_are_the_built_in_run_in_every_bit(policy):
     # Up to the step and on to it, where every law is at its limits.
     overrides = {"duration_s": 1.5}
@@ -257,7 +257,7 @@ def test_signals_that_cannot_be_columns_are_refused(names, said):
 
 def test_own_signals_are_columns_of_the_trace_and_of_the_log_in_every_bit(tmp_path):
     path = tmp_path / "own.mcap"
-    trace = omnistep.run("flat", policy=Loops("paper"), overrides=SHORT, mcap=path)
+    trace = omnistep.run("flat", policy=Loops("scale_torques"), overrides=SHORT, mcap=path)
     np.testing.assert_array_equal(trace["largest_n_m"], np.abs(trace.wheels("applied_n_m")).max(axis=1))
     np.testing.assert_array_equal(trace["asked_m_s"], trace["command_vx_m_s"])
     log = omnistep.read_mcap(path)
@@ -281,7 +281,7 @@ def test_a_signal_that_is_not_there_is_the_policy_s_own_exception():
 
 def test_a_policy_is_given_once():
     with pytest.raises(omnistep.ConfigError, match=r"overrides has control\.policy"):
-        omnistep.run("flat", policy=coast, overrides={"control.policy": "paper"})
+        omnistep.run("flat", policy=coast, overrides={"control.policy": "scale_torques"})
 
 
 def test_torques_are_brought_within_what_the_motors_have():
@@ -291,8 +291,10 @@ def test_torques_are_brought_within_what_the_motors_have():
 
 
 def test_compare_takes_names_and_controllers_mixed_and_engines():
-    traces = omnistep.compare("flat", policies=["paper", Pi(), coast], overrides={"duration_s": 0.05})
-    assert [(name, trace.policy) for name, trace in traces.items()] == [(n, n) for n in ("paper", "Pi", "coast")]
+    traces = omnistep.compare("flat", policies=["scale_torques", Pi(), coast], overrides={"duration_s": 0.05})
+    assert [(name, trace.policy) for name, trace in traces.items()] == [
+        (n, n) for n in ("scale_torques", "Pi", "coast")
+    ]
     both = ["rapier", "articulated"]
     traces = omnistep.compare("flat", policies=[Pi()], engines=both, overrides={"duration_s": 0.05})
     assert {key: trace.outcome.engine for key, trace in traces.items()} == {("Pi", engine): engine for engine in both}
@@ -378,7 +380,7 @@ def test_rows_of_two_laws_never_mix(tmp_path):
 
     first = swept(Pi(), "a")
     assert (first.computed, swept(Pi(), "a").computed) == (1, 0)  # equal objects, equal pickles: it is there already
-    for other in (Pi(kp=0.31), coast, "paper"):
+    for other in (Pi(kp=0.31), coast, "scale_torques"):
         with pytest.raises(omnistep.ConfigError, match="use another folder"):
             swept(other, "a")
     keys = {
@@ -418,12 +420,12 @@ def test_a_policy_that_cannot_be_pickled_is_refused_with_what_can(tmp_path):
 
 
 def test_a_simulation_with_a_policy_is_the_run_bit_for_bit_with_trace_figures_and_log(tmp_path):
-    simulation = omnistep.Simulation("flat", policy=Loops("paper"), overrides=SHORT)
+    simulation = omnistep.Simulation("flat", policy=Loops("scale_torques"), overrides=SHORT)
     assert simulation.policy == "Loops"
     for _ in range(300):
         simulation.step(simulation.command_at(simulation.time_s))
     path = tmp_path / "x.mcap"
-    trace, whole = simulation.finish(mcap=path), omnistep.run("flat", policy=Loops("paper"), overrides=SHORT)
+    trace, whole = simulation.finish(mcap=path), omnistep.run("flat", policy=Loops("scale_torques"), overrides=SHORT)
     assert trace.names == whole.names
     np.testing.assert_array_equal(trace.to_numpy(), whole.to_numpy())
     assert simulation.outcome.work_j == whole.outcome.work_j
@@ -433,7 +435,7 @@ def test_a_simulation_with_a_policy_is_the_run_bit_for_bit_with_trace_figures_an
 
 
 def test_periods_past_the_controller_are_rows_with_what_is_known(tmp_path):
-    simulation = omnistep.Simulation("flat", policy=Loops("paper"))
+    simulation = omnistep.Simulation("flat", policy=Loops("scale_torques"))
     simulation.step((0.1, 0.0, 0.0))
     simulation.step_torques([0.5] * 7)
     simulation.step((0.1, 0.0, 0.0))
@@ -461,9 +463,9 @@ def test_the_clock_of_a_policy_goes_on_in_periods_past_it():
     assert periods == [0, 3]
 
 
-@pytest.mark.parametrize("policy", ["synchronised", Pi()], ids=["preset", "own"])
+@pytest.mark.parametrize("policy", ["scale_references", Pi()], ids=["preset", "own"])
 def test_a_pickled_simulation_goes_on_bit_for_bit(policy):
-    overrides = {"sensors.encoder_noise_rad_s": 0.01, "sensors.delay_us": 2000}
+    overrides = {"sensors.encoder_noise_rad_s": 0.01, "sensors.delay_s": 0.002}
     simulation = omnistep.Simulation("step", policy=policy, overrides=overrides, seed=3)
     for _ in range(400):
         simulation.step((0.3, 0.0, 0.0))

@@ -64,7 +64,7 @@ def test_the_package_is_typed_strictly():
     assert checked.returncode == 0, checked.stdout + checked.stderr
 
 
-@pytest.mark.parametrize("policy", ["independent", "paper", "synchronised", "load_sharing"])
+@pytest.mark.parametrize("policy", ["independent", "scale_torques", "scale_references", "shared_integral"])
 def test_a_log_opens_in_mcap_with_crcs_and_in_rosbags(policy, tmp_path):
     log = tmp_path / "run.mcap"
     trace = omnistep.run("step", policy=policy, mcap=log, overrides={"duration_s": 2.0})

@@ -100,9 +100,9 @@ def test_wheels_draws_each_wheel_of_each_run_and_the_loads(wheel_runs):
 
 
 def test_a_second_run_of_a_policy_has_its_colour_and_other_dashes(wheel_runs):
-    again = omnistep.wheels("paper", overrides={"friction_n_m_s_rad": 2e-4})
+    again = omnistep.wheels("scale_torques", overrides={"friction_n_m_s_rad": 2e-4})
     axes = omnistep.plot.wheels([wheel_runs[1], again])
-    first, second = line(axes[0], "paper"), line(axes[0], "paper (2)")
+    first, second = line(axes[0], "scale_torques"), line(axes[0], "scale_torques (2)")
     np.testing.assert_array_equal(second.get_ydata(), again.speed_rpm[:, 0])
     assert first.get_color() == second.get_color() and first.get_linestyle() != second.get_linestyle()
 
@@ -123,11 +123,11 @@ def test_climbs_are_the_climbs_side_by_side_on_one_scale(climb, general_climb):
 
 
 def test_strips_show_the_same_ground_once_below_each_run(climb):
-    short = omnistep.run("step", policy="synchronised", overrides={"duration_s": 1.0})
+    short = omnistep.run("step", policy="scale_references", overrides={"duration_s": 1.0})
     axes = omnistep.plot.strips([climb, short], every_s=0.5)
     assert axes[0].get_xlim() == axes[1].get_xlim() == pytest.approx(span(climb))
     for ax, trace, letter in zip(axes, (climb, short), "ab", strict=True):
-        assert ax.get_title() == f"({letter}) step, synchronised"
+        assert ax.get_title() == f"({letter}) step, scale_references"
         points = line(ax, "joint on wheel 4, every 0.5 s")
         np.testing.assert_array_equal(points.get_xdata()[1:], trace["wheel_4_x_m"][499::500])
         assert len(ax.collections) == 1  # a second ground would hide the vehicle
@@ -142,7 +142,7 @@ def test_paper_has_every_panel_of_figures_8_to_11(climb, general_climb, wheel_ru
     axes = omnistep.plot.paper(proposed=climb, general=general_climb, wheel_runs=wheel_runs)
     assert {name: each.shape for name, each in axes.items()} == {"8": (4,), "9": (2,), "10": (3,), "11": (3,)}
     assert len({ax.get_figure(root=True) for each in axes.values() for ax in each}) == 1
-    np.testing.assert_array_equal(line(axes["8"][2], "paper").get_ydata(), wheel_runs[1].speed_rpm[:, 2])
+    np.testing.assert_array_equal(line(axes["8"][2], "scale_torques").get_ydata(), wheel_runs[1].speed_rpm[:, 2])
     for name, trace in {"10": climb, "11": general_climb}.items():
         drawn = line(axes[name][1], "middle (wheel 4)").get_ydata()
         np.testing.assert_array_equal(drawn, trace["wheel_4_slip_ratio"])
@@ -196,7 +196,7 @@ def test_no_legend_covers_data_and_no_setting_is_changed(climb, general_climb, w
 
 
 def test_wrong_requests_are_one_line(climb, wheel_runs, tmp_path):
-    other = omnistep.wheels("paper", overrides={"load.0.damper_n_m_s_rad": 0.002})
+    other = omnistep.wheels("scale_torques", overrides={"load.0.damper_n_m_s_rad": 0.002})
     path = tmp_path / "bare.mcap"
     bare = {"duration_s": 0.1, "log.vehicle_state_hz": 0.0, "log.tf_hz": 0.0}
     omnistep.run("flat", overrides=bare, mcap=path)
@@ -252,7 +252,7 @@ def test_an_argument_of_another_type_is_one_line_with_its_name(climb, wheel_runs
 
 
 def test_a_log_is_drawn_as_its_run_is_and_its_trace_alone_is_refused(climb, tmp_path):
-    again = omnistep.run("step", policy="synchronised", mcap=tmp_path / "climb.mcap")
+    again = omnistep.run("step", policy="scale_references", mcap=tmp_path / "climb.mcap")
     assert (again.to_numpy() == climb.to_numpy()).all()
     log = omnistep.read_mcap(tmp_path / "climb.mcap")
     of_log = [*omnistep.plot.climb(log), *omnistep.plot.climbs([log, climb])[:, 0]]
@@ -275,7 +275,9 @@ def test_a_log_is_drawn_as_its_run_is_and_its_trace_alone_is_refused(climb, tmp_
     ):
         with pytest.raises(omnistep.ConfigError) as caught:
             draw(log.trace)
-        message = "step, synchronised: the trace of a log, which lacks the wheels' places x_m, allowed: the Log itself"
+        message = (
+            "step, scale_references: the trace of a log, which lacks the wheels' places x_m, allowed: the Log itself"
+        )
         assert str(caught.value) == message
         assert plt.get_fignums() == []
 

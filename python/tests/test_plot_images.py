@@ -30,7 +30,7 @@ def close_figures():
 def rows(*, climbed_at_2_n_m=3):
     """Rows of a study: three seeds of two torques, heights and policies; one run failed, one cell is bare."""
     made = []
-    for policy in ("synchronised", "independent"):
+    for policy in ("scale_references", "independent"):
         for torque, height, climbs in ((1.0, 0.03, 1), (1.0, 0.05, 0), (2.0, 0.03, climbed_at_2_n_m), (2.0, 0.05, 2)):
             if (policy, torque, height) == ("independent", 1.0, 0.05):
                 continue
@@ -38,7 +38,7 @@ def rows(*, climbed_at_2_n_m=3):
                 failed = (policy, torque, height, seed) == ("independent", 2.0, 0.05, 2)
                 row = {"control_policy": policy, "vehicle_motor_stall_torque_n_m": torque, "terrain_height_m": height}
                 row |= {"seed": seed, "climbed": None if failed else seed < climbs}
-                row |= {"heat_n2m2s": None if failed else torque * (3.0 + seed * (policy == "independent"))}
+                row |= {"torque_squared_n2m2s": None if failed else torque * (3.0 + seed * (policy == "independent"))}
                 made.append(row | {"error": "the physics left the finite numbers" if failed else None})
     return made
 
@@ -79,7 +79,7 @@ def test_means_with_whiskers_look_as_they_did():
 
 
 def means(rows):
-    axes = omnistep.plot.ensemble(rows, ["climbed", "heat_n2m2s"], lines="vehicle.motor.stall_torque_n_m")
+    axes = omnistep.plot.ensemble(rows, ["climbed", "torque_squared_n2m2s"], lines="vehicle.motor.stall_torque_n_m")
     return axes[0].get_figure(root=True)
 
 
@@ -99,7 +99,7 @@ def difference(name, draw, folder):
 
 def test_a_run_that_is_another_by_a_little_is_noticed(climb, general_climb, wheel_runs, tmp_path):
     gains = {"gains.kp_n_m_s_rad": 0.02 * 0.9}
-    softer = [omnistep.wheels("synchronised", overrides=gains), wheel_runs[1]]
+    softer = [omnistep.wheels("scale_references", overrides=gains), wheel_runs[1]]
     slower = omnistep.run("step", overrides={"command.vx_m_s": 0.3 * 0.98})
     both = [slower, general_climb]
     wrong = {

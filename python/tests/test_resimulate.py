@@ -149,7 +149,7 @@ def test_the_command_prints_the_figures_and_draws_both(log, tmp_path, monkeypatc
     ("arguments", "said"),
     [
         (["--scenario", "step"], "scenario step: wheels 1, 2, 3, 4, 5, 6, 7, allowed: those of the log, 1, 2, 3"),
-        (["--set", "control.period_us=500"], "a control period of 0.0005 s, and row 0 of the log ends at 0.001 s"),
+        (["--set", "control.period_s=0.0005"], "a control period of 0.0005 s, and row 0 of the log ends at 0.001 s"),
         (["--set", "mass"], "--set mass: allowed: KEY=VALUE"),
         (["--set", "vehicle.mass=3"], "vehicle.mass"),
         (["--plate", "20", "0", "0"], "plate = 20, 0, 0, allowed: x and y of -10 to 10 m, and a yaw of -7 to 7 rad"),
@@ -197,7 +197,7 @@ def test_wheels_or_duty_cycles_alone_drive_the_simulation_along_the_recorded_pat
         {"at_s": 1.5 * (k + 1), "ramp_s": 0.5, **dict(zip(axes, turn, strict=True))} for k, turn in enumerate(turns)
     ]
     keys = {"vehicle": "mecanum4", "physics.engine": "articulated", "control.policy": "independent", "duration_s": 6.0}
-    keys |= {"command.vx_m_s": 0.4, "command.ramp_s": 0.5, "command.then": then, "control.period_us": 5000}
+    keys |= {"command.vx_m_s": 0.4, "command.ramp_s": 0.5, "command.then": then, "control.period_s": 0.005}
     trace = omnistep.run("flat", overrides=keys)
     measured = np.asarray(trace.wheels("measured_rad_s"))
     # The motors' line, backwards: 3 N.m at rest, 0.1 N.m less for each rad/s.

@@ -30,7 +30,7 @@ values = [0.02, 0.05, 0.08]
 
 [[axis]]
 key = "control.policy"
-values = ["paper", "independent"]
+values = ["scale_torques", "independent"]
 
 [[axis]]
 key = "vehicle.motor.stall_torque_n_m"
@@ -129,9 +129,9 @@ def test_a_damaged_part_is_warned_of_and_computed_again(tmp_path):
 
 def test_a_study_that_cannot_be_is_refused_in_one_line(tmp_path):
     for given, key, expected in [
-        ({"study": "stairway"}, "study", "climb_map, ensemble, engines, wheel_models, traction, reach"),
+        ({"study": "stairway"}, "study", "climb_map, ensemble, engines, wheel_models, traction, traction_runup"),
         (
-            {"study": "ensemble", "overrides": {"control.policy": "paper"}},
+            {"study": "ensemble", "overrides": {"control.policy": "scale_torques"}},
             "control.policy",
             "is an axis of built-in ensemble",
         ),

@@ -15,11 +15,11 @@ def at(trace, time_s):
 )
 def test_synchronised_wheels_share_the_speed_that_the_most_loaded_can_hold(time_s, rpm):
     # 0.2 rpm: at 54 s wheel B, unloaded two seconds before, is still 0.08 rpm above.
-    np.testing.assert_allclose(at(omnistep.wheels("synchronised"), time_s), rpm, atol=0.2)
+    np.testing.assert_allclose(at(omnistep.wheels("scale_references"), time_s), rpm, atol=0.2)
 
 
 def test_literal_equation_12_does_not_converge():
-    trace = omnistep.wheels("paper")
+    trace = omnistep.wheels("scale_torques")
     a, _, c = at(trace, 45)
     assert a - c > 5
     assert np.ptp(trace.speed_rpm[trace.t_s > 53], axis=1).max() > 50

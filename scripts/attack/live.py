@@ -316,7 +316,7 @@ def not_asked(setting: Setting) -> str | None:
         client = Client(port)
         client.shake()
         client.subscribe("/odom")
-        values = {"command.vx_m_s": -0.3, "control.policy": "paper", "vehicle.motor.stall_torque_n_m": 0.5}
+        values = {"command.vx_m_s": -0.3, "control.policy": "scale_torques", "vehicle.motor.stall_torque_n_m": 0.5}
         parameters = [{"name": name, "value": value} for name, value in values.items()]
         client.say({"op": "setParameters", "id": "x", "parameters": parameters})
         client.publish(-0.3)

@@ -186,8 +186,8 @@ CHANGES: dict[str, tuple[Callable[[Any], None], dict[str, Any]]] = {
     "`impratio` 1 and a pyramidal cone": (of_options(impratio=1.0, cone=mujoco.mjtCone.mjCONE_PYRAMIDAL), {}),
     "bearings with a damping of 1e-3 N.m.s/rad": (braked(1e-3), {}),
     "a polyhedron of 24 x 48 facets a roller": (polyhedra, {}),
-    "a time step of 1 ms": (lambda _: None, {"physics.step_us": 1000}),
-    "a time step of 2 ms": (lambda _: None, {"physics.step_us": 2000, "control.period_us": 2000}),
+    "a time step of 1 ms": (lambda _: None, {"physics.timestep_s": 0.001}),
+    "a time step of 2 ms": (lambda _: None, {"physics.timestep_s": 0.002, "control.period_s": 0.002}),
 }
 
 

@@ -108,8 +108,8 @@ def on_dampers(policy: str) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     }
     keys |= {f"vehicle.wheel.{wheel}.inertia_kg_m2": 1e-3 for wheel in range(7)}
     keys["control.policy"] = policy
-    if policy in ("steady", "reach"):
-        keys["control.tries"] = 0
+    if policy in ("traction", "traction_runup"):
+        keys["control.max_retries"] = 0
     trace = omnistep.run("flat", overrides=keys, progress=False)
     time = trace["time_s"]
     wheels, ways = list(ROLLING), np.array(list(ROLLING.values()))

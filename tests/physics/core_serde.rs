@@ -26,7 +26,7 @@ fn drive(periods: std::ops::Range<u32>, memory: &mut Memory) -> Vec<ControlSampl
     let config = WheelControlConfig {
         pid: PidConfig::new(GAINS, 1e-3),
         limits: [TorqueLimit::constant(0.5).expect("valid"); 7],
-        coordination: Coordination::synchronised(),
+        coordination: Coordination::scale_references(),
     };
     let controller = Controller::new(&layout, config).expect("valid");
     let axis = AxisLimits::symmetric(1.0, 0.5, 0.5, 5.0);

@@ -251,13 +251,13 @@ fn blamed(keys: &[&str]) -> Vec<(String, f64)> {
 }
 
 fn a_dead_encoder_is_found_at_a_crawl_where_the_others_show_less_than_stuck_rad_s() {
-    // 0.26, 0.45 and 0.4 rad/s and, with `synchronised`, down to a third of that: 1 rad takes 8 s at most, and the integral 1 s to half of the
+    // 0.26, 0.45 and 0.4 rad/s and, with `scale_references`, down to a third of that: 1 rad takes 8 s at most, and the integral 1 s to half of the
     // stall torque.
     for (vehicle, wheel, vx, policy) in [
         ("mecanum4", "front_left", "0.02", "independent"),
         ("chugo7", "5", "0.03", "independent"),
-        ("chugo7", "5", "0.03", "synchronised"),
-        ("rocker_bogie6", "middle_right", "0.03", "synchronised"),
+        ("chugo7", "5", "0.03", "scale_references"),
+        ("rocker_bogie6", "middle_right", "0.03", "scale_references"),
     ] {
         let fault = format!("fault=[{{kind='encoder_dead',wheel='{wheel}',from_s=1.5}}]");
         let keys = [
@@ -350,7 +350,7 @@ fn coarse_encoders_read_slowly_make_no_sound_wheel_faulty() {
 /// Three wheels, of which one stands before a wall: it pushes for a while, as a vehicle at a step has to, and is then stopped; see docs/failures.md.
 fn a_vehicle_that_pushes_in_vain_is_stopped_where_a_dead_encoder_would_look_the_same() {
     // With a grip that the motors cannot break.
-    let wall = "terrain={kind='step',at_m=0.35,height_m=0.2,friction=2.0}";
+    let wall = "terrain={kind='step',start_x_m=0.35,height_m=0.2,friction=2.0}";
     let keys = [
         "vehicle=omni3",
         "sensors.encoder_counts=4096",

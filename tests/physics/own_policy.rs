@@ -62,7 +62,7 @@ fn the_built_in_law_as_somebodys_own_is_the_built_in_law_in_every_bit() {
         "step",
         &[
             "duration_s=2.5",
-            "control.policy=synchronised",
+            "control.policy=scale_references",
             "physics.engine=articulated",
             "sensors.encoder_counts=4096",
         ],

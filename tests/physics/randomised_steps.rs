@@ -29,7 +29,7 @@ fn any_change_of_the_controller_changes_the_hash_of_the_randomised_steps() {
         "vehicle.motor.stall_torque_n_m=1.999",
         "vehicle.limits.wz_rad_s=1.9",
         "vehicle.wheel[6].radius_m=0.0660001",
-        "control.policy=\"paper\"",
+        "control.policy=\"scale_torques\"",
     ] {
         assert_ne!(hash(key), own, "{key}");
     }

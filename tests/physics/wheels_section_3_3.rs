@@ -16,7 +16,7 @@ fn spread([a, b, c]: [f64; 3]) -> f64 {
 
 #[test]
 fn synchronised_wheels_converge_on_the_speed_that_the_most_loaded_one_can_hold() {
-    let trace = run("synchronised", 0.0);
+    let trace = run("scale_references", 0.0);
     // Speeds at which the load's torque equals eq. (13), friction 0: B 91.999, C 76.891, A 96.751 rpm. 0.2 rpm covers the
     // end of the transient (at 54 s wheel B, just unloaded, is 0.08 rpm above).
     for (time_s, rpm) in [
@@ -48,7 +48,7 @@ fn synchronised_wheels_converge_on_the_speed_that_the_most_loaded_one_can_hold()
 
 #[test]
 fn literal_equation_12_does_not_converge() {
-    let trace = run("paper", 0.0);
+    let trace = run("scale_torques", 0.0);
     let [a, _, c] = trace.speeds_at(45.0);
     assert!(
         a - c > 5.0,
@@ -82,7 +82,7 @@ fn friction_of_2e_4_gives_back_the_table_checked_by_two_independent_programs() {
     let shared = [
         [100.0; 3], [91.1; 3], [76.3; 3], [76.3; 3], [76.3; 3], [95.8; 3], [100.0; 3],
     ];
-    for (policy, table) in [("paper", literal), ("synchronised", shared)] {
+    for (policy, table) in [("scale_torques", literal), ("scale_references", shared)] {
         let trace = run(policy, 2e-4);
         for (time_s, expected) in times.into_iter().zip(table) {
             for (got, expected) in trace.speeds_at(time_s).iter().zip(expected) {

@@ -100,11 +100,11 @@ test("keys drive the vehicle, and letting go, looking away and space stop it", a
   await until(tab, "place", ([, , degrees]) => degrees < turned - 3, "3 degrees to the right");
   await until(tab, "turning", ([is, asked]) => Math.abs(is) < 0.01 && asked === 0, "no turning after a moment");
   // Settings by buttons, and what is refused is said.
-  await tab.getByRole("button", { name: "paper", exact: true }).click();
-  await tab.locator("#policies button[aria-pressed=true]", { hasText: "paper" }).waitFor();
+  await tab.getByRole("button", { name: "scale_torques", exact: true }).click();
+  await tab.locator("#policies button[aria-pressed=true]", { hasText: "scale_torques" }).waitFor();
   await tab.locator("#torque").fill("1.25");
   await tab.locator("#torque").press("Enter");
-  await tab.locator("#policy", { hasText: "paper, 1.25 N.m at most" }).waitFor();
+  await tab.locator("#policy", { hasText: "scale_torques, 1.25 N.m at most" }).waitFor();
   await tab.locator("#torque").fill("-1");
   await tab.locator("#torque").press("Enter");
   await tab.locator("#said", { hasText: "vehicle.motor.stall_torque_n_m: -1" }).waitFor();

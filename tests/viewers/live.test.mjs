@@ -142,7 +142,7 @@ test("a client watches a run in step with the clock and changes command, policy 
 
   // What is not allowed changes nothing, and the client is told why.
   client.send({ op: "setParameters", id: "bad", parameters: [{ name: "control.policy", value: "papier" }] });
-  await client.until(() => client.texts.some(({ op, message }) => op === "status" && /"papier" \(did you mean "paper"\?\), allowed: independent, paper/.test(message)), "the reason");
+  await client.until(() => client.texts.some(({ op, message }) => op === "status" && /"papier" \(did you mean "scale_torques"\?\), allowed: independent, scale_torques/.test(message)), "the reason");
   client.send({ op: "getParameters", id: "all", parameterNames: [] });
   await client.until(() => client.texts.some(({ op, id }) => op === "parameterValues" && id === "all"), "all parameters");
   const all = client.texts.find(({ op, id }) => op === "parameterValues" && id === "all").parameters;
@@ -177,7 +177,7 @@ test("a run ends with its scenario, faster than the clock if asked to, and print
   const [code] = await once(run, "exit");
   assert.ok(performance.now() - start < 20_000, "30 s of simulation in less than 20");
   assert.equal(code, 0);
-  assert.equal(JSON.parse(printed()).verdict, "driven");
+  assert.equal(JSON.parse(printed()).verdict, "completed");
 });
 
 test("a port that is taken is an error that names it", async () => {

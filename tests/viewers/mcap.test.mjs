@@ -52,7 +52,7 @@ for (const name of logs) {
       }
     }
     // Traction control, which drives the built-in step, has signals of its own, and so has who follows a path.
-    const own = /^(step-steady|square|figure_eight)/.test(name) ? ["/controller_signals"] : [];
+    const own = /^(step-traction|square|figure_eight)/.test(name) ? ["/controller_signals"] : [];
     assert.deepEqual([...counts.keys()].sort(), [...topics, ...own].sort());
     assert.equal(reader.statistics.messageCount, BigInt([...counts.values()].reduce((a, b) => a + b, 0)));
     await file.close();
@@ -74,7 +74,7 @@ test("the layout for Foxglove and Lichtblick shows panels, topics and fields tha
   walk(layout.layout);
   assert.deepEqual(shown.sort(), Object.keys(layout.configById).sort());
   for (const topic of Object.keys(layout.configById["3D!vehicle"].topics)) assert.ok(topics.includes(topic), topic);
-  const file = new Uint8Array(await readFile(join(folder, "step-steady.mcap")));
+  const file = new Uint8Array(await readFile(join(folder, "step-traction.mcap")));
   const stream = new McapStreamReader({ decompressHandlers, validateCrcs: true });
   stream.append(file);
   let reader, id, state;

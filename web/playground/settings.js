@@ -20,7 +20,7 @@ const NAMES = ["scenario", "vehicle", "policy", "against", "engine", "wheels"];
 export const KEYS = [...NAMES, ...Object.keys(NUMBERS)];
 
 /** What is shown to somebody who has chosen nothing. */
-export const usual = () => ({ scenario: "step", policy: "steady", against: "independent", engine: "articulated" });
+export const usual = () => ({ scenario: "step", policy: "traction", against: "independent", engine: "articulated" });
 
 /** A page's address may come from anybody: what is wrong with it is one line, and is left out. */
 export function read(hash, offer) {

@@ -14,7 +14,7 @@ fn take(hash: u32, value: f32) -> u32 {
 
 #[expect(clippy::print_stdout, reason = "an example speaks on standard output")]
 fn main() -> Result<(), omni_config::Error> {
-    let scenario = Scenario::load("step", &[Override::new("control.policy", "synchronised")])?;
+    let scenario = Scenario::load("step", &[Override::new("control.policy", "scale_references")])?;
     let controller = scenario.controller::<f32, 7>()?;
     let (limiter, mut limited) = (scenario.limiter()?, TwistLimiterState::new());
     let (mut state, mut sample) = (ControlState::new(), ControlSample::zero());

@@ -44,7 +44,10 @@ pub(crate) const STUDIES: Builtin = &[
         include_str!("../assets/studies/wheel_models.toml"),
     ),
     ("traction", include_str!("../assets/studies/traction.toml")),
-    ("reach", include_str!("../assets/studies/reach.toml")),
+    (
+        "traction_runup",
+        include_str!("../assets/studies/traction_runup.toml"),
+    ),
 ];
 
 impl FileKind {

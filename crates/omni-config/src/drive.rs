@@ -20,7 +20,7 @@ use crate::{EncoderVelocity, Error, Scenario, Vehicle, for_wheel_count};
 ///
 /// ```
 /// use omni_config::{Override, Scenario};
-/// let scenario = Scenario::load("flat", &[Override::parse("drive.timeout_s=0.2")?])?;
+/// let scenario = Scenario::load("flat", &[Override::parse("drive.command_timeout_s=0.2")?])?;
 /// let config = scenario.drive_config::<f32, 7>()?.expect("it has a [drive]");
 /// assert_eq!((config.shaping.timeout_s, config.blind_periods), (Some(0.2), 10));
 /// assert!(Scenario::load("flat", &[])?.drive_config::<f32, 7>()?.is_none());
@@ -34,7 +34,7 @@ pub struct Drive {
     /// How old a command may become before the vehicle rests \[s\], 0 to 3600; 0.5 by default.
     #[garde(custom(within(TIME_S)))]
     #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
-    pub timeout_s: f64,
+    pub command_timeout_s: f64,
     /// Deceleration in an emergency stop and in a safe stop \[m/s^2\], 0.001 to 1e4; 2 by default.
     #[garde(custom(within(ACCELERATION_M_S2)))]
     #[cfg_attr(feature = "schema", schemars(range(min = ACCELERATION_M_S2.min, max = ACCELERATION_M_S2.max)))]
@@ -77,7 +77,7 @@ pub struct Drive {
 impl Default for Drive {
     fn default() -> Self {
         Self {
-            timeout_s: 0.5,
+            command_timeout_s: 0.5,
             stop_m_s2: 2.0,
             stop_rad_s2: 8.0,
             blind_periods: 10,
@@ -256,7 +256,7 @@ impl DriveFaults {
 impl Drive {
     /// Puts everything but the loops, the detection of faults and the vehicle's own limits into a configuration.
     fn put_into<R: Real, const N: usize>(&self, config: &mut DriveConfig<R, N>) -> Result<(), ConfigError> {
-        config.shaping.timeout_s = Some(R::of(self.timeout_s));
+        config.shaping.timeout_s = Some(R::of(self.command_timeout_s));
         config.shaping.emergency_deceleration = Some(EmergencyDeceleration {
             linear_m_s2: R::of(self.stop_m_s2),
             yaw_rad_s2: R::of(self.stop_rad_s2),
@@ -390,7 +390,7 @@ impl Scenario {
     /// use omni_config::{Override, Scenario};
     /// use omni_core::drive::{BodyReadings, TractionDriveState};
     /// use omni_core::{BodyTwist, DriveInput, WheelVelocities};
-    /// let keys = [Override::new("drive.timeout_s", 0.5), Override::new("control.policy", "steady")];
+    /// let keys = [Override::new("drive.command_timeout_s", 0.5), Override::new("control.policy", "traction")];
     /// let drive = Scenario::load("step", &keys)?.traction_drive::<f64, 7>()?.expect("it has both");
     /// let ahead = BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO };
     /// let input = DriveInput::measured(&WheelVelocities::zero()).with_command(ahead);

@@ -26,6 +26,7 @@ mod integers;
 mod kind_tables;
 mod load;
 mod log_rates;
+mod microseconds;
 mod missing_keys;
 mod override_key;
 mod path;

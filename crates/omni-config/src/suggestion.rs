@@ -184,16 +184,16 @@ mod tests {
     fn a_slip_of_a_key_is_answered_with_the_key_and_anything_else_with_what_there_is() {
         let said = |name: &str| {
             with_nearest(format!(
-                "unknown field `{name}`, expected one of `friction`, `height_m`, `at_m`"
+                "unknown field `{name}`, expected one of `friction`, `height_m`, `start_x_m`"
             ))
         };
         assert_eq!(
             said("hight_m"),
-            "unknown field `hight_m` (did you mean `height_m`?), expected one of `friction`, `height_m`, `at_m`"
+            "unknown field `hight_m` (did you mean `height_m`?), expected one of `friction`, `height_m`, `start_x_m`"
         );
         assert_eq!(
             said("colour"),
-            "unknown field `colour`, expected one of `friction`, `height_m`, `at_m`"
+            "unknown field `colour`, expected one of `friction`, `height_m`, `start_x_m`"
         );
         let alone = "unknown field `radios`, expected `radius`".to_owned();
         assert_eq!(
@@ -201,7 +201,7 @@ mod tests {
             "unknown field `radios` (did you mean `radius`?), expected `radius`"
         );
         assert!(said("friktion_coefficient").contains("did you mean `friction`"));
-        assert!(said("at").contains("did you mean `at_m`"));
+        assert!(said("start_m").contains("did you mean `start_x_m`"));
         let kind = with_nearest("unknown variant `Sill`, expected one of `step`, `bumps`".to_owned());
         assert!(kind.contains("did you mean `bumps`"), "{kind}");
         let other = "missing field `name`".to_owned();

@@ -114,7 +114,7 @@ pub struct Body {
     /// ground reaches into its lower face has touched.
     #[garde(custom(within(EDGE_M)))]
     #[cfg_attr(feature = "schema", schemars(inner(range(min = EDGE_M.min, max = EDGE_M.max))))]
-    pub box_m: [f64; 3],
+    pub inertia_box_m: [f64; 3],
     /// Height of its lowest point above level ground with the vehicle at rest \[m\], 0.001 to 100. Left out: that of the box's lower face.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[garde(inner(custom(within(EDGE_M))))]
@@ -136,7 +136,7 @@ impl Body {
     /// ```
     #[must_use]
     pub fn underside_m(&self) -> Option<f64> {
-        let face_m = self.com_m[2] - self.box_m[2] / 2.0;
+        let face_m = self.com_m[2] - self.inertia_box_m[2] / 2.0;
         self.clearance_m.or((face_m > 0.0).then_some(face_m))
     }
 }

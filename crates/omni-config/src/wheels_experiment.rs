@@ -12,7 +12,7 @@ use crate::override_key::Override;
 #[cfg(feature = "schema")]
 use crate::ranges::NAME;
 use crate::ranges::{
-    DAMPING_N_M_S_RAD, DURATION_S, INERTIA_KG_M2, PERIOD_US, SPEED_RPM, TIME_S, counted, is_name, within,
+    DAMPING_N_M_S_RAD, DURATION_S, INERTIA_KG_M2, PERIOD_S, SPEED_RPM, TIME_S, counted, is_name, within,
 };
 use crate::vehicle::Gains;
 
@@ -38,10 +38,14 @@ pub struct WheelsExperiment {
     #[garde(custom(within(DURATION_S)))]
     #[cfg_attr(feature = "schema", schemars(range(min = DURATION_S.min, max = DURATION_S.max)))]
     pub duration_s: f64,
-    /// Control period \[us\], 1 to 100000.
-    #[serde(deserialize_with = "crate::integers::period_us")]
-    #[garde(custom(within(PERIOD_US)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = PERIOD_US.min, max = PERIOD_US.max)))]
+    /// Control period \[us\], in files `period_s` \[s\]: whole microseconds, 1e-6 to 0.1.
+    #[serde(
+        rename = "period_s",
+        deserialize_with = "crate::microseconds::period",
+        serialize_with = "crate::microseconds::write"
+    )]
+    #[garde(skip)]
+    #[cfg_attr(feature = "schema", schemars(with = "f64", range(min = PERIOD_S.min, max = PERIOD_S.max)))]
     pub period_us: u64,
     /// Inertia of a wheel \[kg.m^2\], 1e-10 to 1e6.
     #[garde(custom(within(INERTIA_KG_M2)))]

@@ -12,7 +12,7 @@ fn main() -> Result<(), ConfigError> {
     let control = WheelControlConfig {
         pid: PidConfig::new(PidGains::pi(0.3, 2.0), 0.001),
         limits: [TorqueLimit::constant(2.0)?; 7],
-        coordination: Coordination::synchronised(),
+        coordination: Coordination::scale_references(),
     };
     let mut config = DriveConfig::new(WheelLayout::chugo7(0.30, 0.23, 0.066)?, control);
     let [vx, vy, wz] = [AxisLimits::symmetric(0.5, 0.5, 0.5, f64::INFINITY); 3]; // 0.5 m/s, reached in 1 s

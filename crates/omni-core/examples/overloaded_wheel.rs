@@ -1,6 +1,6 @@
 //! What wheels do together when one has more load than its motor can turn: two coordination policies.
 //!
-//! Under `independent` two of three wheels go on as commanded, and a vehicle on them would leave its course; under `synchronised`
+//! Under `independent` two of three wheels go on as commanded, and a vehicle on them would leave its course; under `scale_references`
 //! all slow down alike.
 #![expect(clippy::print_stdout, reason = "an example speaks on standard output")]
 
@@ -15,7 +15,7 @@ fn main() -> Result<(), ConfigError> {
     let reference = WheelVelocities::from([10.0, 10.0, 5.0]);
     for (coordination, expected) in [
         (Coordination::independent(), [10.0_f64, 5.0, 5.0]),
-        (Coordination::synchronised(), [5.0, 5.0, 2.5]),
+        (Coordination::scale_references(), [5.0, 5.0, 2.5]),
     ] {
         println!("{coordination:?}");
         let wheels = WheelController::new(WheelControlConfig {

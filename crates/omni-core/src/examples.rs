@@ -31,9 +31,9 @@ pub fn loops<const N: usize>(
     })
 }
 
-/// Traction control `steady` of the vehicle of [`layout`], with motors of 2 N.m.
+/// Traction control `traction` of the vehicle of [`layout`], with motors of 2 N.m.
 pub fn traction() -> Result<Traction<f64, 4>, ConfigError> {
-    traction_with(TractionConfig::steady(0.3, 2.0, 1e-3))
+    traction_with(TractionConfig::traction(0.3, 2.0, 1e-3))
 }
 
 /// The same with another configuration.
@@ -59,7 +59,7 @@ pub fn traction_with(config: TractionConfig<f64>) -> Result<Traction<f64, 4>, Co
 
 /// The supervisor of [`traction`].
 pub fn supervisor() -> Result<Supervisor<f64, 4>, ConfigError> {
-    Supervisor::new(&PLACES_M, SupervisorConfig::steady(1e-3))
+    Supervisor::new(&PLACES_M, SupervisorConfig::traction(1e-3))
 }
 
 /// A drive of the same vehicle and motors.

@@ -24,7 +24,7 @@ fn constructors_name_what_they_refuse() {
         refused(PathFactors::new([1.0, 0.0, 1.0])),
         ("path_factor", Some(1), 0.0)
     );
-    let mut config = SupervisorConfig::steady(1e-3);
+    let mut config = SupervisorConfig::traction(1e-3);
     config.retry.run_up_m_s = 0.0;
     assert_eq!(
         refused(Supervisor::new(&[[0.0; 2]; 4], config)),
@@ -35,7 +35,7 @@ fn constructors_name_what_they_refuse() {
         examples::drive().expect("valid"),
         examples::supervisor().expect("valid"),
     );
-    let slower = examples::traction_with(TractionConfig::steady(0.3, 2.0, 2e-3)).expect("valid");
+    let slower = examples::traction_with(TractionConfig::traction(0.3, 2.0, 2e-3)).expect("valid");
     assert_eq!(
         refused(TractionDrive::new(drive.0, drive.1, slower)),
         ("period_s", None, 2e-3)
@@ -98,7 +98,7 @@ fn configurations_begin_with_the_values_that_they_state() {
     assert_eq!((estimator.wheel_rad_s, estimator.slip_s), (0.1, 0.3));
     let limits = examples::path_limits().expect("valid");
     assert_eq!((limits.fastest.vx_m_s, limits.share), (f64::INFINITY, 0.9));
-    assert_eq!(SupervisorConfig::reach(1e-3_f64).retry.slow_retries, 1);
+    assert_eq!(SupervisorConfig::traction_runup(1e-3_f64).retry.slow_retries, 1);
     assert_eq!(WheelSample::<f32, 3>::zero().common_factor, 1.0);
 }
 

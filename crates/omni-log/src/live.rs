@@ -129,9 +129,9 @@ pub fn run_live<E: From<omni_sim::Error> + From<Error>>(
             if watch(Some(simulation), part)?.is_break() || end == Some(periods) {
                 return Ok(ControlFlow::Break(()));
             }
-            if live.until == Until::Scenario && (now - start).as_secs_f64() > scenario.wall_clock_s {
-                let wall_clock_s = scenario.wall_clock_s;
-                return Err(omni_sim::Error::OutOfTime { time_s, wall_clock_s }.into());
+            if live.until == Until::Scenario && (now - start).as_secs_f64() > scenario.time_limit_s {
+                let time_limit_s = scenario.time_limit_s;
+                return Err(omni_sim::Error::OutOfTime { time_s, time_limit_s }.into());
             }
             match pacer.wait(time_s, now) {
                 Some(wait) => std::thread::sleep(wait.min(LOOK)),

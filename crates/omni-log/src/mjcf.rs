@@ -97,13 +97,13 @@ fn wheels(scenario: &Scenario) -> Result<Vec<Wheel<'_>>, Error> {
         vehicle.rollers(i, WheelModel::Rollers).ok_or_else(missing)
     });
     let rollers = rollers.collect::<Result<Vec<_>, _>>()?;
-    let step_s = scenario.physics.step_us as f64 * 1e-6;
+    let step_s = scenario.physics.timestep_us as f64 * 1e-6;
     let mobilities = mobilities_per_kg(vehicle, &rollers);
     let wheels = vehicle.wheel.iter().zip(rollers).zip(mobilities);
     Ok(wheels
         .map(|((spec, rollers), mobility)| {
-            let stiffness = spec.contact_stiffness_n_m(scenario.physics.contact_hz);
-            let damping = 2.0 * scenario.physics.contact_damping * (stiffness * spec.mass_kg).sqrt();
+            let stiffness = spec.contact_stiffness_n_m(scenario.physics.contact_frequency_hz);
+            let damping = 2.0 * scenario.physics.contact_damping_ratio * (stiffness * spec.mass_kg).sqrt();
             Wheel {
                 spec,
                 contact: Contact::new([stiffness, damping], mobility, step_s),
@@ -169,7 +169,7 @@ fn options(xml: &mut Xml, scenario: &Scenario) -> io::Result<()> {
         xml,
         "option",
         &[
-            ("timestep", &number(scenario.physics.step_us as f64 * 1e-6)),
+            ("timestep", &number(scenario.physics.timestep_us as f64 * 1e-6)),
             ("gravity", &numbers(&[0.0, 0.0, -scenario.physics.gravity_m_s2])),
             ("integrator", &"implicitfast"),
             ("cone", &"elliptic"),

@@ -33,9 +33,9 @@ use crate::vehicle::{Vehicle, VehicleArg};
 ///
 /// Example:
 ///     >>> import omnistep
-///     >>> low = omnistep.Scenario("step", policy="paper", overrides={"terrain.height_m": 0.03})
+///     >>> low = omnistep.Scenario("step", policy="scale_torques", overrides={"terrain.height_m": 0.03})
 ///     >>> low["terrain.height_m"], low.vehicle.name, low.policy
-///     (0.03, 'chugo7', 'paper')
+///     (0.03, 'chugo7', 'scale_torques')
 ///     >>> omnistep.Scenario.from_dict(low.to_dict()) == low
 ///     True
 #[pyclass(frozen, eq, module = "omnistep")]
@@ -132,7 +132,7 @@ fn read(
             return Err(refused(key, &message));
         }
     }
-    // Keys that only some policies take, as `control.tries` or `drive`, are with the policy that is asked for, not with the file's.
+    // Keys that only some policies take, as `control.max_retries` or `drive`, are with the policy that is asked for, not with the file's.
     let (mut overrides, mut policy) = (overrides, policy);
     if let Some(name) = policy
         && !overrides.is_empty()
@@ -383,7 +383,7 @@ impl Scenario {
 /// Example:
 ///     >>> import omnistep
 ///     >>> omnistep.policies()
-///     ['independent', 'paper', 'synchronised', 'load_sharing', 'reach', 'steady']
+///     ['independent', 'scale_torques', 'scale_references', 'shared_integral', 'traction_runup', 'traction']
 #[pyfunction]
 pub(crate) fn policies() -> Vec<&'static str> {
     omni_sim::config::POLICIES.to_vec()

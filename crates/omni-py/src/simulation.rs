@@ -39,7 +39,7 @@ use crate::values::Pickled;
 ///
 /// Warns:
 ///     UserWarning: one encoder count reads as a velocity for which the gains request more torque than the motor has;
-///         or ``steady`` or ``reach`` lacks sensors or motor speed that it uses.
+///         or ``traction`` or ``traction_runup`` lacks sensors or motor speed that it uses.
 ///
 /// Example:
 ///     >>> import omnistep
@@ -49,7 +49,7 @@ use crate::values::Pickled;
 ///     >>> simulation.time_s, bool(abs(sample.twist[0] - 0.2) < 0.01)
 ///     (1.0, True)
 ///     >>> len(simulation.trace), simulation.outcome.verdict
-///     (1000, 'driven')
+///     (1000, 'completed')
 #[pyclass(frozen, module = "omnistep")]
 pub(crate) struct Simulation {
     scenario: Scenario,

@@ -80,7 +80,7 @@ fn references<const N: usize>(py: Python<'_>, rows: &[Rows], floor: f64) -> PyRe
     })
 }
 
-/// The common factor on the references of ``synchronised``: the largest that keeps every torque short of its limit.
+/// The common factor on the references of ``scale_references``: the largest with which no torque meets its limit.
 ///
 /// Args:
 ///     requested_n_m: torques for the whole references [N.m], (N,) or (T, N) of 3 to 8 wheels.

@@ -77,7 +77,7 @@ impl WheelsTrace {
 /// Run section 3.3 of the paper: three motors on dampers, torque limited by eq. (13).
 ///
 /// Args:
-///     policy: ``independent``, ``paper`` or ``synchronised``.
+///     policy: ``independent``, ``scale_torques`` or ``scale_references``.
 ///     overrides: keys of the experiment and their new values: ``{"friction_n_m_s_rad": 2e-4}``.
 ///     experiment: the built-in ``wheels``, the default, or the path of a .toml file.
 ///
@@ -89,11 +89,11 @@ impl WheelsTrace {
 ///
 /// Example:
 ///     >>> import omnistep
-///     >>> trace = omnistep.wheels("synchronised")
+///     >>> trace = omnistep.wheels("scale_references")
 ///     >>> trace.speed_rpm.shape, float(trace.t_s[-1])
 ///     ((651, 3), 65.0)
 #[pyfunction]
-#[pyo3(signature = (policy = "synchronised", *, overrides = None, experiment = PathBuf::from("wheels")))]
+#[pyo3(signature = (policy = "scale_references", *, overrides = None, experiment = PathBuf::from("wheels")))]
 pub(crate) fn wheels(
     py: Python<'_>,
     policy: &str,

@@ -189,7 +189,7 @@ impl AnyController {
     /// ```
     /// use omni_core::{BodyTwist, DriveMode};
     /// use omni_sim::{config::{Override, Scenario}, controller::{AnyController, ControlSample}};
-    /// let scenario = Scenario::load("flat", &[Override::new("drive.timeout_s", 0.5)])?;
+    /// let scenario = Scenario::load("flat", &[Override::new("drive.command_timeout_s", 0.5)])?;
     /// let mut controller = AnyController::new(&scenario)?;
     /// controller.emergency_stop(true);
     /// let (ahead, mut sample) = (BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO }, ControlSample::default());

@@ -7,8 +7,8 @@ use serde::Serialize;
 use crate::Error;
 use crate::config::{self, WheelsExperiment};
 
-/// The policies that make sense without a vehicle: `load_sharing` needs one.
-pub const WHEEL_POLICIES: [&str; 3] = ["independent", "paper", "synchronised"];
+/// The policies that make sense without a vehicle: `shared_integral` needs one.
+pub const WHEEL_POLICIES: [&str; 3] = ["independent", "scale_torques", "scale_references"];
 
 /// rad/s per rpm.
 const RPM: f64 = std::f64::consts::PI / 30.0;
@@ -87,7 +87,7 @@ impl WheelsTrace {
 ///
 /// ```
 /// use omni_sim::{config::WheelsExperiment, run_wheels};
-/// let trace = run_wheels(&WheelsExperiment::load("wheels", &[])?, "synchronised")?;
+/// let trace = run_wheels(&WheelsExperiment::load("wheels", &[])?, "scale_references")?;
 /// let [a, b, c] = trace.speeds_at(20.0); // load B alone is too much: all slow down to what B can keep
 /// assert!([a, b, c].iter().all(|speed| (speed - 92.0).abs() < 0.2));
 /// # Ok::<(), omni_sim::Error>(())

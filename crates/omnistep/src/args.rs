@@ -48,7 +48,7 @@ pub(crate) enum Command {
     Run {
         #[command(flatten)]
         args: RunArgs,
-        /// Coordination policy instead of the scenario's: independent, paper, synchronised, load_sharing, reach or steady.
+        /// Coordination policy instead of the scenario's: independent, scale_torques, scale_references, shared_integral, traction_runup or traction.
         #[arg(long)]
         policy: Option<String>,
         /// Where the controller runs: on this machine, or as firmware in an emulated Cortex-M4F (QEMU), in lock-step
@@ -89,7 +89,7 @@ pub(crate) enum Command {
         /// A vehicle instead of the scenario's: a built-in one or a .toml file; short for --set vehicle=VEHICLE.
         #[arg(long)]
         vehicle: Option<String>,
-        /// Replaces a key, such as control.policy=paper or vehicle.gains.kp_n_m_s_rad=0.5; may be repeated.
+        /// Replaces a key, such as control.policy=scale_torques or vehicle.gains.kp_n_m_s_rad=0.5; may be repeated.
         #[arg(long = "set", value_name = "KEY=VALUE")]
         overrides: Vec<String>,
         /// Language of the constants.
@@ -144,7 +144,7 @@ pub(crate) enum Command {
     Replay {
         /// An MCAP file.
         log: PathBuf,
-        /// Prints what another policy would have commanded: independent, paper, synchronised, load_sharing, reach or steady.
+        /// Prints what another policy would have commanded: independent, scale_torques, scale_references, shared_integral, traction_runup or traction.
         #[arg(long)]
         policy: Option<String>,
         /// Replaces a key of the logged scenario, such as vehicle.gains.kp_n_m_s_rad=0.5; may be repeated.

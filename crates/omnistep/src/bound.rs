@@ -70,7 +70,7 @@ pub(super) fn bound(
     if !bound.possible() {
         print(
             out,
-            "This holds for this speed only: a policy that backs off and runs up faster (steady, reach) may climb.\n",
+            "This holds for this speed only: a policy that backs off and runs up faster (traction, traction_runup) may climb.\n",
         )?;
     }
     Ok(())

@@ -320,7 +320,7 @@ fn balls_ahead(vehicle: &Vehicle) -> String {
 /// The body that reaches farthest ahead, where its clearance is less than the height of a step.
 #[cfg(feature = "bound")]
 fn too_low(vehicle: &Vehicle, height_m: f64) -> Option<String> {
-    let front = |body: &&omni_config::Body| body.com_m[0] + body.box_m[0] / 2.0;
+    let front = |body: &&omni_config::Body| body.com_m[0] + body.inertia_box_m[0] / 2.0;
     let first = vehicle.body.iter().max_by(|a, b| front(a).total_cmp(&front(b)))?;
     let clearance_m = first.underside_m()?;
     (clearance_m < height_m).then(|| {

@@ -338,7 +338,7 @@ fn one(
         policy: scenario.control.law(),
         trying: trying.note(&record.outcome),
         outcome: record.outcome,
-        steps_per_s: simulated * 1e6 / scenario.physics.step_us as f64 / seconds,
+        steps_per_s: simulated * 1e6 / scenario.physics.timestep_us as f64 / seconds,
         realtime_factor: simulated / seconds,
         mcap: log.path().to_owned(),
         _log: log,

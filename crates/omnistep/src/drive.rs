@@ -108,7 +108,7 @@ fn ground_for(vehicle: &Vehicle) -> (&'static str, Vec<Override>) {
     let bumps = vec![
         Override::new("terrain.height_m", height_m),
         Override::new("terrain.width_m", 2.0 * height_m), // half round
-        Override::new("terrain.at_m", obstacle_at_m(vehicle, NEAREST_M)),
+        Override::new("terrain.start_x_m", obstacle_at_m(vehicle, NEAREST_M)),
     ];
     ("bumps", bumps)
 }

@@ -150,7 +150,7 @@ fn with_room(text: &str, like: &str, vehicle: &Vehicle) -> Result<String, Error>
     let longer_m = (behind_m(vehicle) - behind_m(usual.vehicle())).max(0.0) + at_m - obstacle.from_m;
     let speed_m_s = usual.command.vx_m_s.abs().max(0.1);
     let duration_s = (usual.duration_s + longer_m / speed_m_s).ceil();
-    let text = with_value(text, "at_m", &format!("{at_m:.1}"));
+    let text = with_value(text, "start_x_m", &format!("{at_m:.1}"));
     Ok(with_value(&text, "duration_s", &format!("{duration_s:.1}")))
 }
 

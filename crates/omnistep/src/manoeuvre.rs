@@ -100,13 +100,13 @@ then = [
 
 [control]
 policy = \"independent\"
-period_us = 1000
+period_s = 0.001
 
 [physics]
 engine = \"articulated\"
-step_us = 500
-contact_hz = 200.0
-contact_damping = 5.0
+timestep_s = 0.0005
+contact_frequency_hz = 200.0
+contact_damping_ratio = 5.0
 gravity_m_s2 = {GRAVITY_M_S2}
 "
     ))

@@ -17,7 +17,7 @@ impl RetryState {
     /// For a run of a scenario.
     pub(crate) fn new(scenario: &Scenario) -> Self {
         Self {
-            most: scenario.tries().unwrap_or_default(),
+            most: scenario.max_retries().unwrap_or_default(),
             mode: SupervisorMode::Drive,
             tries: 0,
         }

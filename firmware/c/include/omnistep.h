@@ -215,7 +215,7 @@ typedef struct {
   // `ended` no wheel is controlled.
   bool active[3];
   // Proportional term, formed with the reference as reduced by `common_factor` under
-  // `Saturation::ScaleReference`.
+  // `Saturation::ScaleReferences`.
   float p_n_m[3];
   // Integral term, likewise.
   float i_n_m[3];
@@ -232,7 +232,7 @@ typedef struct {
   // The requested torque is outside the limits.
   bool saturated[3];
   // What all torques (`Saturation::ScaleTorques`) or all references
-  // (`Saturation::ScaleReference`) were multiplied by, 0 to 1; 1 under
+  // (`Saturation::ScaleReferences`) were multiplied by, 0 to 1; 1 under
   // `Saturation::Clip`.
   float common_factor;
   // Every reference has been 0 for long enough that all torque has ended: see `Rest`. Bridges that are driven by
@@ -485,7 +485,7 @@ typedef struct {
   // `ended` no wheel is controlled.
   bool active[4];
   // Proportional term, formed with the reference as reduced by `common_factor` under
-  // `Saturation::ScaleReference`.
+  // `Saturation::ScaleReferences`.
   float p_n_m[4];
   // Integral term, likewise.
   float i_n_m[4];
@@ -502,7 +502,7 @@ typedef struct {
   // The requested torque is outside the limits.
   bool saturated[4];
   // What all torques (`Saturation::ScaleTorques`) or all references
-  // (`Saturation::ScaleReference`) were multiplied by, 0 to 1; 1 under
+  // (`Saturation::ScaleReferences`) were multiplied by, 0 to 1; 1 under
   // `Saturation::Clip`.
   float common_factor;
   // Every reference has been 0 for long enough that all torque has ended: see `Rest`. Bridges that are driven by
@@ -601,7 +601,7 @@ typedef struct {
   // `ended` no wheel is controlled.
   bool active[6];
   // Proportional term, formed with the reference as reduced by `common_factor` under
-  // `Saturation::ScaleReference`.
+  // `Saturation::ScaleReferences`.
   float p_n_m[6];
   // Integral term, likewise.
   float i_n_m[6];
@@ -618,7 +618,7 @@ typedef struct {
   // The requested torque is outside the limits.
   bool saturated[6];
   // What all torques (`Saturation::ScaleTorques`) or all references
-  // (`Saturation::ScaleReference`) were multiplied by, 0 to 1; 1 under
+  // (`Saturation::ScaleReferences`) were multiplied by, 0 to 1; 1 under
   // `Saturation::Clip`.
   float common_factor;
   // Every reference has been 0 for long enough that all torque has ended: see `Rest`. Bridges that are driven by
@@ -717,7 +717,7 @@ typedef struct {
   // `ended` no wheel is controlled.
   bool active[7];
   // Proportional term, formed with the reference as reduced by `common_factor` under
-  // `Saturation::ScaleReference`.
+  // `Saturation::ScaleReferences`.
   float p_n_m[7];
   // Integral term, likewise.
   float i_n_m[7];
@@ -734,7 +734,7 @@ typedef struct {
   // The requested torque is outside the limits.
   bool saturated[7];
   // What all torques (`Saturation::ScaleTorques`) or all references
-  // (`Saturation::ScaleReference`) were multiplied by, 0 to 1; 1 under
+  // (`Saturation::ScaleReferences`) were multiplied by, 0 to 1; 1 under
   // `Saturation::Clip`.
   float common_factor;
   // Every reference has been 0 for long enough that all torque has ended: see `Rest`. Bridges that are driven by

@@ -165,7 +165,7 @@ pub(super) fn control<R: Real, const N: usize>(u: &mut Unstructured<'_>) -> Opti
     let saturation = match byte(u) % 4 {
         0 => Saturation::Clip,
         1 => Saturation::ScaleTorques,
-        _ => Saturation::ScaleReference {
+        _ => Saturation::ScaleReferences {
             floor: none_or(u, 1e-3, 1.0),
         },
     };

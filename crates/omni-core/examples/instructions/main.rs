@@ -90,7 +90,7 @@ fn run<R: Real + FloatCore, const N: usize>(
     saturated: bool,
     steps: usize,
 ) -> bool {
-    let controller = controller(layout, GAINS, limit(), Coordination::synchronised());
+    let controller = controller(layout, GAINS, limit(), Coordination::scale_references());
     let inputs = inputs(&controller, saturated);
     let mut torques = [R::zero(); N];
     let turns = inputs.iter().cycle().take(steps);

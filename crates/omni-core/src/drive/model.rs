@@ -23,7 +23,7 @@ use crate::{ConfigError, Real};
 /// let control = WheelControlConfig {
 ///     pid: PidConfig::new(gains, 1e-3),
 ///     limits: [TorqueLimit::constant(2.0)?; 7],
-///     coordination: Coordination::synchronised(),
+///     coordination: Coordination::scale_references(),
 /// };
 /// let drive = Drive::new(DriveConfig::new(WheelLayout::chugo7(0.30, 0.23, 0.066)?, control))?;
 /// let mut state = DriveState::new(&drive);

@@ -25,7 +25,7 @@ use crate::{ConfigError, Real};
 ///     WheelControlConfig {
 ///         pid: PidConfig::new(gains, 1e-3),
 ///         limits: [TorqueLimit::constant(2.0)?; 7],
-///         coordination: Coordination::synchronised(),
+///         coordination: Coordination::scale_references(),
 ///     },
 /// )?;
 /// let mut state = ControlState::default();

@@ -24,7 +24,7 @@ use crate::{ConfigError, Real};
 /// };
 /// assert_eq!(applied(Saturation::Clip), [1.0, -1.0]);
 /// assert_eq!(applied(Saturation::ScaleTorques), [1.0, -0.5]); // half of each torque
-/// assert_eq!(applied(Saturation::ScaleReference { floor: 0.0 }), [1.0, 0.0]); // half of each reference: 8 and -8
+/// assert_eq!(applied(Saturation::ScaleReferences { floor: 0.0 }), [1.0, 0.0]); // half of each reference: 8 and -8
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,13 +41,13 @@ pub enum Saturation<R> {
     /// All references are multiplied by one factor s, as large as keeps every wheel within its limit, and the loops see
     /// the error against the reduced reference (a conditioned controller shared by the wheels). Ratios of velocities are
     /// kept and nothing winds up.
-    ScaleReference {
+    ScaleReferences {
         /// The factor never falls below this, 0 to 1: a wheel may then saturate. 0 lets one blocked wheel stop all.
         floor: R,
     },
 }
 
-constant_enum!(Saturation<R> { Clip, ScaleTorques, ScaleReference { floor } });
+constant_enum!(Saturation<R> { Clip, ScaleTorques, ScaleReferences { floor } });
 
 /// Which error the integrals take in.
 ///
@@ -88,11 +88,11 @@ constant_enum!(Integral { PerWheel, Shared });
 /// ```
 /// use omni_core::loops::{Integral, Saturation};
 /// use omni_core::Coordination;
-/// let policy = Coordination::<f64>::preset("synchronised").expect("one of Coordination::<f64>::PRESETS");
-/// assert_eq!(policy.saturation, Saturation::ScaleReference { floor: 0.3 });
+/// let policy = Coordination::<f64>::preset("scale_references").expect("one of Coordination::<f64>::PRESETS");
+/// assert_eq!(policy.saturation, Saturation::ScaleReferences { floor: 0.3 });
 /// assert_eq!(policy.integral, Integral::PerWheel);
-/// let patient = Coordination::new(Saturation::ScaleReference { floor: 0.5 }, Integral::Shared);
-/// assert_eq!(patient.saturation, Saturation::ScaleReference { floor: 0.5 });
+/// let patient = Coordination::new(Saturation::ScaleReferences { floor: 0.5 }, Integral::Shared);
+/// assert_eq!(patient.saturation, Saturation::ScaleReferences { floor: 0.5 });
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -110,7 +110,12 @@ constant_struct!(Coordination<R> { saturation: Saturation<R>, integral: Integral
 
 impl<R: Real> Coordination<R> {
     /// Names that [`Coordination::preset`] knows. A preset's meaning never changes; a new law gets a new name.
-    pub const PRESETS: [&'static str; 4] = ["independent", "paper", "synchronised", "load_sharing"];
+    pub const PRESETS: [&'static str; 4] = [
+        "independent",
+        "scale_torques",
+        "scale_references",
+        "shared_integral",
+    ];
 
     /// A policy of these two choices; whatever else there will be to choose stays as in [`Coordination::independent`].
     #[must_use]
@@ -129,9 +134,9 @@ impl<R: Real> Coordination<R> {
     pub fn preset(name: &str) -> Option<Self> {
         match name {
             "independent" => Some(Self::independent()),
-            "paper" => Some(Self::paper()),
-            "synchronised" => Some(Self::synchronised()),
-            "load_sharing" => Some(Self::load_sharing()),
+            "scale_torques" => Some(Self::scale_torques()),
+            "scale_references" => Some(Self::scale_references()),
+            "shared_integral" => Some(Self::shared_integral()),
             _ => None,
         }
     }
@@ -163,7 +168,7 @@ impl<R: Real> Coordination<R> {
     /// use omni_core::loops::WheelController;
     /// use omni_core::{ControlState, Coordination};
     /// # let mut config = omni_core::examples::loops(0.125, 4.0, 1.0)?;
-    /// (config.pid.period_s, config.coordination) = (0.0625, Coordination::paper());
+    /// (config.pid.period_s, config.coordination) = (0.0625, Coordination::scale_torques());
     /// let wheels = WheelController::new(config)?; // limits of 1 N.m
     /// let mut state = ControlState::default();
     /// let sample = wheels.step(&mut state, &[8.0, 2.0].into(), &[0.0; 2].into());
@@ -173,7 +178,7 @@ impl<R: Real> Coordination<R> {
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
     #[must_use]
-    pub fn paper() -> Self {
+    pub fn scale_torques() -> Self {
         Self {
             saturation: Saturation::ScaleTorques,
             integral: Integral::PerWheel,
@@ -186,7 +191,7 @@ impl<R: Real> Coordination<R> {
     /// use omni_core::loops::WheelController;
     /// use omni_core::{ControlState, Coordination};
     /// # let mut config = omni_core::examples::loops(0.125, 0.0, 1.0)?;
-    /// config.coordination = Coordination::synchronised();
+    /// config.coordination = Coordination::scale_references();
     /// let wheels = WheelController::new(config)?; // limits of 1 N.m
     /// // 8 N.m would need an eighth of the references. No less than 0.3 is taken, and wheel 1 saturates.
     /// let sample = wheels.step(&mut ControlState::default(), &[64.0, 8.0].into(), &[0.0; 2].into());
@@ -195,9 +200,9 @@ impl<R: Real> Coordination<R> {
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
     #[must_use]
-    pub fn synchronised() -> Self {
+    pub fn scale_references() -> Self {
         Self {
-            saturation: Saturation::ScaleReference { floor: R::of(0.3) },
+            saturation: Saturation::ScaleReferences { floor: R::of(0.3) },
             integral: Integral::PerWheel,
         }
     }
@@ -208,7 +213,7 @@ impl<R: Real> Coordination<R> {
     /// ```
     /// use omni_core::{BodyTwist, ControlState, Controller, Coordination, WheelLayout};
     /// # let mut config = omni_core::examples::loops(0.0, 5.0, 2.0)?;
-    /// (config.pid.period_s, config.coordination) = (0.1, Coordination::load_sharing());
+    /// (config.pid.period_s, config.coordination) = (0.1, Coordination::shared_integral());
     /// let controller = Controller::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config)?;
     /// let mut state = ControlState::default();
     /// let ahead = BodyTwist { vx_m_s: 1.0, ..BodyTwist::ZERO }; // 10 rad/s at every wheel
@@ -220,7 +225,7 @@ impl<R: Real> Coordination<R> {
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
     #[must_use]
-    pub fn load_sharing() -> Self {
+    pub fn shared_integral() -> Self {
         Self {
             saturation: Saturation::Clip,
             integral: Integral::Shared,
@@ -229,7 +234,7 @@ impl<R: Real> Coordination<R> {
 
     pub(crate) fn check(&self) -> Result<(), ConfigError> {
         match self.saturation {
-            Saturation::ScaleReference { floor } if !(floor >= R::zero() && floor <= R::one()) => {
+            Saturation::ScaleReferences { floor } if !(floor >= R::zero() && floor <= R::one()) => {
                 Err(ConfigError::new("floor", floor.as_f64(), "0 to 1"))
             }
             _ => Ok(()),
@@ -260,7 +265,7 @@ pub fn torque_factor<R: Real, const N: usize>(requested_n_m: &[R; N], ranges: &T
     factor
 }
 
-/// The common speed factor of [`Saturation::ScaleReference`]: the largest s in `floor..=1` with every torque short of the
+/// The common speed factor of [`Saturation::ScaleReferences`]: the largest s in `floor..=1` with every torque short of the
 /// limit that its own reference pushes it towards; `floor` where there is none.
 ///
 /// `requested_n_m`: torque of each wheel for its whole reference. `slopes_n_m`: the part of it that is proportional to the

@@ -29,7 +29,7 @@ pub use sample::{ControlState, WheelControlConfig, WheelSample};
 /// let wheels = WheelController::new(WheelControlConfig {
 ///     pid: PidConfig::new(gains, 1e-3),
 ///     limits: [TorqueLimit::constant(1.0)?; 2],
-///     coordination: Coordination::paper(),
+///     coordination: Coordination::scale_torques(),
 /// })?;
 /// let sample = wheels.step(&mut ControlState::default(), &[20.0, -10.0].into(), &[0.0, 0.0].into());
 /// assert_eq!(sample.requested.n_m, [2.0, -1.0]);
@@ -175,7 +175,7 @@ impl<R: Real, const N: usize> WheelController<R, N> {
     /// let wheels = WheelController::new(WheelControlConfig {
     ///     pid: PidConfig::new(gains, 1e-3),
     ///     limits: [TorqueLimit::constant(1.0)?; 3],
-    ///     coordination: Coordination::synchronised(),
+    ///     coordination: Coordination::scale_references(),
     /// })?;
     /// let (mut state, mut sample) = (ControlState::default(), WheelSample::zero());
     /// wheels.step_into(&mut state, &[1.0; 3].into(), &[0.0; 3].into(), &mut sample);

@@ -70,13 +70,13 @@ pub struct TractionSensors<R> {
 
 constant_struct!(TractionSensors<R> { encoder_counts: R, encoder_noise_rad_s: R, gyro_noise_rad_s: R, delay_s: R, lag_s: R });
 
-/// Gains and times of a traction control. Start from [`TractionConfig::steady`] or [`TractionConfig::reach`].
+/// Gains and times of a traction control. Start from [`TractionConfig::traction`] or [`TractionConfig::traction_runup`].
 ///
 /// Gains beside the thrust's own are in multiples of it, so that they fit another vehicle as soon as that one does.
 ///
 /// ```
 /// use omni_core::traction::TractionConfig;
-/// let config = TractionConfig::steady(0.3_f64, 2.0, 1e-3);
+/// let config = TractionConfig::traction(0.3_f64, 2.0, 1e-3);
 /// assert!(config.thrust_gain_n_m_s_rad > 0.7 && config.soft_part == 0.25);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -165,11 +165,11 @@ impl<R: Real> TractionConfig<R> {
     ///
     /// ```
     /// use omni_core::traction::TractionConfig;
-    /// let (one, stiffer) = (TractionConfig::steady(0.3, 2.0, 1e-3), TractionConfig::steady(0.6, 4.0, 1e-3));
+    /// let (one, stiffer) = (TractionConfig::traction(0.3, 2.0, 1e-3), TractionConfig::traction(0.6, 4.0, 1e-3));
     /// assert_eq!(stiffer.thrust_gain_n_m_s_rad, 2.0 * one.thrust_gain_n_m_s_rad);
     /// ```
     #[must_use]
-    pub fn steady(kp_n_m_s_rad: R, ki_n_m_rad: R, period_s: R) -> Self {
+    pub fn traction(kp_n_m_s_rad: R, ki_n_m_rad: R, period_s: R) -> Self {
         let of = R::of;
         Self {
             period_s,
@@ -199,16 +199,16 @@ impl<R: Real> TractionConfig<R> {
         }
     }
 
-    /// Gets over the highest steps: rows are levelled under more load only, but faster. As [`TractionConfig::steady`] otherwise.
+    /// Gets over the highest steps: rows are levelled under more load only, but faster. As [`TractionConfig::traction`] otherwise.
     ///
     /// ```
     /// use omni_core::traction::TractionConfig;
-    /// let (reach, steady) = (TractionConfig::reach(0.3, 2.0, 1e-3), TractionConfig::steady(0.3, 2.0, 1e-3));
-    /// assert!(reach.levelling_from > steady.levelling_from);
-    /// assert_eq!((reach.soft_part, steady.soft_part), (0.25, 0.25));
+    /// let (runup, traction) = (TractionConfig::traction_runup(0.3, 2.0, 1e-3), TractionConfig::traction(0.3, 2.0, 1e-3));
+    /// assert!(runup.levelling_from > traction.levelling_from);
+    /// assert_eq!((runup.soft_part, traction.soft_part), (0.25, 0.25));
     /// ```
     #[must_use]
-    pub fn reach(kp_n_m_s_rad: R, ki_n_m_rad: R, period_s: R) -> Self {
+    pub fn traction_runup(kp_n_m_s_rad: R, ki_n_m_rad: R, period_s: R) -> Self {
         let of = R::of;
         Self {
             heading_per_s: of(3.38),
@@ -217,7 +217,7 @@ impl<R: Real> TractionConfig<R> {
             levelling_per_s: of(10.19),
             levelling_from: of(0.7026),
             squaring_s: of(41.4e-3),
-            ..Self::steady(kp_n_m_s_rad, ki_n_m_rad, period_s)
+            ..Self::traction(kp_n_m_s_rad, ki_n_m_rad, period_s)
         }
     }
 
@@ -227,7 +227,7 @@ impl<R: Real> TractionConfig<R> {
     /// use omni_core::traction::{TractionConfig, TractionSensors};
     /// let mut late = TractionSensors::perfect();
     /// late.delay_s = 5e-3;
-    /// assert_eq!(TractionConfig::steady(0.3, 2.0, 1e-3).with_sensors(late).sensors.delay_s, 5e-3);
+    /// assert_eq!(TractionConfig::traction(0.3, 2.0, 1e-3).with_sensors(late).sensors.delay_s, 5e-3);
     /// ```
     #[must_use]
     pub fn with_sensors(self, sensors: TractionSensors<R>) -> Self {

@@ -29,7 +29,7 @@ pub(super) const CLIMBS_M_S: f64 = 0.02;
 /// # let places = [[-0.3, -0.23], [-0.3, 0.0], [-0.3, 0.23], [0.0, 0.0], [0.3, -0.23], [0.3, 0.0], [0.3, 0.23]];
 /// # let wheels = places.map(wheel);
 /// # let linkage = Linkage::new(&[], &places.map(|[x, y]| CarriedWheel { body: 0, centre_m: [x, y, 0.066] }))?;
-/// # let config = TractionConfig::steady(0.3, 2.0, 1e-3);
+/// # let config = TractionConfig::traction(0.3, 2.0, 1e-3);
 /// let traction = Traction::new(Kinematics::new(&layout)?, linkage, wheels, config)?;
 /// let mut state = TractionState::new();
 /// // At rest, commanded to go ahead at 0.3 m/s: every wheel that points ahead gives the same, those across nothing.

@@ -37,7 +37,7 @@ const CREEPS_PART: f64 = 0.5;
 /// ```
 /// use omni_core::traction::{Supervisor, SupervisorConfig};
 /// let places = [[-0.3, -0.23], [-0.3, 0.0], [-0.3, 0.23], [0.0, 0.0], [0.3, -0.23], [0.3, 0.0], [0.3, 0.23]];
-/// let supervisor = Supervisor::new(&places, SupervisorConfig::steady(1e-3))?;
+/// let supervisor = Supervisor::new(&places, SupervisorConfig::traction(1e-3))?;
 /// assert_eq!(supervisor.config().retry.retries, 8);
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```

@@ -27,7 +27,7 @@ fn control() -> WheelControlConfig<f32, N> {
     WheelControlConfig {
         pid: PidConfig::new(gains, 1e-3),
         limits: [TorqueLimit::constant(2.0).expect("valid"); N],
-        coordination: Coordination::synchronised(),
+        coordination: Coordination::scale_references(),
     }
 }
 

@@ -76,7 +76,7 @@ fn body(
                 ("class", &"seen"),
                 ("type", &"box"),
                 ("pos", &here(of.com_m)),
-                ("size", &numbers(&of.box_m.map(|edge| 0.5 * edge))),
+                ("size", &numbers(&of.inertia_box_m.map(|edge| 0.5 * edge))),
                 ("rgba", &BODY),
             ],
         )?;

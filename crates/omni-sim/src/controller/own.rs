@@ -62,8 +62,8 @@ impl<const N: usize> UserPolicy<N> {
 /// ```
 /// use omni_sim::controller::check_name;
 /// assert!(check_name("my law").is_ok());
-/// let said = check_name("paper").map_err(|error| error.to_string());
-/// assert_eq!(said.err().as_deref(), Some("policy = \"paper\", allowed: a name that is not a coordination policy's"));
+/// let said = check_name("scale_torques").map_err(|error| error.to_string());
+/// assert_eq!(said.err().as_deref(), Some("policy = \"scale_torques\", allowed: a name that is not a coordination policy's"));
 /// ```
 pub fn check_name(name: &str) -> Result<(), Error> {
     let refuse = |allowed| {

@@ -8,9 +8,9 @@ use omni_core::metrics::{DISTURBED_FLOOR_RAD_S, disturbed_ratio, shape_error, sp
 use super::criteria::{Gain, Gained, Lean, Runaway, farthest_wheel_m};
 use super::effort::{Effort, LimitedBy};
 use super::friction_use::FrictionUse;
-use super::linkage_spread::LinkageSpread;
 use super::obedience::Obedience;
 use super::pose_errors::PoseErrors;
+use super::slip_speed_std::SlipSpeedStd;
 use super::standstill::Standstill;
 use super::undersides::Undersides;
 use super::{Outcome, Verdict};
@@ -85,7 +85,7 @@ struct Crossing {
     disturbed: Mean,
     disturbed_realised: Mean,
     spread: Mean,
-    linkage: LinkageSpread,
+    linkage: SlipSpeedStd,
     shape: Mean,
     heat: f64,
     nose_up_rad: f64,
@@ -155,7 +155,7 @@ impl Meter {
             // A loaded scenario's policy is known.
             scales_references: scenario
                 .coordination::<f64>()
-                .is_ok_and(|policy| matches!(policy.saturation, Saturation::ScaleReference { .. })),
+                .is_ok_and(|policy| matches!(policy.saturation, Saturation::ScaleReferences { .. })),
             period_s: scenario.period_s(),
             weight_n,
             friction: FrictionUse::new(vehicle.wheel.len(), weight_n),
@@ -326,7 +326,7 @@ impl Meter {
         } else if self.tipped {
             Verdict::Tipped
         } else if self.runaway.found() {
-            Verdict::RanAway
+            Verdict::Overspeed
         } else if disobeyed.wrong_way {
             Verdict::WrongWay
         } else if disobeyed.drove_on {
@@ -334,7 +334,7 @@ impl Meter {
         } else if disobeyed.rolled_on {
             Verdict::RolledOn
         } else if self.lean.found() {
-            Verdict::Leaned
+            Verdict::Tilted
         } else if touched.is_some() {
             Verdict::Touched
         } else if climbed {
@@ -347,7 +347,7 @@ impl Meter {
             } else if disobeyed.fell_short {
                 Verdict::FellShort
             } else {
-                Verdict::Driven
+                Verdict::Completed
             }
         } else if self.progress.stalled() {
             Verdict::Stalled
@@ -394,12 +394,12 @@ impl Meter {
             nose_down_peak_deg: c.nose_down_rad.to_degrees() * measured,
             yaw_error_deg: c.yaw_error_rad.to_degrees() * measured,
             slip_rms: c.slip.root(),
-            disturbed_rms: c.disturbed.root(),
-            disturbed_realised_rms: c.disturbed_realised.root(),
-            spread_rms: c.spread.root(),
-            linkage_spread: c.linkage.ratio(),
+            speed_error_rms: c.disturbed.root(),
+            speed_error_realised_rms: c.disturbed_realised.root(),
+            speed_ratio_std: c.spread.root(),
+            slip_speed_std: c.linkage.ratio(),
             shape_error_rms_rad_s: c.shape.root(),
-            heat_n2m2s: c.heat * measured,
+            torque_squared_n2m2s: c.heat * measured,
             work_j: work_j * measured,
             cost_of_transport: (way_m > 0.01).then(|| work_j / (self.weight_n * way_m)),
             e_over_mgh: (verdict == Verdict::Climbed && gained_m > 0.0)

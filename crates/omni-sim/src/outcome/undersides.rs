@@ -121,7 +121,7 @@ impl Undersides {
 impl Face {
     fn new(index: usize, body: &Body, spacing_m: f64) -> Option<Self> {
         let [x, y, _] = body.com_m;
-        let edges = [body.box_m[0], body.box_m[1]];
+        let edges = [body.inertia_box_m[0], body.inertia_box_m[1]];
         let cells = edges.map(|edge| (edge / spacing_m).ceil().clamp(1.0, MOST_CELLS));
         Some(Self {
             body: index,

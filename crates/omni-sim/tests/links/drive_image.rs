@@ -198,7 +198,7 @@ fn an_honest_drive_is_accepted_whatever_happens_to_its_vehicle() {
         ),
         (
             "step",
-            ["control.policy=synchronised", "terrain.friction=0.3"],
+            ["control.policy=scale_references", "terrain.friction=0.3"],
             1.0,
         ),
     ] {

@@ -15,7 +15,7 @@ pub(crate) struct DriveArgs {
     /// or vehicle.motor.stall_torque_n_m=1; may be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) overrides: Vec<String>,
-    /// Initial coordination policy instead of the scenario's: independent, paper, synchronised, load_sharing, reach or steady.
+    /// Initial coordination policy instead of the scenario's: independent, scale_torques, scale_references, shared_integral, traction_runup or traction.
     #[arg(long)]
     pub(crate) policy: Option<String>,
     /// Port on 127.0.0.1 of the page, and of Foxglove and Lichtblick; 0 for any free port.

@@ -36,12 +36,12 @@ fn with_emulator(script: &str) -> tempfile::TempDir {
 #[test]
 fn traction_control_without_a_drive_is_refused_whatever_image_there_is() {
     let folder = tempfile::tempdir().unwrap();
-    let (code, line) = refused(folder.path(), &["--policy", "steady"]);
+    let (code, line) = refused(folder.path(), &["--policy", "traction"]);
     assert_eq!(code, Some(2));
     assert_eq!(
         line,
-        "error: scenario flat: control.policy: \"steady\", allowed without [drive] for a controller at the other end of a link: \
-         independent, paper, synchronised, load_sharing\n"
+        "error: scenario flat: control.policy: \"traction\", allowed without [drive] for a controller at the other end of a link: \
+         independent, scale_torques, scale_references, shared_integral\n"
     );
 }
 

@@ -75,7 +75,7 @@ fn config() -> DriveConfig<f64, 7> {
             wheel_rad_per_sqrt_rad: 0.01,
             residual_gain: 1.0,
         }),
-        ..DriveConfig::new(layout(), loops(Coordination::synchronised()))
+        ..DriveConfig::new(layout(), loops(Coordination::scale_references()))
     }
 }
 
@@ -462,7 +462,7 @@ proptest! {
         let control = WheelControlConfig {
             pid: PidConfig::new(gains, 1e-3),
             limits: [TorqueLimit::line(2.0, 0.1).expect("valid"); 7],
-            coordination: Coordination::synchronised(),
+            coordination: Coordination::scale_references(),
         };
         let single = DriveConfig {
             discretize: true,

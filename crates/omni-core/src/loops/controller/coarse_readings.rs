@@ -204,7 +204,7 @@ fn no_choice_of_anti_windup_makes_a_bias_of_single_readings() {
         AntiWindup::Conditioned,
     ];
     for law in laws {
-        for policy in ["independent", "paper", "load_sharing"] {
+        for policy in ["independent", "scale_torques", "shared_integral"] {
             for encoder in [
                 Encoder::Counts(64.0),
                 Encoder::Counts(512.0),

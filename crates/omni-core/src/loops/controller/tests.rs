@@ -68,7 +68,7 @@ fn policies_agree_while_nothing_saturates_and_no_wheel_disagrees() {
         let sample = controller(policy, 100.0).step(&mut ControlState::default(), &FORWARD, &measured);
         assert_eq!(sample.wheels.common_factor, 1.0);
         for (a, b) in sample.wheels.applied.n_m.iter().zip(reference.wheels.applied.n_m) {
-            assert!((a - b).abs() < 1e-14, "{policy:?}"); // the projection of `load_sharing` rounds
+            assert!((a - b).abs() < 1e-14, "{policy:?}"); // the projection of `shared_integral` rounds
         }
     }
 }
@@ -83,7 +83,7 @@ fn layout_velocities(vx: f64) -> WheelVelocities<f64, 7> {
 #[test]
 fn ratio_of_references_is_kept_and_nothing_winds_up_while_a_wheel_is_blocked() {
     let policy = Coordination {
-        saturation: Saturation::ScaleReference { floor: 0.0 },
+        saturation: Saturation::ScaleReferences { floor: 0.0 },
         integral: Integral::PerWheel,
     };
     let wheels = WheelController::new(config::<2>(policy, 1.0)).expect("valid");
@@ -107,7 +107,7 @@ fn ratio_of_references_is_kept_and_nothing_winds_up_while_a_wheel_is_blocked() {
 
 #[test]
 fn shared_integral_never_leaves_the_range_of_the_kinematics() {
-    let controller = controller(Coordination::load_sharing(), 2.0);
+    let controller = controller(Coordination::shared_integral(), 2.0);
     let mut state = ControlState::default();
     for k in 0..2000 {
         let mut measured = layout_velocities(0.3);
@@ -168,8 +168,8 @@ fn a_vehicle_released_from_a_wall_overshoots_no_more_than_without_limits_from_th
         );
         assert!(yardstick > 0.05, "{yardstick}");
         let limited = [
-            (Saturation::ScaleReference { floor: 0.0 }, AntiWindup::None),
-            (Saturation::ScaleReference { floor: 0.3 }, AntiWindup::None),
+            (Saturation::ScaleReferences { floor: 0.0 }, AntiWindup::None),
+            (Saturation::ScaleReferences { floor: 0.3 }, AntiWindup::None),
             (Saturation::Clip, AntiWindup::Clamp { limit_n_m: 1.0 }),
             (Saturation::Clip, AntiWindup::Conditional),
             (
@@ -213,7 +213,7 @@ fn a_conditional_shared_integral_stops_as_a_whole() {
                 1e-3,
             )
         },
-        ..config(Coordination::load_sharing(), 0.5)
+        ..config(Coordination::shared_integral(), 0.5)
     };
     let controller = Controller::new(&layout(), config).expect("valid");
     let mut state = ControlState::default();
@@ -239,7 +239,7 @@ fn clamped_shared_integrals_stay_in_the_range_of_the_kinematics() {
         &layout(),
         WheelControlConfig {
             pid: clamp,
-            ..config(Coordination::load_sharing(), 9.0)
+            ..config(Coordination::shared_integral(), 9.0)
         },
     )
     .expect("valid");
@@ -273,7 +273,8 @@ fn clamped_shared_integrals_stay_in_the_range_of_the_kinematics() {
 
 #[test]
 fn shared_integral_without_a_vehicle_is_refused() {
-    let error = WheelController::new(config::<3>(Coordination::load_sharing(), 1.0)).expect_err("no layout");
+    let error =
+        WheelController::new(config::<3>(Coordination::shared_integral(), 1.0)).expect_err("no layout");
     assert_eq!(error.parameter, "integral");
 }
 
@@ -281,7 +282,7 @@ fn shared_integral_without_a_vehicle_is_refused() {
 fn floor_outside_0_to_1_is_refused() {
     for floor in [-0.1, 1.1, f64::NAN] {
         let policy = Coordination {
-            saturation: Saturation::ScaleReference { floor },
+            saturation: Saturation::ScaleReferences { floor },
             integral: Integral::PerWheel,
         };
         assert_eq!(
@@ -312,7 +313,7 @@ proptest! {
                 match policy.saturation {
                     Saturation::Clip => prop_assert_eq!(s.applied.n_m[i], formed.limited(-limit, limit)),
                     Saturation::ScaleTorques => prop_assert!((s.applied.n_m[i] - s.common_factor * formed).abs() < 1e-12),
-                    Saturation::ScaleReference { .. } => {
+                    Saturation::ScaleReferences { .. } => {
                         // The realised terms are those of a plain PID fed the reduced reference.
                         let pid = Pid::new(PidConfig::new(GAINS, 1e-3)).expect("valid");
                         let reduced = s.common_factor * s.reference.rad_s[i];

@@ -45,7 +45,7 @@ impl<R: Real> Law<'_, R> {
         match self.coordination.saturation {
             Saturation::Clip => {}
             Saturation::ScaleTorques => scale_torques(out),
-            Saturation::ScaleReference { floor } => {
+            Saturation::ScaleReferences { floor } => {
                 self.scale_references(floor, &at, state, integrated_error, out, unbounded_p.as_mut());
             }
         }
@@ -54,7 +54,7 @@ impl<R: Real> Law<'_, R> {
         }
         // Torque asked for by the terms as they are in the end: what anti-windup compares with.
         let asked = match self.coordination.saturation {
-            Saturation::ScaleReference { .. } => out.applied.n_m,
+            Saturation::ScaleReferences { .. } => out.applied.n_m,
             _ => out.requested.n_m,
         };
         clip(out);
@@ -154,7 +154,7 @@ impl<R: Real> Law<'_, R> {
     ) -> [R; N] {
         // A conditioned controller to the end: what the floor leaves over is conditioned too, wheel by wheel.
         let law = match self.coordination.saturation {
-            Saturation::ScaleReference { .. } => AntiWindup::Conditioned,
+            Saturation::ScaleReferences { .. } => AntiWindup::Conditioned,
             _ => self.pid.anti_windup(),
         };
         let plain_gain = self.pid.plain_gain(law);

@@ -145,7 +145,7 @@ pub struct WheelSample<R, const N: usize> {
     #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub active: [bool; N],
     /// Proportional term, formed with the reference as reduced by `common_factor` under
-    /// [`Saturation::ScaleReference`](crate::loops::Saturation::ScaleReference).
+    /// [`Saturation::ScaleReferences`](crate::loops::Saturation::ScaleReferences).
     #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub p_n_m: [R; N],
     /// Integral term, likewise.
@@ -167,7 +167,7 @@ pub struct WheelSample<R, const N: usize> {
     #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub saturated: [bool; N],
     /// What all torques ([`Saturation::ScaleTorques`](crate::loops::Saturation::ScaleTorques)) or all references
-    /// ([`Saturation::ScaleReference`](crate::loops::Saturation::ScaleReference)) were multiplied by, 0 to 1; 1 under
+    /// ([`Saturation::ScaleReferences`](crate::loops::Saturation::ScaleReferences)) were multiplied by, 0 to 1; 1 under
     /// [`Saturation::Clip`](crate::loops::Saturation::Clip).
     pub common_factor: R,
     /// Every reference has been 0 for long enough that all torque has ended: see [`Rest`](crate::loops::Rest). Bridges that are driven by

@@ -52,7 +52,7 @@ fn saturations<R: Real>(floor: R) -> [Saturation<R>; 3] {
     [
         Saturation::Clip,
         Saturation::ScaleTorques,
-        Saturation::ScaleReference { floor },
+        Saturation::ScaleReferences { floor },
     ]
 }
 
@@ -105,9 +105,9 @@ fn laws(tracking_time_s: f64) -> [(Saturation<f64>, AntiWindup<f64>); 11] {
     let back = AntiWindup::BackCalculation { tracking_time_s };
     let clamp = AntiWindup::Clamp { limit_n_m: LIMIT };
     [
-        (Saturation::ScaleReference { floor: 0.0 }, AntiWindup::None),
-        (Saturation::ScaleReference { floor: 0.3 }, AntiWindup::None),
-        (Saturation::ScaleReference { floor: 1.0 }, AntiWindup::None),
+        (Saturation::ScaleReferences { floor: 0.0 }, AntiWindup::None),
+        (Saturation::ScaleReferences { floor: 0.3 }, AntiWindup::None),
+        (Saturation::ScaleReferences { floor: 1.0 }, AntiWindup::None),
         (Saturation::Clip, clamp),
         (Saturation::Clip, AntiWindup::Conditional),
         (Saturation::Clip, back),
@@ -220,8 +220,8 @@ proptest! {
         readings in prop::collection::vec((prop::array::uniform3(any::<f32>()), prop::array::uniform3(any::<f32>())), 1..30),
         limits in prop::array::uniform3(0.01..5.0_f32), which in 0..4_usize, law in 0..5_usize, filter in 0.0..0.01_f32,
     ) {
-        let saturation = [Saturation::Clip, Saturation::ScaleTorques, Saturation::ScaleReference { floor: 0.0 },
-            Saturation::ScaleReference { floor: 0.3 }][which];
+        let saturation = [Saturation::Clip, Saturation::ScaleTorques, Saturation::ScaleReferences { floor: 0.0 },
+            Saturation::ScaleReferences { floor: 0.3 }][which];
         let anti_windup = [AntiWindup::None, AntiWindup::Clamp { limit_n_m: 1.0 }, AntiWindup::Conditional,
             AntiWindup::BackCalculation { tracking_time_s: 0.1 }, AntiWindup::Conditioned][law];
         let gains = PidGains { kp_n_m_s_rad: 0.3, ki_n_m_rad: 2.0, kd_n_m_s2_rad: 0.01 };

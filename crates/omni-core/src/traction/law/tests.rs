@@ -106,8 +106,8 @@ fn seven(config: TractionConfig<f64>) -> Traction<f64, 7> {
     Traction::new(kinematics, linkage, wheels, config).expect("valid")
 }
 
-fn steady() -> Traction<f64, 7> {
-    seven(TractionConfig::steady(0.3, 2.0, T))
+fn preset() -> Traction<f64, 7> {
+    seven(TractionConfig::traction(0.3, 2.0, T))
 }
 
 /// A vehicle on flat ground that only goes ahead: wheels with inertia, each with its own friction \[N.m\].
@@ -171,7 +171,7 @@ fn drive(
 
 #[test]
 fn with_grip_the_vehicle_comes_to_its_target_and_no_wheel_slips() {
-    let (traction, mut state, mut plant) = (steady(), TractionState::new(), Plant::new(10.0));
+    let (traction, mut state, mut plant) = (preset(), TractionState::new(), Plant::new(10.0));
     let sample = drive(&traction, &mut state, &mut plant, 5200, 0.3);
     // Plain loops: kp / ki = 0.15 s is their time constant, and 35 of them are over.
     assert!((plant.speed_m_s - 0.3).abs() < 1e-3, "{}", plant.speed_m_s);
@@ -184,7 +184,7 @@ fn with_grip_the_vehicle_comes_to_its_target_and_no_wheel_slips() {
 
 #[test]
 fn a_wheel_on_ice_gives_what_the_ice_takes_and_spins_no_further() {
-    let (traction, mut state, mut plant) = (steady(), TractionState::new(), Plant::new(10.0));
+    let (traction, mut state, mut plant) = (preset(), TractionState::new(), Plant::new(10.0));
     plant.grip_n_m[4] = 0.2;
     plant.drag_n = 80.0; // 5 wheels have 5 x 2 / 0.066 = 150 N; the thrust is beyond what the ice takes
     let sample = drive(&traction, &mut state, &mut plant, 2000, 0.3);
@@ -211,7 +211,7 @@ fn a_wheel_on_ice_gives_what_the_ice_takes_and_spins_no_further() {
 
 #[test]
 fn the_slowest_wheels_that_push_give_the_speed_or_the_fastest_that_brakes() {
-    let mut config = TractionConfig::steady(0.3, 2.0, T);
+    let mut config = TractionConfig::traction(0.3, 2.0, T);
     (config.speed_s, config.acceleration_m_s2) = (0.0, 1e6);
     let traction = seven(config);
     let at = |rates: [f64; 7], torque: f64| {
@@ -252,7 +252,7 @@ fn the_slowest_wheels_that_push_give_the_speed_or_the_fastest_that_brakes() {
 
 #[test]
 fn a_climbing_row_turns_faster_and_that_is_no_slip() {
-    let traction = steady();
+    let traction = preset();
     let mut state = stood(&traction);
     // The front frame's nose goes up: its wheels rise with 0.3 x 0.8 m/s, and their encoders see the frame turn.
     let (angles, rates) = ([0.0, 0.0], [-0.8, 0.0]);
@@ -282,7 +282,7 @@ fn a_climbing_row_turns_faster_and_that_is_no_slip() {
 
 #[test]
 fn a_gyros_zero_is_found_while_driving() {
-    let (traction, mut state, mut plant) = (steady(), TractionState::new(), Plant::new(10.0));
+    let (traction, mut state, mut plant) = (preset(), TractionState::new(), Plant::new(10.0));
     let mut imu = Imu::level();
     imu.rate_rad_s[2] = 0.02;
     let mut sample = TractionSample::zero();
@@ -304,7 +304,7 @@ fn a_gyros_zero_is_found_while_driving() {
 
 #[test]
 fn without_an_inertial_unit_the_wheels_say_how_the_vehicle_turns() {
-    let (traction, mut state) = (steady(), TractionState::new());
+    let (traction, mut state) = (preset(), TractionState::new());
     let turning = BodyTwist {
         wz_rad_s: 0.5,
         ..AHEAD
@@ -357,7 +357,7 @@ fn supervisor(config: SupervisorConfig<f64>) -> Supervisor<f64, 7> {
 
 /// What the supervisor sees of a vehicle whose rows stand so high, front first \[m\], going at so many m/s with so much thrust.
 fn seen(heights: [f64; 3], speed_m_s: f64, thrust: f64) -> TractionState<f64, 7> {
-    let (traction, mut state) = (steady(), TractionState::new());
+    let (traction, mut state) = (preset(), TractionState::new());
     traction.command(&mut state, &AHEAD);
     state.motion.height_m = [2, 2, 2, 1, 0, 0, 0].map(|row: usize| heights[row]);
     (state.speed_m_s, state.thrust_n_m, state.largest_n_m) = (speed_m_s, thrust * LIMIT_N_M, LIMIT_N_M);
@@ -377,8 +377,8 @@ fn policy() -> TractionPolicy<f64, 7> {
     .expect("valid");
     TractionPolicy::new(
         limiter,
-        supervisor(SupervisorConfig::reach(T)),
-        seven(TractionConfig::reach(0.3, 2.0, T)),
+        supervisor(SupervisorConfig::traction_runup(T)),
+        seven(TractionConfig::traction_runup(0.3, 2.0, T)),
     )
 }
 
@@ -418,7 +418,7 @@ proptest! {
 
     #[test]
     fn driven_the_other_way_round_it_is_its_mirror(rates in prop::array::uniform7(-8.0..8.0_f64)) {
-        let traction = steady();
+        let traction = preset();
         let step = |sign: f64| {
             let mut state = TractionState::new();
             let command = BodyTwist { vx_m_s: sign * 0.3, ..BodyTwist::ZERO };
@@ -435,7 +435,7 @@ proptest! {
 
 #[test]
 fn what_the_ground_takes_along_the_thrust_is_taken_over_by_the_next_direction() {
-    let (traction, mut state) = (steady(), TractionState::new());
+    let (traction, mut state) = (preset(), TractionState::new());
     let command = |vx_m_s: f64, vy_m_s: f64| BodyTwist {
         vx_m_s,
         vy_m_s,
@@ -490,9 +490,9 @@ fn a_reset_policy_is_a_fresh_one_and_a_restored_one_goes_on() {
 #[test]
 fn what_is_out_of_range_is_refused_by_name() {
     let build = |change: fn(&mut TractionConfig<f64>)| {
-        let mut config = TractionConfig::steady(0.3, 2.0, T);
+        let mut config = TractionConfig::traction(0.3, 2.0, T);
         change(&mut config);
-        let traction = steady();
+        let traction = preset();
         Traction::new(traction.kinematics, traction.linkage, wheels(PLACES), config)
             .map(|_| ())
             .expect_err("refused")
@@ -513,7 +513,7 @@ fn what_is_out_of_range_is_refused_by_name() {
     assert_eq!(build(|c| c.period_s = 0.0), "period_s");
     let mut heavy = wheels(PLACES);
     heavy[6].inertia_kg_m2 = 0.0;
-    let traction = steady();
+    let traction = preset();
     let error =
         Traction::new(traction.kinematics, traction.linkage, heavy, traction.config).expect_err("refused");
     assert_eq!((error.parameter, error.index), ("inertia_kg_m2", Some(6)));

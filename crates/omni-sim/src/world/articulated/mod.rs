@@ -129,7 +129,7 @@ impl<const N: usize> World<N> {
         } else {
             1
         };
-        let step_s = scenario.physics.step_us as f64 * 1e-6 / substeps as f64;
+        let step_s = scenario.physics.timestep_us as f64 * 1e-6 / substeps as f64;
         let mut world = Self {
             actuation: Actuation::new(scenario, step_s),
             balance: Balance::default(),
@@ -139,7 +139,7 @@ impl<const N: usize> World<N> {
                 .into_iter()
                 .map(|row| row.wheels)
                 .collect(),
-            steps_per_period: scenario.control.period_us / scenario.physics.step_us * substeps,
+            steps_per_period: scenario.control.period_us / scenario.physics.timestep_us * substeps,
             period_ns: scenario.control.period_us * 1000,
             step_s,
             before_com: Vector3::ZERO,
@@ -226,7 +226,7 @@ impl<const N: usize> World<N> {
         if self.stats.is_too_much() {
             return Err(Error::Unsettled {
                 time_s: self.time_ns as f64 * 1e-9,
-                step_us: self.scenario.physics.step_us,
+                timestep_s: self.scenario.physics.timestep_us as f64 / 1e6,
             });
         }
         if self.diverged {

@@ -65,11 +65,11 @@ impl World {
         let substeps = stiffer.map_or(1, |_| settings.roller_parts());
         integrate(
             &mut physics.integration_parameters,
-            settings.step_us as f64 * 1e-6 / substeps as f64,
+            settings.timestep_us as f64 * 1e-6 / substeps as f64,
             settings.iterations(substeps),
             [
-                settings.contact_hz * stiffer.unwrap_or(1.0),
-                settings.contact_damping * stiffer.unwrap_or(1.0),
+                settings.contact_frequency_hz * stiffer.unwrap_or(1.0),
+                settings.contact_damping_ratio * stiffer.unwrap_or(1.0),
             ],
         );
         // The push-out of a roller shakes its bearing unless friction acts in the same pass.
@@ -97,10 +97,10 @@ impl World {
             loads: loads(scenario),
             physics,
             vehicle,
-            steps_per_period: scenario.control.period_us / settings.step_us,
+            steps_per_period: scenario.control.period_us / settings.timestep_us,
             substeps,
             time_ns: 0,
-            step_ns: settings.step_us * 1000,
+            step_ns: settings.timestep_us * 1000,
             failed: None,
         })
     }

@@ -128,8 +128,15 @@ impl VehicleBodies {
             .iter()
             .zip(rollers)
             .map(|(w, rollers)| {
-                let contact_hz = scenario.physics.contact_hz;
-                let wheel = Wheel::insert(physics, w, rollers.as_ref(), contact_hz, find(&w.body), start);
+                let contact_frequency_hz = scenario.physics.contact_frequency_hz;
+                let wheel = Wheel::insert(
+                    physics,
+                    w,
+                    rollers.as_ref(),
+                    contact_frequency_hz,
+                    find(&w.body),
+                    start,
+                );
                 // A loaded vehicle's figures are in range.
                 match vehicle.motor.gear_friction(w.gear) {
                     Ok(Some(_)) => wheel.with_friction(physics),

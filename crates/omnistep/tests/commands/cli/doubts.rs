@@ -174,7 +174,10 @@ fn a_step_that_is_higher_than_the_clearance_of_the_front_body_is_warned_of() {
     assert_eq!((&warnings[..], code), (&[expected.to_owned()][..], Some(1)));
     assert!(checked(path, &["--step", "0.004", "--strict"]).0.is_empty());
     // A box that reaches into the ground is no shape: no clearance is known, and nothing is warned of.
-    let deep = ("box_m = [0.60, 0.40, 0.20] ", "box_m = [0.60, 0.40, 0.24] ");
+    let deep = (
+        "inertia_box_m = [0.60, 0.40, 0.20] ",
+        "inertia_box_m = [0.60, 0.40, 0.24] ",
+    );
     edited(path, "mecanum4", &[deep, ("clearance_m = 0.05 ", "# ")]);
     assert!(checked(path, &["--step", "0.016", "--strict"]).0.is_empty());
     let said = stdout(&omnistep(path, &["check", "own.toml"]));

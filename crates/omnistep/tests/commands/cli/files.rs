@@ -32,7 +32,7 @@ fn a_new_file_is_checked_runs_and_is_never_overwritten() {
          gains    kp 0.1500 N.m.s/rad, ki 0.8000 N.m/rad, kd 0 N.m.s2/rad, given\n  \
          balls    valid wheel model on level ground; at an edge use physics.wheel_model=rollers: the ground's normal leans 90 deg \
          out of the rolling plane of wheel 1, allowed: 10\n\
-         kerb.toml: scenario kerb, 6 s, policy steady, engine rapier; vehicle chugo7: 3 bodies, 2 hinges, 7 wheels, 20.000 kg\n  \
+         kerb.toml: scenario kerb, 6 s, policy traction, engine rapier; vehicle chugo7: 3 bodies, 2 hinges, 7 wheels, 20.000 kg\n  \
          layout   condition number 1.58 (1 is best)\n  \
          weight   centre of mass at (0.000, 0.000, 0.134) m\n  \
          loads    at rest on flat ground [N]: 1 21.6, 2 21.6, 3 21.6, 4 66.7, 5 21.6, 6 21.6, 7 21.6\n  \
@@ -346,7 +346,7 @@ fn a_new_scenario_has_its_obstacle_ahead_of_a_long_vehicle() {
         longer += 1;
         // 0.836 + 0.076 to the foremost rim and 0.3 to the obstacle are 1.212: in tenths, 0.6 more than usual. The rear wheels are 0.262 m
         // farther behind than with mecanum4, which is longer behind than most: at 0.3 m/s some 2 s, and up to 1.
-        assert!(text.contains("\nat_m = 1.3  "), "{like}: {text}");
+        assert!(text.contains("\nstart_x_m = 1.3  "), "{like}: {text}");
         let file = path.join(format!("{name}.toml"));
         let scenario = omni_config::Scenario::load(file.to_str().unwrap(), &[]).unwrap();
         let more_s = scenario.duration_s - usual.duration_s;
@@ -376,15 +376,15 @@ fn a_scenario_of_five_lines_runs_as_one_that_writes_every_key() {
     let long = short.replace(
         "vx_m_s = 0.2 }",
         "vx_m_s = 0.2, vy_m_s = 0.0, wz_rad_s = 0.0, ramp_s = 0.3 }",
-    ) + "duration_s = 10.0\n[control]\npolicy = \"synchronised\"\nperiod_us = 1000\nprecision = \"f64\"\n\
-           [physics]\nengine = \"rapier\"\nstep_us = 500\ncontact_hz = 200.0\ncontact_damping = 5.0\ngravity_m_s2 = 9.81\n\
+    ) + "duration_s = 10.0\n[control]\npolicy = \"scale_references\"\nperiod_s = 0.001\nprecision = \"f64\"\n\
+           [physics]\nengine = \"rapier\"\ntimestep_s = 0.0005\ncontact_frequency_hz = 200.0\ncontact_damping_ratio = 5.0\ngravity_m_s2 = 9.81\n\
            wheel_model = \"contact\"\n";
     fs::write(path.join("long.toml"), long).unwrap();
     let log = |file: &str| {
         let run = ["run", file, "--quiet", "--out", file.split('.').next().unwrap()];
         let output = omnistep(path, &run);
         assert!(output.status.success(), "{output:?}");
-        fs::read(path.join(run[4]).join("cable-synchronised.mcap")).unwrap()
+        fs::read(path.join(run[4]).join("cable-scale_references.mcap")).unwrap()
     };
     assert!(log("short.toml") == log("long.toml"));
     // What says what the run is about has no default.

@@ -17,7 +17,7 @@ pub(crate) fn logged(folder: &Path, duration_s: f64) -> std::path::PathBuf {
     let duration = format!("duration_s={duration_s}");
     let output = omnistep(folder, &["run", "step", "--quiet", "--set", &duration]);
     assert!(output.status.success(), "{output:?}");
-    folder.join("out/step-steady.mcap")
+    folder.join("out/step-traction.mcap")
 }
 
 /// The same messages in a log of another name, its vehicle states and its scenario changed on the way.
@@ -57,7 +57,12 @@ pub(crate) fn copied(
 #[test]
 fn a_replay_is_the_log_bit_for_bit_for_every_policy_and_precision_with_a_heading_held() {
     let folder = tempfile::tempdir().unwrap();
-    for policy in ["independent", "paper", "synchronised", "load_sharing"] {
+    for policy in [
+        "independent",
+        "scale_torques",
+        "scale_references",
+        "shared_integral",
+    ] {
         for more in [
             "control.precision=f32",
             "heading_hold={gain_per_s = 2.0, limit_rad_s = 0.5}",
@@ -95,12 +100,12 @@ fn a_replay_names_the_first_sample_and_wheel_after_a_changed_measurement_and_a_c
         "step",
         "--quiet",
         "--policy",
-        "synchronised",
+        "scale_references",
         "--set",
         "duration_s=0.5",
     ];
     assert!(omnistep(folder.path(), &args).status.success());
-    let log = folder.path().join("out/step-synchronised.mcap");
+    let log = folder.path().join("out/step-scale_references.mcap");
     let replay = |name: &str| stdout(&omnistep(folder.path(), &["replay", name]));
 
     // The least bit of one measurement of one wheel: the log's own signals follow from another one.
@@ -147,7 +152,7 @@ fn a_replay_names_the_first_sample_and_wheel_after_a_changed_measurement_and_a_c
 fn another_policy_is_shown_wheel_by_wheel() {
     let folder = tempfile::tempdir().unwrap();
     logged(folder.path(), 2.0);
-    let args = ["replay", "out/step-steady.mcap", "--policy", "independent"];
+    let args = ["replay", "out/step-traction.mcap", "--policy", "independent"];
     let said = stdout(&omnistep(folder.path(), &args));
     assert!(said.contains("policy independent: "), "{said}");
     assert_eq!(
@@ -172,7 +177,7 @@ fn a_log_without_every_period_is_not_replayed() {
             &rates,
         ];
         assert!(omnistep(folder.path(), &args).status.success());
-        let said = refused(folder.path(), &["replay", "out/flat-synchronised.mcap"]);
+        let said = refused(folder.path(), &["replay", "out/flat-scale_references.mcap"]);
         assert!(
             said.contains(&format!("no /vehicle_state at t = {first_missing} s")),
             "{said}"
@@ -187,7 +192,7 @@ fn a_log_without_every_period_is_not_replayed() {
     assert!(omnistep(folder.path(), &args).status.success());
     let shown = rows(&omnistep(
         folder.path(),
-        &["inspect", "--json", "out/flat-synchronised.mcap"],
+        &["inspect", "--json", "out/flat-scale_references.mcap"],
     ));
     let counts = &shown[0]["messages"];
     assert_eq!(
@@ -264,7 +269,7 @@ fn the_emptiest_log_of_our_own_is_read_back() {
     let args: Vec<_> = ["run", "flat", "--quiet"].into_iter().chain(set).collect();
     let output = omnistep(folder.path(), &args);
     assert!(output.status.success(), "{output:?}");
-    let log = folder.path().join("out/flat-synchronised.mcap");
+    let log = folder.path().join("out/flat-scale_references.mcap");
     let (file, times) = states(&log);
     assert!(file.complete && times.len() == 60_000);
     // 42 MB of messages.
@@ -425,7 +430,7 @@ fn a_killed_run_leaves_all_but_its_last_second() {
     let folder = tempfile::tempdir().unwrap();
     // Bytes of 6 s; parts of it are more or less busy.
     let whole_log = fs::metadata(logged(folder.path(), 6.0)).unwrap().len();
-    let part = folder.path().join("out/step-steady.mcap.part");
+    let part = folder.path().join("out/step-traction.mcap.part");
     // Whatever the moment: three runs, killed after their file has grown to some size.
     for bytes in [1_000_000, 1_300_000, 2_400_000] {
         let mut run = Program::new(env!("CARGO_BIN_EXE_omnistep"))

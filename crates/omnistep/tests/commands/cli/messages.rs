@@ -144,7 +144,7 @@ fn check_and_inspect_go_on_after_a_bad_file_and_end_as_the_worst() {
         stdout(&output)
     );
     assert!(
-        stdout(&output).contains("driven"),
+        stdout(&output).contains("completed"),
         "the table of the good ones: {}",
         stdout(&output)
     );

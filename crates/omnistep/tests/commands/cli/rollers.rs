@@ -59,9 +59,9 @@ fn rollers_that_are_not_there_are_assumed_and_those_that_do_not_fit_are_refused_
     let exported = omnistep(folder.path(), &["export", "bare.toml", "--format", "mjcf"]);
     assert!(exported.status.success(), "{}", stderr(&exported));
     assert_eq!(
-        with("physics.step_us=1000"),
-        "error: built-in flat: physics.roller_substeps: 2, allowed: 4 to 16 at physics.step_us = 1000: rollers vibrate in \
-         parts of more than 250 us\n"
+        with("physics.timestep_s=0.001"),
+        "error: built-in flat: physics.roller_substeps: 2, allowed: 4 to 16 at physics.timestep_s = 0.001: rollers vibrate in \
+         parts of more than 0.00025 s\n"
     );
     let slow = [
         "run",
@@ -69,12 +69,15 @@ fn rollers_that_are_not_there_are_assumed_and_those_that_do_not_fit_are_refused_
         "--set",
         "physics.wheel_model=rollers",
         "--set",
-        "control.period_us=10000",
+        "control.period_s=0.01",
         "--set",
     ];
     assert_eq!(
-        refused(folder.path(), &[&slow[..], &["physics.step_us=5000"]].concat()),
-        "error: built-in flat: physics.step_us: 5000, allowed: up to 4000 where wheels have rollers\n"
+        refused(
+            folder.path(),
+            &[&slow[..], &["physics.timestep_s=0.005"]].concat()
+        ),
+        "error: built-in flat: physics.timestep_s: 0.005, allowed: up to 0.004 where wheels have rollers\n"
     );
     assert_eq!(
         with("vehicle.rollers.radius_m=0.05"),

@@ -10,7 +10,7 @@ name = "short"
 total_mass_kg = 8.8
 [[body]]
 name = "frame"
-box_m = [0.4, 0.35, 0.12]
+inertia_box_m = [0.4, 0.35, 0.12]
 [motor]
 stall_torque_kg_cm = 24.3
 no_load_rpm = 312
@@ -64,7 +64,7 @@ fn what_a_short_file_leaves_out_is_assumed_aloud_and_what_is_run_is_written_whol
     // What was logged needs no assumption: the run is repeated bit for bit.
     let replayed = omnistep(
         folder.path(),
-        &["replay", "out/flat-synchronised-articulated.mcap"],
+        &["replay", "out/flat-scale_references-articulated.mcap"],
     );
     assert!(
         replayed.status.success() && !stderr(&replayed).contains("without"),

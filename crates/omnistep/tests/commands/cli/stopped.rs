@@ -41,8 +41,8 @@ fn signalled(folder: &Path, args: &[&str], signal: &str, ready: impl Fn() -> boo
 fn ctrl_c_and_sigterm_end_a_run_with_one_line_that_names_its_log_which_has_all_until_then() {
     let folder = tempfile::tempdir().unwrap();
     for (args, policy, signal, code) in [
-        (&["run", "--quiet"][..], "steady", "-INT", 130),
-        (&["run", "--json"], "steady", "-TERM", 143),
+        (&["run", "--quiet"][..], "traction", "-INT", 130),
+        (&["run", "--json"], "traction", "-TERM", 143),
         (&["compare"], "independent", "-INT", 130),
     ] {
         let part = format!("out/step-{policy}.mcap.part");
@@ -116,7 +116,7 @@ fn a_live_run_is_warned_of_as_any_other() {
     let warned = |more: &[&str]| {
         let output = super::omnistep(
             folder.path(),
-            &[&["run", "step", "--policy", "synchronised"], more, &set].concat(),
+            &[&["run", "step", "--policy", "scale_references"], more, &set].concat(),
         );
         let said = String::from_utf8(output.stderr).unwrap();
         let lines = said.lines().filter(|line| line.starts_with("warning: "));
@@ -130,19 +130,20 @@ fn a_live_run_is_warned_of_as_any_other() {
 #[test]
 fn ctrl_c_in_a_later_policy_of_compare_keeps_the_table_of_those_that_are_done() {
     let folder = tempfile::tempdir().unwrap();
-    let part = folder.path().join("out/step-synchronised.mcap.part");
+    let part = folder.path().join("out/step-scale_references.mcap.part");
     let args = ["compare", "step", "--quiet", "--set", "duration_s=4"];
     let output = signalled(folder.path(), &args, "-INT", || part.exists());
     assert_eq!(output.status.code(), Some(130), "{output:?}");
     let shown = String::from_utf8(output.stdout).unwrap();
-    for done in ["independent", "paper"] {
+    for done in ["independent", "scale_torques"] {
         assert!(shown.contains(&format!(" {done} |")), "{shown}");
         assert!(shown.contains(&format!("out/step-{done}.mcap\n")), "{shown}");
     }
-    assert!(!shown.contains("synchronised"), "{shown}");
+    assert!(!shown.contains("scale_references"), "{shown}");
     let said = fs::read_to_string(folder.path().join("said")).unwrap();
     assert!(
-        said.starts_with("stopped: the run ended at ") && said.ends_with("out/step-synchronised.mcap.part\n"),
+        said.starts_with("stopped: the run ended at ")
+            && said.ends_with("out/step-scale_references.mcap.part\n"),
         "{said}"
     );
 }
@@ -168,7 +169,7 @@ fn a_full_quota_is_one_line_that_names_the_file_and_leaves_no_half_log() {
     assert_eq!(code, Some(1), "{said}");
     assert_eq!(said.lines().count(), 1, "{said}");
     assert!(
-        said.contains("out/step-steady.mcap: ") && said.contains("too large"),
+        said.contains("out/step-traction.mcap: ") && said.contains("too large"),
         "{said}"
     );
     assert_eq!(
@@ -223,11 +224,11 @@ fn a_folder_whose_name_is_no_utf_8_is_written_to_and_refused_where_json_would_ha
     let done = run(&[]);
     assert!(done.status.success(), "{done:?}");
     assert!(
-        done.stdout.ends_with(b"\nb\xff/flat-synchronised.mcap\n"),
+        done.stdout.ends_with(b"\nb\xff/flat-scale_references.mcap\n"),
         "{done:?}"
     );
     let log = folder
         .path()
-        .join(OsStr::from_bytes(b"b\xff/flat-synchronised.mcap"));
+        .join(OsStr::from_bytes(b"b\xff/flat-scale_references.mcap"));
     assert!(read_log(log, |_, _| Ok(())).unwrap().complete);
 }

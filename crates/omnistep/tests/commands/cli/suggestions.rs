@@ -23,7 +23,7 @@ fn a_slip_in_a_key_or_a_name_is_answered_with_the_nearest_one() {
         ),
         (
             ["run", "flat", "--set", "control.policy=synchronized"],
-            "control.policy: \"synchronized\" (did you mean \"synchronised\"?), allowed: independent",
+            "control.policy: \"synchronized\" (did you mean \"scale_references\"?), allowed: independent",
         ),
         // The key of another table, and a word of a longer key.
         (
@@ -65,7 +65,7 @@ fn a_slip_in_a_key_or_a_name_is_answered_with_the_nearest_one() {
         ),
         (
             ["run", "flat", "--policy", "synchronized"],
-            "unknown policy \"synchronized\" (did you mean \"synchronised\"?), allowed: independent",
+            "unknown policy \"synchronized\" (did you mean \"scale_references\"?), allowed: independent",
         ),
         (
             ["run", "setp", "--out", "x"],

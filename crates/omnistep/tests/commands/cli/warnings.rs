@@ -50,7 +50,7 @@ fn a_duration_that_cannot_suffice_is_warned_of_in_one_line_and_is_no_error() {
 fn a_map_counts_runs_that_were_cut_off_apart_from_stalls() {
     let folder = tempfile::tempdir().unwrap();
     // 2 s end on the way to the riser; a step of 20 cm is a stall after 6 s; the rest climbs.
-    let study = "schema_version = 1\nname = \"cut\"\nscenario = \"step\"\nseeds = 2\n[set]\nperturbation.yaw_rad = 0.01\nphysics.step_us = 1000\ncontrol.policy = \"independent\"\n\
+    let study = "schema_version = 1\nname = \"cut\"\nscenario = \"step\"\nseeds = 2\n[set]\nperturbation.yaw_rad = 0.01\nphysics.timestep_us = 1000\ncontrol.policy = \"independent\"\n\
                  [[axis]]\nkey = \"duration_s\"\nvalues = [2.0, 6.0]\n[[axis]]\nkey = \"terrain.height_m\"\nvalues = [0.02, 0.2]\n";
     fs::write(folder.path().join("cut.toml"), study).unwrap();
     let output = omnistep(folder.path(), &["study", "cut.toml", "--quiet"]);
@@ -125,7 +125,7 @@ fn a_run_that_stops_when_done_has_the_figures_of_the_whole_one_and_a_shorter_log
             "duration_s=0.5",
         ],
     );
-    assert_eq!(rows(&flat)[0]["verdict"], "driven");
+    assert_eq!(rows(&flat)[0]["verdict"], "completed");
 }
 
 #[test]
@@ -210,9 +210,9 @@ fn physics_that_gain_energy_are_a_verdict_one_line_and_a_failed_run() {
     let folder = tempfile::tempdir().unwrap();
     let coarse = [
         "--set",
-        "physics.step_us=50000",
+        "physics.timestep_s=0.05",
         "--set",
-        "control.period_us=50000",
+        "control.period_s=0.05",
     ];
     let output = omnistep(
         folder.path(),
@@ -230,7 +230,7 @@ fn physics_that_gain_energy_are_a_verdict_one_line_and_a_failed_run() {
         said.starts_with("error: the physics gained ") && said.lines().count() == 1,
         "{said}"
     );
-    assert!(said.contains("use a physics.step_us below 50000"), "{said}");
+    assert!(said.contains("use a physics.timestep_s below 0.000500"), "{said}");
 }
 
 #[test]

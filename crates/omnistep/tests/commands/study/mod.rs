@@ -315,10 +315,10 @@ fn a_folder_of_another_scenario_or_of_other_axes_is_refused_before_anything_runs
     );
     let said = refusal(
         &SMALL
-            .replace("terrain.friction", "control.period_us")
-            .replace("[0.5, 1]", "[1000, 2000]"),
+            .replace("terrain.friction", "control.period_s")
+            .replace("[0.5, 1]", "[0.001, 0.002]"),
     );
-    assert!(said.contains("control.period_us = 1000"), "{said}");
+    assert!(said.contains("control.period_s = 0.001"), "{said}");
     let said = refusal(&SMALL.replace("perturbation.yaw_rad = 0.05", ""));
     assert!(said.contains("; use another folder"), "{said}");
 }

@@ -171,7 +171,7 @@ fn drive_of<const N: usize>(layout: WheelLayout<f64, N>) -> Drive<f64, N> {
         faults,
         ..
     } = config();
-    let coordination = Coordination::synchronised();
+    let coordination = Coordination::scale_references();
     Drive::new(DriveConfig {
         shaping,
         slip,
@@ -264,7 +264,7 @@ fn dies<R: Real, const N: usize>(
     let control = WheelControlConfig {
         pid: PidConfig::new(gains, R::of(period_s)),
         limits: [TorqueLimit::line(R::of(2.0), R::of(0.06)).expect("valid"); N],
-        coordination: Coordination::synchronised(),
+        coordination: Coordination::scale_references(),
     };
     let mut faults = FaultConfig::unchecked();
     (faults.stuck_rad_s, faults.stuck_torque_n_m) = (R::one(), R::of(stuck_torque_n_m));

@@ -43,10 +43,10 @@ fn drive<R: Real>() -> TractionDrive<R, 4> {
         Kinematics::new(&layout).expect("valid"),
         Linkage::new(&[], &carried).expect("valid"),
         wheels,
-        TractionConfig::steady(of(0.3), of(2.0), of(DT)),
+        TractionConfig::traction(of(0.3), of(2.0), of(DT)),
     );
     let places = PLACES.map(|place| place.map(of));
-    let supervisor = Supervisor::new(&places, SupervisorConfig::steady(of(DT))).expect("valid");
+    let supervisor = Supervisor::new(&places, SupervisorConfig::traction(of(DT))).expect("valid");
     TractionDrive::new(
         Drive::new(config).expect("valid"),
         supervisor,

@@ -66,7 +66,7 @@ proptest! {
         zone in prop::sample::select(vec![5.0, f64::INFINITY]),
     ) {
         let config = PidConfig { proportional_weight: b, ..gains(0.3, 200.0).with_proportional_limit(bound).with_integral_zone(zone) };
-        let scaled = controller::<3>(config, 1.0, Saturation::ScaleReference { floor });
+        let scaled = controller::<3>(config, 1.0, Saturation::ScaleReferences { floor });
         let state = || ControlState { integral_n_m: integral, ..ControlState::default() };
         let sample = scaled.step(&mut state(), &reference.into(), &measured.into());
         let s = sample.common_factor;

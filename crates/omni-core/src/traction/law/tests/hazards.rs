@@ -4,7 +4,7 @@ use super::*;
 
 #[test]
 fn a_command_that_turns_round_while_it_backs_off_goes_on_as_it_moves() {
-    let supervisor = supervisor(SupervisorConfig::steady(T));
+    let supervisor = supervisor(SupervisorConfig::traction(T));
     let (mut memory, mut target_m_s) = (SupervisorState::new(), 0.0_f64);
     for _ in 0..2000 {
         let state = seen([0.0; 3], target_m_s.min(0.0), 1.0);
@@ -31,7 +31,7 @@ fn a_command_that_turns_round_while_it_backs_off_goes_on_as_it_moves() {
 
 #[test]
 fn a_slope_is_no_step_and_a_step_on_a_slope_is_one() {
-    let supervisor = supervisor(SupervisorConfig::steady(T));
+    let supervisor = supervisor(SupervisorConfig::traction(T));
     for (heights, row) in [
         ([0.1, 0.05, 0.0], 0),
         ([0.0, 0.05, 0.1], 0), // down
@@ -48,7 +48,7 @@ fn a_slope_is_no_step_and_a_step_on_a_slope_is_one() {
 
 #[test]
 fn a_command_or_target_that_is_no_number_is_none() {
-    let (traction, mut state) = (steady(), TractionState::new());
+    let (traction, mut state) = (preset(), TractionState::new());
     let rates = traction.kinematics().inverse(&AHEAD).rad_s;
     let mut step = |command, target| {
         let readings = level(command, &rates);
@@ -90,7 +90,7 @@ fn a_command_or_target_that_is_no_number_is_none() {
 #[test]
 fn a_gyros_zero_is_not_learned_from_turning_and_has_a_bound() {
     for (wz_rad_s, gyro, bound) in [(1.0, 1.0, 1e-9), (0.0, 5.0, 1.0)] {
-        let (traction, mut state) = (steady(), TractionState::new());
+        let (traction, mut state) = (preset(), TractionState::new());
         let turning = BodyTwist {
             wz_rad_s,
             ..BodyTwist::ZERO
@@ -114,7 +114,7 @@ fn without_a_gyro_a_silent_wheel_does_not_turn_the_vehicle() {
             ..AHEAD
         },
     ] {
-        let (traction, mut state) = (steady(), TractionState::new());
+        let (traction, mut state) = (preset(), TractionState::new());
         let mut rates = traction.kinematics().inverse(&command).rad_s;
         rates[0] = f64::NAN;
         let mut yaw_rad_s = f64::NAN;
@@ -132,7 +132,7 @@ fn without_a_gyro_a_silent_wheel_does_not_turn_the_vehicle() {
 
 #[test]
 fn a_hinge_that_falls_silent_stands() {
-    let (traction, mut state) = (steady(), TractionState::new());
+    let (traction, mut state) = (preset(), TractionState::new());
     let mut rise = |rate: f64, periods| {
         let mut last = f64::NAN;
         for _ in 0..periods {
@@ -150,7 +150,7 @@ fn a_hinge_that_falls_silent_stands() {
 
 #[test]
 fn the_higher_wheel_of_a_row_pushes_less_ahead_and_back() {
-    let traction = steady();
+    let traction = preset();
     let step = |target: f64| {
         let mut state = stood(&traction);
         let mut readings = level(AHEAD, &[0.0; 7]);
@@ -182,7 +182,7 @@ fn mecanum_base() -> Traction<f64, 4> {
     });
     let linkage = Linkage::new(&[], &carried).expect("a tree");
     let kinematics = Kinematics::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1).expect("valid")).expect("valid");
-    Traction::new(kinematics, linkage, wheels, TractionConfig::steady(0.3, 2.0, T)).expect("valid")
+    Traction::new(kinematics, linkage, wheels, TractionConfig::traction(0.3, 2.0, T)).expect("valid")
 }
 
 #[test]
@@ -250,7 +250,7 @@ fn driven<const N: usize>(layout: &WheelLayout<f64, N>, direction_rad: f64) -> u
         kinematics,
         linkage,
         wheels([[0.0; 2]; N]),
-        TractionConfig::steady(0.3, LIMIT_N_M, T),
+        TractionConfig::traction(0.3, LIMIT_N_M, T),
     );
     let mut state = TractionState::new();
     let (sin, cos) = direction_rad.sin_cos();
@@ -367,11 +367,11 @@ fn a_change_of_direction_alone_is_no_fault() {
 
 #[test]
 fn a_weak_motor_does_not_blunt_what_level_takes() {
-    let mut wheels = carried_wheels(steady().kinematics());
+    let mut wheels = carried_wheels(preset().kinematics());
     for i in [0, 2] {
         wheels[i].limit = TorqueLimit::constant(1.0).expect("valid"); // half of the others'
     }
-    let traction = steady();
+    let traction = preset();
     let traction =
         Traction::new(traction.kinematics, traction.linkage, wheels, traction.config).expect("valid");
     let mut state = stood(&traction);

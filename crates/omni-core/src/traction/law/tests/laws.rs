@@ -19,7 +19,7 @@ impl Noise {
 fn with(change: impl Fn(&mut TractionSensors<f64>)) -> Traction<f64, 7> {
     let mut sensors = TractionSensors::perfect();
     change(&mut sensors);
-    seven(TractionConfig::steady(0.3, 2.0, T).with_sensors(sensors))
+    seven(TractionConfig::traction(0.3, 2.0, T).with_sensors(sensors))
 }
 
 /// A vehicle under traction control: whatever calls for it is over.
@@ -96,7 +96,7 @@ fn noise_of_zero_mean_makes_torque_of_zero_mean() {
 #[test]
 fn no_wheel_is_turned_against_its_command_and_its_motion() {
     // Whatever is estimated of the vehicle: ten thousand states of which none need be possible.
-    let traction = steady();
+    let traction = preset();
     let mut noise = Noise(3);
     for _ in 0..10_000 {
         let mut state = engaged(&traction);
@@ -128,7 +128,7 @@ fn no_wheel_is_turned_against_its_command_and_its_motion() {
 
 #[test]
 fn an_implausible_speed_ends_in_plain_loops_until_the_command_rests() {
-    let (traction, back) = (steady(), [-3.0, 0.0, 3.0, -3.0, -3.0, 0.0, 3.0]);
+    let (traction, back) = (preset(), [-3.0, 0.0, 3.0, -3.0, -3.0, 0.0, 3.0]);
     let mut state = engaged(&traction);
     let mut loops = Vec::new();
     for period in 0..600 {
@@ -162,7 +162,7 @@ fn an_implausible_speed_ends_in_plain_loops_until_the_command_rests() {
 
 #[test]
 fn where_nothing_slips_climbs_or_is_held_up_it_is_plain_loops_in_every_bit() {
-    let (traction, mut state, mut plant) = (steady(), TractionState::new(), Plant::new(10.0));
+    let (traction, mut state, mut plant) = (preset(), TractionState::new(), Plant::new(10.0));
     let mut integral = [0.0; 7];
     for _ in 0..3000 {
         let readings = level(AHEAD, &plant.rate_rad_s);
@@ -183,7 +183,7 @@ fn where_nothing_slips_climbs_or_is_held_up_it_is_plain_loops_in_every_bit() {
 
 #[test]
 fn times_and_gains_follow_from_what_is_known_of_sensors_and_motors() {
-    let perfect = steady().times;
+    let perfect = preset().times;
     assert_eq!((perfect.slip_s, perfect.free_m_s), (7.5e-3, 4e-3));
     let late = with(|sensors| (sensors.delay_s, sensors.lag_s) = (5e-3, 5e-3)).times;
     assert!((late.slip_s - 6.0 * 10e-3).abs() < 1e-12 && late.own_gain_n_m_s_rad < 0.3);
@@ -199,7 +199,7 @@ fn times_and_gains_follow_from_what_is_known_of_sensors_and_motors() {
         coarse.slip_s > 10.0 * perfect.slip_s && coarse.free_m_s < 0.1,
         "{coarse:?}"
     );
-    let slow = seven(TractionConfig::steady(0.3, 2.0, 10e-3)).times;
+    let slow = seven(TractionConfig::traction(0.3, 2.0, 10e-3)).times;
     assert_eq!(slow.slip_s, 50e-3); // five periods
     // Raw counts are as late as other readings: 15 ms of twice 20.
     let both = with(|sensors| (sensors.encoder_counts, sensors.delay_s) = (64.0, 20e-3));
@@ -209,7 +209,7 @@ fn times_and_gains_follow_from_what_is_known_of_sensors_and_motors() {
 
 #[test]
 fn a_loop_that_swings_between_its_limits_is_held_more_softly_and_recovers() {
-    let traction = steady();
+    let traction = preset();
     let mut state = engaged(&traction);
     let flat = traction.kinematics().inverse(&AHEAD).rad_s;
     for period in 0..500 {
@@ -227,7 +227,7 @@ fn a_loop_that_swings_between_its_limits_is_held_more_softly_and_recovers() {
 
 #[test]
 fn a_gyro_is_not_used_before_its_zero_is_known() {
-    let (traction, mut state) = (steady(), TractionState::new());
+    let (traction, mut state) = (preset(), TractionState::new());
     let mut readings = level(AHEAD, &[0.0; 7]);
     readings.imu.rate_rad_s[2] = 0.3; // all of it zero, and full thrust: no time to find it
     let turning = BodyTwist {
@@ -263,7 +263,7 @@ fn a_gyro_is_not_used_before_its_zero_is_known() {
 
 #[test]
 fn a_mute_encoder_is_left_out_and_used_again() {
-    let (traction, mut state, mut plant) = (steady(), TractionState::new(), Plant::new(10.0));
+    let (traction, mut state, mut plant) = (preset(), TractionState::new(), Plant::new(10.0));
     plant.drag_n = 120.0; // of 150 N that five motors have
     let mut out = None;
     for period in 0..3000 {
@@ -363,7 +363,7 @@ fn what_sensors_hide_is_not_controlled() {
 #[test]
 fn with_no_wheel_to_spare_every_wheel_has_its_own_loop() {
     // Three of seven wheels and a gyro determine how it moves; of three without a gyro the wrong one cannot be found.
-    let traction = steady();
+    let traction = preset();
     let with_usable = |usable: usize, gyro: bool| {
         let mut state = engaged(&traction);
         let rates: [f64; 7] = core::array::from_fn(|i| if i < usable { 0.0 } else { f64::NAN });
@@ -384,7 +384,7 @@ fn with_no_wheel_to_spare_every_wheel_has_its_own_loop() {
 #[test]
 fn a_wheel_that_reads_nothing_for_a_moment_is_not_doubted_whatever_the_speed() {
     for target_m_s in [0.3, 0.6, 1.0] {
-        let (traction, mut plant) = (steady(), Plant::new(10.0));
+        let (traction, mut plant) = (preset(), Plant::new(10.0));
         let mut state = engaged(&traction);
         let ahead = BodyTwist {
             vx_m_s: target_m_s,
@@ -405,7 +405,7 @@ fn a_wheel_that_reads_nothing_for_a_moment_is_not_doubted_whatever_the_speed() {
 #[test]
 fn wheels_without_grip_do_not_outvote_the_one_that_pushes() {
     // Held at a wall: wheel 4 stands, the others spin free.
-    let (traction, inertia, mut rates) = (steady(), 0.002178, [0.0; 7]);
+    let (traction, inertia, mut rates) = (preset(), 0.002178, [0.0; 7]);
     let mut state = engaged(&traction);
     for period in 0..3000 {
         rates[3] = 1e-9 * f64::from(period); // not mute
@@ -422,7 +422,7 @@ fn wheels_without_grip_do_not_outvote_the_one_that_pushes() {
 
 #[test]
 fn a_second_wheel_that_contradicts_ends_in_plain_loops_and_rest_forgives() {
-    let (traction, mut plant) = (steady(), Plant::new(10.0));
+    let (traction, mut plant) = (preset(), Plant::new(10.0));
     let (mut state, mut loops, mut active) = (engaged(&traction), TractionLoops::Traction, [true; 7]);
     for period in 0..4000 {
         let mut rates = plant.rate_rad_s;
@@ -451,7 +451,7 @@ fn a_second_wheel_that_contradicts_ends_in_plain_loops_and_rest_forgives() {
 #[test]
 fn a_wheel_that_is_turned_back_is_not_doubted() {
     // As by the heading, on a vehicle that is braked: wheel 7 has no load and stands, the others roll.
-    let traction = steady();
+    let traction = preset();
     let mut state = engaged(&traction);
     let flat = traction.kinematics().inverse(&AHEAD).rad_s;
     for period in 0..1000 {
@@ -470,7 +470,7 @@ fn a_wheel_that_is_turned_back_is_not_doubted() {
 
 #[test]
 fn on_the_spot_no_wheel_is_doubted_and_every_one_has_its_own_loop() {
-    let traction = steady();
+    let traction = preset();
     let mut state = engaged(&traction);
     let turning = BodyTwist {
         wz_rad_s: 1.0,
@@ -496,7 +496,7 @@ fn on_the_spot_no_wheel_is_doubted_and_every_one_has_its_own_loop() {
 
 #[test]
 fn a_direction_that_trembles_hides_no_dead_wheel() {
-    let (traction, mut plant) = (steady(), Plant::new(10.0));
+    let (traction, mut plant) = (preset(), Plant::new(10.0));
     let (mut state, mut out) = (engaged(&traction), None);
     for period in 0..3000 {
         let mut rates = plant.rate_rad_s;

@@ -4,7 +4,7 @@ use super::*;
 
 #[test]
 fn the_row_behind_the_largest_drop_climbs_next_and_later_rows_are_run_up_to() {
-    let supervisor = supervisor(SupervisorConfig::steady(T));
+    let supervisor = supervisor(SupervisorConfig::traction(T));
     for (heights, row, boost) in [
         ([0.0; 3], 0, 1.0),
         ([0.05, 0.0, 0.0], 1, 1.1936),
@@ -31,7 +31,7 @@ fn the_row_behind_the_largest_drop_climbs_next_and_later_rows_are_run_up_to() {
 
 #[test]
 fn a_vehicle_that_is_stuck_backs_off_runs_up_and_gives_up_after_its_tries() {
-    let mut config = SupervisorConfig::steady(T);
+    let mut config = SupervisorConfig::traction(T);
     config.retry.retries = 2;
     let supervisor = supervisor(config);
     let (mut memory, mut modes) = (SupervisorState::new(), Vec::new());
@@ -62,14 +62,14 @@ fn a_vehicle_that_is_stuck_backs_off_runs_up_and_gives_up_after_its_tries() {
     );
     // At rest it forgets the row, not how often it has tried.
     let mut state = seen([0.05, 0.0, 0.0], 0.0, 0.0);
-    steady().command(&mut state, &BodyTwist::ZERO);
+    preset().command(&mut state, &BodyTwist::ZERO);
     let _ = supervisor.step(&mut memory, &state);
     assert_eq!((memory.row_retries(), memory.retries(), memory.row()), (0, 2, 0));
 }
 
 #[test]
 fn a_vehicle_that_gets_one_front_wheel_up_and_falls_back_gives_up_too() {
-    for config in [SupervisorConfig::steady(T), SupervisorConfig::reach(T)] {
+    for config in [SupervisorConfig::traction(T), SupervisorConfig::traction_runup(T)] {
         let supervisor = supervisor(config);
         let mut memory = SupervisorState::new();
         let mut target_m_s = 0.0_f64;
@@ -86,7 +86,7 @@ fn a_vehicle_that_gets_one_front_wheel_up_and_falls_back_gives_up_too() {
 
 #[test]
 fn once_all_rows_are_past_an_obstacle_the_next_one_has_all_tries_again() {
-    let supervisor = supervisor(SupervisorConfig::steady(T));
+    let supervisor = supervisor(SupervisorConfig::traction(T));
     let mut memory = SupervisorState::new();
     let mut target_m_s = 0.0_f64;
     let mut drive = |memory: &mut SupervisorState<f64>, heights, stuck: bool, periods| {
@@ -108,7 +108,7 @@ fn once_all_rows_are_past_an_obstacle_the_next_one_has_all_tries_again() {
 
 #[test]
 fn rows_are_counted_in_the_direction_of_travel() {
-    let supervisor = supervisor(SupervisorConfig::steady(T));
+    let supervisor = supervisor(SupervisorConfig::traction(T));
     let climbing = |vx_m_s: f64, vy_m_s: f64, high: [usize; 2]| {
         let mut state = seen([0.0; 3], 0.0, 0.0);
         let command = BodyTwist {
@@ -116,7 +116,7 @@ fn rows_are_counted_in_the_direction_of_travel() {
             vy_m_s,
             wz_rad_s: 0.0,
         };
-        steady().command(&mut state, &command);
+        preset().command(&mut state, &command);
         for i in high {
             state.motion.height_m[i] = 0.05;
         }
@@ -137,10 +137,10 @@ fn a_vehicle_that_nothing_moves_gives_up_although_its_encoders_read_nothing_at_a
         wz: any,
     };
     for usable in [7, 4] {
-        let mut config = SupervisorConfig::steady(T);
+        let mut config = SupervisorConfig::traction(T);
         config.retry.retries = 2;
         let limiter = crate::shaping::TwistLimiter::new(limits, T).expect("valid");
-        let mut policy = crate::traction::TractionPolicy::new(limiter, supervisor(config), steady());
+        let mut policy = crate::traction::TractionPolicy::new(limiter, supervisor(config), preset());
         let mut torques = [0.0; 7];
         for period in 0..30_000 {
             let mut rates = [0.0; 7];
@@ -168,10 +168,10 @@ fn policy_with(sensors: TractionSensors<f64>) -> crate::traction::TractionPolicy
         vy: any,
         wz: any,
     };
-    let mut config = SupervisorConfig::steady(T);
+    let mut config = SupervisorConfig::traction(T);
     config.retry.retries = 2;
     let limiter = crate::shaping::TwistLimiter::new(limits, T).expect("valid");
-    let traction = seven(TractionConfig::steady(0.3, 2.0, T).with_sensors(sensors));
+    let traction = seven(TractionConfig::traction(0.3, 2.0, T).with_sensors(sensors));
     crate::traction::TractionPolicy::new(limiter, supervisor(config), traction)
 }
 
@@ -226,10 +226,10 @@ fn a_vehicle_that_is_stuck_gives_up_where_slip_is_undetermined_too() {
     assert_eq!(policy.supervisor().mode(), SupervisorMode::GaveUp);
     assert_eq!((torques, policy.supervisor().retries()), ([0.0; 7], 0));
     // One that goes more than half as fast as commanded is not stuck, whatever it takes.
-    let supervisor = supervisor(SupervisorConfig::steady(T));
+    let supervisor = supervisor(SupervisorConfig::traction(T));
     let mode = |speed_m_s: f64, periods: usize| {
         let mut state = seen([0.0; 3], speed_m_s, 1.0);
-        steady().command(&mut state, &slow);
+        preset().command(&mut state, &slow);
         (state.discerns, state.speed_m_s) = (false, speed_m_s);
         let mut memory = SupervisorState::new();
         for _ in 0..periods {

@@ -53,13 +53,13 @@ impl Wheel {
         physics: &mut PhysicsWorld,
         spec: &WheelSpec,
         rollers: Option<&RollerWheel>,
-        contact_hz: f64,
+        contact_frequency_hz: f64,
         frame: RigidBodyHandle,
         start: Pose,
     ) -> Self {
         match rollers {
-            None => ball::insert(physics, spec, contact_hz, frame, start),
-            Some(built) => rollers::insert(physics, spec, built, contact_hz, frame, start),
+            None => ball::insert(physics, spec, contact_frequency_hz, frame, start),
+            Some(built) => rollers::insert(physics, spec, built, contact_frequency_hz, frame, start),
         }
     }
 
@@ -174,8 +174,8 @@ impl Wheel {
 }
 
 /// How much lower than the others a wheel is mounted \[m\], so that its contact presses by its preload more.
-fn lower_m(spec: &WheelSpec, contact_hz: f64) -> f64 {
-    spec.preload_n / spec.contact_stiffness_n_m(contact_hz)
+fn lower_m(spec: &WheelSpec, contact_frequency_hz: f64) -> f64 {
+    spec.preload_n / spec.contact_stiffness_n_m(contact_frequency_hz)
 }
 
 /// A wheel's rolling direction and push, unit vectors in the carrier's frame.

@@ -1,10 +1,10 @@
 //! How differently wheels slip.
 
-/// The figure `linkage_spread`: over all periods, the root mean square of the standard deviation of the wheels' slip speeds, over the
+/// The figure `slip_speed_std`: over all periods, the root mean square of the standard deviation of the wheels' slip speeds, over the
 /// root mean square of the speeds that were asked of them. What all wheels do together, as on the longer way over an edge or when they
 /// lag behind, is no spread; nor is what the vehicle's links make of wheels that roll.
 #[derive(Default)]
-pub(super) struct LinkageSpread {
+pub(super) struct SlipSpeedStd {
     variances: f64,
     asked: f64,
     period: Period,
@@ -18,7 +18,7 @@ struct Period {
     asked_squared: f64,
 }
 
-impl LinkageSpread {
+impl SlipSpeedStd {
     pub(super) fn start_period(&mut self) {
         self.period = Period::default();
     }
@@ -52,10 +52,10 @@ impl LinkageSpread {
 
 #[cfg(test)]
 mod tests {
-    use super::LinkageSpread;
+    use super::SlipSpeedStd;
 
     fn spread(periods: &[&[(f64, f64)]]) -> f64 {
-        let mut spread = LinkageSpread::default();
+        let mut spread = SlipSpeedStd::default();
         for wheels in periods {
             spread.start_period();
             wheels.iter().for_each(|(asked, slip)| spread.add(*asked, *slip));
