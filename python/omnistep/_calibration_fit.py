@@ -55,8 +55,10 @@ class Found:
     covariance: Floats
     #: The same from the scatter of runs; 0 from few.
     scatter: Floats
-    #: Degrees of freedom of what the variances rest on, of each of the two.
-    freedom: Floats
+    #: Degrees of freedom of the first; of the second what each run is expected to have of it, and their factor.
+    freedom: float
+    shares: Floats
+    blocks: float
     #: Standard deviations of places [m] and turns [rad] of measured ends, the same of pieces between recorded poses,
     #: and of wheels against each other, by what is left.
     sd: Floats
@@ -273,13 +275,15 @@ class Problem:
         evidence -= 0.5 * float(np.linalg.slogdet(np.eye(len(z)) + np.linalg.solve(prior, slopes.T @ slopes))[1])
         # The ends tell lengths; few of them, and intervals are wide.
         known = free[:-1].sum() if (free[:-1] >= ENOUGH).any() else np.inf
-        scatter, scattered = self._scatter(weighted, slopes, covariance)
+        scatter, shares, blocks = self._scatter(weighted, slopes, covariance)
         return Found(
             u=moves @ z,
             reported=moves @ z,
             covariance=moves @ covariance @ moves.T,
             scatter=moves @ scatter @ moves.T,
-            freedom=np.maximum(1.0, [known, scattered]),
+            freedom=max(1.0, known),
+            shares=moves @ shares @ moves.T,
+            blocks=blocks,
             sd=sd,
             ends_left=float((weighted[: sum(sizes[:-1])] ** 2).sum()),
             ends_freedom=float(free[:-1].sum()),
@@ -287,21 +291,27 @@ class Problem:
             evidence=float(evidence),
         )
 
-    def _scatter(self, weighted: Floats, slopes: Floats, covariance: Floats) -> tuple[Floats, float]:
-        """Covariance by what the numbers would be without neighbouring runs, and its degrees of freedom; 0 of few runs.
+    def _scatter(self, weighted: Floats, slopes: Floats, covariance: Floats) -> tuple[Floats, Floats, float]:
+        """Covariance by what the numbers would be without neighbouring runs; 0 of few runs.
 
         The jackknife of moving blocks (Künsch, "The jackknife and the bootstrap for general stationary observations",
-        1989) has errors in it that differ from run to run, and those that last for some pieces.
+        1989) has errors in it that differ from run to run, and those that last for some pieces. With it comes what each
+        run would have of it by the errors' size, and for how much of a run one counts in blocks.
         """
         runs, pieces = len(self.drives), sum(isinstance(drive, Piece) for drive in self.drives)
         if runs < MANY:
-            return np.zeros_like(covariance), np.inf
+            return np.zeros_like(covariance), np.zeros((1, *covariance.shape)), 1.0
         block, moved = max(1, min(ALIKE_PIECES, pieces // PART)), []
         for first in range(1 - block, runs):
             rows, left = self._predicted(range(first, first + block), weighted, slopes, covariance)
             moved.append(covariance @ slopes[rows].T @ left)
+        shares = []
+        for run in range(runs):
+            own = slopes[np.flatnonzero(self.run_of == run)] @ covariance
+            alone: Floats = np.eye(len(own)) - own @ slopes[np.flatnonzero(self.run_of == run)].T
+            shares.append(own.T @ np.linalg.solve(alone, own))
         # As of a triangular window over the correlations of runs.
-        return np.transpose(moved) @ moved / block, 3 * block * runs / (2 * block**2 + 1) - 1
+        return np.transpose(moved) @ moved / block, np.array(shares), 3 * block / (2 * block**2 + 1)
 
     def _without(
         self, run: int, weighted: Floats, slopes: Floats, covariance: Floats, free: Floats
@@ -420,7 +430,7 @@ class Problem:
         deviation = _deviations(row, known).max()
         # What is held has no deviation, but for rounding.
         determined = LEAST < deviation < DETERMINED
-        times = scipy_part("stats", NEEDED_BY).t.ppf(0.5 + CONFIDENCE / 2, known.freedom)
+        times = scipy_part("stats", NEEDED_BY).t.ppf(0.5 + CONFIDENCE / 2, [known.freedom, _scattered(row, known)])
         half = float(scale * np.max(times * _deviations(row, known)))
         held = not determined and abs(row @ found.reported) < LEAST
         follows = "only together with others" if found is known else ALIKE
@@ -441,6 +451,16 @@ def _deviations(row: Floats, found: Found) -> Floats:
     By the size of all errors, and by the scatter of runs.
     """
     return np.asarray(np.sqrt(np.maximum(0.0, [row @ each @ row for each in (found.covariance, found.scatter)])))
+
+
+def _scattered(row: Floats, found: Found) -> float:
+    """Degrees of freedom of the scatter: of a combination that two of ten runs tell there is one.
+
+    As of Satterthwaite ("An approximate distribution of estimates of variance components", 1946).
+    """
+    shares = np.einsum("i,rij,j->r", row, found.shares, row)
+    many = float(shares.sum() ** 2 / max(float((shares**2).sum()), 1e-300))
+    return max(1.0, many * found.blocks)
 
 
 def recordings_of(drives: Sequence[Drive | Piece]) -> list[Recording]:

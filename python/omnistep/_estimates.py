@@ -28,8 +28,9 @@ REFUTED = 3.0
 NONE_GIVEN = "none"
 #: What to do where a number ended at a bound.
 CHECK = "check units, signs and names in the log, and the vehicle file"
-#: The variances of independent errors count for this many degrees of freedom beside those of groups.
-INDEPENDENT = 8.0
+#: The variances of independent errors count for this many degrees of freedom beside those of groups, unless these are
+#: larger than such a part of what independent errors would make of them.
+INDEPENDENT, ALIKE = 8.0, 0.99
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -188,7 +189,7 @@ def fit(
         x = np.where(free, np.clip(begin, bounds[:, 0], bounds[:, 1]), start)
     variance, freedom = sigma**2 * np.diag(_inverse(moves.T @ moves)), np.full(len(x), float(rest))
     if clusters is not None:
-        variance, freedom[free] = _clustered(moves, left, clusters, variance)
+        variance, freedom[free] = _clustered(moves, left, clusters, variance, needed_by)
     deviation = np.zeros(len(x))
     deviation[free] = np.sqrt(variance) * scale[free]
     return Fit(
@@ -262,34 +263,39 @@ def _inverse(matrix: Floats) -> Floats:
 
 
 def _clustered(
-    jacobian: Floats, residual: Floats, clusters: NDArray[np.int64], independent: Floats
+    jacobian: Floats, residual: Floats, clusters: NDArray[np.int64], independent: Floats, needed_by: str
 ) -> tuple[Floats, Floats]:
     """Variances where errors within a group correlate, and their degrees of freedom.
 
     The sandwich of Bell and McCaffrey and its degrees of freedom ("Bias reduction in standard errors for linear
     regression with multi-stage samples", 2002; CR2) rest on the few groups that tell a parameter. As in Smyth's
-    moderated t ("Linear models and empirical Bayes methods", 2004) they are weighed with variances that rest on all.
+    moderated t ("Linear models and empirical Bayes methods", 2004) they are weighed with variances that rest on all,
+    unless groups refute that errors are independent. Then what changes without each group tells alone: the jackknife.
     """
     bread = _inverse(jacobian.T @ jacobian)
     order = np.argsort(clusters, kind="stable")
     ends = np.flatnonzero(np.diff(clusters[order])) + 1
-    scores, sizes, weights = [], [], []
+    scores, changes, sizes, weights = [], [], [], []
     for rows in np.split(order, ends):
         # What matters of a group is in the span of its moves.
         basis, corner = np.linalg.qr(jacobian[rows])
         own, vectors = np.linalg.eigh(corner @ bread @ corner.T)
-        raised = bread @ corner.T @ (vectors @ (vectors.T / np.sqrt(np.maximum(1.0 - own, 1e-3))[:, None]))
-        scores.append(raised @ (basis.T @ residual[rows]))
+        left, rest = basis.T @ residual[rows], np.maximum(1.0 - own, 1e-3)[:, None]
+        raised = bread @ corner.T @ (vectors @ (vectors.T / np.sqrt(rest)))
+        scores.append(raised @ left)
+        changes.append(bread @ corner.T @ (vectors @ (vectors.T @ left / rest[:, 0])))
         sizes.append((raised**2).sum(axis=1))
         weights.append(raised @ corner)
-    sandwich = (np.array(scores) ** 2).sum(axis=0)
+    sandwich, jackknife = ((np.array(each) ** 2).sum(axis=0) for each in (scores, changes))
     size, weight = np.array(sizes), np.array(weights)
     freedom = np.empty(len(bread))
     for k in range(len(bread)):
         like = np.diag(size[:, k]) - weight[:, k] @ bread @ weight[:, k].T
         freedom[k] = np.trace(like) ** 2 / max(float((like**2).sum()), 1e-300)
     both = INDEPENDENT + freedom
-    return (INDEPENDENT * independent + freedom * sandwich) / both, both
+    weighed = (INDEPENDENT * independent + freedom * sandwich) / both
+    refuted = freedom * sandwich > scipy_part("stats", needed_by).chi2.ppf(ALIKE, freedom) * independent
+    return np.where(refuted, jackknife, weighed), np.where(refuted, freedom, both)
 
 
 def estimates(parameters: Sequence[Parameter], found: Fit, *, needed_by: str) -> tuple[Estimate, ...]:

@@ -591,7 +591,7 @@ def test_what_ends_where_the_search_does_is_doubted():
 
 
 def test_ends_that_a_hand_measured_have_intervals_that_hold_with_nothing_stated():
-    # A tape to 4 mm, an angle to 8 mrad, and in each run each wheel slips by 0.5 % of its way: sixteen runs.
+    # A tape to 4 mm, an angle to 8 mrad, and in each run each wheel slips by 0.5 % of its way: twelve runs.
     drawn, seeds, held = omnistep.Vehicle("omni3"), 24, {"all.radius": 0, "all.lever": 0}
     factors = {"all.radius": 1.03, "all.lever": 1.05}
     keys = {f"wheel.{k}.radius_m": 1.03 * wheel.radius_m for k, wheel in enumerate(drawn.layout.wheels)}
