@@ -36,14 +36,14 @@ def policy_colour(policy: str) -> str:
     """Return the colour of a policy, the same in every figure.
 
     Args:
-        policy: a name of :func:`omnistep.policies`; any other is grey.
+        policy: a name of :func:`omnistep.list_policies`; any other is grey.
 
     Returns:
         A colour of matplotlib: ``#RRGGBB``, or a level of grey.
 
     Example:
         >>> import omnistep
-        >>> len({omnistep.plot.policy_colour(policy) for policy in omnistep.policies()})
+        >>> len({omnistep.plot.policy_colour(policy) for policy in omnistep.list_policies()})
         6
     """
     return _POLICIES.get(policy, _OTHER_POLICY)

@@ -36,5 +36,5 @@ class StudyError(OmnistepError, OSError):
     """A folder of results could not be read or written, workers do not share it, or a search found no result."""
 
 
-class FilmError(OmnistepError, RuntimeError):
-    """The viewer that makes films did not start, or ended early."""
+class VideoError(OmnistepError, RuntimeError):
+    """The viewer that makes videos did not start, or ended early."""

@@ -8,7 +8,7 @@ from typing import Any, overload
 
 from tqdm import tqdm
 
-from omnistep._omnistep import Log, Scenario, Trace, policies, policy_name, shortened
+from omnistep._omnistep import Log, Scenario, Trace, list_policies, policy_name, shortened
 from omnistep._omnistep import read_mcap as _read_mcap
 from omnistep._omnistep import run as _run
 from omnistep.errors import ConfigError
@@ -51,9 +51,9 @@ def run(
     Other Python threads continue to run. Ctrl-C stops the run.
 
     Args:
-        scenario: a built-in name (see :func:`scenarios`), the path of a .toml file or a :class:`Scenario`; the step by
+        scenario: a built-in name (see :func:`list_scenarios`), the path of a .toml file or a :class:`Scenario`; the step by
             default.
-        policy: coordination policy instead of the scenario's (see :func:`policies`), or a controller of your own: an
+        policy: coordination policy instead of the scenario's (see :func:`list_policies`), or a controller of your own: an
             object with ``reset(info)`` and ``step(observation)``, or a function of the observation (see
             :class:`Policy`).
         overrides: keys of the scenario, or of its vehicle behind ``vehicle.``, and their new values:
@@ -198,7 +198,7 @@ def _each_once(given: list[Any], names: list[str]) -> bool:
     return bool(given) and None not in given and len(set(names)) == len(names)
 
 
-_all_policies = policies
+_all_policies = list_policies
 
 
 def read_mcap(path: str | PathLike[str], *, progress: bool = True) -> Log:

@@ -288,7 +288,7 @@ def test_a_parquet_column_of_text_is_refused_before_it_is_unpacked(folder, monke
 
 @pytest.mark.parametrize("vehicle", ["omni3", "chugo7"])
 def test_a_new_map_is_one_as_it_is_and_with_every_table_in_it(folder, monkeypatch, capfd, vehicle):
-    code, out, err = command_line(monkeypatch, capfd, "new", "map", "mine", "--vehicle", vehicle)
+    code, out, err = command_line(monkeypatch, capfd, "new", "import-map", "mine", "--vehicle", vehicle)
     assert (code, err) == (0, "") and out.startswith(f"mine.toml: a map for {vehicle}; ")
     assert set(read_map("mine.toml").signals) == {"wheels"}
     lines = (folder / "mine.toml").read_text().splitlines(keepends=True)
@@ -300,9 +300,9 @@ def test_a_new_map_is_one_as_it_is_and_with_every_table_in_it(folder, monkeypatc
     assert read_map("whole.toml").signals["wheels"].wrap == 2.0**16
 
 
-def test_inspect_and_replay_take_a_recording_and_say_what_it_lacks(round_trip, monkeypatch, capfd, recorded):
+def test_info_and_replay_take_a_recording_and_say_what_it_lacks(round_trip, monkeypatch, capfd, recorded):
     _, log = round_trip
-    code, out, err = command_line(monkeypatch, capfd, "inspect", log.path)
+    code, out, err = command_line(monkeypatch, capfd, "info", log.path)
     assert (code, err) == (0, "") and "recorded, imported from robot.csv, vehicle omni3" in out
     code, out, err = command_line(monkeypatch, capfd, "replay", log.path)
     unknown = int(np.isnan(log.trace.wheels("measured_rad_s")).any(axis=1).sum())

@@ -11,7 +11,7 @@ import threading
 
 
 def test_whoever_does_not_read_its_answers_is_disconnected_and_named():
-    live = [sys.executable, "-m", "omnistep", "run", "flat", "--live", "--port", "0", "--for", "60", "--quiet"]
+    live = [sys.executable, "-m", "omnistep", "run", "flat", "--live", "--port", "0", "--duration", "60", "--quiet"]
     process = subprocess.Popen(live, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     try:
         port = int(re.search(r"127\.0\.0\.1:(\d+)", process.stderr.readline())[1])

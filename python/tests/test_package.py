@@ -30,7 +30,7 @@ def test_the_console_script_is_the_same_command_line():
     module = command(sys.executable, "-m", "omnistep", "list")
     assert script.returncode == module.returncode == 0
     assert script.stdout == module.stdout
-    assert all(name in script.stdout for name in omnistep.policies() + omnistep.scenarios() + omnistep.vehicles())
+    assert all(name in script.stdout for name in omnistep.list_policies() + omnistep.list_scenarios() + omnistep.list_vehicles())
     wrong = command(sys.executable, "-m", "omnistep", "run", "stairway")
     assert (wrong.returncode, wrong.stdout) == (2, "")
     assert wrong.stderr.startswith('error: unknown scenario "stairway"')
@@ -42,7 +42,7 @@ import sys
 sys.modules["matplotlib"] = None
 import omnistep
 trace = omnistep.run("flat", overrides={"duration_s": 0.01})
-for plot in (omnistep.plot.climb, omnistep.plot.strip, lambda _: omnistep.plot.wheels(omnistep.wheels())):
+for plot in (omnistep.plot.climb, omnistep.plot.side_view, lambda _: omnistep.plot.motor_bench(omnistep.run_motor_bench())):
     try:
         plot(trace)
     except ImportError as error:

@@ -10,7 +10,7 @@ import pytest
 import omnistep
 
 
-@pytest.mark.parametrize("name", omnistep.scenarios())
+@pytest.mark.parametrize("name", omnistep.list_scenarios())
 def test_a_scenario_survives_toml_dictionaries_and_pickle(name):
     scenario = omnistep.Scenario(name)
     assert omnistep.Scenario.from_toml(scenario.to_toml()) == scenario
@@ -33,7 +33,7 @@ def test_a_path_of_an_override_is_relative_to_the_working_directory(tmp_path, mo
     assert omnistep.run(file, overrides={"vehicle": "bot.toml"}).vehicle == "mecanum4"
 
 
-@pytest.mark.parametrize("name", omnistep.vehicles())
+@pytest.mark.parametrize("name", omnistep.list_vehicles())
 def test_a_vehicle_survives_toml_dictionaries_and_pickle(name):
     vehicle = omnistep.Vehicle(name)
     assert omnistep.Vehicle.from_toml(vehicle.to_toml()) == vehicle

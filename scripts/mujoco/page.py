@@ -231,7 +231,7 @@ def mistakes(starts: int) -> None:
 
 def barrel(turn: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
     """The same height over the barrel of the vehicle file: a crown that is part of the rim, and rounded edges [m]."""
-    said = subprocess.run([sys.executable, "-m", "omnistep", "ripple", "--json"], capture_output=True, check=True)
+    said = subprocess.run([sys.executable, "-m", "omnistep", "wheel-ripple", "--json"], capture_output=True, check=True)
     half, rim, radius = 0.5 * json.loads(said.stdout.splitlines()[0])["roller_length_m"], 0.066, 0.006
     edge = 0.05 * radius
     sine = np.abs(np.sin(turn))

@@ -18,7 +18,7 @@ STREAMS = {
     "/ground_truth/odom": ("nav_msgs/msg/Odometry", 50),
     "/tf": ("tf2_msgs/msg/TFMessage", 50),
     "/joint_states": ("sensor_msgs/msg/JointState", 50),
-    "/vehicle_state": ("omni_msgs/msg/VehicleState", 50),
+    "/vehicle_state": ("omnistep_msgs/msg/VehicleState", 50),
     "/imu": ("sensor_msgs/msg/Imu", 100),
 }
 ONCE = {
@@ -36,7 +36,7 @@ def whole():
     cyclone = Cyclone(domain)
     topics = {topic: cyclone.read(topic, kind) for topic, (kind, _) in STREAMS.items()}
     topics |= {topic: cyclone.read(topic, kind, transient=True, depth=1) for topic, kind in ONCE.items()}
-    run = Run("flat", "--wait", "--for", str(SECONDS), domain=domain)
+    run = Run("flat", "--wait", "--duration", str(SECONDS), domain=domain)
     try:
         assert run.ended() == 0, run.said
         until(lambda: all(topic.samples for topic in topics.values()), "a message of every topic")

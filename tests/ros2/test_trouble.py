@@ -17,7 +17,7 @@ TOPICS = {
     "/odom": "nav_msgs/msg/Odometry",
     "/tf": "tf2_msgs/msg/TFMessage",
     "/joint_states": "sensor_msgs/msg/JointState",
-    "/vehicle_state": "omni_msgs/msg/VehicleState",
+    "/vehicle_state": "omnistep_msgs/msg/VehicleState",
     "/imu": "sensor_msgs/msg/Imu",
 }
 # What an allocator may keep more of while four hundred messages a second go through it: seen were 0.1 MB. A reader
@@ -71,7 +71,7 @@ def test_a_peer_in_trouble_neither_slows_the_run_nor_makes_it_grow(cyclone, fast
 
 def test_a_reader_that_wants_all_and_takes_none_does_not_stop_a_topic_for_the_others(cyclone, fast_dds, run):
     """The library keeps 8192 messages for it, which at 1000 Hz is eight seconds."""
-    one = run("flat", "--rate", "odom=1000")
+    one = run("flat", "--topic-rate", "odom=1000")
     odometry = cyclone.read("/odom", "nav_msgs/msg/Odometry")
     odometry.first()
     peer = fast_dds()

@@ -104,7 +104,7 @@ const asked = (client) => client.of("/cmd_vel").at(-1)?.message.twist.linear.x;
 const speed = (client) => client.of("/ground_truth/odom").at(-1).message.twist.twist.linear;
 
 test("a client watches a run in step with the clock and changes command, policy and torque limit", async () => {
-  const { run, address } = await started("--wait", "--steer", "--set", "duration_s=600");
+  const { run, address } = await started("--wait", "--allow-control", "--set", "duration_s=600");
   const client = await connected(address);
   const ofServer = () => client.texts.find(({ op }) => op === "serverInfo");
   await client.until(() => ofServer() !== undefined, "the server's greeting");
@@ -170,7 +170,7 @@ test("a client watches a run in step with the clock and changes command, policy 
 });
 
 test("a run ends with its scenario, faster than the clock if asked to, and prints its figures", async () => {
-  const { run, address, printed } = await started("--wait", "--set", "duration_s=30", "--speed", "inf");
+  const { run, address, printed } = await started("--wait", "--set", "duration_s=30", "--real-time-factor", "inf");
   const client = await connected(address);
   const start = performance.now();
   await client.subscribe("/ground_truth/odom");
@@ -193,7 +193,7 @@ test("a port that is taken is an error that names it", async () => {
 });
 
 test("a command ends half a second after its last message, and with its client: the vehicle comes to rest", async () => {
-  const { run, address } = await started("--steer", "--set", "duration_s=600");
+  const { run, address } = await started("--allow-control", "--set", "duration_s=600");
   const watching = await connected(address), steering = await connected(address);
   for (const topic of ["/ground_truth/odom", "/cmd_vel"]) await watching.subscribe(topic);
   announced(steering, 1);
@@ -226,7 +226,7 @@ test("a command ends half a second after its last message, and with its client: 
   await once(run, "exit");
 });
 
-test("without --steer nothing that steers is offered, and who tries is refused with the reason", async () => {
+test("without --allow-control nothing that steers is offered, and who tries is refused with the reason", async () => {
   const { run, address } = await started("--set", "duration_s=600");
   const client = await connected(address);
   await client.subscribe("/cmd_vel");
@@ -240,7 +240,7 @@ test("without --steer nothing that steers is offered, and who tries is refused w
   ];
   for (const [k, attempt] of tries.entries()) {
     attempt();
-    await client.until(() => client.texts.filter(({ op, message }) => op === "status" && /start it with --steer$/.test(message)).length === k + 1, `refusal ${k + 1}`);
+    await client.until(() => client.texts.filter(({ op, message }) => op === "status" && /start it with --allow-control$/.test(message)).length === k + 1, `refusal ${k + 1}`);
   }
   const seen = client.of("/cmd_vel").length;
   await client.until(() => client.of("/cmd_vel").length > seen + 10, "more commands");

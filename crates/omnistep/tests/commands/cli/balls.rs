@@ -86,7 +86,7 @@ fn nothing_is_said_of_balls_that_are_the_wheels_nor_of_rollers() {
 fn a_log_of_balls_that_are_not_its_wheels_is_marked_when_it_is_read() {
     let folder = tempfile::tempdir().unwrap();
     run(folder.path(), "step", &SIDE_ON);
-    let text = stdout(&omnistep(folder.path(), &["inspect", "out/step-steady.mcap"]));
+    let text = stdout(&omnistep(folder.path(), &["info", "out/step-steady.mcap"]));
     assert!(text.contains("unfinished *"), "{text}");
     assert!(
         text.lines()

@@ -11,7 +11,7 @@ fn edited(folder: &Path, like: &str, changes: &[(&str, &str)]) {
     if file.exists() {
         fs::remove_file(&file).unwrap();
     }
-    let made = omnistep(folder, &["new", "vehicle", "own", "--like", like]);
+    let made = omnistep(folder, &["new", "vehicle", "own", "--template", like]);
     assert!(made.status.success());
     let mut text = fs::read_to_string(&file).unwrap();
     for (old, new) in changes {
@@ -154,7 +154,7 @@ fn motors_that_are_too_weak_for_a_step_are_warned_of() {
         allowed("0", "chugo7"),
         "error: --step = 0, allowed: 1e-6 to 10 [m]\n"
     );
-    for file in ["climb_map", "wheels"] {
+    for file in ["climb_map", "motor_bench"] {
         let expected = "error: --step = 0.05, allowed: with a vehicle or a scenario\n";
         assert_eq!(allowed("0.05", file), expected);
     }

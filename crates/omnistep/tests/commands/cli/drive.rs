@@ -264,7 +264,7 @@ fn it_takes_vehicles_and_scenarios_and_refuses_the_rest_in_one_line() {
     assert!(
         wrong(&["flat", "--set", "terrain.friction=-1"]).contains("terrain.friction: -1, allowed: 0 to 2")
     );
-    assert!(wrong(&["flat", "--speed", "0"]).contains("--speed"));
+    assert!(wrong(&["flat", "--real-time-factor", "0"]).contains("--real-time-factor"));
     assert!(wrong(&["flat", "--allow-origin", "evil"]).contains("--allow-origin"));
 }
 

@@ -5,7 +5,10 @@ use super::{omnistep, refused, stdout};
 #[test]
 fn a_vehicle_as_urdf_has_its_masses_and_axes() {
     let folder = tempfile::tempdir().unwrap();
-    let text = stdout(&omnistep(folder.path(), &["urdf", "rocker_bogie6"]));
+    let text = stdout(&omnistep(
+        folder.path(),
+        &["export", "rocker_bogie6", "--format", "urdf"],
+    ));
     let robot = urdf_rs::read_from_string(&text).unwrap();
     let vehicle = omni_config::Vehicle::load("rocker_bogie6").unwrap();
     let masses = |links: &[urdf_rs::Link]| {
@@ -43,10 +46,36 @@ fn a_vehicle_as_urdf_has_its_masses_and_axes() {
 }
 
 #[test]
-fn urdf_is_short_for_an_export() {
+fn an_option_of_one_format_is_refused_with_another() {
     let folder = tempfile::tempdir().unwrap();
-    let long = stdout(&omnistep(folder.path(), &["export", "omni3", "--format", "urdf"]));
-    assert_eq!(stdout(&omnistep(folder.path(), &["urdf", "omni3"])), long);
+    let said = |args: &str| refused(folder.path(), &args.split(' ').collect::<Vec<_>>());
+    for format in ["urdf", "ros2-control"] {
+        assert_eq!(
+            said(&format!("export chugo7 --vehicle omni3 --format {format}")),
+            "error: --vehicle = omni3, allowed: only with --format mjcf, rust and c; for urdf and ros2-control NAME is the \
+             vehicle\n"
+        );
+    }
+    for format in ["mjcf", "ros2-control", "rust", "c"] {
+        assert_eq!(
+            said(&format!("export omni3 --ros2-control effort --format {format}")),
+            "error: --ros2-control = effort, allowed: only with --format urdf\n"
+        );
+    }
+}
+
+#[test]
+fn a_vehicle_alone_has_the_constants_of_flat_with_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = |args: &str| stdout(&omnistep(folder.path(), &args.split(' ').collect::<Vec<_>>()));
+    for (format, start) in [("rust", "//"), ("c", "/*")] {
+        let alone = text(&format!("export omni3 --format {format}"));
+        assert!(alone.starts_with(start), "{alone}");
+        assert_eq!(
+            alone,
+            text(&format!("export flat --vehicle omni3 --format {format}"))
+        );
+    }
 }
 
 #[test]

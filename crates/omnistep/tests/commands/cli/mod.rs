@@ -1,7 +1,7 @@
 //! The command line as its users meet it: what it prints, what it writes, what it says of bad input.
 
 mod balls;
-mod bound;
+mod climb_limits;
 mod doubts;
 #[cfg(unix)]
 mod drive;
@@ -79,7 +79,7 @@ pub(crate) fn one_of_each() -> tempfile::TempDir {
         ("vehicles/omni3.toml", "v.toml"),
         ("scenarios/flat.toml", "s.toml"),
         ("studies/climb_map.toml", "y.toml"),
-        ("scenarios/wheels.toml", "w.toml"),
+        ("scenarios/motor_bench.toml", "w.toml"),
     ] {
         fs::copy(assets.join(from), folder.path().join(to)).unwrap();
     }

@@ -580,7 +580,7 @@ fn check_knows_what_is_built_in_by_name_before_a_file_of_that_name_as_run_does()
     assert!(said("step").starts_with("step: scenario step, 6 s, policy steady, engine rapier"));
     assert!(said("chugo7").starts_with("chugo7: vehicle chugo7: 3 bodies"));
     assert!(said("climb_map").starts_with("climb_map: study "));
-    assert!(said("wheels").starts_with("wheels: experiment wheels"));
+    assert!(said("motor_bench").starts_with("motor_bench: experiment motor_bench"));
     fs::write(folder.path().join("step"), "no = 1").unwrap();
     assert!(said("step").starts_with("step: scenario step"));
     assert!(refused(folder.path(), &["check", "./step"]).contains("./step"));

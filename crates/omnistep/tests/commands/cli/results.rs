@@ -65,7 +65,7 @@ fn engines_are_compared_side_by_side_and_each_log_says_which_is_its_own() {
         );
     }
     let logs = ["out/step-paper.mcap", "out/step-paper-articulated.mcap"];
-    let output = omnistep(folder.path(), &["inspect", logs[0], logs[1]]);
+    let output = omnistep(folder.path(), &["info", logs[0], logs[1]]);
     let text = String::from_utf8(output.stdout).unwrap();
     assert!(
         text.contains("seed 0, engine rapier,") && text.contains("seed 0, engine articulated,"),
@@ -265,7 +265,7 @@ fn what_each_figure_of_the_table_says_is_explained_where_that_is_asked_for() {
     }
     let inspected = stdout(&omnistep(
         folder.path(),
-        &["inspect", "out/flat-synchronised.mcap", "--explain"],
+        &["info", "out/flat-synchronised.mcap", "--explain"],
     ));
     assert!(
         inspected.contains("\n- wheel slip, rms (`slip_rms`): "),
@@ -281,7 +281,7 @@ fn what_each_figure_of_the_table_says_is_explained_where_that_is_asked_for() {
 #[test]
 fn wheels_json_has_the_times_of_the_paper() {
     let folder = tempfile::tempdir().unwrap();
-    let output = omnistep(folder.path(), &["wheels", "--json"]);
+    let output = omnistep(folder.path(), &["motor-bench", "--json"]);
     let rows = rows(&output);
     assert_eq!(
         rows.iter()
@@ -322,9 +322,12 @@ fn gains_that_a_file_leaves_out_are_said_on_standard_error_and_never_among_resul
         assert_eq!(rows(&output).len(), if command == "run" { 1 } else { 6 });
     }
     assert!(
-        omnistep(folder.path(), &["new", "vehicle", "r", "--like", "rocker_bogie6"])
-            .status
-            .success()
+        omnistep(
+            folder.path(),
+            &["new", "vehicle", "r", "--template", "rocker_bogie6"]
+        )
+        .status
+        .success()
     );
     let output = omnistep(folder.path(), &["check", "r.toml"]);
     assert_eq!(
@@ -445,7 +448,7 @@ fn an_output_folder_that_cannot_be_written_is_named_before_anything_runs() {
 }
 
 #[test]
-fn run_and_inspect_say_what_the_drive_found_and_when() {
+fn run_and_info_say_what_the_drive_found_and_when() {
     let folder = tempfile::tempdir().unwrap();
     let keys = [
         "drive.timeout_s=0.1",
@@ -496,7 +499,7 @@ fn run_and_inspect_say_what_the_drive_found_and_when() {
         let notes = notes.take_while(|line| line.starts_with("  "));
         heading.chain(notes).map(String::from).collect()
     };
-    let inspected = omnistep(folder.path(), &["inspect", said.lines().last().unwrap()]);
+    let inspected = omnistep(folder.path(), &["info", said.lines().last().unwrap()]);
     let inspected = String::from_utf8(inspected.stdout).unwrap();
     assert_eq!(found(&inspected), found(&said));
     assert!(

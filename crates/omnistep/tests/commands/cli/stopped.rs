@@ -78,7 +78,11 @@ fn ctrl_c_and_sigterm_end_a_run_with_one_line_that_names_its_log_which_has_all_u
 fn ctrl_c_ends_a_live_run_with_one_line_while_it_goes_waits_for_a_client_or_for_the_clock() {
     let folder = tempfile::tempdir().unwrap();
     let said = || fs::read_to_string(folder.path().join("said")).unwrap_or_default();
-    for more in [&["--speed", "10"][..], &["--wait"], &["--speed", "0.001"]] {
+    for more in [
+        &["--real-time-factor", "10"][..],
+        &["--wait"],
+        &["--real-time-factor", "0.001"],
+    ] {
         let args = [
             &["run", "flat", "--live", "--port", "0", "--set", "duration_s=3600"],
             more,
@@ -122,7 +126,7 @@ fn a_live_run_is_warned_of_as_any_other() {
         let lines = said.lines().filter(|line| line.starts_with("warning: "));
         lines.map(String::from).collect::<Vec<_>>()
     };
-    let live = warned(&["--live", "--port", "0", "--speed", "inf"]);
+    let live = warned(&["--live", "--port", "0", "--real-time-factor", "inf"]);
     assert_eq!(live, warned(&[]));
     assert_eq!(live.len(), 2, "{live:?}");
 }

@@ -153,7 +153,7 @@ fn a_file_that_is_missing_is_answered_with_the_name_that_was_meant() {
         ),
         (&["study", "x/../yy.toml"], "error: x/../yy.toml: "),
         (
-            &["urdf", "mybto.toml"],
+            &["export", "mybto.toml", "--format", "urdf"],
             "error: mybto.toml (did you mean \"mybot.toml\"?): ",
         ),
     ] {

@@ -47,12 +47,12 @@ fn retries_are_a_figure_of_every_run_and_a_row_where_some_run_tried_again() {
     let retries: u64 = cells("steady").parse().unwrap();
     let inspected = stdout(&omnistep(
         folder.path(),
-        &["inspect", "out/step-steady-articulated.mcap"],
+        &["info", "out/step-steady-articulated.mcap"],
     ));
     assert!(inspected.contains("\n| retries "), "{inspected}");
     let of_log = rows(&omnistep(
         folder.path(),
-        &["inspect", "--json", "out/step-steady-articulated.mcap"],
+        &["info", "--json", "out/step-steady-articulated.mcap"],
     ));
     assert_eq!(of_log[0]["outcome"]["retries"].as_u64(), Some(retries));
     assert!(retries > 0);

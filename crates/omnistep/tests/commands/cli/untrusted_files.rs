@@ -32,12 +32,12 @@ const WAYS: [&[&str]; 13] = [
     &["run", "flat", "--set", "vehicle=X"],
     &["run", "height_map", "--set", "terrain.image=X"],
     &["study", "X"],
-    &["wheels", "X"],
-    &["urdf", "X"],
+    &["motor-bench", "X"],
+    &["export", "X", "--format", "urdf"],
     &["export", "X", "--format", "mjcf"],
-    &["inspect", "X"],
+    &["info", "X"],
     &["replay", "X"],
-    &["constants", "X"],
+    &["export", "X", "--format", "rust"],
     &["run", "flat", "--controller", "qemu", "--firmware", "X"],
 ];
 
@@ -273,7 +273,7 @@ fn no_message_is_longer_than_somebody_reads_whatever_a_file_holds() {
         &["run", "flat", "--set", &format!("{name}=1")],
         &["run", "flat", "--set", &name],
         &["run", "flat", "--policy", &name],
-        &["inspect", &name],
+        &["info", &name],
         &["check", &name],
     ] {
         let said = refused(folder.path(), args);

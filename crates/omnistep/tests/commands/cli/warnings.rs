@@ -98,10 +98,7 @@ fn a_run_that_stops_when_done_has_the_figures_of_the_whole_one_and_a_shorter_log
     }
     assert_eq!(done["verdict"], "climbed");
     let logs = [&done, &whole].map(|row| row["mcap"].as_str().unwrap().to_owned());
-    let inspected = rows(&omnistep(
-        folder.path(),
-        &["inspect", &logs[0], &logs[1], "--json"],
-    ));
+    let inspected = rows(&omnistep(folder.path(), &["info", &logs[0], &logs[1], "--json"]));
     let until = |k: usize| inspected[k]["until_s"].as_f64().unwrap();
     // 1.2 s to the riser, 2.5 s over it.
     assert!(
