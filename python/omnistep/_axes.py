@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from omnistep._omnistep import Trace
 
-# Okabe and Ito's colours: told apart by colour-blind readers too. A policy has the same one in every figure, and
+# Okabe and Ito's colours: distinguishable for colour-blind readers too. A policy has the same one in every figure, and
 # nothing but a policy has it.
 _POLICIES = {
     "independent": "#CC79A7",

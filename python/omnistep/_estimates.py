@@ -43,13 +43,13 @@ class Parameter:
     scale: float
     lower: float = -np.inf
     upper: float = np.inf
-    #: The parameter that is held first where only a combination is told: the one of highest rank.
+    #: The parameter that is held first where only a combination is determined: the one of highest rank.
     rank: int = 0
-    #: Not searched for: somebody measured it otherwise.
+    #: Not searched for: it was measured otherwise.
     fixed: bool = False
     #: What the vehicle's file has, where that is not where the search starts.
     file: float | None = None
-    #: The parameter that it is never told apart from by such data, whatever small differences between wheels pretend.
+    #: The parameter that it is never separated from by such data, whatever small differences between wheels pretend.
     apart_from: str = ""
 
 
@@ -93,7 +93,7 @@ class Fit:
     x: Floats
     deviation: Floats
     free: NDArray[np.bool_]
-    #: Of each parameter that is held because only a combination is told: the others of it.
+    #: Of each parameter that is held because only a combination is determined: the others of it.
     together: dict[int, list[int]] = field(default_factory=dict)
     #: Degrees of freedom of the deviations, of all or of each parameter.
     freedom: float | Floats = np.inf
@@ -150,7 +150,7 @@ def fit(
 
         low, high = (bounds[free, side] / scale[free] for side in (0, 1))
         inside = np.clip(x[free] / scale[free], low, high)
-        # A first look at where it starts: a search along what is not told goes anywhere.
+        # A first look at where it starts: a search along what is not determined goes anywhere.
         first = _jacobian(of_free, inside, low, high)
         held = _hold(first, None, free, together, parameters)
         if held is not None:

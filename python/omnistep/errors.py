@@ -2,7 +2,7 @@
 
 from omnistep._omnistep import shortened
 
-# Longer messages hold a value that nobody reads to its end. What the compiled part says is cut there, value by value.
+# Longer messages hold a value too long to be read to its end. What the compiled part says is cut there, value by value.
 _MOST = 400
 
 

@@ -83,7 +83,7 @@ def test_runs_that_were_cut_off_are_no_stalls_but_hatched_and_counted_apart():
     assert mesh.get_array().compressed().tolist() == [0.0, 0.5, 1.0]
     hatched = [(patch.get_x(), patch.get_height(), patch.get_hatch()) for patch in ax.patches]
     assert hatched == [(1, 1.0, "///"), (2, 0.5, "///")]
-    # Whoever has no verdicts has the map as it was.
+    # Rows without verdicts give the map as it was.
     for row in made:
         del row["verdict"]
     (ax,) = omnistep.plot.climb_map(made, panel=None)

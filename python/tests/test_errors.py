@@ -146,7 +146,7 @@ def test_what_is_no_regular_file_is_refused_and_not_waited_for(tmp_path):
                 call(name)
 
 
-def test_no_message_is_longer_than_somebody_reads():
+def test_no_message_exceeds_its_length():
     long = "a" * 1_000_000
     for call in (
         lambda: omnistep.run(long),

@@ -10,7 +10,7 @@ import sys
 import threading
 
 
-def test_whoever_does_not_read_its_answers_is_disconnected_and_named():
+def test_a_client_that_does_not_read_is_disconnected():
     live = [sys.executable, "-m", "omnistep", "run", "flat", "--live", "--port", "0", "--duration", "60", "--quiet"]
     process = subprocess.Popen(live, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     try:

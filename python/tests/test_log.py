@@ -81,7 +81,7 @@ def test_a_report_marks_runs_whose_balls_do_not_stand_for_the_wheels(tmp_path):
     assert footnote in text.split("</table>")[1] and footnote not in report.page(logs[1:])
 
 
-def test_runs_of_one_name_are_told_apart_by_seed_file_or_number_and_no_others_are(tmp_path):
+def test_runs_of_one_name_are_distinguished_by_seed_file_or_number_and_no_others_are(tmp_path):
     logs = []
     for policy, seed, name in (("paper", 0, "a"), ("reach", 0, "b"), ("paper", 1, "c"), ("paper", 1, "d")):
         path = tmp_path / f"{name}.mcap"
@@ -313,9 +313,9 @@ def test_a_page_shows_names_as_text_and_nothing_of_them_runs(run, tmp_path):
     assert "<" not in data
 
 
-def test_what_nobody_measured_is_a_gap_in_the_plots_and_no_number(run):
-    told = report._measured(np.array([1.0, np.nan, np.inf, -np.inf]))
-    values = np.frombuffer(base64.b64decode(told), "<f4")
+def test_what_was_not_measured_is_a_gap_in_the_plots_and_no_number(run):
+    decoded = report._measured(np.array([1.0, np.nan, np.inf, -np.inf]))
+    values = np.frombuffer(base64.b64decode(decoded), "<f4")
     assert values[0] == 1.0 and np.isnan(values[1:]).all()
 
 
@@ -329,7 +329,7 @@ def test_every_figure_of_a_report_is_one_of_an_outcome_and_has_a_sentence(run):
 
 def test_the_figures_of_a_report_are_written_and_explained_as_the_command_does(run, tmp_path):
     log = omnistep.read_mcap(run[1])
-    told = subprocess.run(
+    printed = subprocess.run(
         [sys.executable, "-m", "omnistep", "info", "--explain", log.path], capture_output=True, text=True, check=True
     ).stdout
     rows = re.findall(r'<tr class="(\w+)"><th scope=row><button[^>]*>([^<]*)<.*?<td><span>([^<]*)<', report.page([log]))
@@ -338,9 +338,9 @@ def test_the_figures_of_a_report_are_written_and_explained_as_the_command_does(r
     for key, heading, value in rows:
         if key in report._MORE:  # the command has no row for it
             continue
-        assert re.search(rf"^\| {re.escape(heading)} +\| +{re.escape(value)} \|$", told, re.MULTILINE), (key, told)
+        assert re.search(rf"^\| {re.escape(heading)} +\| +{re.escape(value)} \|$", printed, re.MULTILINE), (key, printed)
         text = " ".join(_figures.FIGURES[key].text.split())
-        assert key == "verdict" or text in " ".join(told.split()), (key, told)
+        assert key == "verdict" or text in " ".join(printed.split()), (key, printed)
 
 
 def test_a_log_without_poses_is_no_picture(tmp_path, monkeypatch, capsys):

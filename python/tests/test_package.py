@@ -136,10 +136,10 @@ def test_the_wheel_names_no_path_of_the_machine_that_built_it(wheel, build_place
 
 
 @pytest.mark.parametrize("key", [None, "build-args", "maturin.build-args"])
-def test_the_compiler_is_told_to_rename_paths_wherever_maturin_takes_its_arguments_from(key, backend, monkeypatch):
+def test_the_compiler_renames_paths_wherever_maturin_takes_its_arguments_from(key, backend, monkeypatch):
     import maturin
 
-    monkeypatch.setenv("MATURIN_PEP517_ARGS", "--locked -- -v" if key is None else "--of-nobody")
+    monkeypatch.setenv("MATURIN_PEP517_ARGS", "--locked -- -v" if key is None else "--of-nothing")
     settings = backend.with_arguments(key and {key: "--locked -- -v"}, ["--config", "a b"])
     assert maturin.get_maturin_pep517_args(settings) == ["--config", "a b", "--locked", "--", "-v"]
 
@@ -257,7 +257,7 @@ def test_the_wheel_works_in_a_clean_environment_with_numpy_and_tqdm_alone(wheel,
     python = tmp_path / "venv" / "bin" / "python"
 
     def clean(*args):
-        # -I: neither this folder nor the variables of whoever runs the tests.
+        # -I: neither this folder nor the environment of the test run.
         return subprocess.run([python, "-I", *args], capture_output=True, text=True, check=False, cwd=tmp_path)
 
     installed = clean("-m", "pip", "install", "--quiet", "--disable-pip-version-check", str(wheel))

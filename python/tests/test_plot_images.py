@@ -1,4 +1,4 @@
-"""Pictures: what is drawn looks as it did when somebody looked at it.
+"""Pictures: what is drawn looks as it did when it was last reviewed.
 
 python -m pytest python/tests/test_plot_images.py --mpl-generate-path=python/tests/baseline draws them anew: look at
 each before it is committed.

@@ -152,7 +152,7 @@ def turns_of_another_thread_during(call):
 
     thread = threading.Thread(target=count)
     interval = sys.getswitchinterval()
-    # Nobody is asked for the lock in the next minute: the thread runs where this one lets it go, or not at all.
+    # The lock is not requested in the next minute: the thread runs where this one lets it go, or not at all.
     sys.setswitchinterval(60.0)
     try:
         thread.start()

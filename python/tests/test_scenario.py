@@ -102,7 +102,7 @@ def test_gains_that_a_file_leaves_out_are_derived_again_for_a_heavier_vehicle():
 def test_what_follows_from_a_vehicles_numbers():
     vehicle = omnistep.Vehicle("chugo7")
     assert vehicle.mass_kg == 20.0
-    # Moment balance: the wheels carry the weight, whoever carries how much of it. The sum is exact but for rounding.
+    # Moment balance: the wheels carry the weight, however it is distributed. The sum is exact but for rounding.
     loads = vehicle.static_loads_n()
     assert loads is not None
     assert loads.sum() == pytest.approx(20.0 * 9.81, rel=1e-12)

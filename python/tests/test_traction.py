@@ -101,7 +101,7 @@ def test_what_it_does_without_is_warned_of_once_wherever_it_runs(tmp_path):
     assert motors.startswith("reach with motors of 20.0 rad/s without load: ")
 
 
-def test_nobody_is_warned_of_it_under_another_controller():
+def test_there_is_no_warning_of_it_under_another_controller():
     assert caught(lambda: omnistep.run("flat", policy="paper", overrides=LACKS)) == []
     own = {"policy": lambda observation: 0.0 * observation.wheels_rad_s, "overrides": LACKS}
     assert caught(lambda: omnistep.run("step", **own)) == []  # whose own policy is steady

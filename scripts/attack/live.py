@@ -307,7 +307,7 @@ def _attempt(port: int, payload: bytes, opcode: int = 1, head: bytes | None = No
 
 
 def not_asked(setting: Setting) -> str | None:
-    """Without --allow-control nobody steers: the figures are those of a run that nobody sees."""
+    """Without --allow-control no client steers: the figures are those of a run without clients."""
     length = ["--set", "duration_s=1"]
     alone = run(
         [setting.omnistep, "run", "flat", "--json", "--quiet", *length, "--out", setting.work / "alone"], setting.work

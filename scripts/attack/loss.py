@@ -133,7 +133,7 @@ def no_room(setting: Setting) -> Campaign:
 
 
 def side_by_side(setting: Setting) -> Campaign:
-    """Whoever says that its run is logged is right, whoever else writes there."""
+    """A process that says its run is logged is right, whatever other processes write there."""
     folder, chance = setting.folder("side"), setting.random("side")
     failures, tried = [], 0
     for k in range(setting.count(3)):

@@ -33,7 +33,7 @@ ELLIPSOID, CAPSULE, MESH = (mujoco.mjtGeom.mjGEOM_ELLIPSOID, mujoco.mjtGeom.mjGE
 
 
 def picture(vehicle: str, distance_m: float) -> None:
-    """The vehicle as MuJoCo has it, half of its rollers in another colour so that they are told apart."""
+    """The vehicle as MuJoCo has it, half of its rollers in another colour so that they can be distinguished."""
     model = omnistep.mujoco.load(omnistep.Scenario("flat", vehicle=vehicle))
     for shape in range(model.ngeom):
         name = model.body(model.geom_bodyid[shape]).name

@@ -1,6 +1,6 @@
 """The types of the messages for Cyclone DDS, from what ROS 2 Jazzy itself defines (as `rosbags` ships it).
 
-Only `omnistep_msgs` is taken from this repository: nobody else defines it.
+Only `omnistep_msgs` is taken from this repository: no other package defines it.
 """
 
 import types

@@ -381,8 +381,8 @@ fn on_step(
         }
         Err(other) => return Err(other.into()),
     };
-    let bound = linkage.bound(&step, has, speed_m_s)?;
-    if !bound.possible() {
+    let limits = linkage.climb_limits(&step, has, speed_m_s)?;
+    if !limits.possible() {
         let rows = bound
             .rows
             .iter()
