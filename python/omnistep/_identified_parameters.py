@@ -22,7 +22,7 @@ OFF = 0.1
 MANOEUVRES = {
     "mass_kg": "accelerate and brake, forward and sideways, or weigh the vehicle: fix mass_kg",
     "yaw_inertia_kg_m2": "turn on the spot, accelerating and braking",
-    "wheel_inertia_kg_m2": "accelerate and brake the wheels in the air (wheels_off_ground), or weigh the vehicle: fix mass_kg",
+    "wheel_inertia_kg_m2": "turn the wheels in the air (wheels_off_ground), or weigh the vehicle: fix mass_kg",
     "gear_friction_n_m": "coast down, or drive steadily",
     "viscous_n_m_s_rad": "drive steadily at several speeds",
     "rolling_resistance": "also turn the wheels in the air (wheels_off_ground): only there gear friction acts alone",

@@ -165,8 +165,8 @@ def climb_limits(
     wheels is assumed to meet the edge with it. docs/derivations.md, What a climb takes at least, lists the assumptions.
 
     Args:
-        scenario: a built-in name (see :func:`list_scenarios`), the path of a .toml file or a :class:`Scenario`; the step by
-            default.
+        scenario: a built-in name (see :func:`list_scenarios`), the path of a .toml file or a :class:`Scenario`; the
+            step by default.
         overrides: keys to replace, as in :func:`omnistep.run`.
 
     Returns:

@@ -51,8 +51,8 @@ def run(
     Other Python threads continue to run. Ctrl-C stops the run.
 
     Args:
-        scenario: a built-in name (see :func:`list_scenarios`), the path of a .toml file or a :class:`Scenario`; the step by
-            default.
+        scenario: a built-in name (see :func:`list_scenarios`), the path of a .toml file or a :class:`Scenario`; the
+            step by default.
         policy: coordination policy instead of the scenario's (see :func:`list_policies`), or a controller of your own: an
             object with ``reset(info)`` and ``step(observation)``, or a function of the observation (see
             :class:`Policy`).

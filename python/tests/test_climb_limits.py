@@ -54,7 +54,10 @@ def test_run_up_never_rises_with_torque():
 
 
 def test_a_bound_is_a_value():
-    one, other = limits(), omnistep.climb_limits(omnistep.Scenario("step", overrides={"vehicle.motor.stall_torque_n_m": 1.4}))
+    one, other = (
+        limits(),
+        omnistep.climb_limits(omnistep.Scenario("step", overrides={"vehicle.motor.stall_torque_n_m": 1.4})),
+    )
     assert one == other != limits(0.04)
     assert pickle.loads(pickle.dumps(one)) == one
     assert (one.vehicle, one.height_m, one.friction, one.torque_n_m, one.speed_m_s) == ("chugo7", 0.05, 0.7, 1.4, 0.3)

@@ -37,9 +37,7 @@ def logs(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def found(logs):
-    return {
-        case: omnistep.identify(log, vehicle=plant.file(), fix=KNOWN, progress=False) for case, log in logs.items()
-    }
+    return {case: omnistep.identify(log, vehicle=plant.file(), fix=KNOWN, progress=False) for case, log in logs.items()}
 
 
 @pytest.mark.parametrize("case", CASES)

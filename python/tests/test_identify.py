@@ -108,7 +108,8 @@ def test_wheels_in_the_air_part_gears_from_rolling_and_wheels_from_the_mass():
     alone = omnistep.identify({key: column[:920] for key, column in ground.items()}, vehicle=vehicle)
     assert not alone["rolling_resistance"].determined and not alone["wheel_inertia_kg_m2"].determined
     assert any(
-        "wheels_off_ground" in line and "rolling_resistance apart from gear_friction_n_m" in line for line in alone.cannot_tell
+        "wheels_off_ground" in line and "rolling_resistance apart from gear_friction_n_m" in line
+        for line in alone.cannot_tell
     )
     assert any("wheels_off_ground" in line and "wheel_inertia_kg_m2 apart from" in line for line in alone.cannot_tell)
     both = omnistep.identify(ground, vehicle=vehicle, wheels_off_ground=air)

@@ -263,7 +263,10 @@ def test_urdf_loads_elsewhere_with_the_masses_and_axes_of_the_file(vehicle, tmp_
     yourdfpy = pytest.importorskip("yourdfpy")
     tomllib = pytest.importorskip("tomllib")
     text = subprocess.run(
-        [sys.executable, "-m", "omnistep", "export", vehicle, "--format", "urdf"], check=True, capture_output=True, text=True
+        [sys.executable, "-m", "omnistep", "export", vehicle, "--format", "urdf"],
+        check=True,
+        capture_output=True,
+        text=True,
     ).stdout
     (tmp_path / "v.urdf").write_text(text)
     robot = yourdfpy.URDF.load(str(tmp_path / "v.urdf"), load_meshes=False, build_scene_graph=True)
@@ -338,7 +341,10 @@ def test_the_figures_of_a_report_are_written_and_explained_as_the_command_does(r
     for key, heading, value in rows:
         if key in report._MORE:  # the command has no row for it
             continue
-        assert re.search(rf"^\| {re.escape(heading)} +\| +{re.escape(value)} \|$", printed, re.MULTILINE), (key, printed)
+        assert re.search(rf"^\| {re.escape(heading)} +\| +{re.escape(value)} \|$", printed, re.MULTILINE), (
+            key,
+            printed,
+        )
         text = " ".join(_figures.FIGURES[key].text.split())
         assert key == "verdict" or text in " ".join(printed.split()), (key, printed)
 

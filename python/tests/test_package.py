@@ -30,7 +30,10 @@ def test_the_console_script_is_the_same_command_line():
     module = command(sys.executable, "-m", "omnistep", "list")
     assert script.returncode == module.returncode == 0
     assert script.stdout == module.stdout
-    assert all(name in script.stdout for name in omnistep.list_policies() + omnistep.list_scenarios() + omnistep.list_vehicles())
+    assert all(
+        name in script.stdout
+        for name in omnistep.list_policies() + omnistep.list_scenarios() + omnistep.list_vehicles()
+    )
     wrong = command(sys.executable, "-m", "omnistep", "run", "stairway")
     assert (wrong.returncode, wrong.stdout) == (2, "")
     assert wrong.stderr.startswith('error: unknown scenario "stairway"')

@@ -238,7 +238,9 @@ def test_an_argument_of_another_type_is_one_line_with_its_name(climb, wheel_runs
         "traces['a']: a int, allowed: Trace or Log": lambda: plot.climbs({"a": 3}),
         "traces[0]: a MotorBenchTrace, allowed: Trace or Log": lambda: plot.climbs([wheel_runs[0]]),
         "traces[0]: a Trace, allowed: MotorBenchTrace": lambda: plot.motor_bench([climb]),
-        "traces: a Trace, allowed: MotorBenchTrace, one or a list or dictionary of them": lambda: plot.motor_bench(climb),
+        "traces: a Trace, allowed: MotorBenchTrace, one or a list or dictionary of them": lambda: plot.motor_bench(
+            climb
+        ),
         "proposed: a int, allowed: Trace or Log": lambda: plot.paper(proposed=3),
         "wheel_runs[0]: a int, allowed: MotorBenchTrace": lambda: plot.paper(wheel_runs=[3]),
         "figure: a int, allowed: matplotlib's Figure or SubFigure": lambda: plot.paper(figure=3),

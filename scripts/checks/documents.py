@@ -25,7 +25,11 @@ VAGUE = {"nobody", "somebody", "whoever"}
 # Folders and endings of sources, and the words that they may not have. This file names the words.
 SOURCES = [
     (("crates", "wasm", "firmware"), ("rs", "h", "hpp", "c", "cpp"), RIDDLES),
-    (("crates", "web", "tests", "scripts", "viewers", "wasm", "python", "examples"), ("py", "pyi", "js", "mjs"), RIDDLES | VAGUE),
+    (
+        ("crates", "web", "tests", "scripts", "viewers", "wasm", "python", "examples"),
+        ("py", "pyi", "js", "mjs"),
+        RIDDLES | VAGUE,
+    ),
 ]
 # Made by a bundler.
 BUNDLES = ("python/omnistep/assets/player.js",)

@@ -102,14 +102,18 @@ def written(*arguments: str) -> str:
 
 def component(cyclone, interface: str = "velocity") -> JointStateTopicSystem:
     """The hardware component for mecanum4."""
-    return JointStateTopicSystem.of(cyclone, written("export", "mecanum4", "--format", "urdf", "--ros2-control", interface))
+    return JointStateTopicSystem.of(
+        cyclone, written("export", "mecanum4", "--format", "urdf", "--ros2-control", interface)
+    )
 
 
 def driven(cyclone, vehicle: str) -> tuple[np.ndarray, np.ndarray]:
     """The pose that the controller estimates after the drive, and where the vehicle is, from the start."""
     truth = cyclone.read("/ground_truth/odom", "nav_msgs/msg/Odometry")
     controller = ros2_control.controller(written("export", vehicle, "--format", "ros2-control"))
-    system = JointStateTopicSystem.of(cyclone, written("export", vehicle, "--format", "urdf", "--ros2-control", "velocity"))
+    system = JointStateTopicSystem.of(
+        cyclone, written("export", vehicle, "--format", "urdf", "--ros2-control", "velocity")
+    )
     manager = ControllerManager(cyclone, system, controller)
     start = truth_of(truth.first())
     manager.spin(Way(controller))

@@ -171,7 +171,9 @@ def test_the_frame_of_the_base_is_where_odometry_says(received):
 
 
 def test_the_imu_feels_gravity_and_no_turn(received):
-    samples = received["/imu"].samples[10:]  # the first tenth of a second is the settling on the springs of the contacts
+    samples = received["/imu"].samples[
+        10:
+    ]  # the first tenth of a second is the settling on the springs of the contacts
     assert {sample.header.frame_id for sample in samples} == {"imu_link"}
     force = np.mean([(a.x, a.y, a.z) for a in (sample.linear_acceleration for sample in samples)], axis=0)
     # Driving off and braking cancel; what a vehicle at rest measures is 9.81 m/s2 upwards.

@@ -173,8 +173,8 @@ impl ClimbLimits {
 /// wheels is assumed to meet the edge with it. docs/derivations.md, What a climb takes at least, lists the assumptions.
 ///
 /// Args:
-///     scenario: a built-in name (see :func:`list_scenarios`), the path of a .toml file or a :class:`Scenario`; the step by
-///         default.
+///     scenario: a built-in name (see :func:`list_scenarios`), the path of a .toml file or a :class:`Scenario`; the
+///         step by default.
 ///     overrides: keys to replace, as in :func:`omnistep.run`.
 ///
 /// Returns:

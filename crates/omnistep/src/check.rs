@@ -383,7 +383,7 @@ fn on_step(
     };
     let limits = linkage.climb_limits(&step, has, speed_m_s)?;
     if !limits.possible() {
-        let rows = bound
+        let rows = limits
             .rows
             .iter()
             .filter(|row| row.verdict == omni_bound::Verdict::Impossible);
@@ -392,7 +392,7 @@ fn on_step(
             "{where_}: impossible at {speed_m_s} m/s with the motor's {has} N.m, for these rows: {rows}; use omnistep climb-limits for details"
         )]);
     }
-    let rows = bound
+    let rows = limits
         .rows
         .iter()
         .map(|row| format!("{} {}", row.row, row.verdict.name()));
