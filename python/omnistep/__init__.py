@@ -22,6 +22,7 @@ from omnistep._omnistep import (
     Kinematics,
     Layout,
     Log,
+    MotorBenchTrace,
     MotorDuty,
     Observation,
     Odometry,
@@ -40,17 +41,18 @@ from omnistep._omnistep import (
     VelocityEstimator,
     Waypoint,
     Wheel,
-    MotorBenchTrace,
     __version__,
     at_point,
     climb_limits,
     discretize,
     disturbed_ratio,
     from_point,
-    moved_by,
     list_policies,
-    reference_factor,
     list_scenarios,
+    list_vehicles,
+    moved_by,
+    reference_factor,
+    run_motor_bench,
     shape_error,
     slip_ratio,
     speed_ratio_spread,
@@ -59,12 +61,10 @@ from omnistep._omnistep import (
     torque_duty,
     torque_factor,
     torque_range,
-    list_vehicles,
-    run_motor_bench,
 )
 from omnistep.calibration import Calibration, calibrate
 from omnistep.ensembles import StudyResult, run_study, sweep
-from omnistep.errors import ConfigError, VideoError, LogError, OmnistepError, SimulationError, StudyError
+from omnistep.errors import ConfigError, LogError, OmnistepError, SimulationError, StudyError, VideoError
 from omnistep.identification import Identification, identify
 from omnistep.own_policy import Policy, PolicyInfo
 from omnistep.recordings import ImportedSignal, ImportSummary, import_log

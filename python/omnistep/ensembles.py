@@ -240,10 +240,10 @@ def sweep(
 ) -> StudyResult:
     """Run the missing runs of a scenario at many points, each with every seed.
 
-    Rows, keys and files are those of :func:`run_study`. With an executor the runs go to its workers in batches, as text:
-    each point's scenario once, 4 to 35 kB with its vehicle. A worker adds each row to the folder as soon as it is done.
-    So every worker must see ``out`` under the same path and have the same version of omnistep, and a killed worker
-    loses no row: the same call computes only the missing rows.
+    Rows, keys and files are those of :func:`run_study`. With an executor the runs go to its workers in batches, as
+    text: each point's scenario once, 4 to 35 kB with its vehicle. A worker adds each row to the folder as soon as it is
+    done. So every worker must see ``out`` under the same path and have the same version of omnistep, and a killed
+    worker loses no row: the same call computes only the missing rows.
 
     Executors: ``concurrent.futures.ProcessPoolExecutor``, ``dask.distributed``'s ``Client.get_executor(pure=False)``,
     ``mpi4py.futures.MPIPoolExecutor``. Where the executor itself fails, its exception is raised.

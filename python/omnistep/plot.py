@@ -1,8 +1,8 @@
 """The paper's figures from runs, and maps of climbs.
 
-Figure 8 (wheels on dampers) is :func:`motor_bench`, 9 (the climb from the side) :func:`side_view` and :func:`side_views`, 10 and 11
-(ratios and velocities) :func:`climb` and, side by side, :func:`climbs`; :func:`paper` draws all of them. :func:`path`
-is the top view of a run, with its odometry.
+Figure 8 (wheels on dampers) is :func:`motor_bench`, 9 (the climb from the side) :func:`side_view` and
+:func:`side_views`, 10 and 11 (ratios and velocities) :func:`climb` and, side by side, :func:`climbs`; :func:`paper`
+draws all of them. :func:`path` is the top view of a run, with its odometry.
 
 The figures need matplotlib (extra ``plot``). Every function draws on the given axes, or on a new figure, and returns
 the axes. A policy has the same colour in every figure.
@@ -316,8 +316,8 @@ def motor_bench(
     """Draw the velocities of wheels A, B and C and the loads on them: figure 8 (a-d) of the paper.
 
     Args:
-        traces: one run of section 3.3 (:func:`omnistep.run_motor_bench`), or several under the same loads. A second run of a
-            policy has its colour, with other dashes.
+        traces: one run of section 3.3 (:func:`omnistep.run_motor_bench`), or several under the same loads. A second
+            run of a policy has its colour, with other dashes.
         axes: four axes to draw on; a new figure by default.
 
     Returns:

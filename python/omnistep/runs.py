@@ -53,8 +53,8 @@ def run(
     Args:
         scenario: a built-in name (see :func:`list_scenarios`), the path of a .toml file or a :class:`Scenario`; the
             step by default.
-        policy: coordination policy instead of the scenario's (see :func:`list_policies`), or a controller of your own: an
-            object with ``reset(info)`` and ``step(observation)``, or a function of the observation (see
+        policy: coordination policy instead of the scenario's (see :func:`list_policies`), or a controller of your own:
+            an object with ``reset(info)`` and ``step(observation)``, or a function of the observation (see
             :class:`Policy`).
         overrides: keys of the scenario, or of its vehicle behind ``vehicle.``, and their new values:
             ``{"terrain.height_m": 0.03, "vehicle.motor.stall_torque_n_m": 1.0}``. Elements of lists count from 0:

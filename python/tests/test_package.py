@@ -45,7 +45,8 @@ import sys
 sys.modules["matplotlib"] = None
 import omnistep
 trace = omnistep.run("flat", overrides={"duration_s": 0.01})
-for plot in (omnistep.plot.climb, omnistep.plot.side_view, lambda _: omnistep.plot.motor_bench(omnistep.run_motor_bench())):
+bench = lambda _: omnistep.plot.motor_bench(omnistep.run_motor_bench())
+for plot in (omnistep.plot.climb, omnistep.plot.side_view, bench):
     try:
         plot(trace)
     except ImportError as error:

@@ -33,8 +33,9 @@ LINK = re.compile(r"(?<!!)\[([^\]]+)\]\((\.\./[^)\s#]+)(?:#[^)\s]*)?\)")
 PAGES = {
     "runs": (
         "Runs, traces, logs",
-        "run compare climb_limits run_motor_bench read_mcap Trace Outcome Log ClimbLimits MotorBenchTrace Simulation Sample Policy PolicyInfo"
-        " Observation import_log ImportSummary ImportedSignal resimulate Resimulation Difference",
+        "run compare climb_limits run_motor_bench read_mcap Trace Outcome Log ClimbLimits MotorBenchTrace"
+        " Simulation Sample Policy PolicyInfo Observation import_log ImportSummary ImportedSignal resimulate"
+        " Resimulation Difference",
     ),
     "files": ("Vehicles and scenarios", "Vehicle Scenario list_vehicles list_scenarios list_policies"),
     "control": (
