@@ -32,7 +32,7 @@ fn checked(folder: &Path, args: &[&str]) -> (Vec<String>, Option<i32>) {
 }
 
 #[test]
-fn what_is_doubtful_of_a_vehicle_is_a_line_each_and_an_error_only_with_strict() {
+fn doubts_of_a_vehicle_are_lines_and_errors_with_strict() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     edited(path, "mecanum4", &[]);
@@ -161,7 +161,7 @@ fn motors_that_are_too_weak_for_a_step_are_warned_of() {
 }
 
 #[test]
-fn a_step_that_is_higher_than_the_clearance_of_the_front_body_is_warned_of() {
+fn a_step_above_the_clearance_of_the_front_body_is_warned_of() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     edited(
@@ -212,7 +212,7 @@ fn units_that_were_mixed_up_are_doubtful() {
 }
 
 #[test]
-fn a_run_that_ends_before_its_path_and_a_command_that_cannot_be_are_doubtful() {
+fn short_runs_and_impossible_commands_are_doubtful() {
     let folder = tempfile::tempdir().unwrap();
     let warned = |args: &[&str]| {
         let said = omnistep(folder.path(), args);

@@ -4,7 +4,7 @@ use std::fs;
 
 use serde_json::Value;
 
-use super::{omnistep, refused, rows, stdout};
+use super::{omnistep, refused, rows, stdout, words};
 
 #[test]
 fn a_new_file_is_checked_runs_and_is_never_overwritten() {
@@ -156,7 +156,7 @@ fn in_a_new_excitation_no_wheel_slips() {
 }
 
 #[test]
-fn a_new_excitation_is_a_scenario_of_its_vehicle_within_its_limits() {
+fn a_new_excitation_stays_within_the_limits_of_its_vehicle() {
     let folder = tempfile::tempdir().unwrap();
     for vehicle in omni_config::builtin_vehicles() {
         let name = format!("of_{vehicle}");
@@ -196,7 +196,7 @@ fn a_new_excitation_is_a_scenario_of_its_vehicle_within_its_limits() {
 }
 
 #[test]
-fn a_new_map_names_the_wheels_and_hinges_of_its_vehicle_and_overwrites_nothing() {
+fn a_new_import_map_names_the_wheels_and_overwrites_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let said = omnistep(
         folder.path(),
@@ -248,7 +248,7 @@ fn a_new_map_names_the_wheels_and_hinges_of_its_vehicle_and_overwrites_nothing()
 }
 
 #[test]
-fn a_new_scenario_has_rollers_where_balls_are_no_valid_wheel_model() {
+fn a_new_scenario_has_rollers_where_balls_are_invalid() {
     let folder = tempfile::tempdir().unwrap();
     for (vehicle, like, rollers) in [
         ("mecanum4", "step", true),
@@ -305,15 +305,7 @@ fn a_new_scenario_is_like_another_with_a_vehicle_of_ones_own() {
     }
     let said = refused(
         path,
-        &[
-            "new",
-            "scenario",
-            "other",
-            "--template",
-            "bumps",
-            "--vehicle",
-            "mybt.toml",
-        ],
+        &words("new scenario other --template bumps --vehicle mybt.toml"),
     );
     assert!(said.contains("mybt.toml"), "{said}");
     assert!(!path.join("other.toml").exists());

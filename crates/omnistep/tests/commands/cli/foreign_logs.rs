@@ -107,7 +107,7 @@ fn mcap_of(path: &Path, records: &[Vec<u8>]) {
 }
 
 #[test]
-fn a_length_in_a_record_asks_for_no_memory_that_the_file_has_not() {
+fn a_record_asks_for_no_memory_beyond_its_file() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("x.mcap");
     let far = u32::MAX.to_le_bytes().to_vec();
@@ -194,7 +194,7 @@ fn tf(frame: Option<&str>) -> Vec<u8> {
 }
 
 #[test]
-fn a_healthy_log_of_another_program_is_no_run_of_omnistep_and_not_damaged() {
+fn a_healthy_foreign_log_is_no_run_and_not_damaged() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("x.mcap");
     let no_run = "error: x.mcap: no attachment scenario.toml: not a log of omnistep, or of a run that was killed at its start\n";
@@ -242,7 +242,7 @@ fn a_healthy_log_of_another_program_is_no_run_of_omnistep_and_not_damaged() {
 }
 
 #[test]
-fn frames_of_a_log_are_the_vehicles_and_take_no_memory_before_that_is_known() {
+fn frames_of_a_log_are_checked_before_they_take_memory() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("x.mcap");
     let scenario = Scenario::load("flat", &[]).unwrap().to_toml().unwrap();

@@ -55,7 +55,7 @@ pub(crate) fn copied(
 }
 
 #[test]
-fn a_replay_is_the_log_bit_for_bit_for_every_policy_and_precision_with_a_heading_held() {
+fn a_replay_is_bit_identical_for_every_policy_and_precision() {
     let folder = tempfile::tempdir().unwrap();
     for policy in ["independent", "paper", "synchronised", "load_sharing"] {
         for more in [
@@ -87,7 +87,7 @@ fn a_replay_is_the_log_bit_for_bit_for_every_policy_and_precision_with_a_heading
 }
 
 #[test]
-fn a_replay_names_the_first_sample_and_wheel_after_a_changed_measurement_and_a_changed_gain() {
+fn a_replay_names_the_first_sample_and_wheel_that_differ() {
     let folder = tempfile::tempdir().unwrap();
     // Loops of single wheels: a gain is in the first of their signals.
     let args = [
@@ -221,7 +221,7 @@ fn of_wheels(path: &Path, scenario_first: bool, wheels: impl IntoIterator<Item =
 }
 
 #[test]
-fn a_state_of_another_number_of_wheels_than_the_vehicle_s_is_damage() {
+fn a_state_with_another_number_of_wheels_is_damage() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("x.mcap");
     let damaged = |found: usize, expected: usize| {
@@ -283,7 +283,7 @@ fn records(bytes: &[u8]) -> Vec<usize> {
 }
 
 #[test]
-fn a_chunk_that_a_flipped_bit_hides_is_missed_in_a_log_that_was_not_finished() {
+fn a_chunk_hidden_by_a_flipped_bit_is_missed_when_unfinished() {
     let folder = tempfile::tempdir().unwrap();
     let log = logged(folder.path(), 1.5);
     let good = fs::read(&log).unwrap();
@@ -311,7 +311,7 @@ fn a_chunk_that_a_flipped_bit_hides_is_missed_in_a_log_that_was_not_finished() {
 }
 
 #[test]
-fn what_was_taken_out_of_a_log_without_checksums_is_missed_by_its_statistics() {
+fn statistics_miss_what_a_log_without_checksums_lost() {
     let folder = tempfile::tempdir().unwrap();
     let mut good = fs::read(logged(folder.path(), 1.5)).unwrap();
     let places = records(&good);

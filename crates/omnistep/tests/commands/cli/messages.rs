@@ -6,7 +6,7 @@ use std::path::Path;
 use super::{omnistep, one_of_each, refused, rows, stderr, stdout};
 
 #[test]
-fn a_file_of_another_kind_is_named_with_the_command_that_it_is_for() {
+fn a_file_of_another_kind_is_named_with_its_command() {
     let folder = one_of_each();
     for (args, expected) in [
         (
@@ -229,7 +229,7 @@ fn short_lines(folder: &Path, args: &[&str]) -> String {
 }
 
 #[test]
-fn no_line_has_more_than_300_characters_whatever_key_path_or_study_it_names() {
+fn no_line_has_more_than_300_characters() {
     let folder = one_of_each();
     let path = folder.path();
     let text = fs::read_to_string(path.join("s.toml")).unwrap();

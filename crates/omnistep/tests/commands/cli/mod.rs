@@ -44,6 +44,11 @@ pub(crate) fn omnistep(folder: &Path, args: &[&str]) -> Output {
         .unwrap()
 }
 
+/// The arguments of a line as it is typed.
+pub(crate) fn words(line: &str) -> Vec<&str> {
+    line.split(' ').collect()
+}
+
 pub(crate) fn stdout(output: &Output) -> String {
     String::from_utf8(output.stdout.clone()).unwrap()
 }

@@ -48,7 +48,7 @@ fn every_file_of_a_robot_is_listed_with_what_it_is() {
 }
 
 #[test]
-fn a_vehicle_like_a_robot_has_nothing_doubtful_and_drives_straight() {
+fn a_vehicle_of_a_robot_has_no_doubts_and_drives_straight() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     for robot in names() {
@@ -144,7 +144,7 @@ fn every_number_of_a_robot_names_its_source_or_is_an_assumption() {
 }
 
 #[test]
-fn a_name_that_is_no_vehicle_is_answered_with_all_names_and_the_nearest() {
+fn an_unknown_vehicle_is_answered_with_all_names() {
     let folder = tempfile::tempdir().unwrap();
     let said = refused(
         folder.path(),
@@ -164,7 +164,7 @@ fn a_name_that_is_no_vehicle_is_answered_with_all_names_and_the_nearest() {
 }
 
 #[test]
-fn the_name_of_a_robot_where_a_vehicle_is_wanted_is_answered_with_the_way_to_it() {
+fn a_robot_in_place_of_a_vehicle_is_answered_with_the_way() {
     let folder = tempfile::tempdir().unwrap();
     let way = "; first: omnistep new vehicle my_youbot --template youbot\n";
     for args in [

@@ -37,7 +37,7 @@ fn ripple_is_a_table_with_a_line_a_wheel() {
 }
 
 #[test]
-fn rollers_that_are_not_there_are_assumed_and_those_that_do_not_fit_are_refused_by_key() {
+fn missing_rollers_are_assumed_and_misfits_refused_by_key() {
     let folder = tempfile::tempdir().unwrap();
     let model = ["run", "flat", "--set", "physics.wheel_model=rollers", "--set"];
     let with = |more: &str| refused(folder.path(), &[&model[..], &[more]].concat());

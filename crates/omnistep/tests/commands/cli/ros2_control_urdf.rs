@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{omnistep, stdout};
+use super::{omnistep, stdout, words};
 
 /// The text of each `<param>` under an element, by name.
 fn parameters(block: &str) -> BTreeMap<&str, &str> {
@@ -16,7 +16,7 @@ fn parameters(block: &str) -> BTreeMap<&str, &str> {
 }
 
 #[test]
-fn the_urdf_has_a_joint_a_wheel_with_its_limits_and_is_else_the_same() {
+fn the_block_has_one_joint_per_wheel_with_its_limits() {
     let folder = tempfile::tempdir().unwrap();
     for (vehicle, command, wheels) in [("mecanum4", "velocity", 4), ("rocker_bogie6", "effort", 6)] {
         let plain = stdout(&omnistep(folder.path(), &["export", vehicle, "--format", "urdf"]));
@@ -76,14 +76,7 @@ fn the_urdf_has_a_joint_a_wheel_with_its_limits_and_is_else_the_same() {
     // Another word is refused.
     let said = omnistep(
         folder.path(),
-        &[
-            "export",
-            "mecanum4",
-            "--format",
-            "urdf",
-            "--ros2-control",
-            "position",
-        ],
+        &words("export mecanum4 --format urdf --ros2-control position"),
     );
     let said_text = String::from_utf8(said.stderr).unwrap();
     assert_eq!(said.status.code(), Some(2));

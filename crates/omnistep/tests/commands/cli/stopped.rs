@@ -38,7 +38,7 @@ fn signalled(folder: &Path, args: &[&str], signal: &str, ready: impl Fn() -> boo
 }
 
 #[test]
-fn ctrl_c_and_sigterm_end_a_run_with_one_line_that_names_its_log_which_has_all_until_then() {
+fn ctrl_c_and_sigterm_end_a_run_and_name_its_log_until_then() {
     let folder = tempfile::tempdir().unwrap();
     for (args, policy, signal, code) in [
         (&["run", "--quiet"][..], "steady", "-INT", 130),
@@ -75,7 +75,7 @@ fn ctrl_c_and_sigterm_end_a_run_with_one_line_that_names_its_log_which_has_all_u
 
 #[test]
 #[cfg(feature = "live")]
-fn ctrl_c_ends_a_live_run_with_one_line_while_it_goes_waits_for_a_client_or_for_the_clock() {
+fn ctrl_c_ends_a_live_run_with_one_line_also_while_it_waits() {
     let folder = tempfile::tempdir().unwrap();
     let said = || fs::read_to_string(folder.path().join("said")).unwrap_or_default();
     for more in [
@@ -132,7 +132,7 @@ fn a_live_run_is_warned_of_as_any_other() {
 }
 
 #[test]
-fn ctrl_c_in_a_later_policy_of_compare_keeps_the_table_of_those_that_are_done() {
+fn ctrl_c_in_compare_keeps_the_table_of_finished_policies() {
     let folder = tempfile::tempdir().unwrap();
     let part = folder.path().join("out/step-synchronised.mcap.part");
     let args = ["compare", "step", "--quiet", "--set", "duration_s=4"];
@@ -164,7 +164,7 @@ fn bash(folder: &Path, line: &str) -> (Option<i32>, String) {
 
 #[test]
 #[cfg(target_os = "linux")]
-fn a_full_quota_is_one_line_that_names_the_file_and_leaves_no_half_log() {
+fn a_full_quota_is_one_line_and_leaves_no_half_log() {
     let folder = tempfile::tempdir().unwrap();
     // The system refuses the write that would make a file larger than 400 KiB, and sends SIGXFSZ, which ends a process that does not
     // handle it.
@@ -201,7 +201,7 @@ fn a_full_quota_is_one_line_that_names_the_file_and_leaves_no_half_log() {
 
 #[test]
 #[cfg(target_os = "linux")]
-fn a_folder_whose_name_is_no_utf_8_is_written_to_and_refused_where_json_would_have_to_name_it() {
+fn a_folder_without_utf_8_name_is_written_to_but_not_in_json() {
     let folder = tempfile::tempdir().unwrap();
     let run = |more: &[&str]| {
         Program::new(env!("CARGO_BIN_EXE_omnistep"))

@@ -25,7 +25,7 @@ fn refused(text: &str, args: &[&str]) -> String {
 }
 
 #[test]
-fn a_bad_study_is_one_line_that_names_file_axis_value_and_what_is_allowed() {
+fn a_bad_study_is_one_line_with_file_axis_value_and_range() {
     for (from, to, expected) in [
         (
             "values = [0.5, 1]",
@@ -203,7 +203,7 @@ fn the_command_prints_a_map_and_goes_on_where_it_was() {
 }
 
 #[test]
-fn runs_are_compared_seed_by_seed_with_those_that_have_a_value_of_an_axis() {
+fn a_baseline_is_compared_seed_by_seed() {
     let folder = tempfile::tempdir().unwrap();
     let text = SMALL.replace("\"slip_rms\"", "\"work_j\"");
     let baseline = [
@@ -264,7 +264,7 @@ fn runs_are_compared_seed_by_seed_with_those_that_have_a_value_of_an_axis() {
 }
 
 #[test]
-fn a_study_file_of_one_s_own_finds_scenario_and_vehicles_beside_itself() {
+fn a_study_file_finds_scenario_and_vehicles_beside_itself() {
     let folder = tempfile::tempdir().unwrap();
     let beside = folder.path().join("mine");
     fs::create_dir(&beside).unwrap();
