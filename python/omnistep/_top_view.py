@@ -144,9 +144,9 @@ def draw(run: Trace | Log, *, every_s: float | None, sigmas: float, ax: Axes | N
     for number, row in enumerate(rows):
         corners, there = shown.ellipse_m(row, sigmas), shown.true_m(row)
         if corners is not None:
-            label = f"{sigmas:g} standard deviations" if number == 0 else None
+            entry = f"{sigmas:g} standard deviations" if number == 0 else None
             ax.fill(*corners.T, facecolor=_ODOMETRY, alpha=0.25, zorder=1.8)
-            ax.plot(*corners.T, color=_ODOMETRY, linewidth=0.8, label=label, zorder=2.1)
+            ax.plot(*corners.T, color=_ODOMETRY, linewidth=0.8, label=entry, zorder=2.1)
         if there is not None:
             # Which place in truth belongs to which by odometry.
             ends = np.stack([there, shown.odometry_m[row]])

@@ -129,7 +129,7 @@ fn every_number_of_a_robot_names_its_source_or_is_an_assumption() {
         assert_eq!(without_source(&text, &words), Vec::<&str>::new(), "{robot}");
     }
     // That the search finds something.
-    let words = ["export", "assumption", "--format", "urdf"];
+    let words = ["urdf", "assumption"];
     for line in [
         "mass_kg = 1.0",
         "mass_kg = 1.0 # a guess",
