@@ -28,9 +28,9 @@ def general_climb() -> omnistep.Trace:
 
 
 @pytest.fixture(scope="session")
-def wheel_runs() -> list[omnistep.WheelsTrace]:
+def wheel_runs() -> list[omnistep.MotorBenchTrace]:
     """Section 3.3 under the law in the paper's words, and under (12) as printed."""
-    return [omnistep.wheels("scale_references"), omnistep.wheels("scale_torques")]
+    return [omnistep.run_motor_bench("scale_references"), omnistep.run_motor_bench("scale_torques")]
 
 
 def beside(name):

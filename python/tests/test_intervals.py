@@ -71,11 +71,11 @@ def test_what_cannot_be_compared_is_one_line(result):
     for given, expected in [
         (
             ("control.polcy", "scale_torques"),
-            'against: "control.polcy" \\(did you mean "control.policy"\\?\\), allowed: command',
+            'baseline: "control.polcy" \\(did you mean "control.policy"\\?\\), allowed: command',
         ),
         (
             ("control.policy", "scale_references"),
-            "against: control.policy = scale_references, allowed: independent, scale_torques",
+            "baseline: control.policy = scale_references, allowed: independent, scale_torques",
         ),
         (("control.policy", "scale_torques", "verdict"), 'figures: "verdict", allowed: '),
     ]:

@@ -24,12 +24,12 @@ def main(results: Path) -> None:
     FOLDER.mkdir(parents=True, exist_ok=True)
     scale_references = omnistep.run("step", policy="scale_references")
     independent = omnistep.run("step", policy="independent")
-    wheels = [omnistep.wheels(policy) for policy in ("scale_references", "scale_torques")]
+    wheels = [omnistep.run_motor_bench(policy) for policy in ("scale_references", "scale_torques")]
     pictures = {
-        "climb": omnistep.plot.strip(omnistep.run("step")),
-        "climb-log": omnistep.plot.strip(scale_references),
-        "figure-8": omnistep.plot.wheels(wheels)[0],
-        "figure-9": omnistep.plot.strips([scale_references, independent])[0],
+        "climb": omnistep.plot.side_view(omnistep.run("step")),
+        "climb-log": omnistep.plot.side_view(scale_references),
+        "figure-8": omnistep.plot.motor_bench(wheels)[0],
+        "figure-9": omnistep.plot.side_views([scale_references, independent])[0],
         "figure-10": omnistep.plot.climb(scale_references)[0],
         "figure-11": omnistep.plot.climb(independent)[0],
         "climb-map": omnistep.plot.climb_map(results)[0],
