@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 
 from omnistep._bag_limits import bounded
 from omnistep._log_map import TIMES, LogMap, Signal
-from omnistep._omnistep import shortened
+from omnistep._omnistep import recover, shortened
 from omnistep._recorded_command import MOST_S
 from omnistep._tables import (
     MOST_SAMPLES,
@@ -72,17 +73,26 @@ class Samples:
 
 def read_samples(
     path: Path, log_map: LogMap, progress: Callable[[float], None], skipped: Skipped | None = None
-) -> dict[str, Samples]:
-    """Read every signal that a map names; with ``skipped`` without the lines of a CSV file that cannot be read."""
+) -> tuple[dict[str, Samples], str]:
+    """Read every signal that a map names, and what is missing of the log, in words.
+
+    With ``skipped`` the lines of a CSV file that cannot be read are left out.
+    """
     if not path.exists():
         raise LogError(f"{path}: no such file or folder", file=str(path))
     suffix = path.suffix.lower()
     if suffix in SUFFIXES:
         if not path.is_file():
             raise LogError(f"{path}: not a regular file", file=str(path))
-        return _of_table(path, log_map, skipped if suffix == ".csv" else None)
+        return _of_table(path, log_map, skipped if suffix == ".csv" else None), ""
+    if _is_cut_off(path):
+        with tempfile.TemporaryDirectory() as folder:
+            whole = Path(folder) / path.name
+            until_s = recover(path, whole)
+            samples = _of_bag(path, whole, log_map, progress)
+        return samples, f"its end is missing, as of a recording that was cut off: {until_s:.6g} s read"
     if path.is_dir() or (suffix in (".mcap", ".db3") and path.is_file()):
-        return _of_bag(path, log_map, progress)
+        return _of_bag(path, path, log_map, progress), ""
     if suffix == ".bag":
         how = "rosbags-convert --src IN.bag --dst OUT"
         raise LogError(f"{path}: a bag of ROS 1, allowed: a rosbag2, by {how}", file=str(path))
@@ -199,7 +209,8 @@ def _times(path: Path, column: Any, log_map: LogMap) -> Nanoseconds:
 # Bags
 
 
-def _of_bag(path: Path, log_map: LogMap, progress: Callable[[float], None]) -> dict[str, Samples]:
+def _of_bag(path: Path, file: Path, log_map: LogMap, progress: Callable[[float], None]) -> dict[str, Samples]:
+    """Signals of a file or folder, which messages call ``path``."""
     for table, signal in log_map.signals.items():
         if signal.topic is None:
             log_map.refuse(f"{table}.topic", f"missing, allowed: a topic of {path}")
@@ -209,10 +220,8 @@ def _of_bag(path: Path, log_map: LogMap, progress: Callable[[float], None]) -> d
         typesys, reader = module("rosbags.typesys"), module("rosbags.highlevel").AnyReader
     except ImportError as error:
         raise needs("rosbags", "omnistep import", "import") from error
-    if path.suffix.lower() == ".mcap" and path.is_file():
-        _whole(path)
     types = typesys.get_typestore(typesys.Stores.LATEST)
-    with reading(path), bounded(path) as unpacking, reader([path], default_typestore=types) as bag:
+    with reading(path), bounded(file) as unpacking, reader([file], default_typestore=types) as bag:
         getters: dict[str, list[tuple[str, Callable[[Any], Sequence[float]]]]] = {}
         for table, signal in log_map.signals.items():
             topic = str(signal.topic)
@@ -251,16 +260,15 @@ def _of_bag(path: Path, log_map: LogMap, progress: Callable[[float], None]) -> d
     return samples
 
 
-def _whole(path: Path) -> None:
-    """Refuse an MCAP file without its end, which has the index."""
+def _is_cut_off(path: Path) -> bool:
+    """Is it an MCAP file without its end, which has the index? So is that of a recorder whose battery was flat."""
+    if path.suffix.lower() != ".mcap" or not path.is_file():
+        return False
     with path.open("rb") as file:
         begin = file.read(len(_MAGIC))
         file.seek(-min(path.stat().st_size, len(_MAGIC)), 2)
         end = file.read()
-    if begin == _MAGIC and end != _MAGIC:
-        what = "its end is missing, as of a recording that was cut off"
-        how = f"mcap recover {path.name} -o WHOLE.mcap"
-        raise LogError(f"{path}: {what}, allowed: what is there, by {how}", file=str(path))
+    return begin == _MAGIC and end != _MAGIC
 
 
 def _of_one_clock(

@@ -85,6 +85,7 @@ __all__ = [
     "torque_factor",
     "torque_range",
     "wilson",
+    "recover",
     "write_recording",
 ]
 
@@ -2041,6 +2042,17 @@ def read_mcap(path: str | PathLike[str], *, on_progress: Callable[[float], objec
     Args:
         path: as there.
         on_progress: called with the part done, 0 to 1, every few milliseconds; what it raises ends the reading.
+    """
+
+def recover(path: str | PathLike[str], out: str | PathLike[str]) -> float:
+    """Write what is there of an MCAP file that was cut off, of any program, as a whole one; gives its length [s].
+
+    Args:
+        path: the file whose end is missing.
+        out: the file to write.
+
+    Raises:
+        LogError: it cannot be read or written, or is damaged otherwise.
     """
 
 def write_recording(

@@ -73,7 +73,7 @@ mod _omnistep {
     #[pymodule_export]
     use crate::learn::Episodes;
     #[pymodule_export]
-    use crate::log::{Log, read_mcap, write_recording};
+    use crate::log::{Log, read_mcap, recover, write_recording};
     #[pymodule_export]
     use crate::metrics::{disturbed_ratio, shape_error, slip_ratio, speed_ratio_spread};
     #[pymodule_export]

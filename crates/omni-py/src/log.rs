@@ -93,6 +93,19 @@ pub(crate) fn read_mcap(py: Python<'_>, path: PathBuf, on_progress: Option<Py<Py
     })
 }
 
+/// Write what is there of an MCAP file that was cut off, of any program, as a whole one; gives its length [s].
+///
+/// Args:
+///     path: the file whose end is missing.
+///     out: the file to write.
+///
+/// Raises:
+///     LogError: it cannot be read or written, or is damaged otherwise.
+#[pyfunction]
+pub(crate) fn recover(py: Python<'_>, path: PathBuf, out: PathBuf) -> PyResult<f64> {
+    py.detach(|| omni_log::recover(path, out)).map_err(exception)
+}
+
 /// Write measurements on a vehicle as a log.
 ///
 /// Args:

@@ -1,0 +1,105 @@
+//! What is there of an MCAP file that was cut off, as a whole file.
+
+use std::fs::File;
+use std::io::{BufWriter, Read};
+use std::path::Path;
+
+use mcap::records::Record;
+use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use mcap::{McapError, WriteOptions};
+use omni_config::open_regular;
+
+use crate::{Error, LogError, size_limits};
+
+/// Bytes that are read at a time.
+const BLOCK: usize = 1 << 18;
+
+/// Writes the schemas, channels and messages of a file whose end is missing, of any program, as a file that has one.
+///
+/// Says how long it is, first message to last \[s\]. A chunk that is not whole is left out.
+///
+/// # Errors
+/// [`LogError::Read`], [`LogError::Damaged`] where something else is wrong with it, [`LogError::Mcap`] where it cannot be written.
+pub fn recover(cut_off: impl AsRef<Path>, whole: impl AsRef<Path>) -> Result<f64, Error> {
+    let (path, out) = (cut_off.as_ref().to_path_buf(), whole.as_ref().to_path_buf());
+    let unreadable = |source| LogError::Read {
+        path: path.clone(),
+        source,
+    };
+    let damaged = |reason: String| LogError::Damaged {
+        path: path.clone(),
+        reason,
+    };
+    let unwritable = |source| LogError::Mcap {
+        path: out.clone(),
+        source,
+    };
+    let mut file = open_regular(&path).map_err(unreadable)?;
+    let length = file.metadata().map_err(unreadable)?.len();
+    let created = File::create(&out).map_err(|source| LogError::Create {
+        path: out.clone(),
+        source,
+    })?;
+    let mut created = Some(BufWriter::new(created));
+    let mut writer = None;
+    let options = LinearReaderOptions::default()
+        .with_prevalidate_chunk_crcs(true)
+        .with_record_length_limit(size_limits::largest_record(length));
+    let mut reader = LinearReader::new_with_options(options);
+    let (mut unpacked, mut times_ns) = (0, None);
+    while let Some(event) = reader.next_event() {
+        match event {
+            Ok(LinearReadEvent::ReadRequest(wanted)) => {
+                let got = file.read(reader.insert(wanted.min(length as usize).max(BLOCK)));
+                reader.notify_read(got.map_err(unreadable)?);
+            }
+            Ok(LinearReadEvent::Record { data, opcode }) => {
+                unpacked += size_limits::HEAD_BYTES + data.len() as u64;
+                if unpacked > size_limits::most_unpacked(length) {
+                    let reason = format!("{length} bytes that unpack to more than {unpacked}");
+                    return Err(damaged(reason).into());
+                }
+                size_limits::fits(opcode, data).map_err(damaged)?;
+                let record = mcap::parse_record(opcode, data).map_err(|error| damaged(error.to_string()))?;
+                if let (Record::Header(header), Some(file)) = (&record, created.take_if(|_| writer.is_none()))
+                {
+                    // It is read once and thrown away.
+                    let options = WriteOptions::new()
+                        .compression(None)
+                        .profile(header.profile.clone());
+                    writer = Some(options.create(file).map_err(unwritable)?);
+                }
+                let Some(writer) = &mut writer else {
+                    return Err(damaged("no header".into()).into());
+                };
+                match record {
+                    Record::Schema { header, data } => writer
+                        .add_schema_with_id(header.id, &header.name, &header.encoding, &data)
+                        .map(drop),
+                    Record::Channel(it) => writer
+                        .add_channel_with_id(
+                            it.id,
+                            it.schema_id,
+                            &it.topic,
+                            &it.message_encoding,
+                            &it.metadata,
+                        )
+                        .map(drop),
+                    Record::Message { header, data } => {
+                        let now = header.log_time;
+                        let (first, last) = times_ns.unwrap_or((now, now));
+                        times_ns = Some((now.min(first), now.max(last)));
+                        writer.write_to_known_channel(&header, &data)
+                    }
+                    _ => Ok(()),
+                }
+                .map_err(unwritable)?;
+            }
+            Err(McapError::UnexpectedEof) => break,
+            Err(error) => return Err(damaged(error.to_string()).into()),
+        }
+    }
+    let mut writer = writer.ok_or_else(|| damaged("no header".into()))?;
+    writer.finish().map_err(unwritable)?;
+    Ok(times_ns.map_or(0.0, |(first, last)| (last - first) as f64 * 1e-9))
+}
