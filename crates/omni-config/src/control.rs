@@ -1,13 +1,13 @@
 //! The controller of a scenario: coordination policy, replaced parts, period and scalar.
 
-use garde::Validate;
+use garde::{Path, Report, Validate};
 use omni_core::{AntiWindup, Coordination, Integral, Real, Saturation};
 #[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use toml::Value;
 
-use crate::ranges::{MAX_RETRIES, PART, PERIOD_S, TRACKING_S, WINDUP_N_M, ZONE_RAD_S, within};
+use crate::ranges::{MAX_RETRIES, PART, PERIOD_S, Range, TRACKING_S, WINDUP_N_M, ZONE_RAD_S, within};
 use crate::rest::Rest;
 use crate::suggestion::did_you_mean;
 
@@ -27,7 +27,7 @@ pub enum Precision {
 /// How requested torques are brought within the limits: [`Saturation`].
 ///
 /// In files `"clip"`, `"scale_torques"` or `{ scale_references = { floor = 0.3 } }`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 #[non_exhaustive]
@@ -39,7 +39,6 @@ pub enum SaturationLaw {
     /// All references are multiplied by one factor.
     ScaleReferences {
         /// The least factor, 0 to 1.
-        #[garde(rename("scale_references.floor"), custom(within(PART)))]
         #[cfg_attr(feature = "schema", schemars(range(min = PART.min, max = PART.max)))]
         floor: f64,
     },
@@ -60,7 +59,7 @@ pub enum IntegralLaw {
 /// Anti-windup of the integrals: [`AntiWindup`].
 ///
 /// In files a name, as `"conditional"`, or a name with its keys, as `{ clamp = { limit_n_m = 1.0 } }`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 #[non_exhaustive]
@@ -75,7 +74,6 @@ pub enum AntiWindupLaw {
     Clamp {
         /// Largest integral term of a loop \[N.m\], 0 to 1e6; the motor's stall torque if left out.
         #[serde(default, skip_serializing_if = "Option::is_none")]
-        #[garde(rename("clamp.limit_n_m"), inner(custom(within(WINDUP_N_M))))]
         #[cfg_attr(feature = "schema", schemars(range(min = WINDUP_N_M.min, max = WINDUP_N_M.max)))]
         limit_n_m: Option<f64>,
     },
@@ -83,10 +81,60 @@ pub enum AntiWindupLaw {
     BackCalculation {
         /// Time constant \[s\], from the control period to 1e6; kp / ki of the vehicle if left out.
         #[serde(default, skip_serializing_if = "Option::is_none")]
-        #[garde(rename("back_calculation.tracking_time_s"), inner(custom(within(TRACKING_S))))]
         #[cfg_attr(feature = "schema", schemars(range(min = TRACKING_S.min, max = TRACKING_S.max)))]
         tracking_time_s: Option<f64>,
     },
+}
+
+/// Of an enum derived code would leave the law out of the path of a key.
+impl Validate for SaturationLaw {
+    type Context = ();
+
+    fn validate_into(&self, _: &(), parent: &mut dyn FnMut() -> Path, report: &mut Report) {
+        if let Self::ScaleReferences { floor } = self {
+            check(["scale_references", "floor"], *floor, PART, parent, report);
+        }
+    }
+}
+
+/// As of [`SaturationLaw`].
+impl Validate for AntiWindupLaw {
+    type Context = ();
+
+    fn validate_into(&self, _: &(), parent: &mut dyn FnMut() -> Path, report: &mut Report) {
+        match self {
+            Self::Clamp {
+                limit_n_m: Some(limit),
+            } => {
+                check(["clamp", "limit_n_m"], *limit, WINDUP_N_M, parent, report);
+            }
+            Self::BackCalculation {
+                tracking_time_s: Some(time),
+            } => {
+                check(
+                    ["back_calculation", "tracking_time_s"],
+                    *time,
+                    TRACKING_S,
+                    parent,
+                    report,
+                );
+            }
+            _ => {}
+        }
+    }
+}
+
+/// Checks the range of a key inside a law.
+fn check(
+    [law, key]: [&'static str; 2],
+    value: f64,
+    range: Range,
+    parent: &mut dyn FnMut() -> Path,
+    report: &mut Report,
+) {
+    if let Err(error) = within(range)(&value, &()) {
+        report.append(parent().join(law).join(key), error);
+    }
 }
 
 /// The controller.
