@@ -1,6 +1,6 @@
 //! The controller of a scenario: coordination policy, replaced parts, period and scalar.
 
-use garde::Validate;
+use garde::{Path, Report, Validate};
 use omni_core::loops::{AntiWindup, Integral, Saturation};
 use omni_core::{Coordination, Real};
 #[cfg(feature = "schema")]
@@ -8,7 +8,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use toml::Value;
 
-use crate::ranges::{MAX_RETRIES, PART, PERIOD_S, TRACKING_S, WINDUP_N_M, ZONE_RAD_S, within};
+use crate::ranges::{MAX_RETRIES, PART, PERIOD_S, Range, TRACKING_S, WINDUP_N_M, ZONE_RAD_S, within};
 use crate::rest::Rest;
 use crate::suggestion::did_you_mean;
 
@@ -28,7 +28,7 @@ pub enum Precision {
 /// How requested torques are brought within the limits: [`Saturation`].
 ///
 /// In files `"clip"`, `"scale_torques"` or `{ scale_references = { floor = 0.3 } }`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 #[non_exhaustive]
@@ -40,7 +40,6 @@ pub enum SaturationLaw {
     /// All references are multiplied by one factor.
     ScaleReferences {
         /// The least factor, 0 to 1.
-        #[garde(rename("scale_references.floor"), custom(within(PART)))]
         #[cfg_attr(feature = "schema", schemars(range(min = PART.min, max = PART.max)))]
         floor: f64,
     },
@@ -61,7 +60,7 @@ pub enum IntegralLaw {
 /// Anti-windup of the integrals: [`AntiWindup`].
 ///
 /// In files a name, as `"conditional"`, or a name with its keys, as `{ clamp = { limit_n_m = 1.0 } }`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 #[non_exhaustive]
@@ -76,7 +75,6 @@ pub enum AntiWindupLaw {
     Clamp {
         /// Largest integral term of a loop \[N.m\], 0 to 1e6; the motor's stall torque if left out.
         #[serde(default, skip_serializing_if = "Option::is_none")]
-        #[garde(rename("clamp.limit_n_m"), inner(custom(within(WINDUP_N_M))))]
         #[cfg_attr(feature = "schema", schemars(range(min = WINDUP_N_M.min, max = WINDUP_N_M.max)))]
         limit_n_m: Option<f64>,
     },
@@ -84,10 +82,60 @@ pub enum AntiWindupLaw {
     BackCalculation {
         /// Time constant \[s\], from the control period to 1e6; kp / ki of the vehicle if left out.
         #[serde(default, skip_serializing_if = "Option::is_none")]
-        #[garde(rename("back_calculation.tracking_time_s"), inner(custom(within(TRACKING_S))))]
         #[cfg_attr(feature = "schema", schemars(range(min = TRACKING_S.min, max = TRACKING_S.max)))]
         tracking_time_s: Option<f64>,
     },
+}
+
+/// Of an enum derived code would leave the law out of the path of a key.
+impl Validate for SaturationLaw {
+    type Context = ();
+
+    fn validate_into(&self, _: &(), parent: &mut dyn FnMut() -> Path, report: &mut Report) {
+        if let Self::ScaleReferences { floor } = self {
+            check(["scale_references", "floor"], *floor, PART, parent, report);
+        }
+    }
+}
+
+/// As of [`SaturationLaw`].
+impl Validate for AntiWindupLaw {
+    type Context = ();
+
+    fn validate_into(&self, _: &(), parent: &mut dyn FnMut() -> Path, report: &mut Report) {
+        match self {
+            Self::Clamp {
+                limit_n_m: Some(limit),
+            } => {
+                check(["clamp", "limit_n_m"], *limit, WINDUP_N_M, parent, report);
+            }
+            Self::BackCalculation {
+                tracking_time_s: Some(time),
+            } => {
+                check(
+                    ["back_calculation", "tracking_time_s"],
+                    *time,
+                    TRACKING_S,
+                    parent,
+                    report,
+                );
+            }
+            _ => {}
+        }
+    }
+}
+
+/// Checks the range of a key inside a law.
+fn check(
+    [law, key]: [&'static str; 2],
+    value: f64,
+    range: Range,
+    parent: &mut dyn FnMut() -> Path,
+    report: &mut Report,
+) {
+    if let Err(error) = within(range)(&value, &()) {
+        report.append(parent().join(law).join(key), error);
+    }
 }
 
 /// The controller.
@@ -409,173 +457,4 @@ fn known_policy(value: &str, _: &()) -> garde::Result {
 }
 
 #[cfg(test)]
-mod tests {
-    use omni_core::Coordination;
-    use omni_core::loops::{AntiWindup, Integral, Saturation};
-
-    use crate::{Override, Scenario};
-
-    fn load(keys: &[&str]) -> Result<Scenario, String> {
-        let overrides: Vec<_> = keys
-            .iter()
-            .map(|key| Override::parse(key).expect("key=value"))
-            .collect();
-        Scenario::load("step", &overrides).map_err(|error| error.to_string())
-    }
-
-    #[test]
-    fn every_pair_of_the_grid_is_reachable_from_every_policy() {
-        for policy in Coordination::<f64>::PRESETS {
-            for (name, saturation) in [
-                ("clip", Saturation::Clip),
-                ("scale_torques", Saturation::ScaleTorques),
-                (
-                    "{ scale_references = { floor = 0.3 } }",
-                    Saturation::ScaleReferences { floor: 0.3 },
-                ),
-            ] {
-                for (integral_name, integral) in
-                    [("per_wheel", Integral::PerWheel), ("shared", Integral::Shared)]
-                {
-                    let keys = [
-                        format!("control.policy={policy}"),
-                        format!("control.saturation={name}"),
-                        format!("control.integral={integral_name}"),
-                    ];
-                    let own = load(&keys.each_ref().map(String::as_str)).expect("every pair means something");
-                    assert_eq!(
-                        own.coordination::<f64>().expect("known"),
-                        Coordination::new(saturation, integral)
-                    );
-                    let written = name.replace(
-                        "{ scale_references = { floor = 0.3 } }",
-                        "scale_references+floor=0.3",
-                    );
-                    assert_eq!(
-                        own.control.law(),
-                        format!("{policy}+saturation={written}+integral={integral_name}")
-                    );
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn what_a_law_does_not_look_at_is_refused_by_key() {
-        for (keys, said) in [
-            (
-                vec!["control.policy=independent", "control.saturation.clip.floor=0.5"],
-                "built-in step: control.saturation.clip: expected empty table",
-            ),
-            (
-                vec![
-                    "control.policy=independent",
-                    "control.saturation.scale_references.floor=1.5",
-                ],
-                "built-in step: control.saturation.scale_references.floor: 1.5, allowed: 0 to 1",
-            ),
-            (
-                vec!["control.policy=scale_references", "control.anti_windup=none"],
-                "built-in step: control.anti_windup: none, allowed: conditioned or clamp where references are scaled",
-            ),
-            (
-                vec![
-                    "control.policy=independent",
-                    "control.anti_windup.back_calculation.tracking_time_s=0",
-                ],
-                "built-in step: control.anti_windup.back_calculation.tracking_time_s: 0, allowed: 0.000001 to 1000000",
-            ),
-            (
-                vec![
-                    "control.policy=independent",
-                    "control.anti_windup.clamp.tracking_time_s=1",
-                ],
-                "built-in step: control.anti_windup.clamp.tracking_time_s: unknown field `tracking_time_s`, expected `limit_n_m`",
-            ),
-            (
-                vec!["control.policy=independent", "control.max_retries=3"],
-                "built-in step: control.max_retries: 3, allowed: only with control.policy = \"traction\" or \"traction_runup\"",
-            ),
-            (
-                vec!["control.integral_zone_rad_s=-1"],
-                "built-in step: control.integral_zone_rad_s: -1, allowed: 0 to 1000000",
-            ),
-            (
-                vec!["control.policy=traction", "control.proportional_limit_n_m=1"],
-                "built-in step: control.proportional_limit_n_m: 1, allowed: only with a policy of wheel speed loops: independent, \
-                 scale_torques, scale_references, shared_integral",
-            ),
-        ] {
-            assert_eq!(load(&keys).expect_err("refused"), said);
-        }
-        let unknown = load(&["control.saturation=clipp"]).expect_err("refused");
-        assert!(
-            unknown.starts_with("built-in step: control.saturation: ") && unknown.contains("`clip`"),
-            "{unknown}"
-        );
-    }
-
-    #[test]
-    fn how_torque_ends_at_rest_is_kept_under_another_policy() {
-        let scaled = load(&["control.policy=scale_torques", "control.rest.bleed_s=0.1"]).expect("a scenario");
-        let rest = |policy: &str| scaled.with_policy(policy).expect("a preset").control.rest.bleed_s;
-        assert_eq!(["independent", "traction"].map(rest), [0.1, 0.1]);
-    }
-
-    #[test]
-    fn bounds_of_terms_reach_the_loops_and_the_name_of_the_law() {
-        let pid = |keys: &[&str]| {
-            let own = load(keys).expect("a scenario");
-            let pid = own.wheel_control::<f64, 7>().expect("its loops").pid;
-            (
-                own.control.law(),
-                pid.integral_zone_rad_s,
-                pid.proportional_limit_n_m,
-            )
-        };
-        let keys = [
-            "control.policy=scale_torques",
-            "control.integral_zone_rad_s=2",
-            "control.proportional_limit_n_m=0.5",
-        ];
-        let name = "scale_torques+integral_zone_rad_s=2+proportional_limit_n_m=0.5";
-        assert_eq!(pid(&keys), (name.to_owned(), 2.0, 0.5));
-        let none = f64::INFINITY;
-        assert_eq!(pid(&keys[..1]), ("scale_torques".to_owned(), none, none));
-        let own = load(&keys).expect("a scenario");
-        assert!(
-            own.with_policy("independent")
-                .expect("a preset")
-                .control
-                .is_preset()
-        );
-    }
-
-    #[test]
-    fn anti_windup_takes_what_is_left_out_from_the_vehicle() {
-        let law = |keys: &[&str]| {
-            let keys = [&["control.policy=independent"], keys].concat();
-            let own = load(&keys).expect("a scenario");
-            own.wheel_control::<f64, 7>().expect("its loops").pid.anti_windup
-        };
-        let vehicle = load(&[]).expect("step").vehicle().clone();
-        let gains = vehicle.gains.expect("chugo7 has its own");
-        assert_eq!(law(&[]), AntiWindup::None);
-        assert_eq!(
-            law(&["control.anti_windup={ back_calculation = {} }"]),
-            AntiWindup::BackCalculation {
-                tracking_time_s: gains.kp_n_m_s_rad / gains.ki_n_m_rad
-            }
-        );
-        assert_eq!(
-            law(&["control.anti_windup={ clamp = {} }"]),
-            AntiWindup::Clamp {
-                limit_n_m: vehicle.motor.stall_torque_n_m
-            }
-        );
-        assert_eq!(
-            law(&["control.anti_windup.clamp.limit_n_m=0.5"]),
-            AntiWindup::Clamp { limit_n_m: 0.5 }
-        );
-    }
-}
+mod tests;
