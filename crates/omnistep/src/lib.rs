@@ -47,7 +47,7 @@ use args::{Cli, Command, ConstantsLanguage, Place, RunArgs, with_vehicle};
 use clap::{CommandFactory, Parser};
 use compare::Policies;
 use notices::announce_assumed;
-use omni_config::{Engine, Language, Override, Scenario};
+use omni_config::{Engine, Language, Scenario};
 use omni_sim::controller::Firmware;
 use output::{each, print, say, say_error, warn};
 
@@ -121,13 +121,25 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<u8, Error> {
                 out,
             )
         }
-        Command::Drive(args) => run_drive(args, out),
+        #[cfg(feature = "live")]
+        Command::Drive(args) => drive::drive(args, out),
+        #[cfg(not(feature = "live"))]
+        Command::Drive(_) => Err(Error::NotBuilt {
+            what: "drive",
+            feature: "live",
+        }),
         Command::Wheels {
             experiment,
             overrides,
             json,
         } => wheels::wheels(&experiment, &overrides, json, out),
-        Command::Study(args) => run_study(&args, out),
+        #[cfg(feature = "study")]
+        Command::Study(args) => study::study(&args, out),
+        #[cfg(not(feature = "study"))]
+        Command::Study(_) => Err(Error::NotBuilt {
+            what: "study",
+            feature: "study",
+        }),
         Command::Constants {
             scenario,
             vehicle,
@@ -151,17 +163,21 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<u8, Error> {
             overrides,
             json,
         } => ripple::ripple(&vehicle, &overrides, json, out),
+        #[cfg(feature = "bound")]
         Command::Bound {
             scenario,
             vehicle,
             overrides,
             json,
-        } => run_bound(
-            &scenario,
-            with_vehicle(vehicle.as_deref(), &overrides)?,
-            json,
-            out,
-        ),
+        } => {
+            let overrides = with_vehicle(vehicle.as_deref(), &overrides)?;
+            bound::bound(&scenario, overrides, json, out)
+        }
+        #[cfg(not(feature = "bound"))]
+        Command::Bound { .. } => Err(Error::NotBuilt {
+            what: "bound",
+            feature: "bound",
+        }),
         Command::Replay {
             log,
             policy,
@@ -230,48 +246,6 @@ fn run_live(_: &RunArgs, _: Option<&str>, live: args::LiveArgs, _: &mut dyn Writ
         ("run --live", "live")
     };
     Err(Error::NotBuilt { what, feature })
-}
-
-/// `omnistep drive`.
-#[cfg(feature = "live")]
-fn run_drive(args: args::DriveArgs, out: &mut dyn Write) -> Result<(), Error> {
-    drive::drive(args, out)
-}
-
-#[cfg(not(feature = "live"))]
-fn run_drive(_: args::DriveArgs, _: &mut dyn Write) -> Result<(), Error> {
-    Err(Error::NotBuilt {
-        what: "drive",
-        feature: "live",
-    })
-}
-
-/// `omnistep study`.
-#[cfg(feature = "study")]
-fn run_study(args: &args::StudyArgs, out: &mut dyn Write) -> Result<(), Error> {
-    study::study(args, out)
-}
-
-#[cfg(not(feature = "study"))]
-fn run_study(_: &args::StudyArgs, _: &mut dyn Write) -> Result<(), Error> {
-    Err(Error::NotBuilt {
-        what: "study",
-        feature: "study",
-    })
-}
-
-/// `omnistep bound`.
-#[cfg(feature = "bound")]
-fn run_bound(scenario: &str, overrides: Vec<Override>, json: bool, out: &mut dyn Write) -> Result<(), Error> {
-    bound::bound(scenario, overrides, json, out)
-}
-
-#[cfg(not(feature = "bound"))]
-fn run_bound(_: &str, _: Vec<Override>, _: bool, _: &mut dyn Write) -> Result<(), Error> {
-    Err(Error::NotBuilt {
-        what: "bound",
-        feature: "bound",
-    })
 }
 
 /// A subcommand that the Python package's `omnistep` has and this program has not.
