@@ -43,7 +43,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     let folder = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").ok_or("no CARGO_MANIFEST_DIR")?);
     let wheels = PathBuf::from(env::var_os("OUT_DIR").ok_or("no OUT_DIR")?).join("wheels.rs");
-    fs::write(&wheels, of_each_count(&fs::read_to_string(folder.join(TEMPLATE))?))?;
+    fs::write(
+        &wheels,
+        of_each_count(&fs::read_to_string(folder.join(TEMPLATE))?),
+    )?;
     let bindings = cbindgen::Builder::new()
         .with_config(config(&folder)?)
         .with_src(&wheels)
@@ -63,7 +66,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Words of 32 bits that a drive of N wheels remembers: on a 32-bit processor they are as many as here, which `State::FITS` checks.
+/// Words of 32 bits that a drive of N wheels remembers: on a 32-bit processor they are as many as here, which
+/// `State::FITS` checks.
 const fn words<const N: usize>() -> usize {
     size_of::<DriveState<f32, N>>().div_ceil(size_of::<u32>())
 }
