@@ -5,6 +5,7 @@
 mod client;
 mod guard;
 mod http;
+mod hub;
 mod options;
 mod pacer;
 mod page;

@@ -14,7 +14,6 @@
 //! | `/robot_description`, `/terrain/robot_description` | `std_msgs/msg/String` | once: URDF of vehicle and ground |
 
 use omni_config::Scenario;
-use omni_core::BodyTwist;
 use omni_sim::controller::{AnyController, ControlSample};
 use omni_sim::observation::Observation;
 use omni_sim::{Period, ReportColumns, WheelSignal};
@@ -22,8 +21,8 @@ use omni_sim::{Period, ReportColumns, WheelSignal};
 use crate::base_pose;
 use crate::message_rates::Rates;
 use crate::ros2::{
-    ColorRgba, ControllerSignals, Header, JointState, Marker, MarkerArray, Point, Quaternion, RosMessage,
-    Sensors, StringMessage, TfMessage, Twist, TwistStamped, Vector3, VehicleState, WheelState,
+    ColorRgba, ControllerSignals, Header, JointState, Marker, MarkerArray, RosMessage, Sensors,
+    StringMessage, TfMessage, TwistStamped, VehicleState, WheelState,
 };
 use crate::tree::{Placement, Roots, transforms};
 use crate::urdf::{
@@ -175,7 +174,7 @@ impl Messages {
         if self.rates.cmd_vel.due(time) {
             let command = TwistStamped {
                 header: Header::new(time, BASE_LINK),
-                twist: twist(&sample.command),
+                twist: sample.command.into(),
             };
             sink.send(topic::CMD_VEL, time, &command)?;
         }
@@ -213,9 +212,9 @@ impl Messages {
         VehicleState {
             header: Header::new(seen.time_ns, BASE_LINK),
             policy: self.policy.clone(),
-            asked_twist: twist(&sample.asked),
+            asked_twist: sample.asked.into(),
             common_factor: sample.common_factor,
-            estimated_twist: twist(&sample.estimated),
+            estimated_twist: sample.estimated.into(),
             wheels: wheels
                 .map(|(spec, (signals, wheel))| WheelState {
                     name: spec.name.clone(),
@@ -273,7 +272,6 @@ fn forces(seen: &Observation) -> MarkerArray {
     let arrow = |(id, wheel): (usize, &omni_sim::observation::WheelObservation)| {
         let [from, force] = [wheel.contact_m, wheel.force_n];
         let end = [0, 1, 2].map(|k| from[k] + ARROW_M_PER_N * force[k]);
-        let point = |[x, y, z]: [f64; 3]| Point { x, y, z };
         Marker {
             header: Header::new(seen.time_ns, WORLD_LINK),
             ns: "ground_force".into(),
@@ -284,34 +282,19 @@ fn forces(seen: &Observation) -> MarkerArray {
             } else {
                 Marker::DELETE
             },
-            scale: vector([0.01, 0.02, 0.03]),
+            scale: [0.01, 0.02, 0.03].into(),
             color: ColorRgba {
                 r: 0.1,
                 g: 0.6,
                 b: 0.9,
                 a: 1.0,
             },
-            points: vec![point(from), point(end)],
+            points: vec![from.into(), end.into()],
             ..Marker::default()
         }
     };
     MarkerArray {
         markers: seen.wheels.iter().enumerate().map(arrow).collect(),
-    }
-}
-
-pub(crate) fn vector([x, y, z]: [f64; 3]) -> Vector3 {
-    Vector3 { x, y, z }
-}
-
-pub(crate) fn quaternion([x, y, z, w]: [f64; 4]) -> Quaternion {
-    Quaternion { x, y, z, w }
-}
-
-pub(crate) fn twist(t: &BodyTwist<f64>) -> Twist {
-    Twist {
-        linear: vector([t.vx_m_s, t.vy_m_s, 0.0]),
-        angular: vector([0.0, 0.0, t.wz_rad_s]),
     }
 }
 

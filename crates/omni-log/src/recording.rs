@@ -10,7 +10,7 @@ use omni_sim::{LOGGED_SIGNALS, Sensed, WheelSignal};
 use crate::base_pose::{BasePose, unknown_covariance};
 use crate::logged_run::check_names;
 use crate::message_rates::Pace;
-use crate::messages::{Sink, quaternion, twist};
+use crate::messages::Sink;
 use crate::ros2::{
     ControllerSignals, Header, JointState, Odometry, Point, Pose, PoseWithCovariance, Sensors, StringMessage,
     TwistStamped, TwistWithCovariance, VehicleState, WheelState,
@@ -264,9 +264,9 @@ impl<'a> Columns<'a> {
         VehicleState {
             header: Header::new(time, BASE_LINK),
             policy: RECORDED.1.into(),
-            asked_twist: twist(&BodyTwist::from_array([vx, vy, wz])),
+            asked_twist: BodyTwist::from_array([vx, vy, wz]).into(),
             common_factor: unknown,
-            estimated_twist: twist(&BodyTwist::from_array([e_vx, e_vy, e_wz])),
+            estimated_twist: BodyTwist::from_array([e_vx, e_vy, e_wz]).into(),
             wheels: wheels
                 .map(|(wheel, columns)| WheelState {
                     name: wheel.name.clone(),
@@ -326,7 +326,7 @@ fn known<const N: usize>(values: [f64; N]) -> Option<[f64; N]> {
 
 /// A pose whose twist was not measured.
 fn placed(time: u64, frame: &str, ([x, y, z], turn): BasePose) -> Odometry {
-    let orientation = quaternion(turn);
+    let orientation = turn.into();
     let unknown = BodyTwist::from_array([f64::NAN; 3]);
     Odometry {
         header: Header::new(time, frame),
@@ -339,7 +339,7 @@ fn placed(time: u64, frame: &str, ([x, y, z], turn): BasePose) -> Odometry {
             covariance: unknown_covariance(),
         },
         twist: TwistWithCovariance {
-            twist: twist(&unknown),
+            twist: unknown.into(),
             covariance: unknown_covariance(),
         },
     }

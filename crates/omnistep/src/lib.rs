@@ -46,7 +46,7 @@ use std::io::Write;
 use args::{Cli, Command, Place, RunArgs, with_vehicle};
 use clap::{CommandFactory, Parser};
 use compare::Policies;
-use omni_config::{Engine, Override};
+use omni_config::Engine;
 use omni_sim::controller::Firmware;
 use output::{each, print, say, say_error};
 
@@ -120,29 +120,45 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<u8, Error> {
                 out,
             )
         }
-        Command::Drive(args) => run_drive(args, out),
+        #[cfg(feature = "live")]
+        Command::Drive(args) => drive::drive(args, out),
+        #[cfg(not(feature = "live"))]
+        Command::Drive(_) => Err(Error::NotBuilt {
+            what: "drive",
+            feature: "live",
+        }),
         Command::MotorBench {
             experiment,
             overrides,
             json,
         } => motor_bench::motor_bench(&experiment, &overrides, json, out),
-        Command::Study(args) => run_study(&args, out),
+        #[cfg(feature = "study")]
+        Command::Study(args) => study::study(&args, out),
+        #[cfg(not(feature = "study"))]
+        Command::Study(_) => Err(Error::NotBuilt {
+            what: "study",
+            feature: "study",
+        }),
         Command::WheelRipple {
             vehicle,
             overrides,
             json,
         } => wheel_ripple::wheel_ripple(&vehicle, &overrides, json, out),
+        #[cfg(feature = "climb-limits")]
         Command::ClimbLimits {
             scenario,
             vehicle,
             overrides,
             json,
-        } => run_climb_limits(
-            &scenario,
-            with_vehicle(vehicle.as_deref(), &overrides)?,
-            json,
-            out,
-        ),
+        } => {
+            let overrides = with_vehicle(vehicle.as_deref(), &overrides)?;
+            climb_limits::climb_limits(&scenario, overrides, json, out)
+        }
+        #[cfg(not(feature = "climb-limits"))]
+        Command::ClimbLimits { .. } => Err(Error::NotBuilt {
+            what: "climb-limits",
+            feature: "climb-limits",
+        }),
         Command::Replay {
             log,
             policy,
@@ -193,53 +209,6 @@ fn run_live(_: &RunArgs, _: Option<&str>, live: args::LiveArgs, _: &mut dyn Writ
         ("run --live", "live")
     };
     Err(Error::NotBuilt { what, feature })
-}
-
-/// `omnistep drive`.
-#[cfg(feature = "live")]
-fn run_drive(args: args::DriveArgs, out: &mut dyn Write) -> Result<(), Error> {
-    drive::drive(args, out)
-}
-
-#[cfg(not(feature = "live"))]
-fn run_drive(_: args::DriveArgs, _: &mut dyn Write) -> Result<(), Error> {
-    Err(Error::NotBuilt {
-        what: "drive",
-        feature: "live",
-    })
-}
-
-/// `omnistep study`.
-#[cfg(feature = "study")]
-fn run_study(args: &args::StudyArgs, out: &mut dyn Write) -> Result<(), Error> {
-    study::study(args, out)
-}
-
-#[cfg(not(feature = "study"))]
-fn run_study(_: &args::StudyArgs, _: &mut dyn Write) -> Result<(), Error> {
-    Err(Error::NotBuilt {
-        what: "study",
-        feature: "study",
-    })
-}
-
-/// `omnistep climb-limits`.
-#[cfg(feature = "climb-limits")]
-fn run_climb_limits(
-    scenario: &str,
-    overrides: Vec<Override>,
-    json: bool,
-    out: &mut dyn Write,
-) -> Result<(), Error> {
-    climb_limits::climb_limits(scenario, overrides, json, out)
-}
-
-#[cfg(not(feature = "climb-limits"))]
-fn run_climb_limits(_: &str, _: Vec<Override>, _: bool, _: &mut dyn Write) -> Result<(), Error> {
-    Err(Error::NotBuilt {
-        what: "climb-limits",
-        feature: "climb-limits",
-    })
 }
 
 /// A subcommand that the Python package's `omnistep` has and this program has not.

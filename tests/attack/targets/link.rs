@@ -8,12 +8,11 @@ use omni_link::{
     request_frame,
 };
 
-use super::Done;
 use super::config::{control, layout, twist_limits};
 use super::numbers::{bits, byte, one_in};
 
 /// Frames as far as the bytes reach; returns how many.
-pub(super) fn run(data: &[u8]) -> Done {
+pub(super) fn run(data: &[u8]) -> usize {
     let mut u = Unstructured::new(data);
     match byte(&mut u) % 3 {
         0 => link::<3, { request_frame(3) }, { answer_frame(3) }>(&mut u),
@@ -22,7 +21,7 @@ pub(super) fn run(data: &[u8]) -> Done {
     }
 }
 
-fn link<const N: usize, const REQUEST: usize, const ANSWER: usize>(u: &mut Unstructured<'_>) -> Done {
+fn link<const N: usize, const REQUEST: usize, const ANSWER: usize>(u: &mut Unstructured<'_>) -> usize {
     let (Some(layout), Some(control)) = (layout::<f32, N>(u), control::<f32, N>(u)) else {
         return 0;
     };

@@ -16,8 +16,8 @@ use tokio::time::timeout;
 use tokio_tungstenite::tungstenite::Message;
 
 use super::http::Socket;
+use super::hub::{Event, Hub};
 use super::requests::{ClientId, Published, Setting};
-use super::server::{Event, Hub};
 use crate::topic;
 
 /// Answers that wait until a client reads them; one more, and it is cut off.

@@ -6,7 +6,7 @@ use omni_config::Scenario;
 use omni_sim::Simulation;
 use serde::Serialize;
 
-use super::server::{Event, Hub, Topic};
+use super::hub::{Event, Hub, Topic};
 use crate::messages::Messages;
 use crate::scene;
 

@@ -19,8 +19,8 @@ pub use options::Ros2;
 use super::requests::Requests;
 use crate::Error;
 use crate::message_rates::Pace;
-use crate::messages::{Messages, Sink, topic, vector};
-use crate::ros2::{Clock, Header, Imu, Quaternion, TfMessage, Time, Transform, TransformStamped};
+use crate::messages::{Messages, Sink, topic};
+use crate::ros2::{Clock, Header, Imu, Quaternion, TfMessage, Time, Transform, TransformStamped, Vector3};
 use crate::tree::Roots;
 use crate::urdf::{BASE_LINK, IMU_LINK, JointInterface};
 
@@ -82,7 +82,7 @@ impl OnRos {
             header: Header::new(0, BASE_LINK),
             child_frame_id: IMU_LINK.into(),
             transform: Transform {
-                translation: vector([0.0; 3]),
+                translation: Vector3::default(),
                 rotation: Quaternion::default(),
             },
         };
@@ -122,8 +122,8 @@ fn imu(simulation: &Simulation) -> Imu {
     Imu {
         header: Header::new(simulation.time_ns(), IMU_LINK),
         orientation_covariance: NOT_MEASURED,
-        angular_velocity: vector(sensed.rate_rad_s),
-        linear_acceleration: vector(sensed.specific_force_m_s2),
+        angular_velocity: sensed.rate_rad_s.into(),
+        linear_acceleration: sensed.specific_force_m_s2.into(),
         ..Imu::default()
     }
 }

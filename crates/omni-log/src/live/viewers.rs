@@ -8,9 +8,10 @@ use omni_sim::controller::AnyController;
 
 use super::Live;
 use super::guard::Guard;
+use super::hub::{Event, Hub, Topic};
 use super::page::{self, Page};
 use super::requests::{COMMAND_HOLDS, Requests};
-use super::server::{Event, Hub, Server, Topic};
+use super::server::Server;
 use crate::Error;
 use crate::messages::{Messages, Sink, topic};
 use crate::ros2::{
