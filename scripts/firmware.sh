@@ -56,7 +56,7 @@ build riscv32imac "-C link-arg=-Tmemory.x -C link-arg=-Tlink.x" --bin self_test 
 
 # The C and C++ examples: the library, the constants of the same scenarios, no warning, no C library.
 c=target/c && mkdir -p $c
-constants() { (cd .. && cargo run --locked --quiet --release --bin omnistep -- constants "$@" --language c); }
+constants() { (cd .. && cargo run --locked --quiet --release --bin omnistep -- export "$@" --format c); }
 constants step --set control.policy=synchronised >$c/constants.h
 constants firmware/scenarios/drive.toml >$c/drive_constants.h
 mkdir -p $c/three && constants firmware/scenarios/three.toml >$c/three/constants.h

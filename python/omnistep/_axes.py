@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from omnistep._omnistep import Trace
 
-# Okabe and Ito's colours: told apart by colour-blind readers too. A policy has the same one in every figure, and
+# Okabe and Ito's colours: distinguishable for colour-blind readers too. A policy has the same one in every figure, and
 # nothing but a policy has it.
 _POLICIES = {
     "independent": "#CC79A7",
@@ -36,14 +36,14 @@ def policy_colour(policy: str) -> str:
     """Return the colour of a policy, the same in every figure.
 
     Args:
-        policy: a name of :func:`omnistep.policies`; any other is grey.
+        policy: a name of :func:`omnistep.list_policies`; any other is grey.
 
     Returns:
         A colour of matplotlib: ``#RRGGBB``, or a level of grey.
 
     Example:
         >>> import omnistep
-        >>> len({omnistep.plot.policy_colour(policy) for policy in omnistep.policies()})
+        >>> len({omnistep.plot.policy_colour(policy) for policy in omnistep.list_policies()})
         6
     """
     return _POLICIES.get(policy, _OTHER_POLICY)

@@ -18,7 +18,7 @@ _Rows: TypeAlias = _Row | Sequence[_Row]
 _Array: TypeAlias = _Rows | Sequence[_Rows]
 
 __all__ = [
-    "Bound",
+    "ClimbLimits",
     "CommandShaper",
     "ControlSample",
     "Controller",
@@ -32,6 +32,7 @@ __all__ = [
     "Kinematics",
     "Layout",
     "Log",
+    "MotorBenchTrace",
     "MotorDuty",
     "Observation",
     "Odometry",
@@ -53,26 +54,27 @@ __all__ = [
     "VelocityEstimator",
     "Waypoint",
     "Wheel",
-    "WheelsTrace",
     "__version__",
     "at_point",
-    "bound",
     "cli",
+    "climb_limits",
     "compute_batch",
     "damage",
     "discretize",
     "disturbed_ratio",
     "figures",
     "from_point",
+    "list_policies",
+    "list_scenarios",
+    "list_vehicles",
     "mean_interval",
     "moved_by",
-    "policies",
     "policy_name",
     "read_mcap",
     "reference_factor",
     "run",
     "run_external",
-    "scenarios",
+    "run_motor_bench",
     "shape_error",
     "shortened",
     "slip_ratio",
@@ -82,8 +84,6 @@ __all__ = [
     "torque_duty",
     "torque_factor",
     "torque_range",
-    "vehicles",
-    "wheels",
     "wilson",
     "write_recording",
 ]
@@ -130,18 +130,18 @@ def run_external(
         on_progress: called with the completed part, 0 to 1, every few milliseconds; an exception in it ends the run.
     """
 
-def wheels(
+def run_motor_bench(
     policy: str = "synchronised",
     *,
     overrides: Mapping[str, Any] | None = None,
     experiment: str | PathLike[str] = ...,
-) -> WheelsTrace:
+) -> MotorBenchTrace:
     """Run section 3.3 of the paper: three motors on dampers, torque limited by eq. (13).
 
     Args:
         policy: ``independent``, ``paper`` or ``synchronised``.
         overrides: keys of the experiment and their new values: ``{"friction_n_m_s_rad": 2e-4}``.
-        experiment: the built-in ``wheels``, the default, or the path of a .toml file.
+        experiment: the built-in ``motor_bench``, the default, or the path of a .toml file.
 
     Returns:
         A row every 0.1 s, or every control period where that is longer.
@@ -151,20 +151,22 @@ def wheels(
 
     Example:
         >>> import omnistep
-        >>> trace = omnistep.wheels("synchronised")
+        >>> trace = omnistep.run_motor_bench("synchronised")
         >>> trace.speed_rpm.shape, float(trace.t_s[-1])
         ((651, 3), 65.0)
     """
 
-def bound(scenario: str | PathLike[str] | Scenario = ..., *, overrides: Mapping[str, Any] | None = None) -> Bound:
+def climb_limits(
+    scenario: str | PathLike[str] | Scenario = ..., *, overrides: Mapping[str, Any] | None = None
+) -> ClimbLimits:
     """Least torque and run-up for the step of a scenario, from the balance of forces, without a simulation.
 
     The torque is that of the scenario's motors at rest. The speed is the fastest forward command, and every row of
     wheels is assumed to meet the edge with it. docs/derivations.md, What a climb takes at least, lists the assumptions.
 
     Args:
-        scenario: a built-in name (see :func:`scenarios`), the path of a .toml file or a :class:`Scenario`; the step by
-            default.
+        scenario: a built-in name (see :func:`list_scenarios`), the path of a .toml file or a :class:`Scenario`; the
+            step by default.
         overrides: keys to replace, as in :func:`omnistep.run`.
 
     Returns:
@@ -176,37 +178,37 @@ def bound(scenario: str | PathLike[str] | Scenario = ..., *, overrides: Mapping[
 
     Example:
         >>> import omnistep
-        >>> bound = omnistep.bound("step", overrides={"vehicle.motor.stall_torque_n_m": 1.4})
-        >>> bound.least_torque_n_m.round(1)  # the rear row climbs with a run-up or not at all
+        >>> limits = omnistep.climb_limits("step", overrides={"vehicle.motor.stall_torque_n_m": 1.4})
+        >>> limits.least_torque_n_m.round(1)  # the rear row climbs with a run-up or not at all
         array([1.3, 2.5, inf])
-        >>> bound.verdicts, bound.possible, bound.decisive
+        >>> limits.verdicts, limits.possible, limits.decisive
         (['torque', 'run_up', 'run_up'], True, 'middle')
     """
 
-def policies() -> list[str]:
+def list_policies() -> list[str]:
     """Names of the coordination policies.
 
     Example:
         >>> import omnistep
-        >>> omnistep.policies()
+        >>> omnistep.list_policies()
         ['independent', 'paper', 'synchronised', 'load_sharing', 'reach', 'steady']
     """
 
-def scenarios() -> list[str]:
+def list_scenarios() -> list[str]:
     """Names of the built-in scenarios.
 
     Example:
         >>> import omnistep
-        >>> "step" in omnistep.scenarios()
+        >>> "step" in omnistep.list_scenarios()
         True
     """
 
-def vehicles() -> list[str]:
+def list_vehicles() -> list[str]:
     """Names of the built-in vehicles.
 
     Example:
         >>> import omnistep
-        >>> omnistep.vehicles()
+        >>> omnistep.list_vehicles()
         ['chugo7', 'omni3', 'mecanum4', 'rocker_bogie6']
     """
 
@@ -1814,7 +1816,7 @@ class Vehicle:
     ``vehicle["motor.stall_torque_n_m"]`` and ``vehicle["wheel.0.radius_m"]`` are values of the file.
 
     Args:
-        vehicle: a built-in name (see :func:`vehicles`), the path of a .toml file or another :class:`Vehicle`.
+        vehicle: a built-in name (see :func:`list_vehicles`), the path of a .toml file or another :class:`Vehicle`.
         overrides: keys to replace, ``{"motor.stall_torque_n_m": 1.0}``.
 
     Raises:
@@ -1930,8 +1932,8 @@ class Scenario:
     ``scenario["terrain.height_m"]`` and ``scenario["vehicle.wheel.0.radius_m"]`` are values of the file.
 
     Args:
-        scenario: a built-in name (see :func:`scenarios`), the path of a .toml file or another :class:`Scenario`.
-        policy: coordination policy instead of the scenario's (see :func:`policies`).
+        scenario: a built-in name (see :func:`list_scenarios`), the path of a .toml file or another :class:`Scenario`.
+        policy: coordination policy instead of the scenario's (see :func:`list_policies`).
         vehicle: a vehicle instead of the scenario's: a name, a path or a :class:`Vehicle`.
         overrides: keys to replace, as in :func:`omnistep.run`.
         seed: seed of perturbation and noise, 0 to 2**63 - 1.
@@ -2812,7 +2814,7 @@ class Sample:
         """The wheel touched the ground during the period."""
 
 @final
-class WheelsTrace:
+class MotorBenchTrace:
     """Speeds and loads of wheels A, B and C, a row every 0.1 s."""
 
     @property
@@ -2836,7 +2838,7 @@ class WheelsTrace:
     def __len__(self) -> int: ...
 
 @final
-class Bound:
+class ClimbLimits:
     """Torque and run-up that a step needs, and those of the vehicle. Arrays over rows are (3,), the front row first."""
 
     @property
@@ -3012,7 +3014,7 @@ class Rows:
         Raises:
             ConfigError: a name is not a figure.
         """
-    def paired(self, key: str, against: object, figure: str) -> list[dict[str, Any]]:
+    def paired(self, key: str, baseline: object, figure: str) -> list[dict[str, Any]]:
         """One dictionary for each combination with another value: its figure less the given value's, seed by seed.
 
         Raises:

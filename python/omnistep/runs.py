@@ -8,7 +8,7 @@ from typing import Any, overload
 
 from tqdm import tqdm
 
-from omnistep._omnistep import Log, Scenario, Trace, policies, policy_name, shortened
+from omnistep._omnistep import Log, Scenario, Trace, list_policies, policy_name, shortened
 from omnistep._omnistep import read_mcap as _read_mcap
 from omnistep._omnistep import run as _run
 from omnistep.errors import ConfigError
@@ -20,14 +20,14 @@ SHORT_S = 1.0
 
 @contextmanager
 def bar(label: str, *, shown: bool) -> Iterator[Callable[[float], None]]:
-    """A progress bar that is told the part done, 0 to 1."""
+    """A progress bar and its function of the part done, 0 to 1."""
     layout = "{desc}: {percentage:3.0f}% |{bar}| {elapsed}, {remaining} to go"
     with tqdm(total=1.0, desc=label, delay=SHORT_S, disable=not shown, leave=False, bar_format=layout) as bar:
 
-        def told(part: float) -> None:
+        def advance(part: float) -> None:
             bar.update(part - bar.n)
 
-        yield told
+        yield advance
 
 
 def _warn(trace: Trace) -> None:
@@ -51,10 +51,10 @@ def run(
     Other Python threads continue to run. Ctrl-C stops the run.
 
     Args:
-        scenario: a built-in name (see :func:`scenarios`), the path of a .toml file or a :class:`Scenario`; the step by
-            default.
-        policy: coordination policy instead of the scenario's (see :func:`policies`), or a controller of your own: an
-            object with ``reset(info)`` and ``step(observation)``, or a function of the observation (see
+        scenario: a built-in name (see :func:`list_scenarios`), the path of a .toml file or a :class:`Scenario`; the
+            step by default.
+        policy: coordination policy instead of the scenario's (see :func:`list_policies`), or a controller of your own:
+            an object with ``reset(info)`` and ``step(observation)``, or a function of the observation (see
             :class:`Policy`).
         overrides: keys of the scenario, or of its vehicle behind ``vehicle.``, and their new values:
             ``{"terrain.height_m": 0.03, "vehicle.motor.stall_torque_n_m": 1.0}``. Elements of lists count from 0:
@@ -87,8 +87,8 @@ def run(
         >>> len(trace), trace.outcome.verdict
         (500, 'driven')
     """
-    with bar("run", shown=progress) as told:
-        on_progress = told if progress else None
+    with bar("run", shown=progress) as advance:
+        on_progress = advance if progress else None
         trace = _run(scenario, policy=policy, overrides=overrides, seed=seed, mcap=mcap, on_progress=on_progress)
     _warn(trace)
     return trace
@@ -172,12 +172,12 @@ def compare(
             raise ConfigError(message, key="physics.engine")
     runs = [(policy, name, engine) for policy, name in zip(given, names, strict=True) for engine in on or [None]]
     traces: dict[Any, Trace] = {}
-    with bar("compare", shown=progress) as told:
+    with bar("compare", shown=progress) as advance:
 
-        def told_of_all(part: float) -> None:
-            told((len(traces) + part) / len(runs))
+        def advance_all(part: float) -> None:
+            advance((len(traces) + part) / len(runs))
 
-        on_progress = told_of_all if progress else None
+        on_progress = advance_all if progress else None
         for policy, name, engine in runs:
             keys = overrides if engine is None else {**(overrides or {}), "physics.engine": engine}
             trace = _run(scenario, policy=policy, overrides=keys, seed=seed, on_progress=on_progress)
@@ -198,7 +198,7 @@ def _each_once(given: list[Any], names: list[str]) -> bool:
     return bool(given) and None not in given and len(set(names)) == len(names)
 
 
-_all_policies = policies
+_all_policies = list_policies
 
 
 def read_mcap(path: str | PathLike[str], *, progress: bool = True) -> Log:
@@ -226,5 +226,5 @@ def read_mcap(path: str | PathLike[str], *, progress: bool = True) -> Log:
         >>> log.complete, log.outcome == trace.outcome
         (True, True)
     """
-    with bar("read", shown=progress) as told:
-        return _read_mcap(path, on_progress=told if progress else None)
+    with bar("read", shown=progress) as advance:
+        return _read_mcap(path, on_progress=advance if progress else None)

@@ -28,9 +28,9 @@ def general_climb() -> omnistep.Trace:
 
 
 @pytest.fixture(scope="session")
-def wheel_runs() -> list[omnistep.WheelsTrace]:
+def wheel_runs() -> list[omnistep.MotorBenchTrace]:
     """Section 3.3 under the law in the paper's words, and under (12) as printed."""
-    return [omnistep.wheels("synchronised"), omnistep.wheels("paper")]
+    return [omnistep.run_motor_bench("synchronised"), omnistep.run_motor_bench("paper")]
 
 
 def beside(name):

@@ -83,7 +83,7 @@ def test_runs_that_were_cut_off_are_no_stalls_but_hatched_and_counted_apart():
     assert mesh.get_array().compressed().tolist() == [0.0, 0.5, 1.0]
     hatched = [(patch.get_x(), patch.get_height(), patch.get_hatch()) for patch in ax.patches]
     assert hatched == [(1, 1.0, "///"), (2, 0.5, "///")]
-    # Whoever has no verdicts has the map as it was.
+    # Rows without verdicts give the map as it was.
     for row in made:
         del row["verdict"]
     (ax,) = omnistep.plot.climb_map(made, panel=None)
@@ -172,7 +172,7 @@ def test_a_relation_of_duckdb_is_asked_once_as_it_may_answer_in_another_order():
 
 def test_the_result_of_a_study_gives_the_map_of_its_folder(study):
     small = study.parent / "small.toml"
-    result = omnistep.study(small, out=study, progress=False)
+    result = omnistep.run_study(small, out=study, progress=False)
     assert (len(result), result.computed) == (4, 0)
     (ax,) = omnistep.plot.climb_map(result, x="control.policy", panel=None)
     assert cells(ax) == ["1/1", "1/1", "0/1", "0/1"]

@@ -206,7 +206,7 @@ def rust_block(example, info):
 def compiles(compiler, file):
     # With the constants that the page wrote, else of a scenario that has a [drive]; firmware/c/example is what runs.
     if not Path("constants.h").exists():
-        code, constants, err = omnistep("constants", "flat", "--set", "drive.timeout_s=0.2", "--language", "c")
+        code, constants, err = omnistep("export", "flat", "--format", "c", "--set", "drive.timeout_s=0.2")
         assert code == 0, err
         Path("constants.h").write_text(constants)
     flags = ["-Wall", "-Wextra", "-Werror", "-fsyntax-only", "-I.", f"-I{ROOT / 'firmware/c/include'}"]
@@ -325,7 +325,7 @@ def test_no_block_is_left_out():
     [
         ("python", "", "assert 1 + 1 == 3\n"),
         # Three vehicles where the picture has seven.
-        ("python", "", 'import omnistep as o; o.plot.strip(o.run(), every_s=0.9).figure.savefig("climb.png")\n'),
+        ("python", "", 'import omnistep as o; o.plot.side_view(o.run(), every_s=0.9).figure.savefig("climb.png")\n'),
         ("sh", "", "omnistep run nowhere\n"),
         ("sh", "", "make nothing\n"),
         ("sh", "", "curl https://example.org\n"),

@@ -47,7 +47,7 @@ def test_a_bad_override_is_refused_with_its_key_and_file(overrides, key):
 def test_unknown_names_come_with_the_names_there_are():
     assert "step, flat" in str(refused(omnistep.run, "stairway"))
     assert "load_sharing" in str(refused(omnistep.run, "step", policy="papier"))
-    assert "independent, paper, synchronised" in str(refused(omnistep.wheels, "load_sharing"))
+    assert "independent, paper, synchronised" in str(refused(omnistep.run_motor_bench, "load_sharing"))
 
 
 @pytest.mark.parametrize("seed", [-1, 2**63, 2**64])
@@ -73,7 +73,7 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path):
     with pytest.raises(omnistep.ConfigError, match=r"absent\.toml: ") as caught:
         omnistep.Simulation(tmp_path / "absent.toml")
     assert caught.value.file == str(tmp_path / "absent.toml")
-    error = refused(omnistep.wheels, experiment=tmp_path)
+    error = refused(omnistep.run_motor_bench, experiment=tmp_path)
     assert error.file == str(tmp_path) and str(error).endswith(": a directory, allowed: a regular file")
 
 
@@ -138,7 +138,7 @@ def test_what_is_no_regular_file_is_refused_and_not_waited_for(tmp_path):
         for call in (
             lambda name: omnistep.run(name),
             lambda name: omnistep.Vehicle(name),
-            lambda name: omnistep.study(name),
+            lambda name: omnistep.run_study(name),
             lambda name: omnistep.run("height_map", overrides={"terrain.image": str(name)}),
             lambda name: omnistep.read_mcap(name),
         ):
@@ -146,7 +146,7 @@ def test_what_is_no_regular_file_is_refused_and_not_waited_for(tmp_path):
                 call(name)
 
 
-def test_no_message_is_longer_than_somebody_reads():
+def test_no_message_exceeds_its_length():
     long = "a" * 1_000_000
     for call in (
         lambda: omnistep.run(long),

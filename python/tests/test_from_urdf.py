@@ -194,7 +194,7 @@ def test_names_from_a_urdf_add_no_keys_to_the_file(robots, here, monkeypatch):
 
 
 def test_without_a_urdf_the_command_is_the_compiled_one(here, monkeypatch, capfd):
-    monkeypatch.setattr(sys, "argv", ["omnistep", "new", "vehicle", "robot", "--like", "mecanum4"])
+    monkeypatch.setattr(sys, "argv", ["omnistep", "new", "vehicle", "robot", "--template", "mecanum4"])
     assert main() == 0
     assert capfd.readouterr().out.startswith("robot.toml: started from mecanum4;")
 

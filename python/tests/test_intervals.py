@@ -71,9 +71,9 @@ def test_what_cannot_be_compared_is_one_line(result):
     for given, expected in [
         (
             ("control.polcy", "paper"),
-            'against: "control.polcy" \\(did you mean "control.policy"\\?\\), allowed: command',
+            'baseline: "control.polcy" \\(did you mean "control.policy"\\?\\), allowed: command',
         ),
-        (("control.policy", "synchronised"), "against: control.policy = synchronised, allowed: independent, paper"),
+        (("control.policy", "synchronised"), "baseline: control.policy = synchronised, allowed: independent, paper"),
         (("control.policy", "paper", "verdict"), 'figures: "verdict", allowed: '),
     ]:
         with pytest.raises(omnistep.ConfigError, match=expected) as refused:

@@ -137,7 +137,7 @@ def seen_rarely(tmp_path_factory):
     return omnistep.read_mcap(folder / "robot.mcap")
 
 
-def test_a_truth_at_times_of_its_own_is_drawn_and_none_of_what_nobody_told(seen_rarely):
+def test_a_truth_at_times_of_its_own_is_drawn_and_none_of_what_is_missing(seen_rarely):
     assert len(seen_rarely.ground_truth["time_s"]) < len(seen_rarely.odometry["time_s"])
     ax = omnistep.plot.path(seen_rarely)
     truth, odometry = ax.lines[:2]
@@ -145,7 +145,7 @@ def test_a_truth_at_times_of_its_own_is_drawn_and_none_of_what_nobody_told(seen_
     # Both go along x; at the last time of the truth it is 0.1 m to the left.
     assert truth.get_label() == "truth" and np.allclose(truth.get_ydata(), 0.1)
     assert odometry.get_label() == f"odometry, 0.10 m off at {end_s:.2f} s"
-    # Its robot told no variances: no ellipses, but what belongs to what. Nine tenths of the run have a truth.
+    # Its robot sent no variances: no ellipses, but what belongs to what. Nine tenths of the run have a truth.
     assert len(ax.patches) == 0
     joins = [line for line in ax.lines[2:] if len(line.get_xdata()) == 2]
     assert len(joins) == 9

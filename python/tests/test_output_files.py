@@ -19,11 +19,11 @@ MAP = 'schema_version = 1\nvehicle = "own.toml"\nperiod_s = 0.001\n[time]\ncolum
 COMMANDS = {
     "import": ["import", "drive.csv", "--map", "map.toml"],
     "report": ["report", "run.mcap"],
-    "strip": ["strip", "run.mcap"],
+    "plot": ["plot", "run.mcap"],
     "import by a scenario": ["import", "drive.csv", "--map", "by_scenario.toml"],
     "resimulate": ["resimulate", "run.mcap", "--scenario", "own_run.toml"],
     "resimulate with hills": ["resimulate", "run.mcap", "--scenario", "hilly.toml", "--set", "vehicle=chugo.toml"],
-    "identify": ["identify", "drive.csv", "--vehicle", "own.toml", "--known", "wheel_inertia_kg_m2=0.0035"],
+    "identify": ["identify", "drive.csv", "--vehicle", "own.toml", "--fix", "wheel_inertia_kg_m2=0.0035"],
     "calibrate": ["calibrate", "runs.toml", "--vehicle", "own.toml"],
     "export": ["export", "own.toml", "--format", "urdf"],
 }
@@ -31,7 +31,7 @@ COMMANDS = {
 READS = {
     "import": (["drive.csv", "map.toml", "own.toml"], ".mcap"),
     "report": (["run.mcap"], ".html"),
-    "strip": (["run.mcap"], ".png"),
+    "plot": (["run.mcap"], ".png"),
     "import by a scenario": (
         ["drive.csv", "by_scenario.toml", "named.toml", "own.toml", "named.png", "named.csv"],
         ".mcap",
@@ -126,7 +126,7 @@ def test_what_is_no_regular_file_stays_what_it_is(drawn, command):
 
 
 # Of the two that find parameters a drive of two seconds is too little.
-@pytest.mark.parametrize("command", ["import", "report", "strip", "resimulate", "export"])
+@pytest.mark.parametrize("command", ["import", "report", "plot", "resimulate", "export"])
 def test_a_file_that_cannot_be_written_to_its_end_is_not_there_at_all(drawn, command):
     # No file over 100 bytes: as on a full disk, but for the words.
     limit = (100, 100)

@@ -20,7 +20,7 @@ UNKNOWN = ("common_factor", "_p_n_m", "_i_n_m", "_d_n_m", "_requested_n_m", "_sa
 
 
 class Loops:
-    """omnistep's own loops, as somebody else's controller."""
+    """omnistep's own loops, as a foreign controller."""
 
     signals = ("asked_m_s", "largest_n_m")
 
@@ -87,7 +87,7 @@ def same_run(own, built_in):
 
 
 @pytest.mark.parametrize("policy", ["independent", "synchronised"])
-def test_omnistep_s_loops_as_somebody_s_own_are_the_built_in_run_in_every_bit(policy):
+def test_the_built_in_loops_as_an_own_policy_are_bit_identical(policy):
     # Up to the step and on to it, where every law is at its limits.
     overrides = {"duration_s": 1.5}
     own = omnistep.run("step", policy=Loops(policy), overrides=overrides)
@@ -95,7 +95,7 @@ def test_omnistep_s_loops_as_somebody_s_own_are_the_built_in_run_in_every_bit(po
     same_run(own, built_in)
     assert own.policy == "Loops" and built_in.policy == policy
     assert own.outcome.work_j == built_in.outcome.work_j
-    assert np.isnan(own["common_factor"]).all()  # what it does inside nobody knows
+    assert np.isnan(own["common_factor"]).all()  # what it does inside is unknown
 
 
 def test_a_loop_a_wheel_in_ten_lines_of_numpy_is_independent_to_1e_9():
@@ -136,16 +136,16 @@ def test_a_silent_encoder_and_a_lost_command_reach_the_policy():
         {"kind": "encoder_silent", "wheel": "2", "from_s": 0.1},
         {"kind": "command_lost", "from_s": 0.2},
     ]
-    heard = []
+    received = []
 
     def watch(observation):
-        heard.append((np.isnan(observation.wheels_rad_s).tolist(), observation.new_command))
+        received.append((np.isnan(observation.wheels_rad_s).tolist(), observation.new_command))
         return [0.0] * 7
 
     omnistep.run("flat", policy=watch, overrides={**SHORT, "fault": faults})
-    assert heard[50] == ([False] * 7, True)
-    assert heard[150] == ([False, True] + [False] * 5, True)
-    assert not heard[250][1]
+    assert received[50] == ([False] * 7, True)
+    assert received[150] == ([False, True] + [False] * 5, True)
+    assert not received[250][1]
 
 
 def test_the_observation_is_one_object_that_cannot_be_written_or_pickled():
@@ -385,7 +385,7 @@ def test_rows_of_two_laws_never_mix(tmp_path):
         swept(policy, f"{i}").rows()[0]["key"] for i, policy in enumerate([Pi(), Pi(kp=0.31), coast, "independent"])
     }
     assert len(keys) == 4
-    # A version says it all: whoever gives one says when the law is another.
+    # A version is enough: it changes with the law.
     versioned = [
         swept(Versioned(version, kp=kp), f"{version}{kp}").rows()[0]["key"]
         for version, kp in [("1", 0.3), ("1", 0.2), ("2", 0.3)]
@@ -476,7 +476,7 @@ def test_a_pickled_simulation_goes_on_bit_for_bit(policy):
     assert copy.policy == simulation.policy and copy.outcome.energy_residual == simulation.outcome.energy_residual
 
 
-def test_nothing_is_kept_where_nobody_asks():
+def test_nothing_is_kept_unasked():
     simulation = omnistep.Simulation("flat", policy=coast, record=False)
     simulation.step((0.1, 0.0, 0.0))
     for ask in (lambda: simulation.trace, lambda: simulation.outcome, simulation.finish):
@@ -496,7 +496,7 @@ def test_a_policy_that_raises_in_a_simulation_raises_there_and_the_simulation_ca
     assert len(simulation.trace) == 71 and simulation.time_s == pytest.approx(0.072, abs=1e-12)
 
 
-def test_a_policy_that_asks_for_its_own_simulation_is_told_so_and_nothing_hangs():
+def test_a_policy_that_asks_for_its_own_simulation_gets_an_error_and_nothing_hangs():
     def curious(observation):
         return [simulation.time_s] * 7
 

@@ -1,4 +1,4 @@
-"""Pictures: what is drawn looks as it did when somebody looked at it.
+"""Pictures: what is drawn looks as it did when it was last reviewed.
 
 python -m pytest python/tests/test_plot_images.py --mpl-generate-path=python/tests/baseline draws them anew: look at
 each before it is committed.
@@ -45,12 +45,12 @@ def rows(*, climbed_at_2_n_m=3):
 
 @pytest.mark.mpl_image_compare(filename="figure-8.png", **COMPARED)
 def test_figure_8_looks_as_it_did(wheel_runs):
-    return omnistep.plot.wheels(wheel_runs)[0].figure
+    return omnistep.plot.motor_bench(wheel_runs)[0].figure
 
 
 @pytest.mark.mpl_image_compare(filename="figure-9.png", **COMPARED)
 def test_figure_9_looks_as_it_did(climb, general_climb):
-    return omnistep.plot.strips([climb, general_climb])[0].figure
+    return omnistep.plot.side_views([climb, general_climb])[0].figure
 
 
 @pytest.mark.mpl_image_compare(filename="figure-10.png", **COMPARED)
@@ -99,12 +99,12 @@ def difference(name, draw, folder):
 
 def test_a_run_that_is_another_by_a_little_is_noticed(climb, general_climb, wheel_runs, tmp_path):
     gains = {"gains.kp_n_m_s_rad": 0.02 * 0.9}
-    softer = [omnistep.wheels("synchronised", overrides=gains), wheel_runs[1]]
+    softer = [omnistep.run_motor_bench("synchronised", overrides=gains), wheel_runs[1]]
     slower = omnistep.run("step", overrides={"command.vx_m_s": 0.3 * 0.98})
     both = [slower, general_climb]
     wrong = {
-        "figure-8.png": lambda: omnistep.plot.wheels(softer)[0].figure,
-        "figure-9.png": lambda: omnistep.plot.strips(both)[0].figure,
+        "figure-8.png": lambda: omnistep.plot.motor_bench(softer)[0].figure,
+        "figure-9.png": lambda: omnistep.plot.side_views(both)[0].figure,
         "figure-10.png": lambda: omnistep.plot.climb(slower)[0].figure,
         "figures-10-11.png": lambda: omnistep.plot.climbs(both)[0, 0].figure,
         "paper.png": lambda: whole(slower, general_climb, wheel_runs),
@@ -124,15 +124,15 @@ def test_a_curve_a_hundredth_of_its_axis_too_high_is_noticed(climb, general_clim
         return ax.get_figure(root=True)
 
     wrong = {
-        "figure-8.png": lambda: raised(omnistep.plot.wheels(wheel_runs)),
-        "figure-9.png": lambda: raised(omnistep.plot.strips([climb, general_climb])),
+        "figure-8.png": lambda: raised(omnistep.plot.motor_bench(wheel_runs)),
+        "figure-9.png": lambda: raised(omnistep.plot.side_views([climb, general_climb])),
         "figure-10.png": lambda: raised(omnistep.plot.climb(climb)),
         "figures-10-11.png": lambda: raised(omnistep.plot.climbs([climb, general_climb])),
     }
     rms = {name: difference(name, draw, tmp_path) for name, draw in wrong.items()}
     assert None not in rms.values(), rms
     right = {
-        "figure-8.png": lambda: omnistep.plot.wheels(wheel_runs)[0].figure,
+        "figure-8.png": lambda: omnistep.plot.motor_bench(wheel_runs)[0].figure,
         "figure-10.png": lambda: omnistep.plot.climb(climb)[0].figure,
     }
     for name, draw in right.items():  # compared in the same way

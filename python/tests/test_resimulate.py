@@ -55,7 +55,7 @@ def test_torques_that_acted_are_not_made_late_a_second_time(tmp_path):
     assert by_commands.zeroed == () and by_commands.differences["wheels"].rms == 0.0, by_commands
 
 
-def test_torques_that_were_only_told_still_meet_the_lag(curve, recorded, tmp_path):
+def test_torques_that_were_only_commanded_still_meet_the_lag(curve, recorded, tmp_path):
     recorded.write_csv(tmp_path / "robot.csv", recorded.columns(curve))
     for table, lag_s in (("torques", 0.0), ("commanded_torques", 0.05)):
         (tmp_path / "my.toml").write_text(recorded.MAP.replace("[torques]", f"[{table}]"))
@@ -67,11 +67,11 @@ def test_torques_that_were_only_told_still_meet_the_lag(curve, recorded, tmp_pat
         assert bool(again.zeroed) == (lag_s == 0.0)
 
 
-def test_a_gap_in_torques_that_acted_stays_a_gap_beside_torques_that_were_told(log, curve, recorded, tmp_path):
+def test_a_gap_in_torques_that_acted_stays_a_gap_beside_commanded_torques(log, curve, recorded, tmp_path):
     recorded.write_csv(tmp_path / "robot.csv", recorded.columns(curve))
-    told = recorded.MAP.split("[torques]")[1].split("[pose]")[0]
-    # What was told is nonsense, three times as much: it is not what acts in the gap.
-    (tmp_path / "my.toml").write_text(f"{recorded.MAP}\n[commanded_torques]{told}scale = 3.0\nmax_gap_s = inf\n")
+    torques = recorded.MAP.split("[torques]")[1].split("[pose]")[0]
+    # What was commanded is nonsense, three times as much: it is not what acts in the gap.
+    (tmp_path / "my.toml").write_text(f"{recorded.MAP}\n[commanded_torques]{torques}scale = 3.0\nmax_gap_s = inf\n")
     omnistep.import_log(tmp_path / "robot.csv", map=tmp_path / "my.toml", out=tmp_path / "both.mcap")
     both = omnistep.read_mcap(tmp_path / "both.mcap")
     gap = np.isnan(both.trace.wheels("torque_n_m")).any(axis=1)

@@ -71,7 +71,7 @@ def test_compare_runs_the_policies_named_in_order():
     traces = omnistep.compare("flat", policies=["paper", "independent"], overrides={"duration_s": 0.1})
     assert list(traces) == ["paper", "independent"]
     assert traces["paper"].policy == "paper"
-    assert list(omnistep.compare("flat", overrides={"duration_s": 0.01})) == omnistep.policies()
+    assert list(omnistep.compare("flat", overrides={"duration_s": 0.01})) == omnistep.list_policies()
 
 
 def test_a_user_s_own_loop_with_the_scenario_s_command_is_the_run_bit_for_bit(climb):
@@ -152,7 +152,7 @@ def turns_of_another_thread_during(call):
 
     thread = threading.Thread(target=count)
     interval = sys.getswitchinterval()
-    # Nobody is asked for the lock in the next minute: the thread runs where this one lets it go, or not at all.
+    # The lock is not requested in the next minute: the thread runs where this one lets it go, or not at all.
     sys.setswitchinterval(60.0)
     try:
         thread.start()

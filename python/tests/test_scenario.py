@@ -10,7 +10,7 @@ import pytest
 import omnistep
 
 
-@pytest.mark.parametrize("name", omnistep.scenarios())
+@pytest.mark.parametrize("name", omnistep.list_scenarios())
 def test_a_scenario_survives_toml_dictionaries_and_pickle(name):
     scenario = omnistep.Scenario(name)
     assert omnistep.Scenario.from_toml(scenario.to_toml()) == scenario
@@ -33,7 +33,7 @@ def test_a_path_of_an_override_is_relative_to_the_working_directory(tmp_path, mo
     assert omnistep.run(file, overrides={"vehicle": "bot.toml"}).vehicle == "mecanum4"
 
 
-@pytest.mark.parametrize("name", omnistep.vehicles())
+@pytest.mark.parametrize("name", omnistep.list_vehicles())
 def test_a_vehicle_survives_toml_dictionaries_and_pickle(name):
     vehicle = omnistep.Vehicle(name)
     assert omnistep.Vehicle.from_toml(vehicle.to_toml()) == vehicle
@@ -102,7 +102,7 @@ def test_gains_that_a_file_leaves_out_are_derived_again_for_a_heavier_vehicle():
 def test_what_follows_from_a_vehicles_numbers():
     vehicle = omnistep.Vehicle("chugo7")
     assert vehicle.mass_kg == 20.0
-    # Moment balance: the wheels carry the weight, whoever carries how much of it. The sum is exact but for rounding.
+    # Moment balance: the wheels carry the weight, however it is distributed. The sum is exact but for rounding.
     loads = vehicle.static_loads_n()
     assert loads is not None
     assert loads.sum() == pytest.approx(20.0 * 9.81, rel=1e-12)

@@ -103,13 +103,13 @@ def test_without_retry_the_bound_is_the_engine_s():
         assert verdicts(study.gates.grid(rows, "rapier", "ball"))[name] is held
 
 
-def test_what_is_missing_or_failed_does_not_hold_and_rollers_are_told():
+def test_what_is_missing_or_failed_does_not_hold_and_rollers_are_reported():
     rows = grid(**GOOD)
     assert not any(verdicts(study.gates.grid(rows.iloc[:-1], "articulated", "ball")).values())
     rows.loc[rows.index[0], "error"] = "diverged"
     assert not any(verdicts(study.gates.grid(rows, "articulated", "ball")).values())
-    told = study.gates.grid(grid(**GOOD).assign(wheels="rollers"), "articulated", "rollers")
-    assert {gate.verdict for gate in told} == {"reported"}
+    reported = study.gates.grid(grid(**GOOD).assign(wheels="rollers"), "articulated", "rollers")
+    assert {gate.verdict for gate in reported} == {"reported"}
 
 
 def perturbed(case, count):
@@ -131,7 +131,7 @@ def ground(name, **of_steady):
     return pd.DataFrame(rows)
 
 
-def test_other_grounds_may_take_a_tenth_more_and_the_spread_of_half_a_step_is_told():
+def test_other_grounds_may_take_a_tenth_more_and_the_spread_of_half_a_step_is_reported():
     def held(rows, name="ramp"):
         return [gate.held for gate in study.gates.grounds(rows, [name], "articulated", 8)]
 
@@ -201,7 +201,7 @@ def test_a_page_is_filled_between_its_markers_and_nowhere_else():
             study.page.filled(page, texts)
 
 
-def test_wheel_4_is_met_by_its_edge_at_the_speed_that_was_told_and_never_on_the_flat():
+def test_wheel_4_is_met_by_its_edge_at_the_commanded_speed_and_never_on_the_flat():
     keys = {"physics.engine": "articulated", "control.policy": "independent", "stop_when_done": True}
     found = study.measure.measure("step", keys, 1)
     assert found["climbed"] and found["error"] is None and found["retries"] == 0.0

@@ -1,4 +1,4 @@
-"""Sweeps: the same rows whoever computes them, nothing lost with a worker, exactly what is missing afterwards."""
+"""Sweeps: the same rows wherever they are computed, nothing lost with a worker, exactly what is missing afterwards."""
 
 import contextlib
 import io

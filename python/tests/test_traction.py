@@ -95,13 +95,13 @@ def test_what_it_does_without_is_warned_of_once_wherever_it_runs(tmp_path):
         sweep = {"scenario": "flat", "overrides": LACKS, "seeds": 3, "out": tmp_path, "progress": False}
         assert caught(lambda sweep=sweep: omnistep.sweep(points, **sweep)) == [f"3 of 6 runs: {said}"], each
     study = {"overrides": LACKS, "seeds": 1, "out": tmp_path / "study", "progress": False}
-    assert caught(lambda: omnistep.study("ensemble", **study)) == [f"1 of 5 runs: {said}"]
+    assert caught(lambda: omnistep.run_study("ensemble", **study)) == [f"1 of 5 runs: {said}"]
     slow = {**LACKS, "sensors.no_hinge_encoders": False, "vehicle.motor.slope_n_m_s_rad": 0.1}
     (motors,) = caught(lambda: omnistep.run("flat", policy="reach", overrides=slow))
     assert motors.startswith("reach with motors of 20.0 rad/s without load: ")
 
 
-def test_nobody_is_warned_of_it_under_another_controller():
+def test_there_is_no_warning_of_it_under_another_controller():
     assert caught(lambda: omnistep.run("flat", policy="paper", overrides=LACKS)) == []
     own = {"policy": lambda observation: 0.0 * observation.wheels_rad_s, "overrides": LACKS}
     assert caught(lambda: omnistep.run("step", **own)) == []  # whose own policy is steady

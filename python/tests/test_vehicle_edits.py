@@ -41,7 +41,7 @@ wheel_mass_kg = 0.35
 def drawn(tmp_path, monkeypatch):
     """The file that `omnistep new vehicle` writes, with its comments."""
     monkeypatch.chdir(tmp_path)
-    assert cli(["omnistep", "new", "vehicle", "drawn", "--like", "mecanum4"]) == 0
+    assert cli(["omnistep", "new", "vehicle", "drawn", "--template", "mecanum4"]) == 0
     return tmp_path / "drawn.toml"
 
 

@@ -17,8 +17,8 @@ import study.safety
 
 VEHICLES = ("chugo7", "omni3", "mecanum4", "rocker_bogie6")
 ASKED_M_S = 0.3
-#: When a vehicle is told to stop, and how long it has for that: the time-out of 0.5 s, the deceleration from 0.3 m/s
-#: (0.3 s) and the 0.5 s in which torques end, rounded up.
+#: When a vehicle is commanded to stop, and how long it has for that: the time-out of 0.5 s, the deceleration from
+#: 0.3 m/s (0.3 s) and the 0.5 s in which torques end, rounded up.
 STOP_S, ENDED_S, DURATION_S = 2.0, 4.0, 5.0
 
 Keys = dict[str, Any]
@@ -106,7 +106,7 @@ def sensors(setting: Setting) -> list[Campaign]:
 
 
 def drawn(chance: random.Random, wheels: dict[str, list[str]]) -> Keys:
-    """A run that is told to stop, with parts that fail before."""
+    """A run that is commanded to stop, with parts that fail before."""
     vehicle = chance.choice(VEHICLES)
     policy = chance.choice(("independent", "paper", "synchronised", "synchronised", "load_sharing", "steady", "reach"))
     keys: Keys = {

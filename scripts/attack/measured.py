@@ -208,7 +208,7 @@ def by_hand(folder: Path) -> list[Path]:
 
 def commands(log: str, kind: str) -> list[list[str]]:
     """What is done with a log that is of a kind."""
-    measured = [["identify", log, "--vehicle", "omni3"], ["identify", "--lifted", log, "--vehicle", "omni3"]]
+    measured = [["identify", log, "--vehicle", "omni3"], ["identify", "--wheels-off-ground", log, "--vehicle", "omni3"]]
     drawn = {
         "table": [["import", log, "--map", "table.toml", "-o", "OUT"], *measured],
         "recording": [measured[0], ["resimulate", log, "-o", "OUT.svg"]],

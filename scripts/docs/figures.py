@@ -24,12 +24,12 @@ def main(results: Path) -> None:
     FOLDER.mkdir(parents=True, exist_ok=True)
     synchronised = omnistep.run("step", policy="synchronised")
     independent = omnistep.run("step", policy="independent")
-    wheels = [omnistep.wheels(policy) for policy in ("synchronised", "paper")]
+    wheels = [omnistep.run_motor_bench(policy) for policy in ("synchronised", "paper")]
     pictures = {
-        "climb": omnistep.plot.strip(omnistep.run("step")),
-        "climb-log": omnistep.plot.strip(synchronised),
-        "figure-8": omnistep.plot.wheels(wheels)[0],
-        "figure-9": omnistep.plot.strips([synchronised, independent])[0],
+        "climb": omnistep.plot.side_view(omnistep.run("step")),
+        "climb-log": omnistep.plot.side_view(synchronised),
+        "figure-8": omnistep.plot.motor_bench(wheels)[0],
+        "figure-9": omnistep.plot.side_views([synchronised, independent])[0],
         "figure-10": omnistep.plot.climb(synchronised)[0],
         "figure-11": omnistep.plot.climb(independent)[0],
         "climb-map": omnistep.plot.climb_map(results)[0],

@@ -33,10 +33,11 @@ LINK = re.compile(r"(?<!!)\[([^\]]+)\]\((\.\./[^)\s#]+)(?:#[^)\s]*)?\)")
 PAGES = {
     "runs": (
         "Runs, traces, logs",
-        "run compare bound wheels read_mcap Trace Outcome Log Bound WheelsTrace Simulation Sample Policy PolicyInfo"
-        " Observation import_log ImportSummary ImportedSignal resimulate Resimulation Difference",
+        "run compare climb_limits run_motor_bench read_mcap Trace Outcome Log ClimbLimits MotorBenchTrace"
+        " Simulation Sample Policy PolicyInfo Observation import_log ImportSummary ImportedSignal resimulate"
+        " Resimulation Difference",
     ),
-    "files": ("Vehicles and scenarios", "Vehicle Scenario vehicles scenarios policies"),
+    "files": ("Vehicles and scenarios", "Vehicle Scenario list_vehicles list_scenarios list_policies"),
     "control": (
         "Kinematics and control",
         "Layout Wheel Kinematics Desaturated Odometry Estimator moved_by discretize at_point from_point to_world"
@@ -44,11 +45,11 @@ PAGES = {
         " Follow Pid PidSample EncoderCounter VelocityEstimator DcMotor MotorDuty torque_duty Controller ControlSample"
         " disturbed_ratio slip_ratio shape_error speed_ratio_spread torque_range torque_factor reference_factor",
     ),
-    "many": ("Many runs", "study sweep StudyResult tune TuneResult"),
+    "many": ("Many runs", "run_study sweep StudyResult tune TuneResult"),
     "measured": ("Identification, calibration", "identify Identification calibrate Calibration CalibrationRun"),
     "learning": ("Environments for learning", "gym"),
     "mujoco": ("MuJoCo", "mujoco"),
-    "pictures": ("Figures, films, reports", "plot film report meshes"),
+    "pictures": ("Figures, videos, reports", "plot video report meshes"),
 }
 # Modules whose names the package exports itself.
 RUNS = ("runs", "ensembles", "own_policy", "tuning")

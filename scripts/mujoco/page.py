@@ -33,7 +33,7 @@ ELLIPSOID, CAPSULE, MESH = (mujoco.mjtGeom.mjGEOM_ELLIPSOID, mujoco.mjtGeom.mjGE
 
 
 def picture(vehicle: str, distance_m: float) -> None:
-    """The vehicle as MuJoCo has it, half of its rollers in another colour so that they are told apart."""
+    """The vehicle as MuJoCo has it, half of its rollers in another colour so that they can be distinguished."""
     model = omnistep.mujoco.load(omnistep.Scenario("flat", vehicle=vehicle))
     for shape in range(model.ngeom):
         name = model.body(model.geom_bodyid[shape]).name
@@ -231,7 +231,7 @@ def mistakes(starts: int) -> None:
 
 def barrel(turn: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
     """The same height over the barrel of the vehicle file: a crown that is part of the rim, and rounded edges [m]."""
-    said = subprocess.run([sys.executable, "-m", "omnistep", "ripple", "--json"], capture_output=True, check=True)
+    said = subprocess.run([sys.executable, "-m", "omnistep", "wheel-ripple", "--json"], capture_output=True, check=True)
     half, rim, radius = 0.5 * json.loads(said.stdout.splitlines()[0])["roller_length_m"], 0.066, 0.006
     edge = 0.05 * radius
     sine = np.abs(np.sin(turn))

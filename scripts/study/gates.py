@@ -25,7 +25,7 @@ MORE = 1.10
 NO_SPREAD = 5e-4
 GROUND_FIGURES = ["crossing_s", "heat_n2m2s", "linkage_spread"]
 #: Reported without a requirement: levelling works against inclined ground, and plain loops hardly slip there.
-TOLD = {("half_step", "linkage_spread")}
+REPORTED = {("half_step", "linkage_spread")}
 REACH_CELLS, REACH_RAPIER = 32, 14
 APART_RPM, FALL_RPM = 6.0, 1.0
 #: Of the situations an audit counted.
@@ -155,10 +155,10 @@ def grounds(rows: pd.DataFrame, names: Iterable[str], engine: str, runs: int) ->
             if len(plain) and plain[figure].isna().all():
                 continue  # no crossing on the flat
             ours, theirs = pairs[f"{figure}_x"].mean(), pairs[f"{figure}_y"].mean()
-            told = (name, figure) in TOLD or engine != "articulated"
+            reported = (name, figure) in REPORTED or engine != "articulated"
             text = f"{part(pairs, figure):.2f} ({ours:.4g} against {theirs:.4g})"
             most = max(MORE * theirs, NO_SPREAD if figure == "linkage_spread" else 0.0)
-            held = None if told else bool(whole and ours <= most)
+            held = None if reported else bool(whole and ours <= most)
             gates.append(
                 Gate(
                     f"grounds, {engine}",

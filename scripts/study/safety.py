@@ -47,7 +47,7 @@ def loadable(name: str) -> str:
 
 
 def drawn(seed: int) -> dict[str, Any]:
-    """The run of a seed: its ground as the scenario, keys, and what it is to be told by."""
+    """The run of a seed: its ground as the scenario, keys, and its labels."""
     dice = Random(seed)
     name, ground, policy = VEHICLES[seed % len(VEHICLES)], dice.choice(GROUNDS), dice.choice(POLICIES)
     vehicle = omnistep.Vehicle(loadable(name))
@@ -96,8 +96,15 @@ def drawn(seed: int) -> dict[str, Any]:
     if ground in ("step", "stairs"):
         radius_m = min(wheel["radius_m"] for wheel in vehicle.to_dict()["wheel"])
         keys["terrain.height_m"] = radius_m * dice.uniform(0.1, 1.2 if ground == "step" else 0.8)
-    told = {"vehicle": name, "case": ground, "traction": policy, "broken": broken, "driven": driven, "wheels": "ball"}
-    return {"group": "safety", "scenario": ground, "seed": seed, "engine": keys["physics.engine"], **told, "keys": keys}
+    labels = {"vehicle": name, "case": ground, "traction": policy, "broken": broken, "driven": driven, "wheels": "ball"}
+    return {
+        "group": "safety",
+        "scenario": ground,
+        "seed": seed,
+        "engine": keys["physics.engine"],
+        **labels,
+        "keys": keys,
+    }
 
 
 def planned(seeds: range) -> list[dict]:
@@ -137,8 +144,10 @@ def judged(trace: omnistep.Trace, keys: dict[str, Any], traction: str) -> dict[s
     ]
     rim = np.abs(trace.wheels("rim_m_s") / gears).max() / no_load if no_load else np.nan
     after = torque[round((STOPS_S + ENDS_S) / period_s) :]
-    told = [name for name in trace.names if name.startswith(("twist_", "pose_", "traction_"))]
-    finite = all(np.isfinite(trace[name]).all() for name in told) and np.isfinite(trace.wheels("requested_n_m")).all()
+    signals = [name for name in trace.names if name.startswith(("twist_", "pose_", "traction_"))]
+    finite = (
+        all(np.isfinite(trace[name]).all() for name in signals) and np.isfinite(trace.wheels("requested_n_m")).all()
+    )
     parts = [
         np.max(speeds, initial=0.0),
         back_m / (BACK_M + (BACK_OFF_M[traction] if tried.any() else 0.0)),

@@ -96,16 +96,16 @@ def cells(rows: pd.DataFrame, column: str, places: Sequence[tuple[str, str]], po
                 each = of(rows, group="grid", engine=engine, wheels=wheels, policy=policy)
                 each = of(each, friction=cell[1], torque_n_m=cell[2])
                 line.append(f"{climbed(each)}" if column == "climbed" else mean(each, column, 2))
-        lines.append([*line, bound(cell)])
+        lines.append([*line, climb_limits(cell)])
     names = [f"{engine}{' rollers' if wheels == 'rollers' else ''}: {p}" for engine, wheels in places for p in policies]
     return table(["mu", "torque limit", *names, "run-up, by statics [m/s]"], lines, left=2)
 
 
-def bound(cell: tuple[float, float, float]) -> str:
+def climb_limits(cell: tuple[float, float, float]) -> str:
     """The run-up that the row which needs most needs: at least, and from where on its energy suffices [m/s]."""
     height, mu, torque = cell
     keys = {"terrain.height_m": height, "terrain.friction": mu, "vehicle.motor.stall_torque_n_m": torque}
-    found = omnistep.bound("step", overrides=keys)
+    found = omnistep.climb_limits("step", overrides=keys)
     least, enough = found.run_up_m_s.max(), found.path_run_up_m_s.max()
     return "none" if enough == 0.0 else f"{least:.2f} to {enough:.2f}"
 
@@ -379,7 +379,7 @@ def hard(rows: pd.DataFrame) -> str:
             line.append(str(climbed(of(each, **dict(zip(CELL, cell, strict=True))))))
         slow = of(rows, group="hard", policy="reach", engine="rapier", **dict(zip(CELL, cell, strict=True)))
         line += [f"{climbed(slow)} of {len(slow)}" if len(slow) else "", "no" if cell in IMPOSSIBLE else "yes"]
-        lines.append([*line, bound(cell)])
+        lines.append([*line, climb_limits(cell)])
     head = ["height [cm]", "mu", "torque limit", *HARD, "`reach`, rapier", "seen possible", "run-up, by statics [m/s]"]
     return table(head, lines, left=3)
 

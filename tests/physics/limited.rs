@@ -14,7 +14,7 @@ fn at_the_step(keys: &[&str]) -> Outcome {
     *run(&load("step", &keys).expect("valid")).expect("runs").outcome()
 }
 
-/// Its climb takes 1.3 N.m (`omnistep bound step`).
+/// Its climb takes 1.3 N.m (`omnistep climb-limits step`).
 fn motors_of_half_the_torque_that_a_step_takes_are_limited_by_torque() {
     for policy in ["independent", "paper", "steady"] {
         let policy = format!("control.policy={policy}");

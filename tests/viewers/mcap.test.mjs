@@ -77,7 +77,7 @@ test("the layout for Foxglove and Lichtblick shows panels, topics and fields tha
   stream.append(file);
   let reader, id, state;
   for (let record; state === undefined && (record = stream.nextRecord()) !== undefined; ) {
-    if (record.type === "Schema" && record.name === "omni_msgs/msg/VehicleState") reader = new MessageReader(parse(new TextDecoder().decode(record.data), { ros2: true }));
+    if (record.type === "Schema" && record.name === "omnistep_msgs/msg/VehicleState") reader = new MessageReader(parse(new TextDecoder().decode(record.data), { ros2: true }));
     if (record.type === "Channel" && record.topic === "/vehicle_state") id = record.id;
     if (record.type === "Message" && record.channelId === id) state = reader.readMessage(record.data);
   }

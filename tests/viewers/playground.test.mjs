@@ -78,16 +78,16 @@ async function colours(tab) {
 const legend = (tab) => tab.locator(".osp-legend span").allTextContents();
 // What the worker and the page tell each other: the page's messages can be changed, and the worker's are kept.
 const spied = () => {
-  window.heard = [];
+  window.received = [];
   window.Worker = class extends Worker {
-    constructor(...told) {
-      super(...told);
+    constructor(...sent) {
+      super(...sent);
       this.addEventListener("message", ({ data }) => {
-        window.heard.push(data.type);
-        if (data.type === "state" && window.slowly) data.slow = window.heard.length % 2 === 0;
+        window.received.push(data.type);
+        if (data.type === "state" && window.slowly) data.slow = window.received.length % 2 === 0;
       });
     }
-    postMessage(told) { super.postMessage(window.changed?.(told) ?? told); }
+    postMessage(sent) { super.postMessage(window.changed?.(sent) ?? sent); }
   };
 };
 // A gamepad whose sticks a test moves.
@@ -127,7 +127,7 @@ test("keys drive the vehicle, and the run can be taken along as log and commands
   await tab.getByRole("button", { name: "Download the log (MCAP)" }).click();
   await tab.locator("#writing", { hasText: "has" }).waitFor({ timeout: 120_000 });
   // A screen reader hears of its start and its end, and of nothing between them.
-  assert.deepEqual((await watched(tab, "writing")).map((told) => told.replace(/[\d.]+ MB/, "? MB")), ["Simulating the run again for its log.", "flat-paper-articulated.mcap has ? MB."]);
+  assert.deepEqual((await watched(tab, "writing")).map((sent) => sent.replace(/[\d.]+ MB/, "? MB")), ["Simulating the run again for its log.", "flat-paper-articulated.mcap has ? MB."]);
   assert.ok(await tab.locator("#part").isHidden());
   while (Object.keys(files).length < 2) await tab.waitForTimeout(20);
   assert.deepEqual(Object.keys(files).sort(), ["drive.csv", "flat-paper-articulated.mcap"]);
@@ -167,13 +167,13 @@ test("two policies run side by side to the end of the scenario, in light and in 
   const work = numbers(await tab.locator("#outcome tr", { hasText: "work [J]" }).textContent());
   assert.ok(work.length === 2 && work[0] !== work[1], `two runs, two figures: ${work}`);
   assert.equal(await tab.locator("#wheels tbody tr").count(), 7);
-  // Every bar of it is a number to a screen reader, and slip is one to everybody.
+  // Every bar of it is a number to a screen reader, and slip is one in every view.
   const meters = await tab.locator("#wheels [role=meter]").evaluateAll((all) => all.map((each) => ["aria-label", "aria-valuenow", "aria-valuemin", "aria-valuemax"].map((name) => each.getAttribute(name))));
   assert.equal(meters.length, 7 * 3 * 2);
   assert.equal(new Set(meters.map(([label]) => label)).size, meters.length);
   assert.equal(meters[0][0], "Torque of wheel 1, steady");
   for (const [label, now, low, high] of meters) assert.ok(Number(now) >= Number(low) && Number(now) <= Number(high), `${label}: ${now}`);
-  assert.ok(meters.some(([label, now]) => /^Load/.test(label) && Number(now) > 0.1), "loads are told");
+  assert.ok(meters.some(([label, now]) => /^Load/.test(label) && Number(now) > 0.1), "loads are shown");
   const slips = await tab.locator("#wheels .numbered span").allTextContents();
   assert.ok(slips.length === 14 && slips.every((slip) => /^-?\d\.\d\d$/.test(slip)), String(slips));
   assert.deepEqual([complaints, elsewhere], [[], []]);
@@ -312,7 +312,7 @@ test("a log that is refused leaves the run as it is, and another run ends the lo
   await until(tab, "time", ([time]) => time > 0.2, "a fifth of a second");
   await tab.locator("#run", { hasText: "Pause" }).click();
   await tab.locator("#outcome").waitFor();
-  await tab.evaluate(() => { window.changed = (told) => (told.type === "log" ? { ...told, which: 9 } : told); });
+  await tab.evaluate(() => { window.changed = (sent) => (sent.type === "log" ? { ...sent, which: 9 } : sent); });
   const download = tab.getByRole("button", { name: "Download the log (MCAP)" });
   await download.click();
   await tab.locator("#writing", { hasText: "There is no log: there is no run to log" }).waitFor();
@@ -324,12 +324,12 @@ test("a log that is refused leaves the run as it is, and another run ends the lo
   await tab.goto(`${page}#scenario=figure_eight&policy=paper&engine=rapier`);
   await tab.locator("#commands pre", { hasText: "figure_eight" }).waitFor();
   await download.click();
-  await tab.waitForFunction(() => window.heard.includes("writing"));
+  await tab.waitForFunction(() => window.received.includes("writing"));
   await tab.goto(`${page}#scenario=flat&policy=paper`);
   await tab.locator("#commands pre", { hasText: "flat" }).waitFor();
-  await tab.evaluate(() => { window.heard = []; });
+  await tab.evaluate(() => { window.received = []; });
   await tab.waitForTimeout(500);
-  assert.deepEqual(await tab.evaluate(() => window.heard.filter((type) => ["writing", "log"].includes(type))), []);
+  assert.deepEqual(await tab.evaluate(() => window.received.filter((type) => ["writing", "log"].includes(type))), []);
   assert.equal(await tab.locator("#writing").textContent(), "");
   // That of a new run is whole.
   await tab.locator("#run").click();
@@ -344,7 +344,7 @@ test("a log that is refused leaves the run as it is, and another run ends the lo
   await context.close();
 });
 
-test("a machine that is too slow is told once", async () => {
+test("a machine that is too slow is announced once", async () => {
   const { context, tab } = await opened("#scenario=flat&policy=paper", {}, spied);
   await tab.evaluate(() => { window.slowly = true; });
   await watch(tab, "status");

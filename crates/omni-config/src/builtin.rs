@@ -33,7 +33,10 @@ pub(crate) const SCENARIOS: Builtin = &[
         include_str!("../assets/scenarios/figure_eight.toml"),
     ),
 ];
-pub(crate) const EXPERIMENTS: Builtin = &[("wheels", include_str!("../assets/scenarios/wheels.toml"))];
+pub(crate) const EXPERIMENTS: Builtin = &[(
+    "motor_bench",
+    include_str!("../assets/scenarios/motor_bench.toml"),
+)];
 
 pub(crate) const STUDIES: Builtin = &[
     ("climb_map", include_str!("../assets/studies/climb_map.toml")),
@@ -53,7 +56,7 @@ impl FileKind {
         match self {
             Self::Vehicle => ("vehicle", VEHICLES),
             Self::Scenario => ("scenario", SCENARIOS),
-            Self::Experiment => ("wheels experiment", EXPERIMENTS),
+            Self::Experiment => ("motor bench experiment", EXPERIMENTS),
             Self::Study => ("study", STUDIES),
         }
     }

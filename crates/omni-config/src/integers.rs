@@ -111,7 +111,7 @@ impl<T> Visitor<'_> for Reader<T> {
 
 #[cfg(test)]
 mod tests {
-    use crate::{Override, Scenario, Source, Study, WheelsExperiment};
+    use crate::{MotorBench, Override, Scenario, Source, Study};
 
     fn said(scenario: &str, keys: &[&str]) -> String {
         let keys: Vec<_> = keys
@@ -180,7 +180,7 @@ mod tests {
             "built-in chugo7: rollers.rows: -1, allowed: 1 to 2"
         );
         let period = [Override::new("period_us", -5)];
-        let error = WheelsExperiment::load("wheels", &period).expect_err("refused");
+        let error = MotorBench::load("motor_bench", &period).expect_err("refused");
         assert_eq!(
             error.to_string(),
             "built-in wheels: period_us: -5, allowed: 1 to 100000"

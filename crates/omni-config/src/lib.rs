@@ -27,6 +27,7 @@ mod kind_tables;
 mod load;
 mod log_rates;
 mod missing_keys;
+mod motor_bench;
 mod override_key;
 mod path;
 mod physics;
@@ -48,7 +49,6 @@ mod vehicle;
 mod vehicle_plausibility;
 mod vehicle_properties;
 mod wheel_spec;
-mod wheels_experiment;
 
 pub use ball_validity::{BALL_LEAN_RAD, BeyondBall};
 pub use builtin::{builtin_scenarios, builtin_studies, builtin_vehicles};
@@ -70,6 +70,7 @@ pub use height_map::HeightMap;
 pub use imperfections::{Actuators, HeadingHold, Sensors};
 pub use load::Source;
 pub use log_rates::LogRates;
+pub use motor_bench::{DamperLoad, MotorBench};
 pub use override_key::Override;
 pub use path::{PathChoice, PathFollow, PathPlan, PathPoint, PoseSource, WayKind};
 pub use physics::{Engine, Physics};
@@ -85,7 +86,6 @@ pub use terrain::{FrictionPatch, Obstacle, Terrain};
 pub use truncate::{shortened, shortened_line};
 pub use vehicle::{Body, Coupling, CouplingSpring, Gains, Hinge, Limits, Motor, Row, Vehicle};
 pub use wheel_spec::{WheelContact, WheelSpec};
-pub use wheels_experiment::{DamperLoad, WheelsExperiment};
 
 /// The version of the file format that this release reads.
 pub const SCHEMA_VERSION: u32 = 1;

@@ -162,7 +162,7 @@ pub(crate) const CONTACT_HZ: Range = range(1.0, 1e5);
 pub(crate) const CONTACT_DAMPING: Range = range(1e-3, 1e3);
 /// From free fall to far more than on any planet.
 pub(crate) const GRAVITY_M_S2: Range = range(0.0, 100.0);
-/// A reference of a wheels experiment.
+/// A reference of a motor bench experiment.
 pub(crate) const SPEED_RPM: Range = range(1e-3, 1e5);
 
 /// A number or numbers, every one of them within bounds.

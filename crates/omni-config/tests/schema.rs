@@ -1,6 +1,6 @@
 //! The JSON Schemas say what the loader does, and no more: every bound, every name, every key.
 
-use omni_config::{FileKind, Override, Scenario, Source, Vehicle, WheelsExperiment};
+use omni_config::{FileKind, MotorBench, Override, Scenario, Source, Vehicle};
 use serde_json::Value;
 
 /// A file of that kind in which every table there is stands.
@@ -53,7 +53,7 @@ from_s = 0.0
             format!("{text}{rest}")
         }
         FileKind::Experiment => FileKind::Experiment
-            .template("wheels")
+            .template("motor_bench")
             .expect("built in")
             .to_owned(),
         _ => unreachable!("not among KINDS: most values of a study are those of any key"),
@@ -66,7 +66,7 @@ fn load(kind: FileKind, overrides: &[Override]) -> Result<(), String> {
     match kind {
         FileKind::Vehicle => Vehicle::from_source(&source, overrides).map(|_| ()),
         FileKind::Scenario => Scenario::from_source(&source, overrides).map(|_| ()),
-        FileKind::Experiment => WheelsExperiment::from_source(&source, overrides).map(|_| ()),
+        FileKind::Experiment => MotorBench::from_source(&source, overrides).map(|_| ()),
         _ => unreachable!("not among KINDS"),
     }
     .map_err(|error| error.to_string())

@@ -2,8 +2,8 @@
 //!
 //! | topic | type | rate unless the scenario's `[log]` says otherwise |
 //! |---|---|---|
-//! | `/vehicle_state` | `omni_msgs/msg/VehicleState` | every control period |
-//! | `/controller_signals` | `omni_msgs/msg/ControllerSignals` | as `/vehicle_state`; only of a controller with signals of its own |
+//! | `/vehicle_state` | `omnistep_msgs/msg/VehicleState` | every control period |
+//! | `/controller_signals` | `omnistep_msgs/msg/ControllerSignals` | as `/vehicle_state`; only of a controller with signals of its own |
 //! | `/tf` | `tf2_msgs/msg/TFMessage` | 50 Hz |
 //! | `/joint_states` | `sensor_msgs/msg/JointState` | 50 Hz |
 //! | `/odom` | `nav_msgs/msg/Odometry` | 50 Hz: what the wheels say, with its covariance |

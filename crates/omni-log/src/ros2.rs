@@ -81,8 +81,8 @@ ros_messages! {
     Odometry => "nav_msgs/msg/Odometry", "Odometry.msg";
     StringMessage => "std_msgs/msg/String", "String.msg";
     MarkerArray => "visualization_msgs/msg/MarkerArray", "MarkerArray.msg";
-    VehicleState => "omni_msgs/msg/VehicleState", "VehicleState.msg";
-    ControllerSignals => "omni_msgs/msg/ControllerSignals", "ControllerSignals.msg";
+    VehicleState => "omnistep_msgs/msg/VehicleState", "VehicleState.msg";
+    ControllerSignals => "omnistep_msgs/msg/ControllerSignals", "ControllerSignals.msg";
     Clock => "rosgraph_msgs/msg/Clock", "Clock.msg";
     Imu => "sensor_msgs/msg/Imu", "Imu.msg";
 }
@@ -345,7 +345,7 @@ pub struct MarkerArray {
     pub markers: Vec<Marker>,
 }
 
-/// `omni_msgs/msg/WheelState`: one wheel and its controller, a `float64` for each signal of
+/// `omnistep_msgs/msg/WheelState`: one wheel and its controller, a `float64` for each signal of
 /// [`WheelSignal::logged`](omni_sim::WheelSignal::logged).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
@@ -367,7 +367,7 @@ impl WheelState {
     }
 }
 
-/// `omni_msgs/msg/VehicleState`: what the controller saw and did in one control period.
+/// `omnistep_msgs/msg/VehicleState`: what the controller saw and did in one control period.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct VehicleState {
@@ -387,7 +387,7 @@ pub struct VehicleState {
     pub wheels: Vec<WheelState>,
 }
 
-/// `omni_msgs/msg/ControllerSignals`: signals that only this run's controller has, in one control period.
+/// `omnistep_msgs/msg/ControllerSignals`: signals that only this run's controller has, in one control period.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct ControllerSignals {

@@ -193,7 +193,7 @@ fn checked_wheels<const N: usize>(wheels: &[omni_core::Wheel<f64>]) -> PyResult<
 ///
 /// Example:
 ///     >>> import omnistep
-///     >>> omnistep.vehicles()
+///     >>> omnistep.list_vehicles()
 ///     ['chugo7', 'omni3', 'mecanum4', 'rocker_bogie6']
 fn vehicles<const N: usize>(vehicle: &Vehicle) -> PyResult<Layout> {
     preset(vehicle.layout::<f64, N>(), |same| same)

@@ -21,8 +21,8 @@ use crate::vehicle::{Vehicle, VehicleArg};
 /// ``scenario["terrain.height_m"]`` and ``scenario["vehicle.wheel.0.radius_m"]`` are values of the file.
 ///
 /// Args:
-///     scenario: a built-in name (see :func:`scenarios`), the path of a .toml file or another :class:`Scenario`.
-///     policy: coordination policy instead of the scenario's (see :func:`policies`).
+///     scenario: a built-in name (see :func:`list_scenarios`), the path of a .toml file or another :class:`Scenario`.
+///     policy: coordination policy instead of the scenario's (see :func:`list_policies`).
 ///     vehicle: a vehicle instead of the scenario's: a name, a path or a :class:`Vehicle`.
 ///     overrides: keys to replace, as in :func:`omnistep.run`.
 ///     seed: seed of perturbation and noise, 0 to 2**63 - 1.
@@ -382,10 +382,10 @@ impl Scenario {
 ///
 /// Example:
 ///     >>> import omnistep
-///     >>> omnistep.policies()
+///     >>> omnistep.list_policies()
 ///     ['independent', 'paper', 'synchronised', 'load_sharing', 'reach', 'steady']
 #[pyfunction]
-pub(crate) fn policies() -> Vec<&'static str> {
+pub(crate) fn list_policies() -> Vec<&'static str> {
     omni_sim::config::POLICIES.to_vec()
 }
 
@@ -393,10 +393,10 @@ pub(crate) fn policies() -> Vec<&'static str> {
 ///
 /// Example:
 ///     >>> import omnistep
-///     >>> "step" in omnistep.scenarios()
+///     >>> "step" in omnistep.list_scenarios()
 ///     True
 #[pyfunction]
-pub(crate) fn scenarios() -> Vec<&'static str> {
+pub(crate) fn list_scenarios() -> Vec<&'static str> {
     config::builtin_scenarios()
 }
 
@@ -404,9 +404,9 @@ pub(crate) fn scenarios() -> Vec<&'static str> {
 ///
 /// Example:
 ///     >>> import omnistep
-///     >>> omnistep.vehicles()
+///     >>> omnistep.list_vehicles()
 ///     ['chugo7', 'omni3', 'mecanum4', 'rocker_bogie6']
 #[pyfunction]
-pub(crate) fn vehicles() -> Vec<&'static str> {
+pub(crate) fn list_vehicles() -> Vec<&'static str> {
     config::builtin_vehicles()
 }

@@ -33,7 +33,7 @@ pub use omni_config as config;
 pub use control_loop::ControlLoop;
 pub use error::Error;
 pub use history::{outcome_of, trace_of};
-pub use motors_on_dampers::{ByWheel, WHEEL_POLICIES, WheelsTrace, run_wheels};
+pub use motors_on_dampers::{ByWheel, MOTOR_BENCH_POLICIES, MotorBenchTrace, run_motor_bench};
 pub use odometry::OdometryEstimate;
 pub use outcome::{Better, BodyName, Figure, LimitedBy, Outcome, Verdict};
 pub use period::Period;

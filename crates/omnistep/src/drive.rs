@@ -45,8 +45,8 @@ pub(super) fn drive(args: DriveArgs, out: &mut dyn Write) -> Result<(), Error> {
     announce_vehicle(&scenario);
     let pilot = Pilot::new();
     let mut live = Live::new(args.port);
-    (live.until, live.stands, live.steer) = (Until::Stopped, true, true);
-    (live.speed, live.origins) = (args.speed, args.origins);
+    (live.until, live.stands, live.allow_control) = (Until::Stopped, true, true);
+    (live.real_time_factor, live.origins) = (args.real_time_factor, args.origins);
     live.pilot = Some(pilot.clone());
     live.own_page = true;
     let no_keys = args.no_keys;

@@ -1,4 +1,4 @@
-//! `omnistep inspect` and `omnistep replay`.
+//! `omnistep info` and `omnistep replay`.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -29,12 +29,7 @@ struct Inspected<'a> {
 }
 
 /// Reads logs from start to end, every checksum included, and prints what is in them. The exit code is that of the worst.
-pub(super) fn inspect(
-    paths: &[PathBuf],
-    json: bool,
-    explain: bool,
-    out: &mut dyn Write,
-) -> Result<u8, Error> {
+pub(super) fn info(paths: &[PathBuf], json: bool, explain: bool, out: &mut dyn Write) -> Result<u8, Error> {
     let mut files = Vec::new();
     let code = each(paths, |path| {
         let mut notes = None;

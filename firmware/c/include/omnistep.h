@@ -1,6 +1,6 @@
 /* omnistep: control of omni-directional vehicles, in single precision. C11 and C++11; neither heap nor C library needed.
  *
- * A controller is a constant that `omnistep constants` writes from a vehicle file; what changes is in a state. Units are
+ * A controller is a constant that `omnistep export` writes from a vehicle file; what changes is in a state. Units are
  * SI: m, m/s, rad/s, N.m, s. Fill in constants by that command only: their flags and tags have to be valid. Comments that name
  * `Types` mean those of the Rust library, which has them documented in full. Generated from the Rust sources by cbindgen; not to be edited. */
 

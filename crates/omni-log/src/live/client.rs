@@ -171,9 +171,9 @@ impl Viewer {
                 }
                 Ok(())
             }
-            // What steers, or shows what could be steered, is not there without --steer.
-            _ if !self.hub.steer => {
-                self.refuse("you can only watch this run: to steer it, start it with --steer")
+            // What steers, or shows what could be steered, is not there without --allow-control.
+            _ if !self.hub.allow_control => {
+                self.refuse("you can only watch this run: to steer it, start it with --allow-control")
             }
             ClientMessage::Advertise(message) => self.announce(message, announced),
             ClientMessage::Unadvertise(message) => {

@@ -55,7 +55,11 @@ impl OnRos {
         };
         let commands = commands.map_err(|reason| ros2.failed(reason))?;
         let node = Node::new(node, context, &namespace).map_err(|reason| ros2.failed(reason))?;
-        let roots = if ros2.map { Roots::Map } else { Roots::Odometry };
+        let roots = if ros2.publish_map_frame {
+            Roots::Map
+        } else {
+            Roots::Odometry
+        };
         Ok(Self {
             node,
             messages: Messages::at_rates(scenario, controller, rates, roots),

@@ -62,7 +62,7 @@ pub(super) enum Event {
 /// What the run, the port and every client share.
 pub(super) struct Hub {
     pub(super) requests: Arc<Requests>,
-    pub(super) steer: bool,
+    pub(super) allow_control: bool,
     pub(super) greeting: [Message; 2],
     pub(super) topics: usize,
     events: broadcast::Sender<Event>,
@@ -138,7 +138,7 @@ impl Server {
         port: u16,
         requests: Arc<Requests>,
         topics: &[Topic],
-        (steer, guard): (bool, Guard),
+        (allow_control, guard): (bool, Guard),
         warn: Box<dyn Fn(&str) + Send + Sync>,
     ) -> std::io::Result<Self> {
         let runtime = Builder::new_multi_thread()
@@ -150,8 +150,8 @@ impl Server {
         let port = listener.local_addr()?.port();
         let hub = Arc::new(Hub {
             requests,
-            steer,
-            greeting: greeting(steer, topics),
+            allow_control,
+            greeting: greeting(allow_control, topics),
             topics: topics.len(),
             events: broadcast::Sender::new(BACKLOG),
             subscribers: topics.iter().map(|_| AtomicUsize::new(0)).collect(),
@@ -178,11 +178,11 @@ impl Server {
 }
 
 /// Server and topics as clients get them at first.
-fn greeting(steer: bool, topics: &[Topic]) -> [Message; 2] {
+fn greeting(allow_control: bool, topics: &[Topic]) -> [Message; 2] {
     let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     let mut info = ServerInfo::new(concat!("omnistep ", env!("CARGO_PKG_VERSION")))
         .with_session_id(since_1970.as_millis().to_string());
-    if steer {
+    if allow_control {
         info = info
             .with_capabilities([
                 Capability::ClientPublish,

@@ -64,7 +64,7 @@ impl Viewers {
         })?;
         let topics = TOPICS.iter().map(|topic| topic()).chain(page::TOPICS);
         let topics: Vec<_> = topics.collect();
-        let steering = (live.steer, guard);
+        let steering = (live.allow_control, guard);
         let server = Server::start(port, requests.clone(), &topics, steering, warn);
         let server = server.map_err(|error| Error::Live {
             port,

@@ -78,7 +78,7 @@ fn list_says_what_each_of_a_kind_is_in_a_line() {
         ("scenarios", "square", "a stop at every corner"),
         ("vehicles", "omni3", "Three omni wheels at 120 degrees"),
         ("studies", "climb_map", "Where each policy climbs"),
-        ("experiments", "wheels", "Section 3.3"),
+        ("experiments", "motor_bench", "Section 3.3"),
     ] {
         let output = omnistep(folder.path(), &["list", kind]);
         let text = String::from_utf8(output.stdout).unwrap();
@@ -89,7 +89,7 @@ fn list_says_what_each_of_a_kind_is_in_a_line() {
             "{text}"
         );
     }
-    let output = omnistep(folder.path(), &["list", "wheels"]);
+    let output = omnistep(folder.path(), &["list", "motor_bench"]);
     let said = String::from_utf8(output.stderr).unwrap();
     assert!(
         output.status.code() == Some(2) && said.contains("policies"),

@@ -55,7 +55,7 @@ pub(crate) fn copied(
 }
 
 #[test]
-fn a_replay_is_the_log_bit_for_bit_for_every_policy_and_precision_with_a_heading_held() {
+fn a_replay_is_bit_identical_for_every_policy_and_precision() {
     let folder = tempfile::tempdir().unwrap();
     for policy in ["independent", "paper", "synchronised", "load_sharing"] {
         for more in [
@@ -87,7 +87,7 @@ fn a_replay_is_the_log_bit_for_bit_for_every_policy_and_precision_with_a_heading
 }
 
 #[test]
-fn a_replay_names_the_first_sample_and_wheel_after_a_changed_measurement_and_a_changed_gain() {
+fn a_replay_names_the_first_sample_and_wheel_that_differ() {
     let folder = tempfile::tempdir().unwrap();
     // Loops of single wheels: a gain is in the first of their signals.
     let args = [
@@ -187,7 +187,7 @@ fn a_log_without_every_period_is_not_replayed() {
     assert!(omnistep(folder.path(), &args).status.success());
     let shown = rows(&omnistep(
         folder.path(),
-        &["inspect", "--json", "out/flat-synchronised.mcap"],
+        &["info", "--json", "out/flat-synchronised.mcap"],
     ));
     let counts = &shown[0]["messages"];
     assert_eq!(
@@ -221,7 +221,7 @@ fn of_wheels(path: &Path, scenario_first: bool, wheels: impl IntoIterator<Item =
 }
 
 #[test]
-fn a_state_of_another_number_of_wheels_than_the_vehicle_s_is_damage() {
+fn a_state_with_another_number_of_wheels_is_damage() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("x.mcap");
     let damaged = |found: usize, expected: usize| {
@@ -231,10 +231,10 @@ fn a_state_of_another_number_of_wheels_than_the_vehicle_s_is_damage() {
     };
     for scenario_first in [true, false] {
         of_wheels(&path, scenario_first, [7; 3]);
-        assert!(omnistep(folder.path(), &["inspect", "x.mcap"]).status.success());
+        assert!(omnistep(folder.path(), &["info", "x.mcap"]).status.success());
         for (wheels, found) in [([0; 3], 0), ([8; 3], 8), ([7, 7, 6], 6)] {
             of_wheels(&path, scenario_first, wheels);
-            let output = omnistep(folder.path(), &["inspect", "x.mcap"]);
+            let output = omnistep(folder.path(), &["info", "x.mcap"]);
             assert_eq!(output.status.code(), Some(1), "{output:?}");
             assert_eq!(String::from_utf8(output.stderr).unwrap(), damaged(found, 7));
         }
@@ -283,7 +283,7 @@ fn records(bytes: &[u8]) -> Vec<usize> {
 }
 
 #[test]
-fn a_chunk_that_a_flipped_bit_hides_is_missed_in_a_log_that_was_not_finished() {
+fn a_chunk_hidden_by_a_flipped_bit_is_missed_when_unfinished() {
     let folder = tempfile::tempdir().unwrap();
     let log = logged(folder.path(), 1.5);
     let good = fs::read(&log).unwrap();
@@ -293,18 +293,14 @@ fn a_chunk_that_a_flipped_bit_hides_is_missed_in_a_log_that_was_not_finished() {
     // Cut behind the last chunk but one: no summary, and no checksum over all.
     let cut = &good[..chunks[chunks.len() - 1]];
     fs::write(folder.path().join("x.mcap.part"), cut).unwrap();
-    assert!(
-        omnistep(folder.path(), &["inspect", "x.mcap.part"])
-            .status
-            .success()
-    );
+    assert!(omnistep(folder.path(), &["info", "x.mcap.part"]).status.success());
     // The last one may be lost, as it may in a crash.
     for at in &chunks[..chunks.len() - 2] {
         for bit in [0x01, 0x04, 0x80] {
             let mut bad = cut.to_vec();
             bad[*at] ^= bit;
             fs::write(folder.path().join("x.mcap.part"), bad).unwrap();
-            let output = omnistep(folder.path(), &["inspect", "x.mcap.part"]);
+            let output = omnistep(folder.path(), &["info", "x.mcap.part"]);
             assert_eq!(
                 output.status.code(),
                 Some(1),
@@ -315,7 +311,7 @@ fn a_chunk_that_a_flipped_bit_hides_is_missed_in_a_log_that_was_not_finished() {
 }
 
 #[test]
-fn what_was_taken_out_of_a_log_without_checksums_is_missed_by_its_statistics() {
+fn statistics_miss_what_a_log_without_checksums_lost() {
     let folder = tempfile::tempdir().unwrap();
     let mut good = fs::read(logged(folder.path(), 1.5)).unwrap();
     let places = records(&good);
@@ -327,18 +323,18 @@ fn what_was_taken_out_of_a_log_without_checksums_is_missed_by_its_statistics() {
             _ => {}
         }
     }
-    let inspect = |bytes: &[u8]| {
+    let info = |bytes: &[u8]| {
         fs::write(folder.path().join("x.mcap"), bytes).unwrap();
-        omnistep(folder.path(), &["inspect", "x.mcap"])
+        omnistep(folder.path(), &["info", "x.mcap"])
     };
-    assert!(inspect(&good).status.success());
+    assert!(info(&good).status.success());
     let without = |taken: &dyn Fn(usize) -> bool| {
         let mut left = good[..8].to_vec();
         let ends = places.iter().skip(1).copied().chain([good.len()]);
         for (at, end) in places.iter().copied().zip(ends).filter(|(at, _)| !taken(*at)) {
             left.extend_from_slice(&good[at..end]);
         }
-        inspect(&left)
+        info(&left)
     };
     let chunks: Vec<_> = places.iter().copied().filter(|at| good[*at] == 0x06).collect();
     let mut cuts: Vec<(String, Output)> = Vec::new();
@@ -382,11 +378,11 @@ fn a_flipped_bit_anywhere_is_noticed() {
     let folder = tempfile::tempdir().unwrap();
     let log = logged(folder.path(), 0.3);
     let good = fs::read(&log).unwrap();
-    let inspect = |bytes: &[u8]| {
+    let info = |bytes: &[u8]| {
         fs::write(folder.path().join("x.mcap"), bytes).unwrap();
-        omnistep(folder.path(), &["inspect", "x.mcap"])
+        omnistep(folder.path(), &["info", "x.mcap"])
     };
-    assert!(inspect(&good).status.success());
+    assert!(info(&good).status.success());
     // A chunk in the middle, the summary near the end, and some hundred places in between: records of every kind.
     // And the length of the first record, which then reaches beyond the end, and every byte of the footer and the end.
     let places = [good.len() / 2, good.len() - 200].into_iter().chain(9..17);
@@ -394,7 +390,7 @@ fn a_flipped_bit_anywhere_is_noticed() {
     for at in places.chain((0..good.len()).step_by(good.len() / 97)) {
         let mut bad = good.clone();
         bad[at] ^= 1 << (at % 8);
-        let output = inspect(&bad);
+        let output = info(&bad);
         let said = String::from_utf8(output.stderr).unwrap();
         assert!(
             matches!(output.status.code(), Some(1 | 2)),
@@ -470,14 +466,14 @@ fn what_is_no_log_is_refused_by_name() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("x.mcap"), "hello").unwrap();
     assert_eq!(
-        refused(folder.path(), &["inspect", "x.mcap"]),
+        refused(folder.path(), &["info", "x.mcap"]),
         "error: x.mcap: not an MCAP file, or an empty one\n"
     );
     assert!(refused(folder.path(), &["replay", "y.mcap"]).starts_with("error: y.mcap: "));
     for (command, extra) in [
-        ("film", "view"),
+        ("video", "view"),
         ("report", "view"),
-        ("strip", "plot"),
+        ("plot", "plot"),
         ("resimulate", "plot"),
         ("import", "import"),
     ] {

@@ -37,7 +37,7 @@ fn folders() -> tempfile::TempDir {
 }
 
 #[test]
-fn a_path_of_set_is_relative_to_the_current_folder_and_one_in_a_file_to_the_file() {
+fn paths_of_set_are_relative_to_the_current_folder() {
     let folder = folders();
     let headline = |sets: &[&str]| {
         let sets = sets.iter().flat_map(|set| ["--set", set]);

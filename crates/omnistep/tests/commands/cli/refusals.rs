@@ -62,7 +62,7 @@ fn a_missing_field_is_named() {
 }
 
 #[test]
-fn a_missing_vehicle_file_is_named_with_the_key_and_the_file_that_was_meant() {
+fn a_missing_vehicle_file_is_named_with_key_and_suggestion() {
     refused_file(
         "s.toml",
         "vehicle = \"v.toml\"",
@@ -170,7 +170,7 @@ fn values_out_of_range_are_named_with_the_range() {
 }
 
 #[test]
-fn keys_of_the_drive_and_of_the_grid_are_named_with_their_ranges() {
+fn keys_of_drive_and_grid_are_named_with_their_ranges() {
     let in_scenario = |text: &str, expected: &str| {
         refused_file("s.toml", "[physics]", &format!("{text}\n[physics]"), expected);
     };
@@ -234,7 +234,7 @@ fn keys_of_the_drive_and_of_the_grid_are_named_with_their_ranges() {
 }
 
 #[test]
-fn another_version_of_a_file_says_what_to_do_whatever_else_is_in_it() {
+fn another_version_of_a_file_says_what_to_do() {
     for file in ["s.toml", "v.toml"] {
         // Keys that a later version may have are no reason to speak of keys.
         refused_file(
@@ -296,7 +296,7 @@ fn a_shape_that_cannot_be_or_cannot_stand_is_refused() {
 }
 
 #[test]
-fn couplings_join_two_hinges_that_are_there_and_that_the_physics_step_resolves() {
+fn couplings_join_two_hinges_that_the_physics_step_resolves() {
     let coupling = |rest: &str| format!("[[coupling]]\nname = \"c\"\nhinge_a = \"pitch\"\n{rest}\n\n[motor]");
     for (rest, expected) in [
         (
@@ -429,7 +429,7 @@ fn names_that_frames_of_logs_have_are_refused() {
 }
 
 #[test]
-fn an_unknown_engine_and_keys_that_the_other_engine_has_are_refused_by_name() {
+fn unknown_engines_and_keys_of_the_other_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let said = |args: &[&str], expected: &str| {
         let said = refused(folder.path(), args);
@@ -570,7 +570,7 @@ fn a_way_of_reading_velocities_goes_with_counts_and_the_period() {
 }
 
 #[test]
-fn check_knows_what_is_built_in_by_name_before_a_file_of_that_name_as_run_does() {
+fn check_prefers_built_in_names_to_files_as_run_does() {
     let folder = tempfile::tempdir().unwrap();
     let said = |name: &str| {
         let output = super::omnistep(folder.path(), &["check", name]);
@@ -580,7 +580,7 @@ fn check_knows_what_is_built_in_by_name_before_a_file_of_that_name_as_run_does()
     assert!(said("step").starts_with("step: scenario step, 6 s, policy steady, engine rapier"));
     assert!(said("chugo7").starts_with("chugo7: vehicle chugo7: 3 bodies"));
     assert!(said("climb_map").starts_with("climb_map: study "));
-    assert!(said("wheels").starts_with("wheels: experiment wheels"));
+    assert!(said("motor_bench").starts_with("motor_bench: experiment motor_bench"));
     fs::write(folder.path().join("step"), "no = 1").unwrap();
     assert!(said("step").starts_with("step: scenario step"));
     assert!(refused(folder.path(), &["check", "./step"]).contains("./step"));

@@ -35,7 +35,7 @@ const FIGURES: [&str; 23] = [
 ];
 
 #[test]
-fn engines_are_compared_side_by_side_and_each_log_says_which_is_its_own() {
+fn engines_are_compared_side_by_side_and_named_in_each_log() {
     let folder = tempfile::tempdir().unwrap();
     let arguments = [
         "compare",
@@ -65,7 +65,7 @@ fn engines_are_compared_side_by_side_and_each_log_says_which_is_its_own() {
         );
     }
     let logs = ["out/step-paper.mcap", "out/step-paper-articulated.mcap"];
-    let output = omnistep(folder.path(), &["inspect", logs[0], logs[1]]);
+    let output = omnistep(folder.path(), &["info", logs[0], logs[1]]);
     let text = String::from_utf8(output.stdout).unwrap();
     assert!(
         text.contains("seed 0, engine rapier,") && text.contains("seed 0, engine articulated,"),
@@ -90,7 +90,7 @@ fn engines_are_compared_side_by_side_and_each_log_says_which_is_its_own() {
 }
 
 #[test]
-fn compare_json_prints_one_object_a_policy_with_the_keys_agreed_on_and_nothing_else() {
+fn compare_json_prints_only_one_object_per_policy() {
     let folder = tempfile::tempdir().unwrap();
     let output = omnistep(folder.path(), &["compare", "step", "--json"]);
     assert!(output.status.success());
@@ -162,7 +162,7 @@ fn without_arguments_it_prints_its_help_and_runs_nothing() {
 }
 
 #[test]
-fn the_first_command_compares_the_policies_on_the_step_in_a_table_of_a_hundred_columns() {
+fn the_first_command_prints_a_table_of_a_hundred_columns() {
     let folder = tempfile::tempdir().unwrap();
     let output = omnistep(folder.path(), &["compare", "step"]);
     assert!(output.status.success());
@@ -210,7 +210,7 @@ fn same_scenario_and_seed_write_the_same_bytes() {
 }
 
 #[test]
-fn where_nothing_is_climbed_the_table_says_where_the_vehicle_came_to() {
+fn without_a_climb_the_table_says_where_the_vehicle_ended() {
     let folder = tempfile::tempdir().unwrap();
     let arguments = ["flat", "--quiet", "--set", "duration_s=1.5"];
     let text = stdout(&omnistep(folder.path(), &[&["run"], &arguments[..]].concat()));
@@ -241,7 +241,7 @@ fn where_nothing_is_climbed_the_table_says_where_the_vehicle_came_to() {
 }
 
 #[test]
-fn what_each_figure_of_the_table_says_is_explained_where_that_is_asked_for() {
+fn explain_says_what_each_figure_of_the_table_means() {
     let folder = tempfile::tempdir().unwrap();
     let run = ["run", "flat", "--quiet", "--set", "duration_s=0.3"];
     let plain = stdout(&omnistep(folder.path(), &run));
@@ -265,7 +265,7 @@ fn what_each_figure_of_the_table_says_is_explained_where_that_is_asked_for() {
     }
     let inspected = stdout(&omnistep(
         folder.path(),
-        &["inspect", "out/flat-synchronised.mcap", "--explain"],
+        &["info", "out/flat-synchronised.mcap", "--explain"],
     ));
     assert!(
         inspected.contains("\n- wheel slip, rms (`slip_rms`): "),
@@ -281,7 +281,7 @@ fn what_each_figure_of_the_table_says_is_explained_where_that_is_asked_for() {
 #[test]
 fn wheels_json_has_the_times_of_the_paper() {
     let folder = tempfile::tempdir().unwrap();
-    let output = omnistep(folder.path(), &["wheels", "--json"]);
+    let output = omnistep(folder.path(), &["motor-bench", "--json"]);
     let rows = rows(&output);
     assert_eq!(
         rows.iter()
@@ -306,7 +306,7 @@ fn wheels_json_has_the_times_of_the_paper() {
 }
 
 #[test]
-fn gains_that_a_file_leaves_out_are_said_on_standard_error_and_never_among_results() {
+fn computed_gains_are_said_on_standard_error_only() {
     let folder = tempfile::tempdir().unwrap();
     let expected = "rocker_bogie6: no [gains]; derived for a control period of 1 ms: kp 0.412 N.m.s/rad, ki 1.03 N.m/rad, \
                     from 0.0412 kg.m2 at a wheel and a time constant of 100 ms\n";
@@ -322,9 +322,12 @@ fn gains_that_a_file_leaves_out_are_said_on_standard_error_and_never_among_resul
         assert_eq!(rows(&output).len(), if command == "run" { 1 } else { 6 });
     }
     assert!(
-        omnistep(folder.path(), &["new", "vehicle", "r", "--like", "rocker_bogie6"])
-            .status
-            .success()
+        omnistep(
+            folder.path(),
+            &["new", "vehicle", "r", "--template", "rocker_bogie6"]
+        )
+        .status
+        .success()
     );
     let output = omnistep(folder.path(), &["check", "r.toml"]);
     assert_eq!(
@@ -359,7 +362,7 @@ fn figures_are_null_where_the_riser_was_never_reached() {
 }
 
 #[test]
-fn a_vehicle_that_falls_apart_leaves_its_log_a_verdict_and_an_error() {
+fn a_vehicle_that_falls_apart_leaves_log_verdict_and_error() {
     // A step of 50 ms and a vehicle that drops off an edge: eight iterations do not hold the joints.
     let folder = tempfile::tempdir().unwrap();
     let args = [
@@ -427,7 +430,7 @@ fn results_that_cannot_be_written_are_an_error() {
 }
 
 #[test]
-fn an_output_folder_that_cannot_be_written_is_named_before_anything_runs() {
+fn an_unwritable_folder_is_named_before_anything_runs() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("taken"), "a file, not a folder").unwrap();
     assert!(refused(folder.path(), &["compare", "--out", "taken"]).contains("taken"));
@@ -445,7 +448,7 @@ fn an_output_folder_that_cannot_be_written_is_named_before_anything_runs() {
 }
 
 #[test]
-fn run_and_inspect_say_what_the_drive_found_and_when() {
+fn run_and_info_say_what_the_drive_found_and_when() {
     let folder = tempfile::tempdir().unwrap();
     let keys = [
         "drive.timeout_s=0.1",
@@ -496,7 +499,7 @@ fn run_and_inspect_say_what_the_drive_found_and_when() {
         let notes = notes.take_while(|line| line.starts_with("  "));
         heading.chain(notes).map(String::from).collect()
     };
-    let inspected = omnistep(folder.path(), &["inspect", said.lines().last().unwrap()]);
+    let inspected = omnistep(folder.path(), &["info", said.lines().last().unwrap()]);
     let inspected = String::from_utf8(inspected.stdout).unwrap();
     assert_eq!(found(&inspected), found(&said));
     assert!(

@@ -82,7 +82,7 @@ fn runs_of_four_seeds_side_by_side_leave_four_whole_logs() {
 }
 
 #[test]
-fn a_log_that_another_run_writes_is_refused_and_a_killed_run_blocks_none() {
+fn a_log_being_written_is_refused_and_a_killed_run_blocks_none() {
     let folder = tempfile::tempdir().unwrap();
     let long = ["run", "flat", "--set", "duration_s=3600"];
     let mut first = start(folder.path(), &long);
@@ -138,7 +138,7 @@ fn of_runs_of_one_name_each_either_has_its_log_or_is_refused() {
 }
 
 #[test]
-fn a_comparison_keeps_its_finished_logs_until_it_has_reported_them() {
+fn a_comparison_keeps_its_finished_logs_until_reported() {
     let folder = tempfile::tempdir().unwrap();
     let mut comparison = start(folder.path(), &["compare", "flat", "--set", "duration_s=20"]);
     let first = folder.path().join("out/flat-independent.mcap");

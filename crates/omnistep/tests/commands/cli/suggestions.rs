@@ -116,7 +116,7 @@ fn help_and_message_of_a_python_command_name_the_same_extra() {
 }
 
 #[test]
-fn a_file_that_is_missing_is_answered_with_the_name_that_was_meant() {
+fn a_missing_file_is_answered_with_the_name_that_was_meant() {
     let folder = one_of_each();
     let path = folder.path();
     fs::copy(path.join("v.toml"), path.join("mybot.toml")).unwrap();
@@ -153,7 +153,7 @@ fn a_file_that_is_missing_is_answered_with_the_name_that_was_meant() {
         ),
         (&["study", "x/../yy.toml"], "error: x/../yy.toml: "),
         (
-            &["urdf", "mybto.toml"],
+            &["export", "mybto.toml", "--format", "urdf"],
             "error: mybto.toml (did you mean \"mybot.toml\"?): ",
         ),
     ] {

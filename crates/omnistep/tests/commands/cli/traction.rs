@@ -25,7 +25,7 @@ fn hopeless(folder: &Path, command: &[&str], more: &[&str]) -> Output {
 }
 
 #[test]
-fn retries_are_a_figure_of_every_run_and_a_row_where_some_run_tried_again() {
+fn retries_are_a_row_where_some_run_tried_again() {
     let folder = tempfile::tempdir().unwrap();
     let shown = stdout(&hopeless(folder.path(), &["compare", "step"], &["duration_s=6"]));
     // Each table has a row of policies and one of retries.
@@ -47,12 +47,12 @@ fn retries_are_a_figure_of_every_run_and_a_row_where_some_run_tried_again() {
     let retries: u64 = cells("steady").parse().unwrap();
     let inspected = stdout(&omnistep(
         folder.path(),
-        &["inspect", "out/step-steady-articulated.mcap"],
+        &["info", "out/step-steady-articulated.mcap"],
     ));
     assert!(inspected.contains("\n| retries "), "{inspected}");
     let of_log = rows(&omnistep(
         folder.path(),
-        &["inspect", "--json", "out/step-steady-articulated.mcap"],
+        &["info", "--json", "out/step-steady-articulated.mcap"],
     ));
     assert_eq!(of_log[0]["outcome"]["retries"].as_u64(), Some(retries));
     assert!(retries > 0);
@@ -67,7 +67,7 @@ fn retries_are_a_figure_of_every_run_and_a_row_where_some_run_tried_again() {
 }
 
 #[test]
-fn a_run_that_ends_between_two_tries_says_so_and_one_without_a_try_left_does_not() {
+fn a_run_that_ends_between_two_tries_says_so() {
     let folder = tempfile::tempdir().unwrap();
     let run = ["run", "step", "--policy", "steady"];
     let trying = stdout(&hopeless(folder.path(), &run, &["duration_s=6"]));
@@ -102,7 +102,7 @@ fn a_run_that_ends_between_two_tries_says_so_and_one_without_a_try_left_does_not
 }
 
 #[test]
-fn what_traction_control_does_without_is_said_of_every_policy_that_is_run_and_of_studies() {
+fn sensors_that_traction_control_lacks_are_said_in_every_run() {
     let folder = tempfile::tempdir().unwrap();
     let lacks = [
         "--quiet",
@@ -136,7 +136,7 @@ fn what_traction_control_does_without_is_said_of_every_policy_that_is_run_and_of
 }
 
 #[test]
-fn a_log_without_what_traction_control_reads_is_not_replayed_under_it() {
+fn a_log_without_its_signals_is_not_replayed_under_traction() {
     let folder = tempfile::tempdir().unwrap();
     let run = ["run", "flat", "--quiet", "--set", "duration_s=0.1"];
     assert!(omnistep(folder.path(), &run).status.success());

@@ -32,12 +32,12 @@ const WAYS: [&[&str]; 13] = [
     &["run", "flat", "--set", "vehicle=X"],
     &["run", "height_map", "--set", "terrain.image=X"],
     &["study", "X"],
-    &["wheels", "X"],
-    &["urdf", "X"],
+    &["motor-bench", "X"],
+    &["export", "X", "--format", "urdf"],
     &["export", "X", "--format", "mjcf"],
-    &["inspect", "X"],
+    &["info", "X"],
     &["replay", "X"],
-    &["constants", "X"],
+    &["export", "X", "--format", "rust"],
     &["run", "flat", "--controller", "qemu", "--firmware", "X"],
 ];
 
@@ -124,7 +124,7 @@ fn ten(from: f64, step: f64) -> String {
 }
 
 #[test]
-fn a_study_of_a_hundred_thousand_combinations_is_checked_value_by_value() {
+fn a_huge_study_is_checked_value_by_value() {
     let folder = tempfile::tempdir().unwrap();
     let keys = [
         "terrain.height_m",
@@ -197,7 +197,7 @@ fn a_study_of_a_hundred_thousand_combinations_is_checked_value_by_value() {
 }
 
 #[test]
-fn what_only_two_values_together_break_is_said_before_anything_is_run() {
+fn invalid_pairs_of_values_are_refused_before_anything_runs() {
     let folder = tempfile::tempdir().unwrap();
     // 1000 is a multiple of 200 and of 250, 600 of 200 only.
     let axes = [
@@ -214,7 +214,7 @@ fn what_only_two_values_together_break_is_said_before_anything_is_run() {
 }
 
 #[test]
-fn no_message_is_longer_than_somebody_reads_whatever_a_file_holds() {
+fn no_message_exceeds_its_length_whatever_a_file_holds() {
     let folder = tempfile::tempdir().unwrap();
     let step = toml::to_string(&Scenario::load("step", &[]).unwrap()).unwrap();
     let long = "a".repeat(10_000_000);
@@ -273,7 +273,7 @@ fn no_message_is_longer_than_somebody_reads_whatever_a_file_holds() {
         &["run", "flat", "--set", &format!("{name}=1")],
         &["run", "flat", "--set", &name],
         &["run", "flat", "--policy", &name],
-        &["inspect", &name],
+        &["info", &name],
         &["check", &name],
     ] {
         let said = refused(folder.path(), args);

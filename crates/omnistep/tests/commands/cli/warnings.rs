@@ -2,10 +2,10 @@
 
 use std::fs;
 
-use super::{omnistep, one_of_each, rows, stderr, stdout};
+use super::{omnistep, one_of_each, rows, stderr, stdout, words};
 
 #[test]
-fn a_duration_that_cannot_suffice_is_warned_of_in_one_line_and_is_no_error() {
+fn a_duration_that_cannot_suffice_is_a_warning_in_one_line() {
     let folder = one_of_each();
     let path = folder.path();
     let step = "schema_version = 1\nname = \"short\"\nscenario = \"step\"\nseeds = 2\n[set]\nduration_s = 0.5\n[[axis]]\nkey = \"command.vx_m_s\"\nvalues = [0.3, 30.0]\n";
@@ -72,7 +72,7 @@ fn a_map_counts_runs_that_were_cut_off_apart_from_stalls() {
 }
 
 #[test]
-fn a_run_that_stops_when_done_has_the_figures_of_the_whole_one_and_a_shorter_log() {
+fn a_run_that_stops_when_done_has_the_figures_of_the_whole() {
     let folder = tempfile::tempdir().unwrap();
     let whole = omnistep(
         folder.path(),
@@ -80,15 +80,7 @@ fn a_run_that_stops_when_done_has_the_figures_of_the_whole_one_and_a_shorter_log
     );
     let done = omnistep(
         folder.path(),
-        &[
-            "run",
-            "step",
-            "--json",
-            "--quiet",
-            "--out",
-            "done",
-            "--stop-when-done",
-        ],
+        &words("run step --json --quiet --out done --stop-when-done"),
     );
     let (whole, done) = (rows(&whole).remove(0), rows(&done).remove(0));
     let figures = whole.as_object().unwrap();
@@ -98,10 +90,7 @@ fn a_run_that_stops_when_done_has_the_figures_of_the_whole_one_and_a_shorter_log
     }
     assert_eq!(done["verdict"], "climbed");
     let logs = [&done, &whole].map(|row| row["mcap"].as_str().unwrap().to_owned());
-    let inspected = rows(&omnistep(
-        folder.path(),
-        &["inspect", &logs[0], &logs[1], "--json"],
-    ));
+    let inspected = rows(&omnistep(folder.path(), &["info", &logs[0], &logs[1], "--json"]));
     let until = |k: usize| inspected[k]["until_s"].as_f64().unwrap();
     // 1.2 s to the riser, 2.5 s over it.
     assert!(
@@ -115,15 +104,7 @@ fn a_run_that_stops_when_done_has_the_figures_of_the_whole_one_and_a_shorter_log
     // On flat ground there is nothing to be done with.
     let flat = omnistep(
         folder.path(),
-        &[
-            "run",
-            "flat",
-            "--json",
-            "--quiet",
-            "--stop-when-done",
-            "--set",
-            "duration_s=0.5",
-        ],
+        &words("run flat --json --quiet --stop-when-done --set duration_s=0.5"),
     );
     assert_eq!(rows(&flat)[0]["verdict"], "driven");
 }
@@ -206,7 +187,7 @@ fn check_says_what_one_count_a_period_is_of_the_top_speed() {
 }
 
 #[test]
-fn physics_that_gain_energy_are_a_verdict_one_line_and_a_failed_run() {
+fn physics_that_gain_energy_are_a_failed_run_in_one_line() {
     let folder = tempfile::tempdir().unwrap();
     let coarse = [
         "--set",
@@ -234,7 +215,7 @@ fn physics_that_gain_energy_are_a_verdict_one_line_and_a_failed_run() {
 }
 
 #[test]
-fn fault_thresholds_below_a_count_are_warned_of_with_key_value_count_and_what_to_use() {
+fn fault_thresholds_below_a_count_are_warned_of_by_key() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     let lines = |args: &[&str]| {

@@ -24,7 +24,7 @@ pub(super) fn growing(folder: &Path) -> usize {
 }
 
 #[test]
-fn listed_points_that_are_a_grid_are_the_runs_of_the_study_of_that_grid() {
+fn listed_points_of_a_grid_are_the_runs_of_that_grid() {
     let study = plan_of(SMALL);
     let mut points = Vec::new();
     for friction in ["terrain.friction=0.5", "terrain.friction=1"] {
@@ -58,7 +58,7 @@ fn listed_points_that_are_a_grid_are_the_runs_of_the_study_of_that_grid() {
 }
 
 #[test]
-fn a_key_that_a_point_does_not_replace_is_a_column_with_the_scenarios_own_value() {
+fn a_key_that_a_point_leaves_has_the_scenarios_value() {
     let points: [&[&str]; 4] = [
         &["terrain.friction=0.5"],
         &["control.policy=paper"],
@@ -186,7 +186,7 @@ fn a_batch_that_was_ended_in_the_middle_goes_on_where_it_was() {
 }
 
 #[test]
-fn a_batch_is_refused_where_the_folder_is_not_the_studys_or_the_program_is_another() {
+fn a_batch_of_another_folder_or_program_is_refused() {
     let plan = plan_of(SMALL);
     let batch = Batch::new(&plan, &plan.runs()[..4]).unwrap();
     let folder = tempfile::tempdir().unwrap();

@@ -21,7 +21,7 @@ use crate::vehicle::Gains;
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
-pub struct WheelsExperiment {
+pub struct MotorBench {
     /// Version of the file format; always 1.
     #[garde(skip)] // checked before anything else is read
     #[cfg_attr(feature = "schema", schemars(range(min = crate::SCHEMA_VERSION, max = crate::SCHEMA_VERSION)))]
@@ -95,8 +95,8 @@ fn wheel_letter(value: &str, _: &()) -> garde::Result {
     }
 }
 
-impl WheelsExperiment {
-    /// The built-in experiment (`wheels`) or the file of that name, with some keys replaced.
+impl MotorBench {
+    /// The built-in experiment (`motor_bench`) or the file of that name, with some keys replaced.
     ///
     /// # Errors
     /// What is wrong with it, in one line.
@@ -107,7 +107,7 @@ impl WheelsExperiment {
     /// The experiment that a source describes, with some keys replaced.
     ///
     /// # Errors
-    /// As [`WheelsExperiment::load`].
+    /// As [`MotorBench::load`].
     pub fn from_source(source: &Source, overrides: &[Override]) -> Result<Self, Error> {
         let mut table = source.table()?;
         source.expect(FileKind::Experiment, &table)?;

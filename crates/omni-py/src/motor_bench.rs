@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use numpy::{PyArray1, PyArray2};
 use omni_sim::ByWheel;
-use omni_sim::config::WheelsExperiment;
+use omni_sim::config::MotorBench;
 use pyo3::prelude::*;
 use pyo3::types::PyMapping;
 
@@ -13,8 +13,8 @@ use crate::values;
 
 /// Speeds and loads of wheels A, B and C, a row every 0.1 s.
 #[pyclass(frozen, module = "omnistep")]
-pub(crate) struct WheelsTrace {
-    inner: omni_sim::WheelsTrace,
+pub(crate) struct MotorBenchTrace {
+    inner: omni_sim::MotorBenchTrace,
 }
 
 fn columns<'py>(py: Python<'py>, series: &ByWheel) -> Bound<'py, PyArray2<f64>> {
@@ -24,7 +24,7 @@ fn columns<'py>(py: Python<'py>, series: &ByWheel) -> Bound<'py, PyArray2<f64>> 
 }
 
 #[pymethods]
-impl WheelsTrace {
+impl MotorBenchTrace {
     /// Name of the coordination policy.
     #[getter]
     fn policy(&self) -> &str {
@@ -67,7 +67,7 @@ impl WheelsTrace {
 
     fn __repr__(&self) -> String {
         format!(
-            "<omnistep.WheelsTrace of {}: {} rows>",
+            "<omnistep.MotorBenchTrace of {}: {} rows>",
             self.inner.policy,
             self.inner.t_s.len()
         )
@@ -79,7 +79,7 @@ impl WheelsTrace {
 /// Args:
 ///     policy: ``independent``, ``paper`` or ``synchronised``.
 ///     overrides: keys of the experiment and their new values: ``{"friction_n_m_s_rad": 2e-4}``.
-///     experiment: the built-in ``wheels``, the default, or the path of a .toml file.
+///     experiment: the built-in ``motor_bench``, the default, or the path of a .toml file.
 ///
 /// Returns:
 ///     A row every 0.1 s, or every control period where that is longer.
@@ -89,20 +89,20 @@ impl WheelsTrace {
 ///
 /// Example:
 ///     >>> import omnistep
-///     >>> trace = omnistep.wheels("synchronised")
+///     >>> trace = omnistep.run_motor_bench("synchronised")
 ///     >>> trace.speed_rpm.shape, float(trace.t_s[-1])
 ///     ((651, 3), 65.0)
 #[pyfunction]
-#[pyo3(signature = (policy = "synchronised", *, overrides = None, experiment = PathBuf::from("wheels")))]
-pub(crate) fn wheels(
+#[pyo3(signature = (policy = "synchronised", *, overrides = None, experiment = PathBuf::from("motor_bench")))]
+pub(crate) fn run_motor_bench(
     py: Python<'_>,
     policy: &str,
     overrides: Option<&Bound<'_, PyMapping>>,
     experiment: PathBuf,
-) -> PyResult<WheelsTrace> {
+) -> PyResult<MotorBenchTrace> {
     let overrides = values::overrides(overrides)?;
     let experiment = experiment.to_string_lossy();
-    let run = || omni_sim::run_wheels(&WheelsExperiment::load(&experiment, &overrides)?, policy);
+    let run = || omni_sim::run_motor_bench(&MotorBench::load(&experiment, &overrides)?, policy);
     let inner = py.detach(run).map_err(exception)?;
-    Ok(WheelsTrace { inner })
+    Ok(MotorBenchTrace { inner })
 }

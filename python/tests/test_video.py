@@ -1,4 +1,4 @@
-"""Films by Rerun, and its own check of logs: with ``pip install ".[view]"``, in ``make test-full``."""
+"""Videos by Rerun, and its own check of logs: with ``pip install ".[view]"``, in ``make test-full``."""
 
 import shutil
 import subprocess
@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 import omnistep
-from omnistep import film
+from omnistep import video
 from omnistep.__main__ import main
 
 pytest.importorskip("rerun", reason="Rerun is an extra: make test-full installs it")
-iio = pytest.importorskip("imageio.v3", reason="films are an extra: make test-full installs it")
+iio = pytest.importorskip("imageio.v3", reason="videos are an extra: make test-full installs it")
 pytestmark = pytest.mark.filterwarnings("default")  # of programs that are not ours
 
 
@@ -26,7 +26,7 @@ def log(tmp_path_factory):
 
 
 @pytest.mark.parametrize("ending", ["mp4", "gif"])
-def test_a_film_has_a_picture_a_moment_and_the_vehicle_moves_and_no_viewer_stays(log, tmp_path, ending, monkeypatch):
+def test_a_video_has_a_picture_a_moment_and_the_vehicle_moves_and_no_viewer_stays(log, tmp_path, ending, monkeypatch):
     started = []
 
     class Recorded(subprocess.Popen):
@@ -34,9 +34,9 @@ def test_a_film_has_a_picture_a_moment_and_the_vehicle_moves_and_no_viewer_stays
             super().__init__(*args, **kwargs)
             started.append((self.pid, kwargs.get("start_new_session", False)))
 
-    monkeypatch.setattr(film.subprocess, "Popen", Recorded)
+    monkeypatch.setattr(video.subprocess, "Popen", Recorded)
     out = tmp_path / f"climb.{ending}"
-    film.film(log, out, fps=2.0)
+    video.write(log, out, fps=2.0)
     monkeypatch.undo()
     pictures = np.asarray(iio.imread(out))
     assert pictures.shape[0] == 5 and pictures.shape[1] > 500 and pictures.shape[2] > 1000
@@ -59,7 +59,7 @@ def alive_in(session):
 
 def test_a_picture_is_of_its_moment(log, tmp_path):
     for at in (0.5, 0.5, 2.0):
-        film.film(log, tmp_path / "x.png", at_s=at)
+        video.write(log, tmp_path / "x.png", at_s=at)
         shutil.move(tmp_path / "x.png", tmp_path / f"{len(list(tmp_path.iterdir()))}.png")
     first, again, later = (iio.imread(tmp_path / f"{k}.png")[:, :, :3].astype(int) for k in (1, 2, 3))
     assert np.abs(again - first).max() <= 30
@@ -82,7 +82,7 @@ def test_a_viewer_that_cannot_draw_is_one_line_and_exit_code_1_whenever_it_ends(
     program = tmp_path / "rerun"
     program.write_text(VIEWER.format(python=sys.executable, after=0.0 if ending == "before it answers" else 1.5))
     program.chmod(0o755)
-    monkeypatch.setattr(film.shutil, "which", lambda *_, **__: str(program))
+    monkeypatch.setattr(video.shutil, "which", lambda *_, **__: str(program))
 
     class Client:
         def get_state(self):
@@ -90,7 +90,7 @@ def test_a_viewer_that_cannot_draw_is_one_line_and_exit_code_1_whenever_it_ends(
                 raise ConnectionError("connection refused")
 
     def shots(*_):
-        with film._viewer():
+        with video._viewer():
             # What Rerun's client and its recording raise of a viewer that goes.
             raise {"after it answered": RuntimeError, "while a picture is made": ConnectionError}[ending](
                 "transport error"
@@ -98,9 +98,9 @@ def test_a_viewer_that_cannot_draw_is_one_line_and_exit_code_1_whenever_it_ends(
             yield
 
     client = type("ViewerClient", (), {"connect": staticmethod(lambda _: Client())})
-    monkeypatch.setattr(film, "_extra", lambda _: type("Module", (), {"ViewerClient": client}))
-    monkeypatch.setattr(film, "_shots", shots)
-    monkeypatch.setattr(sys, "argv", ["omnistep", "film", str(log), "-o", str(tmp_path / "x.png")])
+    monkeypatch.setattr(video, "_extra", lambda _: type("Module", (), {"ViewerClient": client}))
+    monkeypatch.setattr(video, "_shots", shots)
+    monkeypatch.setattr(sys, "argv", ["omnistep", "video", str(log), "-o", str(tmp_path / "x.png")])
     assert main() == 1
     said = capsys.readouterr().err
     assert (
@@ -115,7 +115,7 @@ def test_the_eye_of_a_picture_holds_the_vehicle_and_little_else(tmp_path, vehicl
     log = omnistep.read_mcap(tmp_path / "x.mcap")
     times = log.frame_time_s
     moments = [float(times[len(times) // 2]) if at_s is None else at_s]
-    position, target = film._eye(log, moments)
+    position, target = video._eye(log, moments)
     row = int(np.searchsorted(times, moments[0]))
     away = (position - target) / np.linalg.norm(position - target)
     across = np.cross([0.0, 0.0, 1.0], away) / np.linalg.norm(np.cross([0.0, 0.0, 1.0], away))
@@ -127,7 +127,7 @@ def test_the_eye_of_a_picture_holds_the_vehicle_and_little_else(tmp_path, vehicl
     assert 0.25 < max(shown) < 1.0
 
 
-@pytest.mark.parametrize("scenario", omnistep.scenarios())
+@pytest.mark.parametrize("scenario", omnistep.list_scenarios())
 def test_rerun_accepts_the_log_of_every_scenario(scenario, tmp_path):
     omnistep.run(scenario, overrides={"duration_s": 1.0}, mcap=tmp_path / "x.mcap")
     program = shutil.which("rerun", path=str(Path(sys.executable).parent))

@@ -1,7 +1,7 @@
-//! What a climb takes at least.
+//! Minimum torque and run-up of a climb.
 
 use numpy::PyArray1;
-use omni_bound::RowBound;
+use omni_bound::RowLimits;
 use omni_sim::config::{Scenario, Source};
 use pyo3::prelude::*;
 use pyo3::types::PyMapping;
@@ -13,31 +13,35 @@ use crate::values::Pickled;
 /// Torque and run-up that a step needs, and those of the vehicle. Arrays over rows are (3,), the front row first.
 #[pyclass(frozen, eq, module = "omnistep")]
 #[derive(Clone, PartialEq)]
-pub(crate) struct Bound {
+pub(crate) struct ClimbLimits {
     scenario: Scenario,
-    inner: omni_bound::Bound,
+    inner: omni_bound::ClimbLimits,
 }
 
-impl Bound {
+impl ClimbLimits {
     fn of(scenario: Scenario) -> PyResult<Self> {
-        let inner = omni_bound::Bound::of(&scenario).map_err(exception)?;
+        let inner = omni_bound::ClimbLimits::of(&scenario).map_err(exception)?;
         Ok(Self { scenario, inner })
     }
 
-    fn column<'py>(&self, py: Python<'py>, of: impl Fn(&RowBound) -> f64) -> pyo3::Bound<'py, PyArray1<f64>> {
+    fn column<'py>(
+        &self,
+        py: Python<'py>,
+        of: impl Fn(&RowLimits) -> f64,
+    ) -> pyo3::Bound<'py, PyArray1<f64>> {
         let column = [0, 1, 2].map(|row| of(&self.inner.rows[row]));
         PyArray1::from_slice(py, &column)
     }
 }
 
 #[pymethods]
-impl Bound {
+impl ClimbLimits {
     fn __reduce__<'py>(&self, py: Python<'py>) -> Pickled<'py, (String,)> {
         let text = self.scenario.to_toml().map_err(exception)?;
         Ok((py.get_type::<Self>().getattr("_of_state")?, (text,)))
     }
 
-    /// A bound out of its pickle: the scenario's, computed again.
+    /// Limits out of their pickle: the scenario's, computed again.
     #[staticmethod]
     fn _of_state(scenario: String) -> PyResult<Self> {
         let source = Source::embedded("pickle", scenario);
@@ -149,16 +153,16 @@ impl Bound {
     }
 
     fn __repr__(&self) -> String {
-        let bound = &self.inner;
-        let possible = if bound.possible() {
+        let limits = &self.inner;
+        let possible = if limits.possible() {
             "not excluded"
         } else {
             "impossible"
         };
-        let row = bound.rows[bound.decisive()].row;
+        let row = limits.rows[limits.decisive()].row;
         format!(
-            "<omnistep.Bound of {} over {} m: {possible}, the {row} row is decisive>",
-            bound.vehicle, bound.step.height_m
+            "<omnistep.ClimbLimits of {} over {} m: {possible}, the {row} row is decisive>",
+            limits.vehicle, limits.step.height_m
         )
     }
 }
@@ -169,8 +173,8 @@ impl Bound {
 /// wheels is assumed to meet the edge with it. docs/derivations.md, What a climb takes at least, lists the assumptions.
 ///
 /// Args:
-///     scenario: a built-in name (see :func:`scenarios`), the path of a .toml file or a :class:`Scenario`; the step by
-///         default.
+///     scenario: a built-in name (see :func:`list_scenarios`), the path of a .toml file or a :class:`Scenario`; the
+///         step by default.
 ///     overrides: keys to replace, as in :func:`omnistep.run`.
 ///
 /// Returns:
@@ -182,18 +186,18 @@ impl Bound {
 ///
 /// Example:
 ///     >>> import omnistep
-///     >>> bound = omnistep.bound("step", overrides={"vehicle.motor.stall_torque_n_m": 1.4})
-///     >>> bound.least_torque_n_m.round(1)  # the rear row climbs with a run-up or not at all
+///     >>> limits = omnistep.climb_limits("step", overrides={"vehicle.motor.stall_torque_n_m": 1.4})
+///     >>> limits.least_torque_n_m.round(1)  # the rear row climbs with a run-up or not at all
 ///     array([1.3, 2.5, inf])
-///     >>> bound.verdicts, bound.possible, bound.decisive
+///     >>> limits.verdicts, limits.possible, limits.decisive
 ///     (['torque', 'run_up', 'run_up'], True, 'middle')
 #[pyfunction]
 #[pyo3(signature = (scenario = ScenarioArg::default(), *, overrides = None))]
-pub(crate) fn bound(
+pub(crate) fn climb_limits(
     py: Python<'_>,
     scenario: ScenarioArg,
     overrides: Option<&pyo3::Bound<'_, PyMapping>>,
-) -> PyResult<Bound> {
+) -> PyResult<ClimbLimits> {
     let scenario = load(scenario, None, overrides, None)?;
-    py.detach(|| Bound::of(scenario))
+    py.detach(|| ClimbLimits::of(scenario))
 }

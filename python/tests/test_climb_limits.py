@@ -8,9 +8,9 @@ import pytest
 import omnistep
 
 
-def bound(height_m=0.05, friction=0.7, torque_n_m=1.4, **more):
+def limits(height_m=0.05, friction=0.7, torque_n_m=1.4, **more):
     keys = {"terrain.height_m": height_m, "terrain.friction": friction, "vehicle.motor.stall_torque_n_m": torque_n_m}
-    return omnistep.bound(overrides={**keys, **more})
+    return omnistep.climb_limits(overrides={**keys, **more})
 
 
 @pytest.mark.parametrize(
@@ -24,11 +24,11 @@ def bound(height_m=0.05, friction=0.7, torque_n_m=1.4, **more):
 )
 def test_least_torques_are_those_of_an_earlier_study(height_m, friction, torque_n_m):
     # 1.5 %: the study began 0.1 mm up the edge, where it takes up to 1 % less, and rounded to 0.01 N.m.
-    np.testing.assert_allclose(bound(height_m, friction).least_torque_n_m, torque_n_m, rtol=0.015)
+    np.testing.assert_allclose(limits(height_m, friction).least_torque_n_m, torque_n_m, rtol=0.015)
 
 
 def test_run_up_by_momentum_is_that_of_the_study_and_at_least_less():
-    found = bound(torque_n_m=1.0)
+    found = limits(torque_n_m=1.0)
     mass_kg = 22.5  # 20 kg, and five wheels of 1 kg that turn as discs
     by_momentum = np.sqrt(2 * found.deficit_j * found.path_mass_kg) / mass_kg
     # 3 % and 0.01 m/s, as in crates/omni-bound/tests/laws.rs.
@@ -41,25 +41,28 @@ def test_run_up_by_momentum_is_that_of_the_study_and_at_least_less():
 
 
 def test_verdicts_follow_speed_and_torque():
-    assert bound(torque_n_m=3.0).verdicts == ["torque", "torque", "run_up"]
-    weak = bound(torque_n_m=1.0)
+    assert limits(torque_n_m=3.0).verdicts == ["torque", "torque", "run_up"]
+    weak = limits(torque_n_m=1.0)
     assert (weak.verdicts[1], weak.possible, weak.decisive) == ("impossible", False, "middle")
-    fast = bound(torque_n_m=1.0, **{"command.vx_m_s": 0.7})
+    fast = limits(torque_n_m=1.0, **{"command.vx_m_s": 0.7})
     assert fast.possible and fast.verdicts[1] == "run_up" and fast.speed_m_s == 0.7
 
 
 def test_run_up_never_rises_with_torque():
-    run_ups = np.array([bound(torque_n_m=torque).run_up_m_s for torque in (0.4, 0.8, 1.2, 1.6, 2.0, 2.6)])
+    run_ups = np.array([limits(torque_n_m=torque).run_up_m_s for torque in (0.4, 0.8, 1.2, 1.6, 2.0, 2.6)])
     assert (np.diff(run_ups, axis=0) <= 1e-9).all()  # rounding
 
 
 def test_a_bound_is_a_value():
-    one, other = bound(), omnistep.bound(omnistep.Scenario("step", overrides={"vehicle.motor.stall_torque_n_m": 1.4}))
-    assert one == other != bound(0.04)
+    one, other = (
+        limits(),
+        omnistep.climb_limits(omnistep.Scenario("step", overrides={"vehicle.motor.stall_torque_n_m": 1.4})),
+    )
+    assert one == other != limits(0.04)
     assert pickle.loads(pickle.dumps(one)) == one
     assert (one.vehicle, one.height_m, one.friction, one.torque_n_m, one.speed_m_s) == ("chugo7", 0.05, 0.7, 1.4, 0.3)
     assert one.rows == ["front", "middle", "rear"] and one.wheels == [["5", "6", "7"], ["4"], ["1", "2", "3"]]
-    assert repr(one) == "<omnistep.Bound of chugo7 over 0.05 m: not excluded, the middle row is decisive>"
+    assert repr(one) == "<omnistep.ClimbLimits of chugo7 over 0.05 m: not excluded, the middle row is decisive>"
 
 
 @pytest.mark.parametrize(
@@ -69,12 +72,12 @@ def test_a_bound_is_a_value():
         ("step", {"vehicle": "rocker_bogie6"}, "vehicle", "its hinges are coupled"),
         ("stairs", {}, "terrain.kind", "not a plain step"),
         ("step", {"terrain.height_m": 0.07}, "terrain.height_m", "less than 0.066, the radius"),
-        ("step", {"start.heading_rad": 0.1}, "start.heading_rad", "0.1, allowed for a bound: 0"),
-        ("step", {"command.wz_rad_s": 0.5}, "command.wz_rad_s", "0.5, allowed for a bound: 0"),
+        ("step", {"start.heading_rad": 0.1}, "start.heading_rad", "0.1, allowed for climb limits: 0"),
+        ("step", {"command.wz_rad_s": 0.5}, "command.wz_rad_s", "0.5, allowed for climb limits: 0"),
         ("step", {"terrain.hight_m": 0.05}, "terrain.hight_m", "height_m"),
     ],
 )
 def test_what_no_bound_is_there_for_is_refused_by_key(scenario, overrides, key, said):
     with pytest.raises(omnistep.ConfigError, match=said) as caught:
-        omnistep.bound(scenario, overrides=overrides)
+        omnistep.climb_limits(scenario, overrides=overrides)
     assert caught.value.key == key and len(str(caught.value).splitlines()) == 1

@@ -1,4 +1,4 @@
-//! `omnistep ripple`.
+//! `omnistep wheel-ripple`.
 
 use std::io::Write;
 
@@ -50,7 +50,7 @@ impl Row {
 }
 
 /// Prints the height of every wheel's axle over a turn, from the geometry of its rollers alone.
-pub(super) fn ripple(
+pub(super) fn wheel_ripple(
     vehicle: &str,
     overrides: &[String],
     json: bool,

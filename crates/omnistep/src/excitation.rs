@@ -1,4 +1,4 @@
-//! A drive for `omnistep identify`: a scenario with the motions that its log has to contain.
+//! Excitation for `omnistep identify`: a scenario with the motions that its log has to contain.
 
 use std::fmt::Write as _;
 
@@ -77,10 +77,10 @@ pub(crate) fn text(name: &str, given: &str) -> Result<String, Error> {
     let duration_s = (at_s + 0.5).ceil();
     let quoted = serde_json::Value::from(given); // JSON quotes as TOML does
     Ok(format!(
-        "# A manoeuvre to identify masses, friction, delay and lag: use omnistep run {name}.toml, then omnistep identify on the log.
+        "# An excitation to identify masses, friction, delay and lag: use omnistep run {name}.toml, then omnistep identify on the log.
 # Drive the same commands with your own vehicle on level ground, with some 3 m free on each side. Log the commanded torques (or duty cycles)
-# and wheel velocities of every control period. Then repeat with all wheels in the air (--lifted): only that separates gear friction from
-# rolling resistance, and the wheels' inertia from the vehicle's mass. A known mass (--known mass_kg=...) separates the latter too.
+# and wheel velocities of every control period. Then repeat with all wheels in the air (--wheels-off-ground): only that separates gear friction from
+# rolling resistance, and the wheels' inertia from the vehicle's mass. A known mass (--fix mass_kg=...) separates the latter too.
 schema_version = 1
 name = \"{name}\"
 vehicle = {quoted}

@@ -1,9 +1,9 @@
-//! `omnistep bound`.
+//! `omnistep climb-limits`.
 
 use std::io::Write;
 
 use comfy_table::Table;
-use omni_bound::{Bound, RowBound};
+use omni_bound::{ClimbLimits, RowLimits};
 use omni_config::{Override, Scenario};
 use serde::Serialize;
 
@@ -20,26 +20,26 @@ struct Line<'a> {
     torque_n_m: f64,
     speed_m_s: f64,
     #[serde(flatten)]
-    row: &'a RowBound,
+    row: &'a RowLimits,
 }
 
 /// Prints what the step of a scenario takes of its vehicle, a row of wheels a line.
-pub(super) fn bound(
+pub(super) fn climb_limits(
     name: &str,
     overrides: Vec<Override>,
     json: bool,
     out: &mut dyn Write,
 ) -> Result<(), Error> {
     let scenario = scenario(name, overrides)?;
-    let bound = Bound::of(&scenario)?;
+    let limits = ClimbLimits::of(&scenario)?;
     if json {
-        for row in &bound.rows {
+        for row in &limits.rows {
             let line = Line {
-                vehicle: &bound.vehicle,
-                height_m: bound.step.height_m,
-                friction: bound.step.friction,
-                torque_n_m: bound.torque_n_m,
-                speed_m_s: bound.speed_m_s,
+                vehicle: &limits.vehicle,
+                height_m: limits.step.height_m,
+                friction: limits.step.friction,
+                torque_n_m: limits.torque_n_m,
+                speed_m_s: limits.speed_m_s,
                 row,
             };
             // Serialising plain numbers and strings cannot fail.
@@ -48,26 +48,26 @@ pub(super) fn bound(
         }
         return Ok(());
     }
-    let possible = if bound.possible() {
+    let possible = if limits.possible() {
         "not excluded"
     } else {
         "impossible"
     };
-    let decisive = &bound.rows[bound.decisive()];
+    let decisive = &limits.rows[limits.decisive()];
     print(
         out,
         &format!(
             "{}: step of {} m, friction {}, torque {} N.m, speed {} m/s: {possible}; the {} row is decisive\n{}\n",
-            bound.vehicle,
-            bound.step.height_m,
-            bound.step.friction,
-            bound.torque_n_m,
-            bound.speed_m_s,
+            limits.vehicle,
+            limits.step.height_m,
+            limits.step.friction,
+            limits.torque_n_m,
+            limits.speed_m_s,
             decisive.row,
-            table(&bound.rows)
+            table(&limits.rows)
         ),
     )?;
-    if !bound.possible() {
+    if !limits.possible() {
         print(
             out,
             "This holds for this speed only: a policy that backs off and runs up faster (steady, reach) may climb.\n",
@@ -79,10 +79,10 @@ pub(super) fn bound(
 /// A scenario by its name, or the step with a vehicle by its name.
 fn scenario(name: &str, overrides: Vec<Override>) -> Result<Scenario, Error> {
     scenario_or_vehicle(name, overrides, || Ok(("step", Vec::new())))
-        .map_err(|error| error.to_command("bound").into())
+        .map_err(|error| error.to_command("climb-limits").into())
 }
 
-fn table(rows: &[RowBound]) -> Table {
+fn table(rows: &[RowLimits]) -> Table {
     let headings = [
         "row",
         "wheels",

@@ -53,7 +53,7 @@ impl Verdict {
 /// What the climb of one row takes.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
-pub struct RowBound {
+pub struct RowLimits {
     /// `front`, `middle` or `rear`.
     pub row: &'static str,
     /// Names of its wheels, in the vehicle's order.
@@ -80,7 +80,7 @@ pub struct RowBound {
 /// What the climb of a vehicle takes, beside what it has.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
-pub struct Bound {
+pub struct ClimbLimits {
     /// The vehicle's name.
     pub vehicle: String,
     /// The step.
@@ -90,15 +90,15 @@ pub struct Bound {
     /// Speed at which each row meets the edge \[m/s\].
     pub speed_m_s: f64,
     /// The front row first.
-    pub rows: [RowBound; 3],
+    pub rows: [RowLimits; 3],
 }
 
-impl Bound {
+impl ClimbLimits {
     /// Is the climb not excluded?
     ///
     /// ```
     /// let step = omni_config::Scenario::load("step", &[])?;
-    /// assert!(omni_bound::Bound::of(&step)?.possible());
+    /// assert!(omni_bound::ClimbLimits::of(&step)?.possible());
     /// # Ok::<(), omni_bound::Error>(())
     /// ```
     #[must_use]
@@ -111,12 +111,12 @@ impl Bound {
     ///
     /// ```
     /// let step = omni_config::Scenario::load("step", &[])?;
-    /// assert_eq!(omni_bound::Bound::of(&step)?.decisive(), 1); // wheel 4 is the hardest
+    /// assert_eq!(omni_bound::ClimbLimits::of(&step)?.decisive(), 1); // wheel 4 is the hardest
     /// # Ok::<(), omni_bound::Error>(())
     /// ```
     #[must_use]
     pub fn decisive(&self) -> usize {
-        let need = |row: &RowBound| [row.run_up_m_s, row.path_run_up_m_s, row.least_torque_n_m];
+        let need = |row: &RowLimits| [row.run_up_m_s, row.path_run_up_m_s, row.least_torque_n_m];
         let mut most = 0;
         for index in 1..3 {
             if need(&self.rows[index]) > need(&self.rows[most]) {
@@ -126,18 +126,18 @@ impl Bound {
         most
     }
 
-    /// The bound of a scenario: its vehicle, its step, its motors' torque at rest, and the fastest that it is commanded to drive ahead.
+    /// The limits of a scenario: its vehicle, its step, its motors' torque at rest, and the fastest that it is commanded to drive ahead.
     ///
     /// # Errors
     /// [`Error::Config`] for a scenario without a plain step, with patches of other friction, that meets it with another heading
-    /// than 0, or is commanded to go aside or to turn; and as [`Linkage::bound`].
+    /// than 0, or is commanded to go aside or to turn; and as [`Linkage::climb_limits`].
     ///
     /// ```
     /// use omni_config::{Override, Scenario};
     /// let weak = Override::parse("vehicle.motor.stall_torque_n_m=1.0")?;
-    /// let bound = omni_bound::Bound::of(&Scenario::load("step", &[weak])?)?;
-    /// assert_eq!((bound.torque_n_m, bound.speed_m_s), (1.0, 0.3));
-    /// assert!(bound.rows.iter().all(|row| row.deficit_j > 0.0)); // 1.3 N.m lift the front row
+    /// let limits = omni_bound::ClimbLimits::of(&Scenario::load("step", &[weak])?)?;
+    /// assert_eq!((limits.torque_n_m, limits.speed_m_s), (1.0, 0.3));
+    /// assert!(limits.rows.iter().all(|row| row.deficit_j > 0.0)); // 1.3 N.m lift the front row
     /// # Ok::<(), omni_bound::Error>(())
     /// ```
     pub fn of(scenario: &Scenario) -> Result<Self, Error> {
@@ -154,17 +154,17 @@ impl Bound {
         else {
             return Err(refused(
                 "terrain.kind",
-                "not a plain step, allowed for a bound: \"step\"",
+                "not a plain step, allowed for climb limits: \"step\"",
             ));
         };
         if !scenario.friction_patch.is_empty() {
             return Err(refused(
                 "friction_patch",
-                "friction changes, allowed for a bound: none",
+                "friction changes, allowed for climb limits: none",
             ));
         }
         if scenario.start.heading_rad != 0.0 {
-            let message = format!("{}, allowed for a bound: 0", scenario.start.heading_rad);
+            let message = format!("{}, allowed for climb limits: 0", scenario.start.heading_rad);
             return Err(refused("start.heading_rad", &message));
         }
         let command = &scenario.command;
@@ -173,7 +173,10 @@ impl Bound {
             ("command.file", command.file.is_some()),
         ] {
             if given {
-                return Err(refused(key, "given, allowed for a bound: a twist straight ahead"));
+                return Err(refused(
+                    key,
+                    "given, allowed for climb limits: a twist straight ahead",
+                ));
             }
         }
         let aside = [
@@ -191,7 +194,7 @@ impl Bound {
             .into_iter()
             .chain(later);
         if let Some((key, value)) = other.find(|(_, value)| *value != 0.0) {
-            return Err(refused(&key, &format!("{value}, allowed for a bound: 0")));
+            return Err(refused(&key, &format!("{value}, allowed for climb limits: 0")));
         }
         let later = command.then.iter().map(|then| then.vx_m_s);
         let speed_m_s = later.fold(command.vx_m_s, f64::max).max(0.0);
@@ -200,7 +203,7 @@ impl Bound {
             gravity_m_s2: scenario.physics.gravity_m_s2,
             ..Step::new(height_m, friction)?
         };
-        let found = Linkage::new(vehicle)?.bound(&step, vehicle.motor.peak_torque_n_m(), speed_m_s);
+        let found = Linkage::new(vehicle)?.climb_limits(&step, vehicle.motor.peak_torque_n_m(), speed_m_s);
         found.map_err(|error| match error {
             Error::Argument {
                 name: "height_m",
@@ -223,14 +226,14 @@ impl Linkage {
     /// ```
     /// use omni_bound::{Linkage, Step, Verdict};
     /// let chugo7 = Linkage::new(&omni_config::Vehicle::load("chugo7")?)?;
-    /// let bound = chugo7.bound(&Step::new(0.05, 0.7)?, 1.4, 0.3)?;
-    /// let [front, middle, rear] = &bound.rows;
+    /// let limits = chugo7.climb_limits(&Step::new(0.05, 0.7)?, 1.4, 0.3)?;
+    /// let [front, middle, rear] = &limits.rows;
     /// assert!((front.least_torque_n_m - 1.33).abs() < 0.01 && front.verdict == Verdict::Torque);
     /// assert!((middle.least_torque_n_m - 2.49).abs() < 0.01 && middle.deficit_j > 0.1);
     /// assert!(rear.least_torque_n_m.is_infinite()); // without a run-up never
     /// # Ok::<(), omni_bound::Error>(())
     /// ```
-    pub fn bound(&self, step: &Step, torque_n_m: f64, speed_m_s: f64) -> Result<Bound, Error> {
+    pub fn climb_limits(&self, step: &Step, torque_n_m: f64, speed_m_s: f64) -> Result<ClimbLimits, Error> {
         for (name, value) in [("torque_n_m", torque_n_m), ("speed_m_s", speed_m_s)] {
             if !(0.0..=1e9).contains(&value) {
                 let allowed = "0 to 1e9".into();
@@ -251,8 +254,8 @@ impl Linkage {
                 ),
             });
         }
-        let row = |row| self.row_bound(row, step, torque_n_m, speed_m_s);
-        Ok(Bound {
+        let row = |row| self.row_limits(row, step, torque_n_m, speed_m_s);
+        Ok(ClimbLimits {
             vehicle: self.name.clone(),
             step: *step,
             torque_n_m,
@@ -261,7 +264,7 @@ impl Linkage {
         })
     }
 
-    fn row_bound(&self, row: usize, step: &Step, torque: f64, speed: f64) -> Result<RowBound, Error> {
+    fn row_limits(&self, row: usize, step: &Step, torque: f64, speed: f64) -> Result<RowLimits, Error> {
         let first_touch = self.first_touch_rad(row, step.height_m);
         let part = first_touch / (POINTS - 1) as f64;
         let path: Vec<Posture> = (0..POINTS)
@@ -294,7 +297,7 @@ impl Linkage {
             _ if speed >= run_up_m_s => Verdict::Open,
             _ => Verdict::Impossible,
         };
-        Ok(RowBound {
+        Ok(RowLimits {
             row: ROWS[row],
             wheels: self.rows[row].wheels.clone(),
             least_torque_n_m,

@@ -15,18 +15,18 @@ def at(trace, time_s):
 )
 def test_synchronised_wheels_share_the_speed_that_the_most_loaded_can_hold(time_s, rpm):
     # 0.2 rpm: at 54 s wheel B, unloaded two seconds before, is still 0.08 rpm above.
-    np.testing.assert_allclose(at(omnistep.wheels("synchronised"), time_s), rpm, atol=0.2)
+    np.testing.assert_allclose(at(omnistep.run_motor_bench("synchronised"), time_s), rpm, atol=0.2)
 
 
 def test_literal_equation_12_does_not_converge():
-    trace = omnistep.wheels("paper")
+    trace = omnistep.run_motor_bench("paper")
     a, _, c = at(trace, 45)
     assert a - c > 5
     assert np.ptp(trace.speed_rpm[trace.t_s > 53], axis=1).max() > 50
 
 
 def test_friction_is_a_key_like_any_other():
-    trace = omnistep.wheels(overrides={"friction_n_m_s_rad": 2e-4})
+    trace = omnistep.run_motor_bench(overrides={"friction_n_m_s_rad": 2e-4})
     np.testing.assert_allclose(at(trace, 30), 76.3, atol=0.1)
     assert len(trace) == 651 == trace.t_s.size
     assert trace.load_n_m_s_rad.shape == trace.torque_n_m.shape == (651, 3)

@@ -1,12 +1,12 @@
 //! Section 3.3 of the paper: three motors on dampers (docs/paper.md).
 
-use omni_sim::config::{Override, WheelsExperiment};
-use omni_sim::{WheelsTrace, run_wheels};
+use omni_sim::config::{MotorBench, Override};
+use omni_sim::{MotorBenchTrace, run_motor_bench};
 
-fn run(policy: &str, friction_n_m_s_rad: f64) -> WheelsTrace {
+fn run(policy: &str, friction_n_m_s_rad: f64) -> MotorBenchTrace {
     let friction = Override::new("friction_n_m_s_rad", friction_n_m_s_rad);
-    let experiment = WheelsExperiment::load("wheels", &[friction]).expect("built-in experiment");
-    run_wheels(&experiment, policy).expect("a policy for wheels")
+    let experiment = MotorBench::load("motor_bench", &[friction]).expect("built-in experiment");
+    run_motor_bench(&experiment, policy).expect("a policy for wheels")
 }
 
 /// Largest minus smallest of three speeds \[rpm\].

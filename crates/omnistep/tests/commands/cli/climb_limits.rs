@@ -5,7 +5,7 @@ use super::{omnistep, refused, rows, stdout};
 #[test]
 fn bound_is_a_table_with_a_line_a_row_of_wheels() {
     let folder = tempfile::tempdir().unwrap();
-    let text = stdout(&omnistep(folder.path(), &["bound"]));
+    let text = stdout(&omnistep(folder.path(), &["climb-limits"]));
     let first = text.lines().next().unwrap();
     assert_eq!(
         first,
@@ -34,7 +34,7 @@ fn bound_is_a_table_with_a_line_a_row_of_wheels() {
 #[test]
 fn bound_follows_keys_and_says_what_is_impossible() {
     let folder = tempfile::tempdir().unwrap();
-    let mut args = vec!["bound", "step", "--json"];
+    let mut args = vec!["climb-limits", "step", "--json"];
     for set in ["vehicle.motor.stall_torque_n_m=1.0", "terrain.friction=0.55"] {
         args.extend(["--set", set]);
     }
@@ -54,15 +54,15 @@ fn bound_follows_keys_and_says_what_is_impossible() {
 #[test]
 fn a_vehicle_is_put_before_the_built_in_step() {
     let folder = tempfile::tempdir().unwrap();
-    let of_scenario = stdout(&omnistep(folder.path(), &["bound", "step"]));
+    let of_scenario = stdout(&omnistep(folder.path(), &["climb-limits", "step"]));
     assert_eq!(
-        stdout(&omnistep(folder.path(), &["bound", "chugo7"])),
+        stdout(&omnistep(folder.path(), &["climb-limits", "chugo7"])),
         of_scenario
     );
-    omnistep(folder.path(), &["new", "vehicle", "mine", "--like", "chugo7"]);
+    omnistep(folder.path(), &["new", "vehicle", "mine", "--template", "chugo7"]);
     let mine = stdout(&omnistep(
         folder.path(),
-        &["bound", "mine.toml", "--set", "terrain.height_m=0.03"],
+        &["climb-limits", "mine.toml", "--set", "terrain.height_m=0.03"],
     ));
     assert!(mine.starts_with("mine: step of 0.03 m,"), "{mine}");
 }
@@ -70,15 +70,15 @@ fn a_vehicle_is_put_before_the_built_in_step() {
 #[test]
 fn what_no_bound_is_there_for_is_refused_in_one_line() {
     let folder = tempfile::tempdir().unwrap();
-    let said = |args: &[&str]| refused(folder.path(), &[&["bound"], args].concat());
+    let said = |args: &[&str]| refused(folder.path(), &[&["climb-limits"], args].concat());
     assert_eq!(
         said(&["omni3"]),
-        "error: vehicle omni3: it has 0 transverse hinges; a bound needs two frames joined by one transverse hinge, with \
+        "error: vehicle omni3: it has 0 transverse hinges; climb limits need two frames joined by one transverse hinge, with \
          three rows of wheels; for other vehicles: omnistep check VEHICLE --step HEIGHT\n"
     );
     assert_eq!(
         said(&["stairs"]),
-        "error: scenario stairs: terrain.kind: not a plain step, allowed for a bound: \"step\"\n"
+        "error: scenario stairs: terrain.kind: not a plain step, allowed for climb limits: \"step\"\n"
     );
     assert_eq!(
         said(&["step", "--set", "terrain.height_m=0.07"]),
@@ -87,7 +87,7 @@ fn what_no_bound_is_there_for_is_refused_in_one_line() {
     );
     assert_eq!(
         said(&["step", "--set", "command.vy_m_s=0.3"]),
-        "error: scenario step: command.vy_m_s: 0.3, allowed for a bound: 0\n"
+        "error: scenario step: command.vy_m_s: 0.3, allowed for climb limits: 0\n"
     );
     assert!(said(&["climb_map"]).contains("this is a study, not a scenario"));
 }

@@ -1,4 +1,4 @@
-"""Pictures and films of logged runs."""
+"""Videos and pictures of logged runs."""
 
 import contextlib
 import importlib
@@ -19,10 +19,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from omnistep import plot
 from omnistep._omnistep import Log, read_mcap
 from omnistep._output_files import check_output, replaced
-from omnistep.errors import FilmError
+from omnistep.errors import VideoError
 
 #: Time that the viewer has to start, and to end once it fails [s].
 _START_S, _END_S = 60.0, 10.0
@@ -34,42 +33,23 @@ _NO_RENDERER = ("render context", "graphics adapter")
 _TIMELINE = "message_log_time"
 
 
-def strip(path: str | PathLike[str], out: str | PathLike[str], *, every_s: float = 0.3) -> None:
-    """Draw a logged run from the side, like figure 9 of the paper.
-
-    Args:
-        path: an MCAP log.
-        out: the picture: png, svg or pdf.
-        every_s: time between two points of the middle joint's path [s].
-
-    Raises:
-        LogError: the log cannot be read.
-        ValueError: the time is not positive, or the file name extension is not that of a picture.
-        ImportError: matplotlib is not installed; install the extra ``plot``.
-    """
-    ax = plot.strip(read_mcap(path), every_s=every_s)
-    figure: Any = ax.figure
-    with replaced(Path(out), [Path(path)]) as aside:
-        figure.savefig(aside, dpi=150)
-
-
-def film(path: str | PathLike[str], out: str | PathLike[str], *, fps: float = 10.0, at_s: float | None = None) -> None:
-    """Make a film or a picture of a logged run with Rerun, without a window.
+def write(path: str | PathLike[str], out: str | PathLike[str], *, fps: float = 10.0, at_s: float | None = None) -> None:
+    """Make a video or a picture of a logged run with Rerun, without a window.
 
     Rerun reads the log itself. On a machine without a graphics card it needs a software renderer of Vulkan (Debian's
-    ``mesa-vulkan-drivers``), and then takes some half a second for each picture. A picture shows the vehicle, a film
+    ``mesa-vulkan-drivers``), and then takes some half a second for each picture. A picture shows the vehicle, a video
     its whole path.
 
     Args:
         path: an MCAP log.
-        out: the film: mp4 or gif, or one picture: png.
-        fps: pictures a second of the run, and of the film; up to 50, the rate of the poses in the log.
+        out: the video: mp4 or gif, or one picture: png.
+        fps: pictures per second of the run, and of the video; up to 50, the rate of the poses in the log.
         at_s: the time of a png [s]; the middle of the run by default.
 
     Raises:
         LogError: the log cannot be read.
         ValueError: another file name extension, a rate outside 0 to 50, or a time outside the run.
-        FilmError: the viewer did not start, or ended early.
+        VideoError: the viewer did not start, or ended early.
         ImportError: Rerun is not installed; install the extra ``view``.
     """
     out = Path(out)
@@ -113,7 +93,7 @@ def _shots(log: Log, moments: Sequence[float], folder: Path) -> Iterator[Path]:
     beside = rrb.TextDocumentView(origin="/nothing")
     layout = rrb.Blueprint(rrb.Horizontal(view, beside, column_shares=[4, 1.3]), collapse_panels=True)
     with _viewer() as client:
-        recording = rr.RecordingStream("omnistep film")
+        recording = rr.RecordingStream("omnistep video")
         try:
             recording.connect_grpc(client.url)
             rr.send_blueprint(layout, recording=recording)
@@ -160,7 +140,7 @@ def _extra(module: str) -> Any:
     try:
         return importlib.import_module(module)
     except ImportError as error:
-        raise ImportError(f'omnistep film needs {module}: install omnistep with its extra "view"') from error
+        raise ImportError(f'omnistep video needs {module}: install omnistep with its extra "view"') from error
     finally:
         if not own:
             del os.environ["RUST_LOG"]
@@ -177,7 +157,7 @@ def _loaded(client: Any, until_s: float) -> Any:
         if views and ends and max(ends) >= 1e9 * until_s - 2e7:
             return views[0]
         time.sleep(0.1)
-    raise FilmError(f"Rerun's viewer did not read the log within {_START_S:g} s")
+    raise VideoError(f"Rerun's viewer did not read the log within {_START_S:g} s")
 
 
 @contextmanager
@@ -191,7 +171,7 @@ def _viewer() -> Iterator[Any]:
         "rerun", path=os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
     )
     if program is None:
-        raise ImportError('omnistep film needs Rerun\'s viewer: install omnistep with its extra "view"')
+        raise ImportError('omnistep video needs Rerun\'s viewer: install omnistep with its extra "view"')
     command = [program, "--headless", "--bind", "127.0.0.1", "--port", str(port), "--hide-welcome-screen"]
     command += ["--window-size", "1700x760"]
     quiet = dict(os.environ, RERUN_ANALYTICS="0", DO_NOT_TRACK="1", RERUN_APP_ONLY="true")
@@ -201,15 +181,15 @@ def _viewer() -> Iterator[Any]:
         )
         try:
             yield _answering(process, client_of, f"rerun+http://127.0.0.1:{port}/proxy")
-        except FilmError:
+        except VideoError:
             raise
         except Exception as error:
             # Whatever its client says of a viewer that has gone, and when: the reason is the viewer's end.
             with contextlib.suppress(subprocess.TimeoutExpired):
                 process.wait(_END_S)
             if process.poll() is None:
-                raise FilmError(f"Rerun's viewer did not answer: {' '.join(str(error).split())[:200]}") from error
-            raise FilmError(_why_ended(said)) from error
+                raise VideoError(f"Rerun's viewer did not answer: {' '.join(str(error).split())[:200]}") from error
+            raise VideoError(_why_ended(said)) from error
         finally:
             _end(process)
 
@@ -240,7 +220,7 @@ def _answering(process: subprocess.Popen[str], client_of: Any, address: str) -> 
             return client
         except Exception as error:
             if time.monotonic() > late:
-                raise FilmError(f"Rerun's viewer did not start within {_START_S:g} s: {error}") from error
+                raise VideoError(f"Rerun's viewer did not start within {_START_S:g} s: {error}") from error
             time.sleep(0.2)
 
 
@@ -259,7 +239,7 @@ def _end(process: subprocess.Popen[str]) -> None:
 
 
 def _joined(pictures: Sequence[Path], out: Path, fps: float) -> None:
-    """Make a film of pictures."""
+    """Make a video of pictures."""
     iio = _extra("imageio.v3")
     frames = np.stack([iio.imread(picture)[:, :, :3] for picture in pictures])
     frames = frames[:, : frames.shape[1] // 2 * 2, : frames.shape[2] // 2 * 2]  # mp4 has pairs of rows and columns
