@@ -85,7 +85,7 @@ pub(crate) enum Command {
     ///
     /// Writes one Parquet row for each run and prints a map. The same command resumes a study that was stopped.
     Study(StudyArgs),
-    /// Prints the ripple of roller wheels: axle height and rolling radius over a turn.
+    /// Prints the ripple of roller wheels: axle height and rolling radius.
     WheelRipple {
         /// A built-in vehicle or a .toml file.
         #[arg(default_value = "chugo7")]
@@ -140,7 +140,7 @@ pub(crate) enum Command {
         #[arg(long = "set", value_name = "KEY=VALUE")]
         overrides: Vec<String>,
     },
-    /// Writes a vehicle or a scenario for MuJoCo, URDF readers, ros2_control or firmware.
+    /// Writes a vehicle or a scenario for MuJoCo, URDF, ros2_control or firmware.
     ///
     /// NAME is a vehicle; with --format mjcf, rust and c also a scenario, and a vehicle alone stands on the ground of the scenario flat.
     Export(ExportArgs),
