@@ -178,7 +178,7 @@ mod tests {
         let error = MotorBench::load("motor_bench", &period).expect_err("refused");
         assert_eq!(
             error.to_string(),
-            "built-in wheels: period_s: -5, allowed: 0.000001 to 0.1"
+            "built-in motor_bench: period_s: -5, allowed: 0.000001 to 0.1"
         );
         let study = "schema_version = 1\nname = 's'\nscenario = 'flat'\nseeds = 1\n\
                      [[axis]]\nkey = 'terrain.friction'\nfrom = 0.5\nto = 0.9\ncount = -3\n";

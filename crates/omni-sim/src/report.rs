@@ -305,7 +305,7 @@ impl TractionReport {
 ///
 /// ```
 /// use omni_sim::{Simulation, config::{Override, Scenario}};
-/// let scenario = Scenario::load("flat", &[Override::new("drive.timeout_s", 0.5)])?;
+/// let scenario = Scenario::load("flat", &[Override::new("drive.command_timeout_s", 0.5)])?;
 /// let mut simulation = Simulation::new(&scenario)?;
 /// simulation.step(&simulation.scenario_command())?;
 /// let (columns, report) = (simulation.controller().columns(), &simulation.sample().report);

@@ -89,7 +89,8 @@ fn list_says_what_each_of_a_kind_is_in_a_line() {
     ] {
         let output = omnistep(folder.path(), &["list", kind]);
         let text = String::from_utf8(output.stdout).unwrap();
-        let line = text.lines().find(|line| line.starts_with(name)).expect(name);
+        let named = |line: &&str| line.split_whitespace().next() == Some(name);
+        let line = text.lines().find(named).expect(name);
         assert!(line.contains(words), "{line}");
         assert!(
             text.lines().all(|line| line.split_whitespace().count() > 3),

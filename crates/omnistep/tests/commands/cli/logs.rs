@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use omni_config::Scenario;
 use omni_log::Error;
-use omni_log::ros2::{RosMessage, VehicleState, WheelState};
+use omni_log::ros2::{RosMessage, Sensors, VehicleState, WheelState};
 use omni_log::{LogFile, LogMessage, LogWriter, read_log, topic};
 
 use super::{omnistep, refused, rows, stdout};
@@ -24,7 +24,7 @@ pub(crate) fn logged(folder: &Path, duration_s: f64) -> std::path::PathBuf {
 pub(crate) fn copied(
     from: &Path,
     to: &Path,
-    mut change: impl FnMut(u64, &mut VehicleState),
+    mut change: impl FnMut(u64, &mut Sensors),
     scenario: impl Fn(String) -> String,
 ) {
     fn send<M: RosMessage>(
@@ -38,9 +38,10 @@ pub(crate) fn copied(
     }
     let mut writer = LogWriter::create(to).unwrap();
     let file = read_log(from, |time_ns, message| match message {
-        LogMessage::VehicleState(mut state) => {
-            change(time_ns, &mut state);
-            send(&mut writer, topic::VEHICLE_STATE, time_ns, &state)
+        LogMessage::VehicleState(state) => send(&mut writer, topic::VEHICLE_STATE, time_ns, &state),
+        LogMessage::Sensors(mut sensed) => {
+            change(time_ns, &mut sensed);
+            send(&mut writer, topic::SENSORS, time_ns, &sensed)
         }
         LogMessage::Odom(odom) => send(&mut writer, topic::ODOM, time_ns, &*odom),
         _ => Ok(()),
@@ -108,21 +109,20 @@ fn a_replay_names_the_first_sample_and_wheel_that_differ() {
     let log = folder.path().join("out/step-scale_references.mcap");
     let replay = |name: &str| stdout(&omnistep(folder.path(), &["replay", name]));
 
-    // The least bit of one measurement of one wheel: the log's own signals follow from another one.
+    // The least bit of one reading of one wheel: the log's own signals follow from another one.
     copied(
         &log,
         &folder.path().join("measured.mcap"),
-        |time_ns, state| {
+        |time_ns, sensed| {
             if time_ns == 300_000_000 {
-                let measured = &mut state.wheels[4].signals[1]; // measured_rad_s
-                *measured = measured.next_up();
+                sensed.wheels_rad_s[4] = sensed.wheels_rad_s[4].next_up();
             }
         },
         |text| text,
     );
     let said = replay("measured.mcap");
     assert!(
-        said.contains("first at t = 0.3 s (period 299): wheel 5, p_n_m: logged "),
+        said.contains("first at t = 0.3 s (period 299): wheel 5, measured_rad_s: logged "),
         "{said}"
     );
 
@@ -272,8 +272,8 @@ fn the_emptiest_log_of_our_own_is_read_back() {
     let log = folder.path().join("out/flat-scale_references.mcap");
     let (file, times) = states(&log);
     assert!(file.complete && times.len() == 60_000);
-    // 42 MB of messages.
-    assert!(fs::metadata(&log).unwrap().len() < 3_000_000);
+    // 55 MB of messages.
+    assert!(fs::metadata(&log).unwrap().len() < 4_000_000);
 }
 
 /// Places of the records of a log outside its chunks.

@@ -380,14 +380,14 @@ fn unknown_names_are_refused_with_the_names_there_are() {
         said.contains("unknown scenario \"stairway\" (did you mean \"stairs\"?), allowed: step, flat, step_down, stairs, ramp, half_step, ditch, bumps, rough, height_map, ice, square, figure_eight, or the path"),
         "{said}"
     );
-    let said = refused(folder.path(), &["run", "step", "--policy", "papier"]);
+    let said = refused(folder.path(), &["run", "step", "--policy", "scale_torque"]);
     assert!(
-        said.contains("unknown policy \"papier\" (did you mean \"scale_torques\"?), allowed: independent, scale_torques, scale_references, shared_integral"),
+        said.contains("unknown policy \"scale_torque\" (did you mean \"scale_torques\"?), allowed: independent, scale_torques, scale_references, shared_integral"),
         "{said}"
     );
-    let said = refused(folder.path(), &["run", "--set", "control.policy=papier"]);
+    let said = refused(folder.path(), &["run", "--set", "control.policy=scale_torque"]);
     assert!(
-        said.contains("control.policy: \"papier\" (did you mean \"scale_torques\"?), allowed: independent, scale_torques, scale_references, shared_integral"),
+        said.contains("control.policy: \"scale_torque\" (did you mean \"scale_torques\"?), allowed: independent, scale_torques, scale_references, shared_integral"),
         "{said}"
     );
     let said = refused(folder.path(), &["compare", "missing.toml"]);

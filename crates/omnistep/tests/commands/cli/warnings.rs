@@ -50,7 +50,7 @@ fn a_duration_that_cannot_suffice_is_a_warning_in_one_line() {
 fn a_map_counts_runs_that_were_cut_off_apart_from_stalls() {
     let folder = tempfile::tempdir().unwrap();
     // 2 s end on the way to the riser; a step of 20 cm is a stall after 6 s; the rest climbs.
-    let study = "schema_version = 1\nname = \"cut\"\nscenario = \"step\"\nseeds = 2\n[set]\nperturbation.yaw_rad = 0.01\nphysics.timestep_us = 1000\ncontrol.policy = \"independent\"\n\
+    let study = "schema_version = 1\nname = \"cut\"\nscenario = \"step\"\nseeds = 2\n[set]\nperturbation.yaw_rad = 0.01\nphysics.timestep_s = 0.001\ncontrol.policy = \"independent\"\n\
                  [[axis]]\nkey = \"duration_s\"\nvalues = [2.0, 6.0]\n[[axis]]\nkey = \"terrain.height_m\"\nvalues = [0.02, 0.2]\n";
     fs::write(folder.path().join("cut.toml"), study).unwrap();
     let output = omnistep(folder.path(), &["study", "cut.toml", "--quiet"]);
@@ -211,7 +211,7 @@ fn physics_that_gain_energy_are_a_failed_run_in_one_line() {
         said.starts_with("error: the physics gained ") && said.lines().count() == 1,
         "{said}"
     );
-    assert!(said.contains("use a physics.timestep_s below 0.000500"), "{said}");
+    assert!(said.contains("use a physics.timestep_s below 0.05"), "{said}");
 }
 
 #[test]

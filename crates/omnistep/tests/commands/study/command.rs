@@ -105,8 +105,8 @@ fn a_bad_study_is_one_line_with_file_axis_value_and_range() {
         ),
         (
             "\"slip_rms\"",
-            "\"slip\"",
-            "small.toml: map.figures: \"slip\" (did you mean \"slip_rms\"?), allowed: climbed, ",
+            "\"slip_rm\"",
+            "small.toml: map.figures: \"slip_rm\" (did you mean \"slip_rms\"?), allowed: climbed, ",
         ),
         (
             "[map]",
