@@ -71,6 +71,7 @@ __all__ = [
     "moved_by",
     "policy_name",
     "read_mcap",
+    "recover",
     "reference_factor",
     "run",
     "run_external",
@@ -85,7 +86,6 @@ __all__ = [
     "torque_factor",
     "torque_range",
     "wilson",
-    "recover",
     "write_recording",
 ]
 

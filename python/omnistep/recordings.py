@@ -78,7 +78,7 @@ class ImportSummary:
         signals: its columns, one by one.
         commands_left_out: changes of the command that are missing in the embedded scenario, because its table is
             limited to 100000; the log's columns have them.
-        doubts: implausible findings, a line each: signs, the order of wheels, units; of a log that was cut off first that.
+        doubts: implausible findings, a line each: signs, the order of wheels, units; first whether the log was cut off.
         skipped: the lines of a CSV file that were left out (``count``, ``first``), where that was asked for.
     """
 
@@ -201,7 +201,7 @@ def import_log(
         signals = _signals(log_map, read, columns)
         period_s = log_map.scenario.period_s
         clocks = {_clock(log_map, table): samples[table].time_ns for table in read}
-        doubts = (missing,) if missing else ()
+        doubts: tuple[str, ...] = (missing,) if missing else ()
         doubts += tuple(doubt for clock, time_ns in clocks.items() for doubt in clock_doubts(clock, time_ns))
         doubts += _doubtful(log_map, read, columns, signals, starts_ns)
     summary = ImportSummary(source, path, rows, period_s, starts_ns * 1e-9, signals, commands_left_out, doubts, skipped)
