@@ -289,7 +289,7 @@ def test_a_parquet_column_of_text_is_refused_before_it_is_unpacked(folder, monke
 @pytest.mark.parametrize("vehicle", ["omni3", "chugo7"])
 def test_a_new_map_is_one_as_it_is_and_with_every_table_in_it(folder, monkeypatch, capfd, vehicle):
     code, out, err = command_line(monkeypatch, capfd, "new", "import-map", "mine", "--vehicle", vehicle)
-    assert (code, err) == (0, "") and out.startswith(f"mine.toml: a map for {vehicle}; ")
+    assert (code, err) == (0, "") and out.startswith(f"mine.toml: an import map for {vehicle}; ")
     assert set(read_map("mine.toml").signals) == {"wheels"}
     lines = (folder / "mine.toml").read_text().splitlines(keepends=True)
     first = next(number for number, line in enumerate(lines) if line.startswith("schema_version"))

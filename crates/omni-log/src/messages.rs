@@ -3,7 +3,7 @@
 //! | topic | type | rate unless the scenario's `[log]` says otherwise |
 //! |---|---|---|
 //! | `/vehicle_state` | `omnistep_msgs/msg/VehicleState` | every control period |
-//! | `/sensors` | `omni_msgs/msg/Sensors` | as `/vehicle_state`: what the controller read |
+//! | `/sensors` | `omnistep_msgs/msg/Sensors` | as `/vehicle_state`: what the controller read |
 //! | `/controller_signals` | `omnistep_msgs/msg/ControllerSignals` | as `/vehicle_state`; only of a controller with signals of its own |
 //! | `/tf` | `tf2_msgs/msg/TFMessage` | 50 Hz |
 //! | `/joint_states` | `sensor_msgs/msg/JointState` | 50 Hz |

@@ -89,7 +89,7 @@ ros_messages! {
     StringMessage => "std_msgs/msg/String", "String.msg";
     MarkerArray => "visualization_msgs/msg/MarkerArray", "MarkerArray.msg";
     VehicleState => "omnistep_msgs/msg/VehicleState", "VehicleState.msg";
-    Sensors => "omni_msgs/msg/Sensors", "Sensors.msg";
+    Sensors => "omnistep_msgs/msg/Sensors", "Sensors.msg";
     ControllerSignals => "omnistep_msgs/msg/ControllerSignals", "ControllerSignals.msg";
     Clock => "rosgraph_msgs/msg/Clock", "Clock.msg";
     Imu => "sensor_msgs/msg/Imu", "Imu.msg";

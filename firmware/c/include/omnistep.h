@@ -1,6 +1,6 @@
 /* omnistep: control of omni-directional vehicles, in single precision. C11 and C++11; neither heap nor C library needed.
  *
- * A controller is a constant that `omnistep constants` writes from a vehicle file; what changes is in a state. Units are
+ * A controller is a constant that `omnistep export` writes from a vehicle file; what changes is in a state. Units are
  * SI: m, m/s, rad/s, N.m, s. Fill in constants by that command only: their flags and tags have to be valid. Comments that name
  * `Types` mean those of the Rust library, which has them documented in full. Generated from the Rust sources by cbindgen; not to be edited. */
 
@@ -215,7 +215,7 @@ typedef struct {
   // `ended` no wheel is controlled.
   bool active[3];
   // Proportional term, formed with the reference as reduced by `common_factor` under
-  // `Saturation::ScaleReference`.
+  // `Saturation::ScaleReferences`.
   float p_n_m[3];
   // Integral term, likewise.
   float i_n_m[3];
@@ -232,7 +232,7 @@ typedef struct {
   // The requested torque is outside the limits.
   bool saturated[3];
   // What all torques (`Saturation::ScaleTorques`) or all references
-  // (`Saturation::ScaleReference`) were multiplied by, 0 to 1; 1 under
+  // (`Saturation::ScaleReferences`) were multiplied by, 0 to 1; 1 under
   // `Saturation::Clip`.
   float common_factor;
   // Every reference has been 0 for long enough that all torque has ended: see `Rest`. Bridges that are driven by
@@ -378,7 +378,7 @@ enum omni_saturation_tag
   // All references are multiplied by one factor s, as large as keeps every wheel within its limit, and the loops see
   // the error against the reduced reference (a conditioned controller shared by the wheels). Ratios of velocities are
   // kept and nothing winds up.
-  OMNI_SATURATION_SCALE_REFERENCE,
+  OMNI_SATURATION_SCALE_REFERENCES,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -391,12 +391,12 @@ typedef uint8_t omni_saturation_tag;
 typedef struct {
   // The factor never falls below this, 0 to 1: a wheel may then saturate. 0 lets one blocked wheel stop all.
   float floor;
-} omni_saturation_ScaleReference_body;
+} omni_saturation_ScaleReferences_body;
 
 typedef struct {
   omni_saturation_tag tag;
   union {
-    omni_saturation_ScaleReference_body SCALE_REFERENCE;
+    omni_saturation_ScaleReferences_body SCALE_REFERENCES;
   };
 } omni_saturation;
 
@@ -430,7 +430,7 @@ typedef struct {
 
 // A vehicle's controller: kinematics and wheel loops. Immutable; what changes is in `ControlState`.
 //
-// The bare loop. `crate::Drive` puts shaping, faults, slip and odometry around it.
+// The bare loop. `Drive` puts shaping, faults, slip and odometry around it.
 typedef struct {
   omni3_kinematics kinematics;
   omni3_loops wheels;
@@ -785,7 +785,7 @@ typedef struct {
   // `ended` no wheel is controlled.
   bool active[4];
   // Proportional term, formed with the reference as reduced by `common_factor` under
-  // `Saturation::ScaleReference`.
+  // `Saturation::ScaleReferences`.
   float p_n_m[4];
   // Integral term, likewise.
   float i_n_m[4];
@@ -802,7 +802,7 @@ typedef struct {
   // The requested torque is outside the limits.
   bool saturated[4];
   // What all torques (`Saturation::ScaleTorques`) or all references
-  // (`Saturation::ScaleReference`) were multiplied by, 0 to 1; 1 under
+  // (`Saturation::ScaleReferences`) were multiplied by, 0 to 1; 1 under
   // `Saturation::Clip`.
   float common_factor;
   // Every reference has been 0 for long enough that all torque has ended: see `Rest`. Bridges that are driven by
@@ -846,7 +846,7 @@ typedef struct {
 
 // A vehicle's controller: kinematics and wheel loops. Immutable; what changes is in `ControlState`.
 //
-// The bare loop. `crate::Drive` puts shaping, faults, slip and odometry around it.
+// The bare loop. `Drive` puts shaping, faults, slip and odometry around it.
 typedef struct {
   omni4_kinematics kinematics;
   omni4_loops wheels;
@@ -1007,7 +1007,7 @@ typedef struct {
   // `ended` no wheel is controlled.
   bool active[6];
   // Proportional term, formed with the reference as reduced by `common_factor` under
-  // `Saturation::ScaleReference`.
+  // `Saturation::ScaleReferences`.
   float p_n_m[6];
   // Integral term, likewise.
   float i_n_m[6];
@@ -1024,7 +1024,7 @@ typedef struct {
   // The requested torque is outside the limits.
   bool saturated[6];
   // What all torques (`Saturation::ScaleTorques`) or all references
-  // (`Saturation::ScaleReference`) were multiplied by, 0 to 1; 1 under
+  // (`Saturation::ScaleReferences`) were multiplied by, 0 to 1; 1 under
   // `Saturation::Clip`.
   float common_factor;
   // Every reference has been 0 for long enough that all torque has ended: see `Rest`. Bridges that are driven by
@@ -1068,7 +1068,7 @@ typedef struct {
 
 // A vehicle's controller: kinematics and wheel loops. Immutable; what changes is in `ControlState`.
 //
-// The bare loop. `crate::Drive` puts shaping, faults, slip and odometry around it.
+// The bare loop. `Drive` puts shaping, faults, slip and odometry around it.
 typedef struct {
   omni6_kinematics kinematics;
   omni6_loops wheels;
@@ -1229,7 +1229,7 @@ typedef struct {
   // `ended` no wheel is controlled.
   bool active[7];
   // Proportional term, formed with the reference as reduced by `common_factor` under
-  // `Saturation::ScaleReference`.
+  // `Saturation::ScaleReferences`.
   float p_n_m[7];
   // Integral term, likewise.
   float i_n_m[7];
@@ -1246,7 +1246,7 @@ typedef struct {
   // The requested torque is outside the limits.
   bool saturated[7];
   // What all torques (`Saturation::ScaleTorques`) or all references
-  // (`Saturation::ScaleReference`) were multiplied by, 0 to 1; 1 under
+  // (`Saturation::ScaleReferences`) were multiplied by, 0 to 1; 1 under
   // `Saturation::Clip`.
   float common_factor;
   // Every reference has been 0 for long enough that all torque has ended: see `Rest`. Bridges that are driven by
@@ -1290,7 +1290,7 @@ typedef struct {
 
 // A vehicle's controller: kinematics and wheel loops. Immutable; what changes is in `ControlState`.
 //
-// The bare loop. `crate::Drive` puts shaping, faults, slip and odometry around it.
+// The bare loop. `Drive` puts shaping, faults, slip and odometry around it.
 typedef struct {
   omni7_kinematics kinematics;
   omni7_loops wheels;
