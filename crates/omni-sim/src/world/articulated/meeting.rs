@@ -1,4 +1,4 @@
-//! Where wheels whose rollers are resolved meet the ground: at most a few of a wheel's rollers touch at a time.
+//! Where the rollers of wheels meet the ground: at most a few of a wheel touch at a time.
 //!
 //! A roller's surface in touch moves with its wheel, and by the roller's own spin about its axis. Its spin changes by the friction
 //! across that axis alone; nothing else of it is free. A roller that does not touch keeps its spin but for its bearing's damping.
