@@ -5,6 +5,7 @@ mod criteria;
 mod effort;
 mod figures;
 mod friction_use;
+mod mean;
 mod meter;
 mod obedience;
 mod pose_errors;

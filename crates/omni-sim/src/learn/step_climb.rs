@@ -2,7 +2,7 @@
 
 use omni_core::BodyTwist;
 
-use super::{Draw, Rules};
+use super::rules::{Draw, Rules};
 use crate::config::{self, Scenario, Terrain};
 use crate::outcome::Meter;
 use crate::{Error, Outcome, Simulation, Verdict};

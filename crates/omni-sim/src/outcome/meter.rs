@@ -8,6 +8,7 @@ use omni_core::metrics::{DISTURBED_FLOOR_RAD_S, disturbed_ratio, shape_error, sp
 use super::criteria::{Gain, Gained, Lean, Runaway, farthest_wheel_m};
 use super::effort::{Effort, LimitedBy};
 use super::friction_use::FrictionUse;
+use super::mean::{Mean, WINDOW_NS};
 use super::obedience::Obedience;
 use super::pose_errors::PoseErrors;
 use super::slip_speed_std::SlipSpeedStd;
@@ -29,8 +30,6 @@ const STALLED_PART: f64 = 0.1;
 const COMMANDED_M: f64 = 0.05;
 /// Time over which that is judged, in windows of [`WINDOW_NS`].
 const STALL_WINDOWS: usize = 100;
-/// Averages of forces \[ns\]: 10 ms; shorter ones depend on the physics step.
-pub(super) const WINDOW_NS: u64 = 10_000_000;
 /// Most wheels of a vehicle.
 const WHEELS: usize = 8;
 
@@ -469,22 +468,5 @@ impl Progress {
                 let whole = commanded + commanded_turn;
                 whole > COMMANDED_M && gone + turned < STALLED_PART * whole
             })
-    }
-}
-
-#[derive(Default)]
-pub(super) struct Mean {
-    squares: f64,
-    count: f64,
-}
-
-impl Mean {
-    pub(super) fn add(&mut self, x: f64) {
-        self.squares += x * x;
-        self.count += 1.0;
-    }
-
-    pub(super) fn root(&self) -> f64 {
-        (self.squares / self.count).sqrt() // NaN where there is nothing to average
     }
 }

@@ -2,7 +2,7 @@
 
 use omni_core::geometry::PlanarPose;
 
-use super::meter::Mean;
+use super::mean::Mean;
 use crate::config::{PlannedPath, Scenario};
 use crate::following::{error_of, true_pose};
 use crate::observation::Observation;

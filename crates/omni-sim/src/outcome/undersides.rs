@@ -3,7 +3,7 @@
 use rapier3d_f64::prelude::{Pose, Rotation, Vector};
 
 use super::BodyName;
-use super::meter::WINDOW_NS;
+use super::mean::WINDOW_NS;
 use crate::config::{Body, Hinge, Scenario, Terrain, Vehicle};
 use crate::ground::{Rectangle, Shape, reach_m, shapes};
 use crate::observation::{Observation, Pose3};

@@ -6,8 +6,9 @@ use omni_core::BodyTwist;
 use rapier3d_f64::prelude::{Rotation, Vector};
 
 use super::actuation::Actuation;
+use super::faults::check_faults;
+use super::interface::Plant;
 use super::observed::{ContactSum, along_push, level_twist, load_rows, rim_speed, tilt};
-use super::{Plant, check_faults};
 use crate::Error;
 use crate::config::{self, Engine, Fault, Scenario};
 use crate::observation::{Energy, Observation};

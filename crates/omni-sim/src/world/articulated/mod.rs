@@ -5,8 +5,10 @@
 mod balance;
 mod bearings;
 mod contact;
+mod grip;
 mod ground;
 mod linear;
+mod meeting;
 mod model;
 mod observe;
 mod rollers;
@@ -14,6 +16,7 @@ mod solver;
 mod spin;
 mod step;
 mod sweeps;
+mod system;
 #[cfg(test)]
 mod tests;
 mod tree;
@@ -22,8 +25,9 @@ use rapier3d_f64::prelude::Vector as Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::actuation::{self, Actuation};
+use super::faults::check_faults;
+use super::interface::{AnyPlant, Plant};
 use super::loads::{Load, loads};
-use super::{AnyPlant, Plant, check_faults};
 use crate::config::Scenario;
 use crate::error::unknown;
 use crate::observation::Observation;
@@ -33,13 +37,10 @@ use bearings::Bearings;
 use contact::{Contact, WarmStart};
 use ground::{Ground, Touch};
 use linear::{dot, times};
-use model::Model;
+use model::{MOST_WHEELS, Model};
 use solver::SolverStats;
 use spin::Spin;
 use tree::{State, Tree};
-
-/// Wheels that a vehicle file may have.
-const MOST_WHEELS: usize = 8;
 
 /// The plant with room for the unknowns of its tree. Sizes in between take the next.
 ///

@@ -7,7 +7,7 @@ use super::linear::times;
 use super::solver::SolverStats;
 use crate::config::{Override, Scenario};
 use crate::observation::Observation;
-use crate::world::Plant;
+use crate::world::interface::Plant;
 
 /// A vehicle 100 m up that turns and whose hinges and wheels turn too, without dampers.
 fn in_flight<const N: usize>(vehicle: &str, step_us: i64) -> World<N> {

@@ -12,12 +12,13 @@ mod wheel;
 use rapier3d_f64::prelude::*;
 
 use super::actuation::Actuation;
+use super::faults::check_faults;
+use super::interface::Plant;
 use super::loads::{Load, loads};
-use super::{Plant, check_faults};
+use crate::Error;
 use crate::config::{FrictionPatch, RollerWheel, Scenario};
 use crate::error::unknown;
-use crate::observation::{Observation, Pose3};
-use crate::{Error, state_bytes};
+use crate::observation::Observation;
 use energy_balance::EnergyBalance;
 use terrain::Patches;
 pub use terrain::ground_heights_m;
@@ -252,16 +253,11 @@ impl Plant for World {
     }
 
     fn save(&self) -> Result<Vec<u8>, postcard::Error> {
-        state_bytes::to_bytes(&self.view())
+        self.to_bytes()
     }
 
     fn restore(&mut self, bytes: &[u8]) -> Result<(), postcard::Error> {
-        let (snapshot, rest): (snapshot::WorldSnapshot, _) = state_bytes::take_from_bytes(bytes)?;
-        if !snapshot.actuation.fits(self.vehicle.wheels.len()) || !rest.is_empty() {
-            return Err(postcard::Error::DeserializeBadEncoding);
-        }
-        self.go_on_from(snapshot);
-        Ok(())
+        self.go_on_from(bytes)
     }
 }
 
@@ -288,12 +284,4 @@ fn stiffer_for_rollers(scenario: &Scenario, rollers: &[Option<RollerWheel>]) -> 
     wheels
         .filter_map(|(wheel, rollers)| Some((wheel.mass_kg / rollers.as_ref()?.roller_mass_kg).sqrt()))
         .reduce(f64::max)
-}
-
-fn pose3(pose: &Pose) -> Pose3 {
-    let (t, q) = (pose.translation, pose.rotation);
-    Pose3 {
-        position_m: t.into(),
-        rotation_xyzw: [q.x, q.y, q.z, q.w],
-    }
 }

@@ -2,10 +2,9 @@
 
 use rapier3d_f64::prelude::*;
 
-use super::pose3;
 use super::wheel::Wheel;
 use crate::config::{Body, CouplingSpring, RollerWheel, Scenario};
-use crate::observation::Observation;
+use crate::observation::{Observation, Pose3};
 use crate::world::observed::{along_push, level_twist, load_rows, rim_speed, tilt};
 
 struct HingeBodies {
@@ -237,4 +236,12 @@ fn rigid_body(body: &Body, start: Pose) -> RigidBodyBuilder {
             body.mass_kg,
             inertia,
         ))
+}
+
+fn pose3(pose: &Pose) -> Pose3 {
+    let (t, q) = (pose.translation, pose.rotation);
+    Pose3 {
+        position_m: t.into(),
+        rotation_xyzw: [q.x, q.y, q.z, q.w],
+    }
 }
