@@ -18,6 +18,7 @@ use crate::fault::Fault;
 use crate::file_kind::FileKind;
 use crate::height_map::HeightMap;
 use crate::imperfections::{Actuators, HeadingHold, Sensors};
+use crate::key_place::with_place;
 use crate::load::{Source, check_version, read};
 use crate::log_rates::LogRates;
 use crate::microseconds::seconds;
@@ -28,7 +29,7 @@ use crate::ranges::NAME;
 use crate::ranges::{DURATION_S, HEADING_RAD, OFFSET_M, SUBSTEPS, TIME_LIMIT_S, counted, is_name, within};
 use crate::roller_wheel::RollerWheel;
 use crate::rollers::WheelModel;
-use crate::suggestion::{did_you_mean, with_place};
+use crate::suggestion::did_you_mean;
 use crate::terrain::{FrictionPatch, Terrain};
 use crate::vehicle::Vehicle;
 

@@ -2,6 +2,7 @@
 
 pub(crate) mod completion;
 mod coupling;
+mod coupling_spring;
 mod motor;
 mod shape;
 mod short_forms;
@@ -18,6 +19,7 @@ use toml::Table;
 
 use crate::Error;
 use crate::file_kind::FileKind;
+use crate::key_place::with_place;
 use crate::load::{Source, read};
 use crate::override_key::Override;
 use crate::ranges::{
@@ -28,9 +30,9 @@ use crate::ranges::{
 use crate::ranges::{DIRECTION, NAME};
 use crate::roller_wheel::{Misfit, RollerWheel};
 use crate::rollers::{Rollers, WheelModel};
-use crate::suggestion::with_place;
 use crate::wheel_spec::{WheelContact, WheelSpec};
-pub use coupling::{Coupling, CouplingSpring};
+pub use coupling::Coupling;
+pub use coupling_spring::CouplingSpring;
 pub use motor::Motor;
 
 /// A vehicle file. Lengths are in the vehicle's frame on flat ground: x forward, y left, z up from the ground. The commanded

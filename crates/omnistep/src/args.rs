@@ -1,5 +1,6 @@
 //! The arguments of the command line.
 
+mod command_interface;
 mod drive;
 mod export;
 mod study;
@@ -13,6 +14,7 @@ use omni_sim::controller::DEFAULT_FIRMWARE;
 
 use crate::Error;
 use crate::list::Listed;
+pub(crate) use command_interface::CommandInterface;
 pub(crate) use drive::DriveArgs;
 pub(crate) use export::{ExportArgs, Format};
 pub(crate) use study::StudyArgs;
@@ -348,13 +350,6 @@ pub(crate) struct Ros2Args {
     /// Acts as the hardware of ros2_control: takes velocities or torques of the wheels on /joint_commands instead of /cmd_vel.
     #[arg(long, value_enum, value_name = "INTERFACE", requires = "ros2")]
     pub(crate) ros2_control: Option<CommandInterface>,
-}
-
-/// What ros2_control commands of a wheel.
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum CommandInterface {
-    Velocity,
-    Effort,
 }
 
 /// Whatever follows a subcommand that is not here.

@@ -4,7 +4,7 @@ use std::fmt::{Result, Write};
 
 use omni_core::constants::{Constant, Describe, Fields, Piece};
 
-use super::Values;
+use super::values::Values;
 use crate::{Error, Scenario};
 
 /// Wheel counts that `omnistep.h` has types for.

@@ -4,7 +4,7 @@ use std::fmt::{Result, Write};
 
 use omni_core::constants::{Constant, Describe, Piece};
 
-use super::Values;
+use super::values::Values;
 use crate::Scenario;
 
 /// Every item of a scenario.

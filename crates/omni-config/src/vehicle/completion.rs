@@ -6,7 +6,7 @@ use toml::{Table, Value};
 
 use super::short_forms::write_out;
 use crate::Error;
-use crate::derived_gains::digits;
+use crate::digits::digits;
 use crate::load::Source;
 use crate::ranges::{MASS_KG, Range, within};
 

@@ -1,6 +1,6 @@
 //! Centres of mass, boxes and clearances that are doubtful.
 
-use crate::derived_gains::digits;
+use crate::digits::digits;
 use crate::{Body, Vehicle};
 
 /// A centre of mass as high as this many times the way between the wheels furthest apart is doubtful: mm taken for m.

@@ -19,8 +19,9 @@ pub use options::Ros2;
 use super::requests::Requests;
 use crate::Error;
 use crate::message_rates::Pace;
-use crate::messages::{Messages, Sink, topic};
+use crate::messages::{Messages, Sink};
 use crate::ros2::{Clock, Header, Imu, Quaternion, TfMessage, Time, Transform, TransformStamped, Vector3};
+use crate::topic;
 use crate::tree::Roots;
 use crate::urdf::{BASE_LINK, IMU_LINK, JointInterface};
 

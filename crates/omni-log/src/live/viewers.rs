@@ -13,11 +13,12 @@ use super::page::{self, Page};
 use super::requests::{COMMAND_HOLDS, Requests};
 use super::server::Server;
 use crate::Error;
-use crate::messages::{Messages, Sink, topic};
+use crate::messages::{Messages, Sink};
 use crate::ros2::{
     self, JointState, MarkerArray, Odometry, RosMessage, Sensors, StringMessage, TfMessage, TwistStamped,
     VehicleState,
 };
+use crate::topic;
 
 /// Everything that is served, in the order of the channels; signals that only one controller has are for logs.
 const TOPICS: [fn() -> Topic; 10] = [

@@ -2,7 +2,7 @@
 
 use crate::Error;
 use crate::message_rates::{Pace, Rates};
-use crate::messages::topic;
+use crate::topic;
 use crate::urdf::JointInterface;
 
 /// A run's place on ROS 2.
