@@ -8,7 +8,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use toml::Value;
 
-use crate::ranges::{MAX_RETRIES, PART, PERIOD_S, Range, TRACKING_S, WINDUP_N_M, ZONE_RAD_S, within};
+use crate::ranges::{MAX_RETRIES, PART, Range, TRACKING_S, WINDUP_N_M, ZONE_RAD_S, within};
 use crate::rest::Rest;
 use crate::suggestion::did_you_mean;
 
@@ -200,7 +200,7 @@ pub struct Control {
         serialize_with = "crate::microseconds::write"
     )]
     #[garde(skip)]
-    #[cfg_attr(feature = "schema", schemars(with = "f64", range(min = PERIOD_S.min, max = PERIOD_S.max)))]
+    #[cfg_attr(feature = "schema", schemars(with = "f64", range(min = crate::ranges::PERIOD_S.min, max = crate::ranges::PERIOD_S.max)))]
     pub period_us: u64,
     /// Scalar of the controller.
     #[garde(skip)]

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::encoder_velocity::EncoderVelocity;
 use crate::ranges::{
-    BIAS_RAD_S, DELAY_S, ENCODER_NOISE_RAD_S, GYRO_NOISE_RAD_S, HOLD_PER_S, LAG_S, SAG, SPEED_RAD_S,
+    BIAS_RAD_S, ENCODER_NOISE_RAD_S, GYRO_NOISE_RAD_S, HOLD_PER_S, LAG_S, SAG, SPEED_RAD_S,
     is_encoder_counts, within,
 };
 
@@ -39,7 +39,7 @@ pub struct Sensors {
         serialize_with = "crate::microseconds::write"
     )]
     #[garde(skip)]
-    #[cfg_attr(feature = "schema", schemars(with = "f64", range(min = DELAY_S.min, max = DELAY_S.max)))]
+    #[cfg_attr(feature = "schema", schemars(with = "f64", range(min = crate::ranges::DELAY_S.min, max = crate::ranges::DELAY_S.max)))]
     pub delay_us: u64,
     /// Standard deviation of normal noise on the gyro's rate \[rad/s\], 0 to 10.
     #[garde(custom(within(GYRO_NOISE_RAD_S)))]

@@ -12,7 +12,7 @@ use crate::override_key::Override;
 #[cfg(feature = "schema")]
 use crate::ranges::NAME;
 use crate::ranges::{
-    DAMPING_N_M_S_RAD, DURATION_S, INERTIA_KG_M2, PERIOD_S, SPEED_RPM, TIME_S, counted, is_name, within,
+    DAMPING_N_M_S_RAD, DURATION_S, INERTIA_KG_M2, SPEED_RPM, TIME_S, counted, is_name, within,
 };
 use crate::vehicle::Gains;
 
@@ -45,7 +45,7 @@ pub struct MotorBench {
         serialize_with = "crate::microseconds::write"
     )]
     #[garde(skip)]
-    #[cfg_attr(feature = "schema", schemars(with = "f64", range(min = PERIOD_S.min, max = PERIOD_S.max)))]
+    #[cfg_attr(feature = "schema", schemars(with = "f64", range(min = crate::ranges::PERIOD_S.min, max = crate::ranges::PERIOD_S.max)))]
     pub period_us: u64,
     /// Inertia of a wheel \[kg.m^2\], 1e-10 to 1e6.
     #[garde(custom(within(INERTIA_KG_M2)))]

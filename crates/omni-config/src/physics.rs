@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::ranges::{
-    CONTACT_DAMPING_RATIO, CONTACT_FREQUENCY_HZ, GRAVITY_M_S2, ITERATIONS, PERIOD_S, SUBSTEPS, within,
+    CONTACT_DAMPING_RATIO, CONTACT_FREQUENCY_HZ, GRAVITY_M_S2, ITERATIONS, SUBSTEPS, within,
 };
 use crate::rollers::WheelModel;
 
@@ -76,7 +76,7 @@ pub struct Physics {
         serialize_with = "crate::microseconds::write"
     )]
     #[garde(skip)]
-    #[cfg_attr(feature = "schema", schemars(with = "f64", range(min = PERIOD_S.min, max = PERIOD_S.max)))]
+    #[cfg_attr(feature = "schema", schemars(with = "f64", range(min = crate::ranges::PERIOD_S.min, max = crate::ranges::PERIOD_S.max)))]
     pub timestep_us: u64,
     /// Solver iterations per step of the engine, 1 to 100. Left out: 8, or with a step above
     /// 0.5 ms one per started 62.5 us; with fewer, vehicles climb more slowly. Only with `engine = "rapier"`: the other iterates until the contacts converge.

@@ -17,7 +17,10 @@ type Refusal = (String, String);
 pub(crate) struct Number {
     key: &'static str,
     range: Range,
-    #[cfg_attr(not(feature = "schema"), expect(dead_code))]
+    #[cfg_attr(
+        not(feature = "schema"),
+        expect(dead_code, reason = "only the schema shows it")
+    )]
     description: &'static str,
 }
 
