@@ -1,6 +1,5 @@
 //! What is there of an MCAP file that was cut off, as a whole file.
 
-use std::fs::File;
 use std::io::{BufWriter, Read};
 use std::path::Path;
 
@@ -9,7 +8,7 @@ use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::{McapError, WriteOptions};
 use omni_config::open_regular;
 
-use crate::{Error, LogError, size_limits};
+use crate::{Error, LogError, PartFile, size_limits};
 
 /// Bytes that are read at a time.
 const BLOCK: usize = 1 << 18;
@@ -36,11 +35,9 @@ pub fn recover(cut_off: impl AsRef<Path>, whole: impl AsRef<Path>) -> Result<f64
     };
     let mut file = open_regular(&path).map_err(unreadable)?;
     let length = file.metadata().map_err(unreadable)?.len();
-    let created = File::create(&out).map_err(|source| LogError::Create {
-        path: out.clone(),
-        source,
-    })?;
-    let mut created = Some(BufWriter::new(created));
+    // Under its name only once it is whole.
+    let part = PartFile::create(&out)?;
+    let mut created = Some(BufWriter::new(part.writer()?));
     let mut writer = None;
     let options = LinearReaderOptions::default()
         .with_prevalidate_chunk_crcs(true)
@@ -93,7 +90,11 @@ pub fn recover(cut_off: impl AsRef<Path>, whole: impl AsRef<Path>) -> Result<f64
                     }
                     _ => Ok(()),
                 }
-                .map_err(unwritable)?;
+                .map_err(|error| match error {
+                    McapError::Io(_) => unwritable(error),
+                    // A message of an unknown channel, two channels of one number, and so on.
+                    error => damaged(error.to_string()),
+                })?;
             }
             Err(McapError::UnexpectedEof) => break,
             Err(error) => return Err(damaged(error.to_string()).into()),
@@ -101,5 +102,10 @@ pub fn recover(cut_off: impl AsRef<Path>, whole: impl AsRef<Path>) -> Result<f64
     }
     let mut writer = writer.ok_or_else(|| damaged("no header".into()))?;
     writer.finish().map_err(unwritable)?;
+    let file = writer.into_inner().into_inner().map_err(|error| LogError::Io {
+        path: out.clone(),
+        source: error.into_error(),
+    })?;
+    part.complete(file)?;
     Ok(times_ns.map_or(0.0, |(first, last)| (last - first) as f64 * 1e-9))
 }

@@ -61,6 +61,14 @@ impl Sensed {
         }
     }
 
+    /// Has it as many readings as the vehicle has wheels and hinges?
+    pub(crate) fn is_of(&self, vehicle: &Vehicle) -> bool {
+        let hinges = vehicle.hinge.len();
+        self.wheels_rad_s.len() == vehicle.wheel.len()
+            && self.hinges_rad.len() == hinges
+            && self.hinges_rad_s.len() == hinges
+    }
+
     /// Names of the columns: of gyro and inertial measurement unit, then angles and rates of the hinges. The encoders' are the signal
     /// `measured_rad_s` of each wheel.
     #[must_use]

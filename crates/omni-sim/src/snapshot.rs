@@ -172,6 +172,11 @@ impl Simulation {
         let damaged = |error| refuse(format!("it is damaged: {error}"));
         simulation.world.restore(&resumed.world).map_err(damaged)?;
         simulation.sensing.restore(resumed.sensing);
+        for sensed in [&resumed.period.sensed, &resumed.sensed] {
+            if !sensed.is_of(scenario.vehicle()) {
+                return Err(refuse("it is damaged: sensors of another vehicle"));
+            }
+        }
         simulation.period = resumed.period;
         simulation.sensed = resumed.sensed;
         simulation.odometer.restore(resumed.odometry);

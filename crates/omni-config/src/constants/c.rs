@@ -65,7 +65,7 @@ pub(super) fn initialiser(value: &dyn Constant) -> String {
 
 struct Initialiser(String);
 
-/// `ScaleReferences` as `SCALE_REFERENCE`.
+/// `ScaleReferences` as `SCALE_REFERENCES`.
 fn screaming(name: &str) -> String {
     let mut text = String::new();
     for c in name.chars() {

@@ -110,7 +110,9 @@ pub(super) fn check_names(scenario: &Scenario, policy: &str, names: &[String]) -
         if names[..i].contains(name) {
             return refuse(name, "each name once");
         }
-        let reserved = ["wheel_", "drive_"].iter().any(|prefix| name.starts_with(prefix));
+        let reserved = ["wheel_", "drive_", "path_", "traction_"]
+            .iter()
+            .any(|prefix| name.starts_with(prefix));
         let of_wheels = scenario.vehicle().wheel.first().is_some_and(|wheel| {
             let column = format!("wheel_{}_{name}", wheel.name);
             columns.names().contains(&column)
@@ -119,7 +121,7 @@ pub(super) fn check_names(scenario: &Scenario, policy: &str, names: &[String]) -
         if taken || reserved || of_wheels {
             return refuse(
                 name,
-                "another name: reserved are the columns of every trace or log and names that begin with wheel_ or drive_",
+                "another name: reserved are the columns of every trace or log and names that begin with wheel_, drive_, path_ or traction_",
             );
         }
     }

@@ -29,17 +29,21 @@ impl<R: Real> Pid<R> {
             let (mut loops, mut out) = self.one(state, reference_rad_s, measured_rad_s);
             self.law()
                 .step(&mut loops, None::<fn(&[R; 1]) -> [R; 1]>, false, &mut out);
-            if !out.active[0] {
-                *state = PidState::default(); // only a state set from outside is not a number: start afresh
-            } else if self.remembers {
-                state.derivative_n_m = loops.derivative_n_m[0];
-                state.last = Some(LastStep {
-                    reference_rad_s: loops.last_reference_rad_s[0],
-                    measured_rad_s,
-                });
+            if out.active[0] && terms(&out).sum().is_finite_real() {
+                if self.remembers {
+                    state.derivative_n_m = loops.derivative_n_m[0];
+                    state.last = Some(LastStep {
+                        reference_rad_s: loops.last_reference_rad_s[0],
+                        measured_rad_s,
+                    });
+                }
+                state.integral_n_m = loops.integral_n_m[0];
+                terms(&out)
+            } else {
+                // Only a state set from outside gets here: start afresh.
+                *state = PidState::default();
+                PidTerms::integral_alone(state.integral_n_m)
             }
-            state.integral_n_m = loops.integral_n_m[0];
-            terms(&out)
         } else {
             PidTerms::integral_alone(state.integral_n_m)
         };

@@ -357,6 +357,30 @@ fn nonsense_changes_nothing_and_yields_the_integral_alone() {
     }
 }
 
+#[test]
+fn an_infinite_state_starts_afresh_without_output_limits_too() {
+    let pid = pid(PidConfig::new(gains(1.0, 1.0, 1.0), DT));
+    for infinite in [f64::INFINITY, f64::NEG_INFINITY, f64::NAN] {
+        for mut state in [
+            PidState {
+                integral_n_m: infinite,
+                ..PidState::default()
+            },
+            PidState {
+                derivative_n_m: infinite,
+                ..PidState::default()
+            },
+        ] {
+            let first = pid.step(&mut state, 1.0, 0.0).output_n_m;
+            let second = pid.step(&mut state, 1.0, 0.0).output_n_m;
+            assert!(
+                first.is_finite() && second.is_finite(),
+                "{infinite}: {first}, {second}"
+            );
+        }
+    }
+}
+
 proptest! {
     #[test]
     fn output_is_finite_and_within_limits_for_any_number_at_all(
