@@ -15,7 +15,7 @@ pub(super) fn source(scenario: &Scenario, values: &Values, digest: u32) -> Strin
     let limiter = expression(&values.limiter);
     let period_s = expression(&(scenario.period_s() as f32));
     let drive = values.drive.as_ref().map_or_else(String::new, |drive| {
-        let kind = if scenario.has_traction() { "TractionDrive" } else { "Drive" };
+        let kind = if scenario.has_traction() { "drive::TractionDrive" } else { "Drive" };
         format!(
             "/// The complete drive: one step each control period.\npub static DRIVE: omni_core::{kind}<f32, {count}> = {};\n",
             expression(&**drive)
