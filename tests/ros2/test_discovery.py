@@ -49,13 +49,13 @@ def test_a_run_ends_by_a_signal_with_its_figures(cyclone, run, by):
     one = run("flat")
     until(lambda: clock.samples and stamp_ns(clock.samples[-1]) > 1_000_000_000, "a second")
     assert one.stop(by) == 0
-    assert " driven |" in one.printed
+    assert " completed |" in one.printed
 
 
 def test_without_a_reader_a_run_ends_after_its_time(run):
     one = run("flat", "--duration", "1")
     assert one.ended() == 0
-    assert " driven |" in one.printed
+    assert " completed |" in one.printed
 
 
 def test_the_domain_of_the_environment_is_followed():

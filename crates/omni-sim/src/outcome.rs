@@ -34,7 +34,7 @@ pub enum Verdict {
     Unfinished,
     /// There is no obstacle, the run went to its end, and none of the others fits.
     Completed,
-    /// The base leaned by more than 60 degrees.
+    /// The base tilted by more than 60 degrees.
     Tipped,
     /// For half a second the vehicle went more than half as fast again as commanded, and 0.1 m/s more than that. Yaw counts as the speed of the
     /// farthest wheel about the origin; a vehicle that is commanded to slow down may take 0.5 m/s^2 for it.
@@ -108,7 +108,7 @@ impl Verdict {
                 "The vehicle was still moving when duration_s ended. A longer duration_s shows whether it climbs."
             }
             Self::Completed => "There is no obstacle, and the vehicle moved as commanded to the run's end.",
-            Self::Tipped => "The base leaned by more than 60 degrees.",
+            Self::Tipped => "The base tilted by more than 60 degrees.",
             Self::Overspeed => "For half a second the vehicle was more than 1.5 times as fast as commanded.",
             Self::WrongWay => "For half a second the vehicle moved or turned against its command.",
             Self::DroveOn => {
