@@ -88,8 +88,8 @@ def test_a_search_without_any_figure_has_no_best_values():
         tune(space=torn, overrides={**BRIEF, KP: 1e6}, objective="slip_rms", seeds=1, trials=2)
     with pytest.raises(omnistep.StudyError, match=r"^no run of 2 trials has a value of the objective$"):
         tune(objective=lambda rows: float("nan"), trials=2)
-    # Nearly every period is no multiple of the physics step; the ends are.
-    with pytest.raises(omnistep.StudyError, match=r"none of 2 trials can run: .* a multiple of physics\.timestep_s"):
+    # Nearly every period is no whole number of microseconds; the ends are.
+    with pytest.raises(omnistep.StudyError, match=r"none of 2 trials can run: .* a whole number of microseconds"):
         tune(space={"control.period_s": (0.001, 0.002)}, trials=2, seeds=1)
 
 
@@ -119,8 +119,8 @@ def test_values_that_do_not_fit_together_count_worst():
         ({"space": {"vehicle.gains.kp": (0.1, 1.0)}}, "unknown field `kp`", "gains.kp"),
         ({"space": {"duration_s": (0.1, 0.2)}}, "space: duration_s is also given elsewhere", "duration_s"),
         (
-            {"space": {"control.policy": ["scale_torques", "papers", "independent"]}},
-            '"papers" .did you mean "scale_torques"',
+            {"space": {"control.policy": ["scale_torques", "scale_torque", "independent"]}},
+            '"scale_torque" .did you mean "scale_torques"',
             "control.policy",
         ),
         ({"points": {}}, "none, allowed: one or more", "points"),
