@@ -109,7 +109,7 @@ pub fn replay(path: impl AsRef<Path>, overrides: &[Override]) -> Result<Replay, 
         states.pop();
         until_ns = until_ns.saturating_sub(period_ns);
     }
-    if sensors.is_empty() {
+    if sensors.is_empty() && !states.is_empty() {
         let topic = topic::SENSORS;
         return Err(lacks(format!(
             "no {topic}, which has what the controller read, allowed: a log of this version"

@@ -255,7 +255,8 @@ mod tests {
             (&[""], "a letter first"),
             (&["time_s"], "reserved are the columns"),
             (&["measured_rad_s"], "reserved are the columns"),
-            (&["drive_mode"], "wheel_ or drive_"),
+            (&["drive_mode"], "path_ or traction_"),
+            (&["path_x_m"], "path_ or traction_"),
             (&["wheel_3_p_n_m"], "reserved are the columns"),
             (&["asked_vx_m_s"], "reserved are the columns"),
         ] {
