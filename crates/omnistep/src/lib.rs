@@ -43,7 +43,7 @@ mod wheel_ripple;
 use std::ffi::OsString;
 use std::io::Write;
 
-use args::{Cli, Command, Place, RunArgs, with_vehicle};
+use args::{Cli, Command, Place, RunArgs};
 use clap::{CommandFactory, Parser};
 use compare::Policies;
 use omni_config::Engine;
@@ -151,7 +151,7 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<u8, Error> {
             overrides,
             json,
         } => {
-            let overrides = with_vehicle(vehicle.as_deref(), &overrides)?;
+            let overrides = args::with_vehicle(vehicle.as_deref(), &overrides)?;
             climb_limits::climb_limits(&scenario, overrides, json, out)
         }
         #[cfg(not(feature = "climb-limits"))]
