@@ -223,9 +223,21 @@ class Keys:
             text += f"\nOne of {', '.join(keys)} has to be there.\n" if keys else ""
             text += "\n" + self.rows(schema)
         elif options:
+            text += "".join(
+                f"\n- `{json.dumps(option['const'])}`: {cell(option['description'])}"
+                for option in options
+                if "const" in option
+            )
+            text += "\n" if any("const" in option for option in options) else ""
             for option in options:
-                kind = option.get("properties", {}).get("kind", {}).get("const")
-                text += "\n" + self.table(f'kind = "{kind}"' if kind else "keys", option, level=3, named=name)
+                properties = option.get("properties", {})
+                kind, (first, *others) = properties.get("kind", {}).get("const"), [*properties, ""]
+                if first and others == [""] and "properties" in properties[first]:
+                    # A name with its keys in a table behind it.
+                    inner = {"description": option["description"], **properties[first]}
+                    text += "\n" + self.table(f"{first} = table", inner, level=3, named=name)
+                elif properties:
+                    text += "\n" + self.table(f'kind = "{kind}"' if kind else "keys", option, level=3, named=name)
         else:
             text += "\n" + self.rows(schema)
         self.tables[name] = text
