@@ -186,9 +186,9 @@ def import_log(
     source, path = Path(log), Path(out)
     log_map = read_map(map)
     check_output(path, [source, Path(map), *log_map.files])
-    with bar("import", shown=progress) as told:
+    with bar("import", shown=progress) as advance:
         skipped = Skipped() if skip_bad_lines else None
-        samples, missing = read_samples(source, log_map, told, skipped)
+        samples, missing = read_samples(source, log_map, advance, skipped)
     # Numbers of absurd size end as infinite or NaN, which no log has as known.
     with np.errstate(over="ignore", invalid="ignore"):
         read = {
