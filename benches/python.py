@@ -67,7 +67,7 @@ def threads() -> None:
 def own_policy() -> None:
     """What the seam of a controller of one's own costs a period, beyond that controller itself."""
     torques = np.zeros(7)
-    still = {"duration_s": 4.0, "command.vx_m_s": 0.0, "physics.engine": "articulated", "physics.step_us": 1000}
+    still = {"duration_s": 4.0, "command.vx_m_s": 0.0, "physics.engine": "articulated", "physics.timestep_s": 0.001}
     scenario = omnistep.Scenario("flat", overrides=still)
 
     def own(observation: omnistep.Observation) -> np.ndarray:

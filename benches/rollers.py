@@ -23,7 +23,7 @@ def ours(step_us: int, model: str) -> float:
         "duration_s": DURATION_S,
         "physics.engine": "articulated",
         "physics.wheel_model": model,
-        "physics.step_us": step_us,
+        "physics.timestep_s": step_us / 1e6,
     }
     scenario = omnistep.Scenario("step", overrides=keys)
     best = float("inf")
@@ -38,7 +38,7 @@ def theirs(step_us: int) -> float:
     """Times real time of the physics alone, driven ahead by constant torques."""
     import mujoco
 
-    keys = {"vehicle": "mecanum4", "physics.step_us": step_us}
+    keys = {"vehicle": "mecanum4", "physics.timestep_s": step_us / 1e6}
     model = omnistep.mujoco.load("step", overrides=keys)
     best = float("inf")
     for _ in range(ROUNDS):

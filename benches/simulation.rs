@@ -5,7 +5,7 @@
 
 use std::time::Instant;
 
-use omni_core::ControllerPolicy;
+use omni_core::loops::ControllerPolicy;
 use omni_log::{Error, LogRun, RunLog};
 use omni_sim::config::{Override, Scenario};
 use omni_sim::controller::AnyController;
@@ -157,7 +157,7 @@ fn main() {
     let [machine_alone, machine_pair] = alone_and_pair(arithmetic);
     let [ball, rollers] = ["ball", "rollers"].map(wheel_model);
     let simulated = scenario.duration_s;
-    let steps = simulated * 1e6 / scenario.physics.step_us as f64;
+    let steps = simulated * 1e6 / scenario.physics.timestep_us as f64;
     println!(
         "physics alone:                        {:8.0} steps/s",
         steps / physics

@@ -12,9 +12,9 @@ use std::time::Instant;
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main};
 use num_traits::float::FloatCore;
+use omni_core::shaping::TwistLimiterState;
 use omni_core::{
-    BodyTwist, ControlState, Coordination, PidGains, Real, TorqueLimit, TwistLimiterState, WheelLayout,
-    WheelVelocities,
+    BodyTwist, ControlState, Coordination, PidGains, Real, TorqueLimit, WheelLayout, WheelVelocities,
 };
 use omni_sim::Simulation;
 use omni_sim::config::Scenario;
@@ -78,7 +78,7 @@ fn against_pid<R: Real + FloatCore, const N: usize>(
     layout: &WheelLayout<R, N>,
     scalar: &str,
 ) {
-    let controller = controller(layout, GAINS, limit(), Coordination::synchronised());
+    let controller = controller(layout, GAINS, limit(), Coordination::scale_references());
     let command = BodyTwist::from_array([R::of(0.3), R::of(0.1), R::of(0.2)]);
     let reference = controller.kinematics().inverse(&command);
     // Above and below the reference by turns, so that the integrals stay small and no limit is met.
@@ -117,7 +117,7 @@ fn simulate(c: &mut Criterion) {
     let scenario = Scenario::load("step", &[]).expect("built-in");
     let mut group = c.benchmark_group("simulation");
     group.throughput(Throughput::Elements(
-        scenario.control.period_us / scenario.physics.step_us,
+        scenario.control.period_us / scenario.physics.timestep_us,
     ));
     let mut simulation = Simulation::new(&scenario).expect("valid");
     group.bench_function("period", |b| {

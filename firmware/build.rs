@@ -6,11 +6,12 @@ use std::fs;
 use std::path::PathBuf;
 
 use omni_config::{Language, Override, Scenario, rust_expression};
-use omni_core::{
-    AxisLimits, Desaturation, Drive, DriveConfig, EmergencyDeceleration, Estimator, EstimatorConfig,
-    FaultConfig, Kinematics, Odometry, OdometryNoise, Rest, SlipConfig, SpeedLimits, TwistLimits,
-    WheelLayout,
-};
+use omni_core::drive::{FaultConfig, SlipConfig};
+use omni_core::estimate::{Estimator, EstimatorConfig, Odometry, OdometryNoise};
+use omni_core::geometry::{Desaturation, SpeedLimits};
+use omni_core::loops::Rest;
+use omni_core::shaping::{AxisLimits, EmergencyDeceleration, TwistLimits};
+use omni_core::{Drive, DriveConfig, Kinematics, WheelLayout};
 
 #[path = "src/randomised.rs"]
 mod randomised;
@@ -76,7 +77,7 @@ fn estimator(scenario: &Scenario) -> Result<Estimator<f32, 4>, Box<dyn Error>> {
 
 /// A constant of the vehicle under traction control, as source.
 fn traction(name: &str) -> Result<String, Box<dyn Error>> {
-    let scenario = Scenario::load(name, &[Override::parse("control.policy=steady")?])?;
+    let scenario = Scenario::load(name, &[Override::parse("control.policy=traction")?])?;
     let source = scenario.constants(Language::Rust)?;
     let start = source
         .find("/// Traction control.")
@@ -111,7 +112,7 @@ fn path(scenario: &Scenario) -> Result<String, Box<dyn Error>> {
 fn served(scenario: &Scenario) -> &'static str {
     if scenario.drive.is_some() && scenario.has_traction() {
         "/// What the loop serves.\npub use self::DRIVE as SERVED;\n\
-         /// What that remembers.\npub type ServedState = omni_core::TractionDriveState<f32, 7>;\n"
+         /// What that remembers.\npub type ServedState = omni_core::drive::TractionDriveState<f32, 7>;\n"
     } else if scenario.drive.is_some() {
         "/// What the loop serves.\npub use self::DRIVE as SERVED;\n\
          /// What that remembers.\npub type ServedState = omni_core::DriveState<f32, 7>;\n"
@@ -130,7 +131,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     // The built-in step is driven by traction control; these images are of the wheels' loops.
     let keys = match named {
         Some(_) => Vec::new(),
-        None => vec![Override::parse("control.policy=synchronised")?],
+        None => vec![Override::parse("control.policy=scale_references")?],
     };
     let name = named.unwrap_or_else(|| "step".into());
     for file in Scenario::files(&name)? {
@@ -152,7 +153,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         source.push_str(&path(&scenario)?);
         source.push_str(&format!(
             "/// Hash of the randomised steps on the computer that built this.\npub const HASH: u32 = {hash:#010x};\n\
-             /// An estimator of four mecanum wheels.\npub static ESTIMATOR: omni_core::Estimator<f32, 4> = {};\n\
+             /// An estimator of four mecanum wheels.\npub static ESTIMATOR: omni_core::estimate::Estimator<f32, 4> = {};\n\
              /// A drive with every option on.\npub static EVERYTHING: omni_core::Drive<f32, 7> = {};\n\
              /// A drive as a `[drive]` of defaults makes it.\npub static DEFAULTS: omni_core::Drive<f32, 7> = {};\n{}",
             rust_expression(&estimator(&scenario)?),

@@ -43,7 +43,7 @@ while IFS= read -r line; do
 done <"$work/example/says"
 # By pkg-config; the library alone suffices, for C too, whose compiler links no library of C++.
 export PKG_CONFIG_PATH=$work/prefix/lib/pkgconfig
-"$OMNISTEP_COMMAND" constants "$source/example/cpp/base.toml" --language c >"$work/example/constants.h"
+"$OMNISTEP_COMMAND" export "$source/example/cpp/base.toml" --format c >"$work/example/constants.h"
 # shellcheck disable=SC2046,SC2086 # words of options
 "$cxx" -std=c++17 $warnings -I"$work/example" "$source/example/cpp/main.cpp" $(pkg-config --cflags --libs omnistep) -o "$work/example/by_pkg_config"
 "$work/example/by_pkg_config" | diff "$work/example/says" -

@@ -56,8 +56,8 @@ build riscv32imac "-C link-arg=-Tmemory.x -C link-arg=-Tlink.x" --bin self_test 
 
 # The C and C++ examples: the library, the constants of the same scenarios, no warning, no C library.
 c=target/c && mkdir -p $c
-constants() { (cd .. && cargo run --locked --quiet --release --bin omnistep -- constants "$@" --language c); }
-constants step --set control.policy=synchronised >$c/constants.h
+constants() { (cd .. && cargo run --locked --quiet --release --bin omnistep -- export "$@" --format c); }
+constants step --set control.policy=scale_references >$c/constants.h
 constants firmware/scenarios/drive.toml >$c/drive_constants.h
 mkdir -p $c/three && constants firmware/scenarios/three.toml >$c/three/constants.h
 m4="-mcpu=cortex-m4 -mthumb -mfloat-abi=hard -mfpu=fpv4-sp-d16 -O2 -Wall -Wextra -Werror -pedantic -ffreestanding -Ic/include"
@@ -85,7 +85,7 @@ same() { # program, what it says before the hash, the example that knows the has
     echo "$said"
     [ "$said" = "from C: $2, hash $expected" ] || { echo "C computes something else; wanted $expected" >&2; exit 1; }
 }
-same example "chugo7, synchronised" c_reference
+same example "chugo7, scale_references" c_reference
 same drive "the drive of chugo7" c_drive_reference firmware/scenarios/drive.toml
 # Three wheels on computed motors, in C, C++ and Rust: all do what they should, and the same.
 in_c=$(./qemu.sh mps2-an386 $c/three_wheels 2>&1) || { echo "$in_c" >&2; exit 1; }

@@ -12,6 +12,8 @@ cargo clippy --locked --release --workspace --all-targets -- -D warnings
 python3 scripts/checks/one_build.py
 python3 scripts/docs/design_tables.py --check
 scripts/tools/venv.sh
+.venv/bin/python scripts/checks/circles.py --self-test
+.venv/bin/python scripts/checks/circles.py
 .venv/bin/ruff check python scripts benches tests
 .venv/bin/ruff format --check python scripts benches tests
 .venv/bin/mypy

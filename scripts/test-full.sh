@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The tests, then what takes longer: release files for Linux, wheels of rollers, faults of the drive, intervals of identify, films, ten minutes on ROS 2, ensembles around the
+# The tests, then what takes longer: release files for Linux, wheels of rollers, faults of the drive, intervals of identify, videos, ten minutes on ROS 2, ensembles around the
 # torque threshold and the benchmarks.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -19,9 +19,9 @@ python3 scripts/measure/drive_campaign.py --check # 300 runs with random faults,
 OPENBLAS_NUM_THREADS=1 .venv/bin/python scripts/measure/identify_coverage.py --check
 # 600 logs of plants that share nothing with the simulator: at least 90 %.
 OPENBLAS_NUM_THREADS=1 .venv/bin/python scripts/measure/plant_coverage.py
-# Films by Rerun, and its check of logs; on a machine without a graphics card they need Debian's mesa-vulkan-drivers.
+# Videos by Rerun, and its check of logs; on a machine without a graphics card they need Debian's mesa-vulkan-drivers.
 .venv/bin/python -m pip install --quiet --disable-pip-version-check "$(echo out/wheel/*.whl)[view]"
-.venv/bin/python -m pytest python/tests/test_film.py
+.venv/bin/python -m pytest python/tests/test_video.py
 # A sweep on a cluster of two processes, one of which is killed.
 .venv/bin/python -m pip install --quiet --disable-pip-version-check "$(echo out/wheel/*.whl)[dask]"
 .venv/bin/python -m pytest python/tests/test_sweep_dask.py

@@ -27,7 +27,7 @@ $omnistep compare step --quiet --out "$work/step" >/dev/null
 for scenario in $($omnistep list | sed -n 's/^scenarios: *//p' | tr -d ,); do
     $omnistep run "$scenario" --quiet --set duration_s=1 --set physics.engine=articulated --out "$work/articulated" >/dev/null
 done
-topics="/cmd_vel /ground_truth/odom /joint_states /markers /odom /robot_description /terrain/robot_description /tf /vehicle_state"
+topics="/cmd_vel /ground_truth/odom /joint_states /markers /odom /robot_description /sensors /terrain/robot_description /tf /vehicle_state"
 for log in "$work"/logs/*.mcap; do
     # shellcheck disable=SC2086
     .venv/bin/python scripts/checks/log.py "$log" --require $topics >"$work/said" || { cat "$work/said" >&2; exit 1; }

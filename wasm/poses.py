@@ -11,7 +11,7 @@ PHYSICS = [
     ("articulated", "ball", "-articulated"),
     ("articulated", "rollers", "-articulated-rollers"),
 ]
-for name in omnistep.scenarios():
+for name in omnistep.list_scenarios():
     for engine, wheels, suffix in PHYSICS:
         keys = {"duration_s": float(sys.argv[1]), "physics.engine": engine, "physics.wheel_model": wheels}
         trace = omnistep.run(name, overrides=keys, progress=False)

@@ -6,7 +6,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use omni_config::{Language, Scenario, rust_expression};
-use omni_core::{CommandShaper, ShapingConfig};
+use omni_core::shaping::{CommandShaper, ShapingConfig};
 
 const SCENARIO: &str = "vehicle/omni4-flat.toml";
 
@@ -27,7 +27,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut source = scenario.constants(Language::Rust)?;
     source.push_str(&format!(
         "/// The limits of the command, with its time-out.\n\
-         pub static SHAPER: omni_core::CommandShaper<f32> = {};\n\
+         pub static SHAPER: omni_core::shaping::CommandShaper<f32> = {};\n\
          /// How old a command may become, in seconds.\n\
          pub const COMMAND_TIMEOUT_S: f32 = {COMMAND_TIMEOUT_S:?};\n",
         rust_expression(&shaper)

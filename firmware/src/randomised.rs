@@ -1,10 +1,10 @@
 //! 10,000 steps of a controller under random commands, loads and broken readings, as one number: the same on every machine,
 //! bit for bit, or something computes differently. Included by the build script too, which says what the number should be.
 
-use omni_core::{
-    BodyTwist, ControlSample, ControlState, Controller, Odometry, OdometryState, TwistLimiter,
-    TwistLimiterState, WheelVelocities,
-};
+use omni_core::estimate::{Odometry, OdometryState};
+use omni_core::loops::ControlSample;
+use omni_core::shaping::{TwistLimiter, TwistLimiterState};
+use omni_core::{BodyTwist, ControlState, Controller, WheelVelocities};
 
 /// Steps that are hashed.
 pub const STEPS: u32 = 10_000;

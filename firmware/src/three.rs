@@ -1,8 +1,8 @@
 //! The control task of a base with three omni wheels: counters of encoders in, duty of the motors' bridges out.
 
-use omni_core::{
-    BodyTwist, CounterState, DriveInput, DriveSample, DriveState, VelocityState, WheelVelocities,
-};
+use omni_core::drive::DriveSample;
+use omni_core::estimate::{CounterState, VelocityState};
+use omni_core::{BodyTwist, DriveInput, DriveState, WheelVelocities};
 
 mod constants {
     include!(concat!(env!("OUT_DIR"), "/three.rs"));

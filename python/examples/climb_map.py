@@ -12,7 +12,7 @@ import omnistep
 
 POINTS = {
     "vehicle.motor.stall_torque_n_m": [1.0, 1.6, 2.2],
-    "control.policy": ["independent", "synchronised"],
+    "control.policy": ["independent", "scale_references"],
 }
 # Heading and phase of the step as a person would place the vehicle: without them every seed is the same run.
 PLACED = {"perturbation.yaw_rad": 0.03, "perturbation.start_m": 0.02}

@@ -1,7 +1,7 @@
 """Control and simulation of omni-directional vehicles that climb steps.
 
 >>> import omnistep
->>> trace = omnistep.run("step", policy="synchronised")
+>>> trace = omnistep.run("step", policy="scale_references")
 >>> trace.outcome.climbed
 True
 """
@@ -9,7 +9,7 @@ True
 from omnistep import plot
 from omnistep._calibration_runs import CalibrationRun
 from omnistep._omnistep import (
-    Bound,
+    ClimbLimits,
     CommandShaper,
     Controller,
     ControlSample,
@@ -22,6 +22,7 @@ from omnistep._omnistep import (
     Kinematics,
     Layout,
     Log,
+    MotorBenchTrace,
     MotorDuty,
     Observation,
     Odometry,
@@ -40,17 +41,18 @@ from omnistep._omnistep import (
     VelocityEstimator,
     Waypoint,
     Wheel,
-    WheelsTrace,
     __version__,
     at_point,
-    bound,
+    climb_limits,
     discretize,
     disturbed_ratio,
     from_point,
+    list_policies,
+    list_scenarios,
+    list_vehicles,
     moved_by,
-    policies,
     reference_factor,
-    scenarios,
+    run_motor_bench,
     shape_error,
     slip_ratio,
     speed_ratio_spread,
@@ -59,12 +61,10 @@ from omnistep._omnistep import (
     torque_duty,
     torque_factor,
     torque_range,
-    vehicles,
-    wheels,
 )
 from omnistep.calibration import Calibration, calibrate
-from omnistep.ensembles import StudyResult, study, sweep
-from omnistep.errors import ConfigError, FilmError, LogError, OmnistepError, SimulationError, StudyError
+from omnistep.ensembles import StudyResult, run_study, sweep
+from omnistep.errors import ConfigError, LogError, OmnistepError, SimulationError, StudyError, VideoError
 from omnistep.identification import Identification, identify
 from omnistep.own_policy import Policy, PolicyInfo
 from omnistep.recordings import ImportedSignal, ImportSummary, import_log
@@ -73,9 +73,9 @@ from omnistep.runs import compare, read_mcap, run
 from omnistep.tuning import TuneResult, tune
 
 __all__ = [
-    "Bound",
     "Calibration",
     "CalibrationRun",
+    "ClimbLimits",
     "CommandShaper",
     "ConfigError",
     "ControlSample",
@@ -85,7 +85,6 @@ __all__ = [
     "Difference",
     "EncoderCounter",
     "Estimator",
-    "FilmError",
     "Follow",
     "HolonomicFollower",
     "Identification",
@@ -95,6 +94,7 @@ __all__ = [
     "Layout",
     "Log",
     "LogError",
+    "MotorBenchTrace",
     "MotorDuty",
     "Observation",
     "Odometry",
@@ -119,31 +119,33 @@ __all__ = [
     "TuneResult",
     "Vehicle",
     "VelocityEstimator",
+    "VideoError",
     "Waypoint",
     "Wheel",
-    "WheelsTrace",
     "__version__",
     "at_point",
-    "bound",
     "calibrate",
+    "climb_limits",
     "compare",
     "discretize",
     "disturbed_ratio",
     "from_point",
     "identify",
     "import_log",
+    "list_policies",
+    "list_scenarios",
+    "list_vehicles",
     "moved_by",
     "plot",
-    "policies",
     "read_mcap",
     "reference_factor",
     "resimulate",
     "run",
-    "scenarios",
+    "run_motor_bench",
+    "run_study",
     "shape_error",
     "slip_ratio",
     "speed_ratio_spread",
-    "study",
     "sweep",
     "to_body",
     "to_world",
@@ -151,6 +153,4 @@ __all__ = [
     "torque_factor",
     "torque_range",
     "tune",
-    "vehicles",
-    "wheels",
 ]

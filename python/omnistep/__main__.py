@@ -14,10 +14,10 @@ def main() -> int:
     arguments = sys.argv[1:]
     if arguments[:1] == ["report"]:
         return _report(arguments[1:])
-    if arguments[:1] == ["strip"]:
-        return _strip(arguments[1:])
-    if arguments[:1] == ["film"]:
-        return _film(arguments[1:])
+    if arguments[:1] == ["plot"]:
+        return _plot(arguments[1:])
+    if arguments[:1] == ["video"]:
+        return _video(arguments[1:])
     if arguments[:1] == ["import"]:
         return _import(arguments[1:])
     if arguments[:1] == ["resimulate"]:
@@ -53,26 +53,26 @@ def _report(arguments: list[str]) -> int:
     return made(lambda: report.write(given.logs, given.out), given.out)
 
 
-def _strip(arguments: list[str]) -> int:
+def _plot(arguments: list[str]) -> int:
     parser = argparse.ArgumentParser(
-        prog="omnistep strip", description="Draw a logged run from the side, like figure 9 of the paper."
+        prog="omnistep plot", description="Draw a logged run from the side, at several times: figure 9 of the paper."
     )
     parser.add_argument("log", type=Path, metavar="LOG.mcap")
     parser.add_argument(
-        "-o", "--out", type=Path, default=Path("strip.png"), help="png, svg or pdf; strip.png if left out"
+        "-o", "--out", type=Path, default=Path("side-view.png"), help="png, svg or pdf; side-view.png if left out"
     )
     parser.add_argument(
         "--every", type=float, default=0.3, metavar="SECONDS", help="between two points; 0.3 if left out"
     )
     given = parser.parse_args(arguments)
-    from omnistep import film
+    from omnistep import plot
 
-    return made(lambda: film.strip(given.log, given.out, every_s=given.every), given.out)
+    return made(lambda: plot.write_side_view(given.log, given.out, every_s=given.every), given.out)
 
 
-def _film(arguments: list[str]) -> int:
+def _video(arguments: list[str]) -> int:
     parser = argparse.ArgumentParser(
-        prog="omnistep film", description="Make a film or a picture of a logged run with Rerun, without a window."
+        prog="omnistep video", description="Make a video or a picture of a logged run with Rerun, without a window."
     )
     parser.add_argument("log", type=Path, metavar="LOG.mcap")
     parser.add_argument(
@@ -81,9 +81,9 @@ def _film(arguments: list[str]) -> int:
     parser.add_argument("--fps", type=float, default=10.0, help="pictures per second of the run; 10 if left out")
     parser.add_argument("--at", type=float, metavar="SECONDS", help="time of a png; the middle of the run if left out")
     given = parser.parse_args(arguments)
-    from omnistep import film
+    from omnistep import video
 
-    return made(lambda: film.film(given.log, given.out, fps=given.fps, at_s=given.at), given.out)
+    return made(lambda: video.write(given.log, given.out, fps=given.fps, at_s=given.at), given.out)
 
 
 def _import(arguments: list[str]) -> int:

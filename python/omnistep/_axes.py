@@ -16,15 +16,15 @@ if TYPE_CHECKING:
 
     from omnistep._omnistep import Trace
 
-# Okabe and Ito's colours: told apart by colour-blind readers too. A policy has the same one in every figure, and
+# Okabe and Ito's colours: distinguishable for colour-blind readers too. A policy has the same one in every figure, and
 # nothing but a policy has it.
 _POLICIES = {
     "independent": "#CC79A7",
-    "paper": "#D55E00",
-    "synchronised": "#0072B2",
-    "load_sharing": "#009E73",
-    "reach": "#F0E442",
-    "steady": "#6B4C00",
+    "scale_torques": "#D55E00",
+    "scale_references": "#0072B2",
+    "shared_integral": "#009E73",
+    "traction_runup": "#F0E442",
+    "traction": "#6B4C00",
 }
 _OTHER_POLICY = "0.4"
 # Wheels and loads have the rest of them; from the fourth on with other dashes.
@@ -36,14 +36,14 @@ def policy_colour(policy: str) -> str:
     """Return the colour of a policy, the same in every figure.
 
     Args:
-        policy: a name of :func:`omnistep.policies`; any other is grey.
+        policy: a name of :func:`omnistep.list_policies`; any other is grey.
 
     Returns:
         A colour of matplotlib: ``#RRGGBB``, or a level of grey.
 
     Example:
         >>> import omnistep
-        >>> len({omnistep.plot.policy_colour(policy) for policy in omnistep.policies()})
+        >>> len({omnistep.plot.policy_colour(policy) for policy in omnistep.list_policies()})
         6
     """
     return _POLICIES.get(policy, _OTHER_POLICY)

@@ -31,7 +31,6 @@ _UNITS = {
     "_deg": "deg",
     "_kg": "kg",
     "_hz": "Hz",
-    "_us": "us",
     "_ns": "ns",
     "_m": "m",
     "_s": "s",
@@ -57,7 +56,7 @@ def climb_map(
     other keys than x, y and panel, such as the seed, are counted together.
 
     Args:
-        rows: what :func:`omnistep.study` or :func:`omnistep.sweep` returned, the folder that they or
+        rows: what :func:`omnistep.run_study` or :func:`omnistep.sweep` returned, the folder that they or
             ``omnistep study`` wrote, a Parquet file, a table of polars, pandas, pyarrow or duckdb, or a list of
             dictionaries; with a column ``climbed``, ``error`` where runs may have failed, and ``verdict`` where some
             may be unfinished. Files need pyarrow, polars or duckdb.
@@ -67,7 +66,7 @@ def climb_map(
         axes: axes to draw on, as many as panels; a new figure by default.
 
     Returns:
-        The axes, (P,), in the order of the panels' values; policies in that of :func:`omnistep.policies`.
+        The axes, (P,), in the order of the panels' values; policies in that of :func:`omnistep.list_policies`.
 
     Raises:
         ConfigError: no rows, a column is missing or has an empty cell, or the axes are not as many as panels.
@@ -171,11 +170,11 @@ def _hatch(ax: Axes, row: int, column: int, part: float) -> None:
 
 
 def in_order(values: Sequence[Any]) -> list[Any]:
-    """Return each value once: numbers by size, policies as `omnistep.policies`, other names alphabetically."""
+    """Return each value once: numbers by size, policies as `omnistep.list_policies`, other names alphabetically."""
     each = set(values)
     if all(isinstance(value, int | float) for value in each):
         return sorted(each)
-    known = _omnistep.policies()
+    known = _omnistep.list_policies()
     return sorted(each, key=lambda value: (known.index(value) if value in known else len(known), str(value)))
 
 

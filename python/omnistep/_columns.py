@@ -86,7 +86,7 @@ def _names(table: Any) -> list[str]:
         return list(table)
     if isinstance(table, Sequence) and all(isinstance(row, Mapping) for row in table):
         return list(dict.fromkeys(name for row in table for name in row))
-    names = getattr(table, "column_names", getattr(table, "columns", None))  # pyarrow's, everybody else's
+    names = getattr(table, "column_names", getattr(table, "columns", None))  # pyarrow's, and others
     if names is None or isinstance(table, str | bytes):
         raise ConfigError(f"rows: a {type(table).__name__}, allowed: {_ALLOWED}", key="rows")
     return [str(name) for name in names]

@@ -11,7 +11,7 @@ import numpy as np
 from omnistep._axes import given_or_new, policy_colour, pyplot
 from omnistep._climb_map import axis_label, in_order, value_text
 from omnistep._columns import columns
-from omnistep._omnistep import mean_interval, policies, wilson
+from omnistep._omnistep import list_policies, mean_interval, wilson
 from omnistep.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ def ensemble(
     figure was not measured; runs that differ in anything but x and lines are counted together.
 
     Args:
-        rows: what :func:`omnistep.study` or :func:`omnistep.sweep` returned, or anything else that
+        rows: what :func:`omnistep.run_study` or :func:`omnistep.sweep` returned, or anything else that
             :func:`omnistep.plot.climb_map` takes.
         figures: columns of numbers, or of yes and no; one axes for each.
         x: key or column along x; numbers or names.
@@ -55,7 +55,7 @@ def ensemble(
 
     Example:
         >>> import omnistep
-        >>> rows = [{"control_policy": "paper", "seed": seed, "climbed": seed > 0} for seed in range(4)]
+        >>> rows = [{"control_policy": "scale_torques", "seed": seed, "climbed": seed > 0} for seed in range(4)]
         >>> (ax,) = omnistep.plot.ensemble(rows, ["climbed"])
         >>> bars = ax.collections[0].get_segments()[0]
         >>> [round(float(y), 2) for _, y in bars]  # three of four
@@ -106,7 +106,7 @@ def _draw(
         if point is None:
             continue
         mean, (low, high) = point
-        policy = next((policy for policy in (str(line), name) if policy in policies()), None)
+        policy = next((policy for policy in (str(line), name) if policy in list_policies()), None)
         colour = (
             policy_colour(policy) if policy else pyplot().rcParams["axes.prop_cycle"].by_key()["color"][number % 10]
         )

@@ -44,13 +44,13 @@ class Parameter:
     scale: float
     lower: float = -np.inf
     upper: float = np.inf
-    #: The parameter that is held first where only a combination is told: the one of highest rank.
+    #: The parameter that is held first where only a combination is determined: the one of highest rank.
     rank: int = 0
-    #: Not searched for: somebody measured it otherwise.
-    known: bool = False
+    #: Not searched for: it was measured otherwise.
+    fixed: bool = False
     #: What the vehicle's file has, where that is not where the search starts.
     file: float | None = None
-    #: The parameter that it is never told apart from by such data, whatever small differences between wheels pretend.
+    #: The parameter that it is never separated from by such data, whatever small differences between wheels pretend.
     apart_from: str = ""
 
 
@@ -94,7 +94,7 @@ class Fit:
     x: Floats
     deviation: Floats
     free: NDArray[np.bool_]
-    #: Of each parameter that is held because only a combination is told: the others of it.
+    #: Of each parameter that is held because only a combination is determined: the others of it.
     together: dict[int, list[int]] = field(default_factory=dict)
     #: Degrees of freedom of the deviations, of all or of each parameter.
     freedom: float | Floats = np.inf
@@ -135,7 +135,7 @@ def fit(
     start = np.array([p.start for p in parameters])
     scale = np.array([p.scale for p in parameters])
     bounds = np.array([[p.lower, p.upper] for p in parameters])
-    free = np.array([not (p.known or p.apart_from) for p in parameters])
+    free = np.array([not (p.fixed or p.apart_from) for p in parameters])
     names = [p.name for p in parameters]
     together = {k: [names.index(p.apart_from)] for k, p in enumerate(parameters) if p.apart_from}
     begin = start if begin is None else begin
@@ -151,7 +151,7 @@ def fit(
 
         low, high = (bounds[free, side] / scale[free] for side in (0, 1))
         inside = np.clip(x[free] / scale[free], low, high)
-        # A first look at where it starts: a search along what is not told goes anywhere.
+        # A first look at where it starts: a search along what is not determined goes anywhere.
         first = _jacobian(of_free, inside, low, high)
         held = _hold(first, None, free, together, parameters)
         if held is not None:
@@ -305,11 +305,11 @@ def estimates(parameters: Sequence[Parameter], found: Fit, *, needed_by: str) ->
     for k, (parameter, value, half) in enumerate(zip(parameters, found.x, halves, strict=True)):
         low: float | None = None
         high: float | None = None
-        note = "known" if parameter.known else ""
+        note = "fixed" if parameter.fixed else ""
         if found.free[k]:
             low = float(max(value - half, parameter.lower))
             high = float(min(value + half, parameter.upper))
-        elif not parameter.known:
+        elif not parameter.fixed:
             others = [parameters[other].name for other in found.together.get(k, [])]
             note = f"only together with {', '.join(others)}" if others else "no information in these data"
         given.append(
@@ -354,7 +354,7 @@ def table(found: Sequence[Estimate]) -> str:
     """The estimates, one a line."""
     rows = [("parameter", "estimate", "95 % interval", "unit", "file")]
     for each in found:
-        # A known number, and one that follows from others, is not that of the file.
+        # A fixed number, and one that follows from others, is not that of the file.
         interval = f"held: {each.note}" if each.held else each.note
         if each.determined:
             interval = f"{each.low:.5g} to {each.high:.5g}"

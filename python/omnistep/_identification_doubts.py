@@ -50,7 +50,7 @@ def far_off(estimates: Sequence[Estimate]) -> tuple[str, ...]:
     """Report results that are far from the file's, and delays that no vehicle has."""
     said = []
     for each in estimates:
-        if each.note == "known" or not each.before or not each.value or each.name in ("delay_s", "lag_s"):
+        if each.note == "fixed" or not each.before or not each.value or each.name in ("delay_s", "lag_s"):
             continue
         times = each.value / each.before
         if not 1.0 / FAR <= times <= FAR:

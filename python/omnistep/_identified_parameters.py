@@ -20,21 +20,21 @@ BEGINS = {"delay_s": 0.005, "lag_s": 0.01}
 OFF = 0.1
 #: What would tell each parameter.
 MANOEUVRES = {
-    "mass_kg": "accelerate and brake, forward and sideways, or weigh the vehicle: known mass_kg",
+    "mass_kg": "accelerate and brake, forward and sideways, or weigh the vehicle: fix mass_kg",
     "yaw_inertia_kg_m2": "turn on the spot, accelerating and braking",
-    "wheel_inertia_kg_m2": "accelerate and brake the wheels in the air (lifted), or weigh the vehicle: known mass_kg",
+    "wheel_inertia_kg_m2": "turn the wheels in the air (wheels_off_ground), or weigh the vehicle: fix mass_kg",
     "gear_friction_n_m": "coast down, or drive steadily",
     "viscous_n_m_s_rad": "drive steadily at several speeds",
-    "rolling_resistance": "also turn the wheels in the air (lifted): only there gear friction acts alone",
+    "rolling_resistance": "also turn the wheels in the air (wheels_off_ground): only there gear friction acts alone",
     "delay_s": "change torques in steps or as a chirp",
     "lag_s": "change torques in steps or as a chirp of up to 10 Hz",
-    "stall_torque_n_m": "weigh the vehicle: known mass_kg; duty cycles alone give only ratios of torque to mass",
+    "stall_torque_n_m": "weigh the vehicle: fix mass_kg; duty cycles alone give only ratios of torque to mass",
     "slope_n_m_s_rad": "drive at several speeds up to the fastest, at full duty",
 }
 
 
 def parameters_of(
-    vehicle: Vehicle, masses: Masses, known: Mapping[str, float], *, duty: bool, motions: Sequence[Motion]
+    vehicle: Vehicle, masses: Masses, fix: Mapping[str, float], *, duty: bool, motions: Sequence[Motion]
 ) -> list[Parameter]:
     motor = vehicle.to_dict()["motor"]
     stall, end = motor["stall_torque_n_m"], vehicle.no_load_rad_s
@@ -47,9 +47,9 @@ def parameters_of(
     def of(
         name: str, unit: str, start: float, scale: float, most: float, rank: int = 0, least: float = 0.0
     ) -> Parameter:
-        given = known.get(name)
+        given = fix.get(name)
         if given is not None and not (isinstance(given, int | float) and least <= given <= most):
-            raise ConfigError(f"known: {name} = {given!r}, allowed: {least:.3g} to {most:.3g}", key=name)
+            raise ConfigError(f"fix: {name} = {given!r}, allowed: {least:.3g} to {most:.3g}", key=name)
         value = start if given is None else float(given)
         return Parameter(
             name=name,
@@ -59,7 +59,7 @@ def parameters_of(
             lower=least,
             upper=most,
             rank=rank,
-            known=given is not None,
+            fixed=given is not None,
             file=start,
         )
 
@@ -81,23 +81,23 @@ def parameters_of(
             of("stall_torque_n_m", "N.m", stall, stall, 20 * stall, 5, 0.02 * stall),
             of("slope_n_m_s_rad", "N.m.s/rad", slope, slope or friction / speed, 20 * (slope or stall / speed), 1),
         ]
-    if unknown := sorted(set(known) - {p.name for p in parameters}):
+    if unknown := sorted(set(fix) - {p.name for p in parameters}):
         hint = unknown_key(unknown[0], [p.name for p in parameters])
-        raise ConfigError(f"known: {unknown[0]}: {hint}", key=unknown[0])
+        raise ConfigError(f"fix: {unknown[0]}: {hint}", key=unknown[0])
     in_air = any(motion.stretches.lifted for motion in motions)
-    if not in_air and not {"rolling_resistance", "gear_friction_n_m"} & set(known):
+    if not in_air and not {"rolling_resistance", "gear_friction_n_m"} & set(fix):
         parameters = [
             replace(p, apart_from="gear_friction_n_m") if p.name == "rolling_resistance" else p for p in parameters
         ]
-    if duty and in_air and not {"lag_s", "wheel_inertia_kg_m2"} & set(known):
+    if duty and in_air and not {"lag_s", "wheel_inertia_kg_m2"} & set(fix):
         # A wheel that its motor's line brakes follows as a torque that lags does: they cannot be distinguished.
         parameters = [replace(p, apart_from="wheel_inertia_kg_m2") if p.name == "lag_s" else p for p in parameters]
-    if duty and ground and not {"mass_kg", "yaw_inertia_kg_m2", "wheel_inertia_kg_m2", "stall_torque_n_m"} & set(known):
+    if duty and ground and not {"mass_kg", "yaw_inertia_kg_m2", "wheel_inertia_kg_m2", "stall_torque_n_m"} & set(fix):
         # Everything may be as many times larger.
         parameters = [replace(p, apart_from="mass_kg") if p.name == "stall_torque_n_m" else p for p in parameters]
     if not ground:
         parameters = [
-            replace(p, known=True) if p.name in ("mass_kg", "yaw_inertia_kg_m2", "rolling_resistance") else p
+            replace(p, fixed=True) if p.name in ("mass_kg", "yaw_inertia_kg_m2", "rolling_resistance") else p
             for p in parameters
         ]
     return parameters

@@ -34,8 +34,8 @@ def vehicle_with(
         else:
             stretch = float(np.sqrt(own / (masses.own * part)))
             for body in keys["body"]:
-                x, y, z = body["box_m"]
-                body["box_m"] = [x * stretch, y * stretch, z]
+                x, y, z = body["inertia_box_m"]
+                body["inertia_box_m"] = [x * stretch, y * stretch, z]
     for wheel in keys["wheel"]:
         wheel["inertia_kg_m2"] *= p["wheel_inertia_kg_m2"] / masses.wheel_inertia
     motor = keys["motor"]

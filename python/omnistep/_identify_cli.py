@@ -8,7 +8,7 @@ from pathlib import Path
 
 from omnistep._calibration_runs import CalibrationRun, read_runs
 from omnistep._command_line import NotWritten, made
-from omnistep._omnistep import Vehicle, vehicles
+from omnistep._omnistep import Vehicle, list_vehicles
 from omnistep._output_files import check_output, check_picture, replaced, write_text
 from omnistep._toml_files import read_toml
 from omnistep._vehicle_edits import Changes, calibrated_halves, edited, identified_halves, tomlkit
@@ -26,10 +26,10 @@ def identify(arguments: list[str]) -> int:
     )
     parser.add_argument("--vehicle", required=True, help="the vehicle as far as known: a .toml file or a built-in name")
     parser.add_argument(
-        "--lifted", nargs="+", default=[], type=Path, metavar="LOG", help="logs with all wheels in the air"
+        "--wheels-off-ground", nargs="+", default=[], type=Path, metavar="LOG", help="logs with all wheels in the air"
     )
     parser.add_argument(
-        "--known",
+        "--fix",
         action="append",
         default=[],
         metavar="NAME=VALUE",
@@ -47,19 +47,19 @@ def identify(arguments: list[str]) -> int:
     )
     parser.add_argument("--quiet", action="store_true", help="show no progress bar")
     given = parser.parse_args(arguments)
-    inputs = [*given.logs, *given.lifted, Path(given.vehicle)]
+    inputs = [*given.logs, *given.wheels_off_ground, Path(given.vehicle)]
 
     def found(drawn: Vehicle) -> Answer:
         from omnistep.identification import identify
 
         if given.plot is not None:
             check_picture(given.plot, inputs)
-        known = dict(_known(each) for each in given.known)
+        fix = dict(_fixed(each) for each in given.fix)
         result = identify(
             given.logs,
             vehicle=drawn,
-            lifted=given.lifted,
-            known=known,
+            wheels_off_ground=given.wheels_off_ground,
+            fix=fix,
             zero_duty=given.zero_duty,
             progress=not given.quiet,
         )
@@ -105,12 +105,12 @@ def calibrate(arguments: list[str]) -> int:
     return _write(found, given, inputs)
 
 
-def _known(text: str) -> tuple[str, float]:
+def _fixed(text: str) -> tuple[str, float]:
     name, _, value = text.partition("=")
     try:
         return name, float(value)
     except ValueError as error:
-        raise ConfigError(f"--known {text}, allowed: NAME=VALUE, such as mass_kg=3.2", key=name) from error
+        raise ConfigError(f"--fix {text}, allowed: NAME=VALUE, such as mass_kg=3.2", key=name) from error
 
 
 def _may_write_doubtful(parser: argparse.ArgumentParser) -> None:
@@ -140,7 +140,7 @@ def _write(found: Callable[[Vehicle], Answer], given: argparse.Namespace, inputs
             tomlkit()
         drawn = Vehicle(name)
         # Read before the search: it takes a while, and the file may change.
-        text = drawn.to_toml() if out is None or name in vehicles() else read_toml(Path(name))[0]
+        text = drawn.to_toml() if out is None or name in list_vehicles() else read_toml(Path(name))[0]
         answer = found(drawn)
         if out is None:
             print(answer.table)

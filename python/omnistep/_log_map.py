@@ -168,7 +168,7 @@ def _scenario(file: str, folder: Path, keys: Mapping[str, Any]) -> Scenario:
     step_us = max(step for step in range(1, min(period_us, 500) + 1) if period_us % step == 0)
     base = _reference(file, folder, keys, "scenario", "flat") or "flat"
     vehicle = _reference(file, folder, keys, "vehicle", None)
-    overrides = {"control.period_us": period_us, "physics.step_us": step_us}
+    overrides = {"control.period_s": period_us / 1e6, "physics.timestep_s": step_us / 1e6}
     try:
         return Scenario(base, vehicle=vehicle, overrides=overrides)
     except ConfigError as error:

@@ -109,10 +109,10 @@ def loops(
 def derived_kp(vehicle: Vehicle, period_s: float) -> float:
     """The k_p that the library derives for a vehicle without gains [N.m per rad/s]."""
     bare = Vehicle.from_dict({**vehicle.to_dict(), "gains": None})
-    step = max(1, round(1e6 * period_s))
+    step_s = max(1, round(1e6 * period_s)) / 1e6
     keys = {
-        "control.period_us": step,
-        "physics.step_us": step,
+        "control.period_s": step_s,
+        "physics.timestep_s": step_s,
         "control.policy": "independent",
         "command.vx_m_s": 0.0,
     }

@@ -18,7 +18,7 @@ _Rows: TypeAlias = _Row | Sequence[_Row]
 _Array: TypeAlias = _Rows | Sequence[_Rows]
 
 __all__ = [
-    "Bound",
+    "ClimbLimits",
     "CommandShaper",
     "ControlSample",
     "Controller",
@@ -32,6 +32,7 @@ __all__ = [
     "Kinematics",
     "Layout",
     "Log",
+    "MotorBenchTrace",
     "MotorDuty",
     "Observation",
     "Odometry",
@@ -53,27 +54,28 @@ __all__ = [
     "VelocityEstimator",
     "Waypoint",
     "Wheel",
-    "WheelsTrace",
     "__version__",
     "at_point",
-    "bound",
     "cli",
+    "climb_limits",
     "compute_batch",
     "damage",
     "discretize",
     "disturbed_ratio",
     "figures",
     "from_point",
+    "list_policies",
+    "list_scenarios",
+    "list_vehicles",
     "mean_interval",
     "moved_by",
-    "policies",
     "policy_name",
     "read_mcap",
     "recover",
     "reference_factor",
     "run",
     "run_external",
-    "scenarios",
+    "run_motor_bench",
     "shape_error",
     "shortened",
     "slip_ratio",
@@ -83,8 +85,6 @@ __all__ = [
     "torque_duty",
     "torque_factor",
     "torque_range",
-    "vehicles",
-    "wheels",
     "wilson",
     "write_recording",
 ]
@@ -131,18 +131,18 @@ def run_external(
         on_progress: called with the completed part, 0 to 1, every few milliseconds; an exception in it ends the run.
     """
 
-def wheels(
-    policy: str = "synchronised",
+def run_motor_bench(
+    policy: str = "scale_references",
     *,
     overrides: Mapping[str, Any] | None = None,
     experiment: str | PathLike[str] = ...,
-) -> WheelsTrace:
+) -> MotorBenchTrace:
     """Run section 3.3 of the paper: three motors on dampers, torque limited by eq. (13).
 
     Args:
-        policy: ``independent``, ``paper`` or ``synchronised``.
+        policy: ``independent``, ``scale_torques`` or ``scale_references``.
         overrides: keys of the experiment and their new values: ``{"friction_n_m_s_rad": 2e-4}``.
-        experiment: the built-in ``wheels``, the default, or the path of a .toml file.
+        experiment: the built-in ``motor_bench``, the default, or the path of a .toml file.
 
     Returns:
         A row every 0.1 s, or every control period where that is longer.
@@ -152,20 +152,22 @@ def wheels(
 
     Example:
         >>> import omnistep
-        >>> trace = omnistep.wheels("synchronised")
+        >>> trace = omnistep.run_motor_bench("scale_references")
         >>> trace.speed_rpm.shape, float(trace.t_s[-1])
         ((651, 3), 65.0)
     """
 
-def bound(scenario: str | PathLike[str] | Scenario = ..., *, overrides: Mapping[str, Any] | None = None) -> Bound:
+def climb_limits(
+    scenario: str | PathLike[str] | Scenario = ..., *, overrides: Mapping[str, Any] | None = None
+) -> ClimbLimits:
     """Least torque and run-up for the step of a scenario, from the balance of forces, without a simulation.
 
     The torque is that of the scenario's motors at rest. The speed is the fastest forward command, and every row of
     wheels is assumed to meet the edge with it. docs/derivations.md, What a climb takes at least, lists the assumptions.
 
     Args:
-        scenario: a built-in name (see :func:`scenarios`), the path of a .toml file or a :class:`Scenario`; the step by
-            default.
+        scenario: a built-in name (see :func:`list_scenarios`), the path of a .toml file or a :class:`Scenario`; the
+            step by default.
         overrides: keys to replace, as in :func:`omnistep.run`.
 
     Returns:
@@ -177,37 +179,37 @@ def bound(scenario: str | PathLike[str] | Scenario = ..., *, overrides: Mapping[
 
     Example:
         >>> import omnistep
-        >>> bound = omnistep.bound("step", overrides={"vehicle.motor.stall_torque_n_m": 1.4})
-        >>> bound.least_torque_n_m.round(1)  # the rear row climbs with a run-up or not at all
+        >>> limits = omnistep.climb_limits("step", overrides={"vehicle.motor.stall_torque_n_m": 1.4})
+        >>> limits.least_torque_n_m.round(1)  # the rear row climbs with a run-up or not at all
         array([1.3, 2.5, inf])
-        >>> bound.verdicts, bound.possible, bound.decisive
+        >>> limits.verdicts, limits.possible, limits.decisive
         (['torque', 'run_up', 'run_up'], True, 'middle')
     """
 
-def policies() -> list[str]:
+def list_policies() -> list[str]:
     """Names of the coordination policies.
 
     Example:
         >>> import omnistep
-        >>> omnistep.policies()
-        ['independent', 'paper', 'synchronised', 'load_sharing', 'reach', 'steady']
+        >>> omnistep.list_policies()
+        ['independent', 'scale_torques', 'scale_references', 'shared_integral', 'traction_runup', 'traction']
     """
 
-def scenarios() -> list[str]:
+def list_scenarios() -> list[str]:
     """Names of the built-in scenarios.
 
     Example:
         >>> import omnistep
-        >>> "step" in omnistep.scenarios()
+        >>> "step" in omnistep.list_scenarios()
         True
     """
 
-def vehicles() -> list[str]:
+def list_vehicles() -> list[str]:
     """Names of the built-in vehicles.
 
     Example:
         >>> import omnistep
-        >>> omnistep.vehicles()
+        >>> omnistep.list_vehicles()
         ['chugo7', 'omni3', 'mecanum4', 'rocker_bogie6']
     """
 
@@ -470,7 +472,7 @@ def torque_factor(requested_n_m: _Rows, *, lower_n_m: _Rows, upper_n_m: _Rows) -
 def reference_factor(
     requested_n_m: _Rows, slopes_n_m: _Rows, *, lower_n_m: _Rows, upper_n_m: _Rows, floor: float = 0.0
 ) -> _Floats:
-    """The common factor on the references of ``synchronised``: the largest that keeps every torque short of its limit.
+    """The common factor on the references of ``scale_references``: the largest with which no torque meets its limit.
 
     Args:
         requested_n_m: torques for the whole references [N.m], (N,) or (T, N) of 3 to 8 wheels.
@@ -1713,16 +1715,16 @@ class Controller:
         overrides: keys to replace, as in :func:`omnistep.run`; ``{"control.precision": "f32"}`` gives firmware's bits.
 
     Raises:
-        ConfigError: a name, key or value is wrong, or the policy is ``steady`` or ``reach``, which read hinges and an
-            inertial unit too: step them in a :class:`Simulation`.
+        ConfigError: a name, key or value is wrong, or the policy is ``traction`` or ``traction_runup``, which read
+            hinges and an inertial unit too: step them in a :class:`Simulation`.
 
     Warns:
         UserWarning: one encoder count reads as a velocity of which the gains make more torque than the motor has.
 
     Example:
         >>> import omnistep
-        >>> controller = omnistep.Controller("step", policy="synchronised")
-        >>> trace = omnistep.run("step", policy="synchronised", overrides={"duration_s": 0.2})
+        >>> controller = omnistep.Controller("step", policy="scale_references")
+        >>> trace = omnistep.run("step", policy="scale_references", overrides={"duration_s": 0.2})
         >>> commands = list(zip(*(trace[f"command_{axis}"] for axis in ("vx_m_s", "vy_m_s", "wz_rad_s"))))
         >>> again = controller.step(commands, trace.wheels("measured_rad_s"))
         >>> bool((again.applied_n_m == trace.wheels("applied_n_m")).all())
@@ -1815,7 +1817,7 @@ class Vehicle:
     ``vehicle["motor.stall_torque_n_m"]`` and ``vehicle["wheel.0.radius_m"]`` are values of the file.
 
     Args:
-        vehicle: a built-in name (see :func:`vehicles`), the path of a .toml file or another :class:`Vehicle`.
+        vehicle: a built-in name (see :func:`list_vehicles`), the path of a .toml file or another :class:`Vehicle`.
         overrides: keys to replace, ``{"motor.stall_torque_n_m": 1.0}``.
 
     Raises:
@@ -1931,8 +1933,8 @@ class Scenario:
     ``scenario["terrain.height_m"]`` and ``scenario["vehicle.wheel.0.radius_m"]`` are values of the file.
 
     Args:
-        scenario: a built-in name (see :func:`scenarios`), the path of a .toml file or another :class:`Scenario`.
-        policy: coordination policy instead of the scenario's (see :func:`policies`).
+        scenario: a built-in name (see :func:`list_scenarios`), the path of a .toml file or another :class:`Scenario`.
+        policy: coordination policy instead of the scenario's (see :func:`list_policies`).
         vehicle: a vehicle instead of the scenario's: a name, a path or a :class:`Vehicle`.
         overrides: keys to replace, as in :func:`omnistep.run`.
         seed: seed of perturbation and noise, 0 to 2**63 - 1.
@@ -1943,9 +1945,9 @@ class Scenario:
 
     Example:
         >>> import omnistep
-        >>> low = omnistep.Scenario("step", policy="paper", overrides={"terrain.height_m": 0.03})
+        >>> low = omnistep.Scenario("step", policy="scale_torques", overrides={"terrain.height_m": 0.03})
         >>> low["terrain.height_m"], low.vehicle.name, low.policy
-        (0.03, 'chugo7', 'paper')
+        (0.03, 'chugo7', 'scale_torques')
         >>> omnistep.Scenario.from_dict(low.to_dict()) == low
         True
     """
@@ -2111,7 +2113,7 @@ class Log:
         """Every control period: the columns of the run's trace that its log has, and the commands before limits.
 
         These are the controller's inputs, estimates and outputs, and the torques and forces at the wheels; ``asked_*``
-        and ``gyro_rad_s`` are there in addition. A log does not hold, and so this trace lacks: ``command_*``,
+        are there in addition. A log does not hold, and so this trace lacks: ``command_*``,
         ``twist_*``, ``pose_*``, ``body_*``, ``hinge_*``, ``row_*``, ``force_*_n``, the energies (``*_j``) and
         ``newton_residual_n``; of the wheels ``residual_rad_s``, ``rim_m_s``, ``along_m_s``, ``normal_*``, ``contact_*``
         and their positions ``x_m``, ``y_m``, ``z_m``. Poses are in :attr:`frames`; figures that show positions take the
@@ -2167,7 +2169,7 @@ class Trace:
         """Rolling radii of the wheels [m], (N,)."""
     @property
     def terrain(self) -> dict[str, str | float]:
-        """The ground: ``kind``, ``friction``, and for a step ``height_m`` and ``at_m``."""
+        """The ground: ``kind``, ``friction``, and for a step ``height_m`` and ``start_x_m``."""
     def ground_m(self, x_m: Sequence[float] | _Floats, *, y_m: float = ...) -> _Floats:
         """Height of the ground [m] at places x_m [m], (M,), along the line y_m [m]."""
     @property
@@ -2243,20 +2245,20 @@ class Outcome:
         "climbed",
         "stalled",
         "unfinished",
-        "driven",
+        "completed",
         "tipped",
-        "ran_away",
+        "overspeed",
         "wrong_way",
         "drove_on",
         "rolled_on",
         "off_course",
         "fell_short",
-        "leaned",
+        "tilted",
         "touched",
         "gained_energy",
         "diverged",
     ]:
-        """Result of the run; `driven` on flat ground, `unfinished` where `duration_s` cut it off.
+        """Result of the run; `completed` on flat ground, `unfinished` where `duration_s` cut it off.
 
         docs/conventions.md defines each of them.
         """
@@ -2327,32 +2329,23 @@ class Outcome:
     def slip_rms(self) -> float:
         """Root mean square of the slip ratio over driven wheels that touch the ground."""
     @property
-    def disturbed_rms(self) -> float:
-        """Root mean square of the disturbed ratio over driven wheels."""
+    def speed_error_rms(self) -> float:
+        """Root mean square of the relative speed error (the disturbed ratio) over driven wheels."""
     @property
-    def disturbed_realised_rms(self) -> float:
-        """Root mean square of the disturbed ratio against the reference as the policy reduced it."""
+    def speed_error_realised_rms(self) -> float:
+        """The same against the reference as the policy reduced it."""
     @property
-    def spread_rms(self) -> float:
-        """Root mean square of the spread of velocity over reference."""
+    def speed_ratio_std(self) -> float:
+        """Standard deviation over driven wheels of velocity over reference, root mean square over time."""
     @property
-    def linkage_spread(self) -> float:
-        """Spread of the slip speeds of driven wheels over their commanded speed: 0 where all roll, on an edge too."""
+    def slip_speed_std(self) -> float:
+        """Standard deviation over driven wheels of slip speed, over commanded speed: 0 where all roll."""
     @property
     def shape_error_rms_rad_s(self) -> float:
         """Root mean square of the part of the velocities that no common factor on the references explains [rad/s]."""
     @property
-    def heat_n2m2s(self) -> float:
-        """Sum over wheels of the time integral of torque squared [N^2.m^2.s]."""
-    @property
-    def relative_speed_error_rms(self) -> float:
-        """``disturbed_rms`` under its name in control engineering."""
-    @property
-    def speed_ratio_spread_rms(self) -> float:
-        """``spread_rms`` under the name of its quantity."""
-    @property
     def torque_squared_n2m2s(self) -> float:
-        """``heat_n2m2s`` under its exact name: heat is proportional to it."""
+        """Sum over wheels of the time integral of torque squared [N^2.m^2.s]."""
     @property
     def work_j(self) -> float:
         """Work of the motors [J]."""
@@ -2416,7 +2409,7 @@ class Simulation:
 
     Warns:
         UserWarning: one encoder count reads as a velocity for which the gains request more torque than the motor has;
-            or ``steady`` or ``reach`` lacks sensors or motor speed that it uses.
+            or ``traction`` or ``traction_runup`` lacks sensors or motor speed that it uses.
 
     Example:
         >>> import omnistep
@@ -2426,7 +2419,7 @@ class Simulation:
         >>> simulation.time_s, bool(abs(sample.twist[0] - 0.2) < 0.01)
         (1.0, True)
         >>> len(simulation.trace), simulation.outcome.verdict
-        (1000, 'driven')
+        (1000, 'completed')
     """
 
     def __new__(
@@ -2824,7 +2817,7 @@ class Sample:
         """The wheel touched the ground during the period."""
 
 @final
-class WheelsTrace:
+class MotorBenchTrace:
     """Speeds and loads of wheels A, B and C, a row every 0.1 s."""
 
     @property
@@ -2848,7 +2841,7 @@ class WheelsTrace:
     def __len__(self) -> int: ...
 
 @final
-class Bound:
+class ClimbLimits:
     """Torque and run-up that a step needs, and those of the vehicle. Arrays over rows are (3,), the front row first."""
 
     @property
@@ -3024,7 +3017,7 @@ class Rows:
         Raises:
             ConfigError: a name is not a figure.
         """
-    def paired(self, key: str, against: object, figure: str) -> list[dict[str, Any]]:
+    def paired(self, key: str, baseline: object, figure: str) -> list[dict[str, Any]]:
         """One dictionary for each combination with another value: its figure less the given value's, seed by seed.
 
         Raises:

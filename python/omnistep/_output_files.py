@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from omnistep._omnistep import vehicles
+from omnistep._omnistep import list_vehicles
 from omnistep._toml_files import read_toml
 from omnistep.errors import ConfigError
 
@@ -46,7 +46,7 @@ def named_files(keys: Mapping[str, Any], folder: Path) -> tuple[Path, ...]:
         named.append(of.get(key) if isinstance(of, Mapping) else None)
     texts = [each for each in named if isinstance(each, str) and "\0" not in each]
     # Whatever is built in, or inside the scenario itself, is no file.
-    return tuple(folder / each for each in texts if each not in vehicles() and not each.startswith("data:"))
+    return tuple(folder / each for each in texts if each not in list_vehicles() and not each.startswith("data:"))
 
 
 def check_output(out: Path, inputs: Iterable[Path] = (), *, text: bool = False) -> None:

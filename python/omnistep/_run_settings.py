@@ -34,13 +34,13 @@ def of_runs(logs: Sequence[Log]) -> tuple[dict[str, str], dict[str, list[str]]]:
     return shared, {heading: found for heading, found in texts.items() if len(set(found)) > 1}
 
 
-def told(heading: str, text: str) -> str:
+def with_unit(heading: str, text: str) -> str:
     """Return a setting in a line of text.
 
-    >>> from omnistep._run_settings import told
-    >>> told("height [m]", "0.05")
+    >>> from omnistep._run_settings import with_unit
+    >>> with_unit("height [m]", "0.05")
     'height 0.05 m'
-    >>> told("friction", "0.7")
+    >>> with_unit("friction", "0.7")
     'friction 0.7'
     """
     name, _, unit = heading.rstrip("]").partition(" [")

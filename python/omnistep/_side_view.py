@@ -27,7 +27,7 @@ def span(run: Trace | Log) -> tuple[float, float]:
 
 
 def draw(run: Trace | Log, *, every_s: float, ax: Axes | None, span: tuple[float, float]) -> Axes:
-    """Draw a climb over that span of the ground [m]; see :func:`omnistep.plot.strip`."""
+    """Draw a climb over that span of the ground [m]; see :func:`omnistep.plot.side_view`."""
     of_kind(every_s, "every_s", float, int, np.number, allowed="a number")
     if not (isfinite(every_s) and every_s > 0.0):
         raise ConfigError(f"every_s = {every_s}, allowed: > 0 [s]", key="every_s")

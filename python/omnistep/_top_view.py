@@ -19,10 +19,10 @@ if TYPE_CHECKING:
 
 # Colours that no policy has: Okabe and Ito's.
 _TRUTH, _ODOMETRY, _COMMAND = "#000000", "#E69F00", "0.45"
-# Ellipses of a run unless somebody says when.
+# Ellipses of a run unless a time is given.
 _ELLIPSES = 10
 _VARIANCES = ("odom_var_x_m2", "odom_cov_xy_m2", "odom_var_y_m2")
-# What a log says of odometry of which nobody knows how sure it is [m^2]; one of before said 0.
+# What a log says of odometry whose uncertainty is unknown [m^2]; earlier logs said 0.
 _UNKNOWN_M2 = 1e6
 # Corners of one.
 _CORNERS = 48
@@ -91,7 +91,7 @@ def seen(run: Trace | Log) -> Seen:
         odometry, truth = run.odometry, run.ground_truth
         if len(odometry["time_s"]) == 0:
             raise ConfigError(f"{run.path}: no messages on /odom, allowed: a run with odometry", file=str(run.path))
-        # Of a real vehicle nobody may have known it.
+        # Of a real vehicle it may be unknown.
         places = _columns(truth, "pose_x_m", "pose_y_m") if len(truth["time_s"]) else None
     else:
         lacks = [name for name in ("odom_x_m", *_VARIANCES, "pose_x_m") if name not in trace]
@@ -103,12 +103,12 @@ def seen(run: Trace | Log) -> Seen:
         odometry = truth = trace.columns()
         places = _columns(odometry, "pose_x_m", "pose_y_m")
     variances_m2 = _columns(odometry, *_VARIANCES)
-    untold = not variances_m2.any() or bool((variances_m2[:, [0, 2]] >= _UNKNOWN_M2).all())
+    unstated = not variances_m2.any() or bool((variances_m2[:, [0, 2]] >= _UNKNOWN_M2).all())
     return Seen(
         trace=trace,
         time_s=odometry["time_s"],
         odometry_m=_columns(odometry, "odom_x_m", "odom_y_m"),
-        variances_m2=None if isinstance(run, Log) and run.recorded and untold else variances_m2,
+        variances_m2=None if isinstance(run, Log) and run.recorded and unstated else variances_m2,
         truth_time_s=truth["time_s"],
         truth_m=places,
         command_m=np.stack([trace["path_x_m"], trace["path_y_m"]], axis=1) if "path_x_m" in trace else None,
@@ -144,9 +144,9 @@ def draw(run: Trace | Log, *, every_s: float | None, sigmas: float, ax: Axes | N
     for number, row in enumerate(rows):
         corners, there = shown.ellipse_m(row, sigmas), shown.true_m(row)
         if corners is not None:
-            told = f"{sigmas:g} standard deviations" if number == 0 else None
+            entry = f"{sigmas:g} standard deviations" if number == 0 else None
             ax.fill(*corners.T, facecolor=_ODOMETRY, alpha=0.25, zorder=1.8)
-            ax.plot(*corners.T, color=_ODOMETRY, linewidth=0.8, label=told, zorder=2.1)
+            ax.plot(*corners.T, color=_ODOMETRY, linewidth=0.8, label=entry, zorder=2.1)
         if there is not None:
             # Which place in truth belongs to which by odometry.
             ends = np.stack([there, shown.odometry_m[row]])

@@ -134,28 +134,30 @@ def _body(
     if held:
         held_note = f"joints held at 0: {held[0]}{f' and {len(held) - 1} more' if len(held) > 1 else ''}"
         noted(notes, "mass_kg", held_note)
-    box_m = _box(mass, [wheel for wheel in wheels if owner[wheel.joint.parent] == link] or wheels, notes)
+    inertia_box_m = _box(mass, [wheel for wheel in wheels if owner[wheel.joint.parent] == link] or wheels, notes)
     com_m = mass.com_m - [0.0, 0.0, ground_m]
     if com_m[2] <= 0.0:
         notes["com_m"] = "not above the ground: are the places and the inertial right?"
-    return Table("[body]", {"name": name, "mass_kg": mass.mass_kg, "com_m": com_m, "box_m": box_m}, notes)
+    return Table(
+        "[body]", {"name": name, "mass_kg": mass.mass_kg, "com_m": com_m, "inertia_box_m": inertia_box_m}, notes
+    )
 
 
 def _box(mass: Mass, wheels: list[Wheel], notes: dict[str, str]) -> list[float]:
     """Return the edges of the box that has a body's moments of inertia."""
     inertia = mass.inertia_kg_m2
     if not inertia.any():
-        notes["box_m"] = "no inertia in the URDF: as large as the wheels' places"
+        notes["inertia_box_m"] = "no inertia in the URDF: as large as the wheels' places"
         places = np.array([wheel.middle_m for wheel in wheels])
         edges = np.maximum(np.ptp(places, axis=0), 2.0 * wheels[0].radius_m)
         return [float(edge) for edge in edges]
     products = float(np.abs(inertia - np.diag(np.diag(inertia))).max())
     if products > 0.01 * np.diag(inertia).max():
-        notes["box_m"] = f"products of inertia, up to {products:.2g} kg.m^2, are left out"
+        notes["inertia_box_m"] = f"products of inertia, up to {products:.2g} kg.m^2, are left out"
     squares = mass.box_squares_m2()
     edges = np.clip(np.sqrt(np.maximum(squares, 0.0)), *_EDGES_M)
     if np.abs(edges**2 - squares).max() > 1e-6 * np.abs(squares).max():
-        notes["box_m"] = "the nearest: no body has this inertia"
+        notes["inertia_box_m"] = "the nearest: no body has this inertia"
     return [float(edge) for edge in edges]
 
 

@@ -261,7 +261,7 @@ def identified_halves(found: Vehicle, estimates: Sequence[Estimate]) -> dict[Pat
         halves["total_mass_kg",] = known["mass_kg"]
     for kind, key, name, power in (
         ("body", "mass_kg", "mass_kg", 1.0),
-        ("body", "box_m", "yaw_inertia_kg_m2", 0.5),
+        ("body", "inertia_box_m", "yaw_inertia_kg_m2", 0.5),
         ("wheel", "inertia_kg_m2", "wheel_inertia_kg_m2", 1.0),
     ):
         if name in parts:

@@ -25,7 +25,7 @@ class Masses:
         self.body_places = np.array([body["com_m"][:2] for body in bodies])
         self.mass = float(self.wheel_mass.sum() + self.body_mass.sum())
         self.centre = (self.wheel_mass @ self.wheel_places + self.body_mass @ self.body_places) / self.mass
-        edges = np.array([body["box_m"] for body in bodies])
+        edges = np.array([body["inertia_box_m"] for body in bodies])
         self.own = float((self.body_mass * (edges[:, 0] ** 2 + edges[:, 1] ** 2)).sum() / 12.0)
         self.away = float(
             self.wheel_mass @ (self.wheel_places**2).sum(axis=1) + self.body_mass @ (self.body_places**2).sum(axis=1)

@@ -94,33 +94,33 @@ class StudyResult:
 
         >>> import omnistep, tempfile
         >>> with tempfile.TemporaryDirectory() as out:
-        ...     result = omnistep.study("ensemble", overrides={"duration_s": 0.1}, seeds=3, out=out, progress=False)
+        ...     result = omnistep.run_study("ensemble", overrides={"duration_s": 0.1}, seeds=3, out=out, progress=False)
         >>> cell = result.summary("climbed", "required_friction")[0]
         >>> cell["climbed"], cell["climbed_low"], round(cell["climbed_high"], 3)  # none of three
         (0.0, 0.0, 0.561)
         """
         return self._rows.cells(list(figures) or None)
 
-    def paired(self, key: str, against: Any, figure: str = "climbed") -> list[dict[str, Any]]:
+    def paired(self, key: str, baseline: Any, figure: str = "climbed") -> list[dict[str, Any]]:
         """Compare runs that differ in one key alone, seed by seed: the effect of the common start cancels.
 
         Args:
             key: a varied key, such as ``control.policy``.
-            against: the value with which the others are compared.
+            baseline: the value with which the others are compared.
             figure: a column of a row that is a number, or yes and no.
 
         Returns:
             A dictionary for each combination of values that has another value of the key: each key by its column,
             ``pairs`` of runs that both have the figure, the mean ``difference``, its 95 % interval ``low`` to ``high``
             by Student's t (None for fewer than two pairs). For yes and no there are two counts of seeds in addition:
-            yes with this value alone, ``only_here``, and with ``against`` alone, ``only_there``.
+            yes with this value alone, ``only_here``, and with ``baseline`` alone, ``only_there``.
 
         Raises:
             ConfigError: the key does not vary, no run has that value, or the name is not a figure.
 
         >>> import omnistep, tempfile
         >>> with tempfile.TemporaryDirectory() as out:
-        ...     points = {"control.policy": ["independent", "paper"], "command.vx_m_s": [0.2, 0.4]}
+        ...     points = {"control.policy": ["independent", "scale_torques"], "command.vx_m_s": [0.2, 0.4]}
         ...     given = {"scenario": "flat", "overrides": {"duration_s": 1.0}, "progress": False}
         ...     result = omnistep.sweep(points, out=out, **given)
         >>> [cell["pairs"] for cell in result.paired("control.policy", "independent", "work_j")]
@@ -129,7 +129,7 @@ class StudyResult:
         >>> faster  # more work in the same time
         True
         """
-        return self._rows.paired(key, against, figure)
+        return self._rows.paired(key, baseline, figure)
 
     def rows(self) -> list[dict[str, Any]]:
         """Return a dictionary for each run, by column; None where nothing was measured."""
@@ -176,7 +176,7 @@ class StudyResult:
         return f"<omnistep.StudyResult of {counts}: {self.folder}>"
 
 
-def study(
+def run_study(
     study: str | PathLike[str],
     *,
     overrides: Mapping[str, Any] | None = None,
@@ -192,8 +192,8 @@ def study(
     results. Other Python threads continue to run.
 
     Args:
-        study: a built-in name (``climb_map``, ``ensemble``, ``wheel_models``, ``traction``, ``reach``) or the path of a
-            .toml file.
+        study: a built-in name (``climb_map``, ``ensemble``, ``wheel_models``, ``traction``, ``traction_runup``) or the
+            path of a .toml file.
         overrides: keys to replace in every run, as in :func:`omnistep.run`; not an axis of the study, and not the seed.
         seeds: how many seeds, counted from 0, or which; the study's own by default.
         out: the folder of results; ``out/NAME`` by default.
@@ -205,7 +205,7 @@ def study(
         A row for each run of the study; a run that failed is a row with an ``error``.
 
     Warns:
-        UserWarning: in some runs ``steady`` or ``reach`` lacks sensors or motor speed that it uses.
+        UserWarning: in some runs ``traction`` or ``traction_runup`` lacks sensors or motor speed that it uses.
 
     Raises:
         ConfigError: a name, key or value is wrong; or the folder holds results of another study, or of another
@@ -215,7 +215,7 @@ def study(
 
     >>> import omnistep, tempfile
     >>> with tempfile.TemporaryDirectory() as out:
-    ...     result = omnistep.study("ensemble", overrides={"duration_s": 0.1}, seeds=2, out=out, progress=False)
+    ...     result = omnistep.run_study("ensemble", overrides={"duration_s": 0.1}, seeds=2, out=out, progress=False)
     >>> len(result), result.cells[0]["control_policy"], result.cells[0]["runs"]
     (10, 'independent', 2)
     """
@@ -240,10 +240,10 @@ def sweep(
 ) -> StudyResult:
     """Run the missing runs of a scenario at many points, each with every seed.
 
-    Rows, keys and files are those of :func:`study`. With an executor the runs go to its workers in batches, as text:
-    each point's scenario once, 4 to 35 kB with its vehicle. A worker adds each row to the folder as soon as it is done.
-    So every worker must see ``out`` under the same path and have the same version of omnistep, and a killed worker
-    loses no row: the same call computes only the missing rows.
+    Rows, keys and files are those of :func:`run_study`. With an executor the runs go to its workers in batches, as
+    text: each point's scenario once, 4 to 35 kB with its vehicle. A worker adds each row to the folder as soon as it is
+    done. So every worker must see ``out`` under the same path and have the same version of omnistep, and a killed
+    worker loses no row: the same call computes only the missing rows.
 
     Executors: ``concurrent.futures.ProcessPoolExecutor``, ``dask.distributed``'s ``Client.get_executor(pure=False)``,
     ``mpi4py.futures.MPIPoolExecutor``. Where the executor itself fails, its exception is raised.
@@ -272,7 +272,7 @@ def sweep(
         A row for each point and seed; a run that failed is a row with an ``error``.
 
     Warns:
-        UserWarning: in some runs ``steady`` or ``reach`` lacks sensors or motor speed that it uses.
+        UserWarning: in some runs ``traction`` or ``traction_runup`` lacks sensors or motor speed that it uses.
 
     Raises:
         ConfigError: a name, key or value is wrong, with the point's number, counted from 0; or a policy cannot be

@@ -2,7 +2,7 @@
 
 from omnistep._omnistep import shortened
 
-# Longer messages hold a value that nobody reads to its end. What the compiled part says is cut there, value by value.
+# Longer messages hold a value too long to be read to its end. What the compiled part says is cut there, value by value.
 _MOST = 400
 
 
@@ -36,5 +36,5 @@ class StudyError(OmnistepError, OSError):
     """A folder of results could not be read or written, workers do not share it, or a search found no result."""
 
 
-class FilmError(OmnistepError, RuntimeError):
-    """The viewer that makes films did not start, or ended early."""
+class VideoError(OmnistepError, RuntimeError):
+    """The viewer that makes videos did not start, or ended early."""

@@ -28,7 +28,7 @@ __all__ = ["DriveEnv", "DriveVectorEnv", "StepClimbEnv", "StepClimbVectorEnv", "
 
 # The engine whose answers at 1 ms are those at an eighth of it (docs/physics.md); headings and places differ as in the
 # ensembles there.
-_PHYSICS = {"physics.engine": "articulated", "physics.step_us": 1000}
+_PHYSICS = {"physics.engine": "articulated", "physics.timestep_s": 0.001}
 _PERTURBED = {"perturbation.yaw_rad": 0.03, "perturbation.start_m": 0.02}
 
 

@@ -55,7 +55,7 @@ class Identification:
 
     Attributes:
         estimates: the parameters.
-        cannot_tell: parameters that the logs do not determine, and the manoeuvre that would; a line each. Logs that
+        cannot_tell: parameters that the logs do not determine, and the motion that would; a line each. Logs that
             were cut off come first.
         vehicle: the vehicle with the estimates, and gains for them. A vehicle file has no rolling resistance, so
             ``motor.gear_friction_n_m`` includes it.
@@ -109,8 +109,8 @@ def identify(
     data: LogLike | Sequence[LogLike],
     *,
     vehicle: str | PathLike[str] | Vehicle,
-    lifted: LogLike | Sequence[LogLike] = (),
-    known: Mapping[str, float] | None = None,
+    wheels_off_ground: LogLike | Sequence[LogLike] = (),
+    fix: Mapping[str, float] | None = None,
     zero_duty: str | None = None,
     progress: bool = True,
 ) -> Identification:
@@ -136,8 +136,8 @@ def identify(
             ``wheel_NAME_applied_n_m`` (as commanded) or ``wheel_NAME_duty`` (-1 to 1). A row's torque is held until the
             next row.
         vehicle: the vehicle as far as it is known: a built-in name, the path of a .toml file or a :class:`Vehicle`.
-        lifted: logs with all wheels in the air.
-        known: values that were measured otherwise, ``{"mass_kg": 3.2}``.
+        wheels_off_ground: logs with all wheels in the air.
+        fix: values that were measured otherwise, ``{"mass_kg": 3.2}``; they are not estimated.
         zero_duty: what the bridges do at a duty cycle of zero, instead of what the logs say
             (``[duty] zero`` of an import's map).
         progress: show a bar on standard error when it takes more than a second.
@@ -152,7 +152,7 @@ def identify(
     >>> scenario = omnistep.Scenario("flat", vehicle=truth, overrides={
     ...     "physics.engine": "articulated", "duration_s": 4.0, "command.vx_m_s": 0.5, "command.then": [
     ...         {"at_s": 2.0, "vx_m_s": 0.0, "vy_m_s": 0.5, "wz_rad_s": 0.5, "ramp_s": 0.5}]})
-    >>> found = omnistep.identify(omnistep.run(scenario), vehicle="mecanum4", known={"wheel_inertia_kg_m2": 0.0035})
+    >>> found = omnistep.identify(omnistep.run(scenario), vehicle="mecanum4", fix={"wheel_inertia_kg_m2": 0.0035})
     >>> round(found["mass_kg"].value)
     30
     """
@@ -160,10 +160,10 @@ def identify(
     if zero_duty is not None and zero_duty not in ZERO_DUTIES:
         raise ConfigError(f'zero_duty: {zero_duty!r}, allowed: "brake" or "coast"', key="zero_duty")
     logs = [(read(each, guess), False) for each in _listed(data)]
-    logs += [(read(each, guess), True) for each in _listed(lifted)]
+    logs += [(read(each, guess), True) for each in _listed(wheels_off_ground)]
     if not logs:
         raise ConfigError("data: empty, allowed: at least one log", key="data")
-    problem = Problem(guess, logs, known or {}, zero_duty)
+    problem = Problem(guess, logs, fix or {}, zero_duty)
     tried = problem.ways()
     answers: list[Answer] = []
     with bar("identify", shown=progress) as show:
@@ -200,10 +200,10 @@ class Problem:
         self,
         guess: Vehicle,
         logs: Sequence[tuple[WheelLog, bool]],
-        known: Mapping[str, float],
+        fix: Mapping[str, float],
         zero_duty: str | None,
     ) -> None:
-        self.guess, self.logs, self.known, self.zero_duty = guess, logs, known, zero_duty
+        self.guess, self.logs, self.fix, self.zero_duty = guess, logs, fix, zero_duty
         self.masses = Masses(guess)
         for log, _ in logs:
             if log.torques is None and log.duty is None:
@@ -240,7 +240,7 @@ class Problem:
             self._motion(log, in_air, (self.zero_duty or log.zero_duty or way) if stated else way)
             for log, in_air in self.logs
         ]
-        parameters = parameters_of(self.guess, self.masses, self.known, duty=self.duty, motions=motions)
+        parameters = parameters_of(self.guess, self.masses, self.fix, duty=self.duty, motions=motions)
         names = [p.name for p in parameters]
         evaluations = 0
 
@@ -252,7 +252,7 @@ class Problem:
             return np.concatenate([motion.residual(values) for motion in motions])
 
         # Without any delay or lag the two look the same: the search begins elsewhere.
-        begin = np.array([p.start if p.known else BEGINS.get(p.name, p.start) for p in parameters])
+        begin = np.array([p.start if p.fixed else BEGINS.get(p.name, p.start) for p in parameters])
         found = _search(residual, parameters, motions, begin)
         _estimate_noise(motions, found.residual)
         bounds = np.array([(p.lower, p.upper) for p in parameters]).T
@@ -324,7 +324,7 @@ def _identification(problem: Problem, best: Answer, answers: Sequence[Answer], b
         loops=gains,
         overrides={
             "actuators.torque_lag_s": values["lag_s"],
-            "sensors.delay_us": max(0, round(values["delay_s"] / period)) * round(1e6 * period),
+            "sensors.delay_s": max(0, round(values["delay_s"] / period)) * round(1e6 * period) / 1e6,
         },
         residual_rad=float(np.sqrt(np.mean(found.residual**2))),
         used=float(np.mean([motion.stretches.used for motion in motions])),
@@ -364,7 +364,7 @@ def _search(
         redundant=sum(motion.redundant() for motion in motions),
     )
     driven = sum(len(motion.measured) * motion.stretches.rows * motion.period for motion in motions)
-    searched = sum(not (p.known or p.apart_from) for p in parameters)
+    searched = sum(not (p.fixed or p.apart_from) for p in parameters)
     if driven <= 2 * SHORTEST_S * searched:
         raise ConfigError(
             f"{driven:.2g} s of driving for {searched} parameters, allowed: more than"

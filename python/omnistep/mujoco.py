@@ -7,7 +7,7 @@ sensors, actuators, command, trace and figures are the simulation's; only the ph
 >>> import omnistep.mujoco
 >>> trace = omnistep.mujoco.run("flat", overrides={"duration_s": 0.1})
 >>> trace.outcome.verdict, trace.outcome.engine
-('driven', 'mujoco')
+('completed', 'mujoco')
 """
 
 from __future__ import annotations
@@ -110,8 +110,8 @@ def run(
     """
     preset = policy if isinstance(policy, str) else None
     given = Scenario(scenario, policy=preset, overrides=overrides, seed=seed)
-    with bar("MuJoCo", shown=progress) as told:
-        on_progress = told if progress else None
+    with bar("MuJoCo", shown=progress) as advance:
+        on_progress = advance if progress else None
         return run_external(_Physics(given, model, watch), given, policy=policy, on_progress=on_progress)
 
 
@@ -123,7 +123,7 @@ class _Physics:
         warnings = mujoco.mjtWarning
         self._diverged = [warnings.mjWARN_BADQPOS, warnings.mjWARN_BADQVEL, warnings.mjWARN_BADQACC]
         self.model = load(scenario) if model is None else model
-        step_s = 1e-6 * scenario["physics.step_us"]
+        step_s = scenario["physics.timestep_s"]
         if abs(self.model.opt.timestep - step_s) > 1e-9 * step_s:
             raise ValueError(f"model: a time step of {self.model.opt.timestep} s, allowed: {step_s} s, the scenario's")
         self.model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_ENERGY
@@ -187,10 +187,10 @@ class _Physics:
         if self.model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC and np.all(contact.dim[felt] >= 3):
             parts = self.data.efc_force[contact.efc_address[felt][:, None] + np.arange(3)]
         else:  # of a changed model
-            told = np.zeros((felt.size, 6))
-            for index, row in zip(felt, told, strict=True):
+            forces = np.zeros((felt.size, 6))
+            for index, row in zip(felt, forces, strict=True):
                 mujoco.mj_contactForce(self.model, self.data, int(index), row)
-            parts = told[:, :3]
+            parts = forces[:, :3]
         force = np.einsum("ck,ckx->cx", parts, frames)
         wheel = wheels.max(axis=1)[:, None].astype(float)
         return np.concatenate((wheel, sign * force, sign * frames[:, 0], contact.pos[felt]), axis=1)

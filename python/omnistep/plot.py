@@ -1,8 +1,8 @@
 """The paper's figures from runs, and maps of climbs.
 
-Figure 8 (wheels on dampers) is :func:`wheels`, 9 (the climb from the side) :func:`strip` and :func:`strips`, 10 and 11
-(ratios and velocities) :func:`climb` and, side by side, :func:`climbs`; :func:`paper` draws all of them. :func:`path`
-is the top view of a run, with its odometry.
+Figure 8 (wheels on dampers) is :func:`motor_bench`, 9 (the climb from the side) :func:`side_view` and
+:func:`side_views`, 10 and 11 (ratios and velocities) :func:`climb` and, side by side, :func:`climbs`; :func:`paper`
+draws all of them. :func:`path` is the top view of a run, with its odometry.
 
 The figures need matplotlib (extra ``plot``). Every function draws on the given axes, or on a new figure, and returns
 the axes. A policy has the same colour in every figure.
@@ -12,6 +12,8 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Iterable, Mapping, Sequence
+from os import PathLike
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -30,7 +32,8 @@ from omnistep._axes import (
 )
 from omnistep._climb_map import climb_map
 from omnistep._ensemble_plot import ensemble
-from omnistep._omnistep import Log, Scenario, Trace, WheelsTrace
+from omnistep._omnistep import Log, MotorBenchTrace, Scenario, Trace
+from omnistep._output_files import replaced
 from omnistep.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -44,12 +47,13 @@ __all__ = [
     "climb_map",
     "climbs",
     "ensemble",
+    "motor_bench",
     "paper",
     "path",
     "policy_colour",
-    "strip",
-    "strips",
-    "wheels",
+    "side_view",
+    "side_views",
+    "write_side_view",
 ]
 
 _LETTERS = "abcdefgh"
@@ -143,7 +147,7 @@ def climbs(
 ) -> NDArray[Any]:
     """Draw several runs side by side on the same scales: figures 10 (a-c) and 11 (a-c) of the paper.
 
-    The paper's figure 10 is of its own controller, figure 11 of the general one: here ``synchronised`` and
+    The paper's figure 10 is of its own controller, figure 11 of the general one: here ``scale_references`` and
     ``independent``.
 
     Args:
@@ -162,7 +166,7 @@ def climbs(
 
     Example:
         >>> import omnistep
-        >>> both = omnistep.compare("flat", policies=["synchronised", "independent"], overrides={"duration_s": 0.5})
+        >>> both = omnistep.compare("flat", policies=["scale_references", "independent"], overrides={"duration_s": 0.5})
         >>> omnistep.plot.climbs(both).shape
         (3, 2)
     """
@@ -181,7 +185,7 @@ def climbs(
     return drawn
 
 
-def strip(run: Trace | Log, *, every_s: float = 0.3, ax: Axes | None = None) -> Axes:
+def side_view(run: Trace | Log, *, every_s: float = 0.3, ax: Axes | None = None) -> Axes:
     """Draw the climb from the side: figure 9 (a) of the paper, or (b).
 
     White points with a rim in the policy's colour are the joint point on the middle wheel at every interval. The
@@ -205,14 +209,14 @@ def strip(run: Trace | Log, *, every_s: float = 0.3, ax: Axes | None = None) -> 
     Example:
         >>> import omnistep
         >>> trace = omnistep.run("flat", overrides={"duration_s": 0.5})
-        >>> len(omnistep.plot.strip(trace, every_s=0.1).lines[-1].get_xdata())  # at 0, 0.1, ... 0.5 s
+        >>> len(omnistep.plot.side_view(trace, every_s=0.1).lines[-1].get_xdata())  # at 0, 0.1, ... 0.5 s
         6
     """
     of_kind(run, "run", Trace, Log)
     return _side_view.draw(run, every_s=every_s, ax=ax, span=_side_view.span(run))
 
 
-def strips(
+def side_views(
     runs: Trace | Log | Iterable[Trace | Log] | Mapping[str, Trace] | Mapping[str, Log],
     *,
     every_s: float = 0.3,
@@ -220,7 +224,7 @@ def strips(
 ) -> NDArray[Any]:
     """Draw several climbs from the side, one below the other on the same scale: figure 9 (a, b) of the paper.
 
-    The paper's (a) is its own controller, (b) the general one: here ``synchronised`` and ``independent``.
+    The paper's (a) is its own controller, (b) the general one: here ``scale_references`` and ``independent``.
 
     Args:
         runs: P runs, or their logs, or what :func:`omnistep.compare` returns.
@@ -231,15 +235,15 @@ def strips(
         The axes, (P,).
 
     Raises:
-        ConfigError: there is no run, the number of axes does not match, or as in :func:`strip`.
+        ConfigError: there is no run, the number of axes does not match, or as in :func:`side_view`.
         TypeError: an argument of another type.
         ImportError: matplotlib is not installed.
 
     Example:
         >>> import omnistep
         >>> trace = omnistep.run("flat", overrides={"duration_s": 0.5})
-        >>> omnistep.plot.strips([trace, trace])[1].get_title()
-        '(b) flat, synchronised'
+        >>> omnistep.plot.side_views([trace, trace])[1].get_title()
+        '(b) flat, scale_references'
     """
     given: list[Trace | Log] = several(runs, "runs", Trace, Log)
     spans = [_side_view.span(run) for run in given]
@@ -252,6 +256,25 @@ def strips(
     for ax in drawn[:-1]:
         ax.set_xlabel("")
     return drawn
+
+
+def write_side_view(log: str | PathLike[str], out: str | PathLike[str], *, every_s: float = 0.3) -> None:
+    """Draw a logged run from the side, like figure 9 of the paper.
+
+    Args:
+        log: an MCAP log.
+        out: the picture: png, svg or pdf.
+        every_s: time between two points of the middle joint's path [s].
+
+    Raises:
+        LogError: the log cannot be read.
+        ValueError: the time is not positive, or the file name extension is not that of a picture.
+        ImportError: matplotlib is not installed; install the extra ``plot``.
+    """
+    ax = side_view(_omnistep.read_mcap(log), every_s=every_s)
+    figure: Any = ax.figure
+    with replaced(Path(out), [Path(log)]) as aside:
+        figure.savefig(aside, dpi=150)
 
 
 def path(trace: Trace | Log, *, every_s: float | None = None, sigmas: float = 2.0, ax: Axes | None = None) -> Axes:
@@ -287,14 +310,14 @@ def path(trace: Trace | Log, *, every_s: float | None = None, sigmas: float = 2.
     return _top_view.draw(trace, every_s=every_s, sigmas=sigmas, ax=ax)
 
 
-def wheels(
-    traces: WheelsTrace | Iterable[WheelsTrace], *, axes: Sequence[Axes] | NDArray[Any] | None = None
+def motor_bench(
+    traces: MotorBenchTrace | Iterable[MotorBenchTrace], *, axes: Sequence[Axes] | NDArray[Any] | None = None
 ) -> NDArray[Any]:
     """Draw the velocities of wheels A, B and C and the loads on them: figure 8 (a-d) of the paper.
 
     Args:
-        traces: one run of section 3.3 (:func:`omnistep.wheels`), or several under the same loads. A second run of a
-            policy has its colour, with other dashes.
+        traces: one run of section 3.3 (:func:`omnistep.run_motor_bench`), or several under the same loads. A second
+            run of a policy has its colour, with other dashes.
         axes: four axes to draw on; a new figure by default.
 
     Returns:
@@ -307,12 +330,12 @@ def wheels(
 
     Example:
         >>> import omnistep
-        >>> run = omnistep.wheels("synchronised")
-        >>> axes = omnistep.plot.wheels(run)
+        >>> run = omnistep.run_motor_bench("scale_references")
+        >>> axes = omnistep.plot.motor_bench(run)
         >>> bool((axes[1].lines[0].get_ydata() == run.speed_rpm[:, 1]).all())
         True
     """
-    given: list[WheelsTrace] = several(traces, "traces", WheelsTrace)
+    given: list[MotorBenchTrace] = several(traces, "traces", MotorBenchTrace)
     first = given[0]
     for number, trace in enumerate(given):
         if not np.array_equal(trace.load_n_m_s_rad, first.load_n_m_s_rad):
@@ -346,15 +369,15 @@ def paper(
     *,
     proposed: Trace | Log | None = None,
     general: Trace | Log | None = None,
-    wheel_runs: Sequence[WheelsTrace] | None = None,
+    wheel_runs: Sequence[MotorBenchTrace] | None = None,
     figure: Figure | SubFigure | None = None,
 ) -> Sheet:
     """Draw every figure of the paper that shows a result: 8 (a-d), 9 (a, b), 10 (a-c) and 11 (a-c).
 
     Args:
-        proposed: the run for figures 9 (a) and 10, or its log; the built-in step under ``synchronised`` by default.
+        proposed: the run for figures 9 (a) and 10, or its log; the built-in step under ``scale_references`` by default.
         general: the run for figures 9 (b) and 11, or its log; the built-in step under ``independent`` by default.
-        wheel_runs: the runs for figure 8; ``synchronised`` and ``paper``, (12) as printed, by default.
+        wheel_runs: the runs for figure 8; ``scale_references`` and ``scale_torques``, (12) as printed, by default.
         figure: an empty figure to draw on; a new one of 10 x 15 inches by default.
 
     Returns:
@@ -362,7 +385,7 @@ def paper(
         ``savefig`` writes the sheet to a file.
 
     Raises:
-        ConfigError: as in :func:`wheels`, :func:`strips` and :func:`climbs`.
+        ConfigError: as in :func:`motor_bench`, :func:`side_views` and :func:`climbs`.
         TypeError: an argument of another type.
         ImportError: matplotlib is not installed.
 
@@ -376,11 +399,11 @@ def paper(
         if run is not None:
             _side_view.span(of_kind(run, name, Trace, Log))
     if wheel_runs is not None:
-        wheel_runs = several(wheel_runs, "wheel_runs", WheelsTrace)
+        wheel_runs = several(wheel_runs, "wheel_runs", MotorBenchTrace)
     else:
-        wheel_runs = [_omnistep.wheels("synchronised"), _omnistep.wheels("paper")]
+        wheel_runs = [_omnistep.run_motor_bench("scale_references"), _omnistep.run_motor_bench("scale_torques")]
     both = [
-        proposed if proposed is not None else _omnistep.run("step", policy="synchronised"),
+        proposed if proposed is not None else _omnistep.run("step", policy="scale_references"),
         general if general is not None else _omnistep.run("step", policy="independent"),
     ]
     if figure is not None:
@@ -399,8 +422,8 @@ def paper(
         # A part of a figure cannot be saved alone: what is asked of one is done with the whole.
         part.savefig = whole.savefig
     drawn = {
-        "8": wheels(wheel_runs, axes=top.subplots(4, 1, sharex=True)),
-        "9": strips(both, axes=middle.subplots(2, 1, sharex=True)),
+        "8": motor_bench(wheel_runs, axes=top.subplots(4, 1, sharex=True)),
+        "9": side_views(both, axes=middle.subplots(2, 1, sharex=True)),
         "10": sides[:, 0],
         "11": sides[:, 1],
     }

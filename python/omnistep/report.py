@@ -89,11 +89,11 @@ def page(logs: Sequence[Log]) -> str:
         if _scene.extent_m(scene["ground"]) > _scene.extent_m(scenes[run["scene"]]["ground"]):
             scenes[run["scene"]]["ground"] = scene["ground"]
     about = {key: [signal.heading, signal.explained] for key, signal in _figures.SIGNALS.items()}
-    told = {"runs": runs, "scenes": scenes, "shown": _SHOWN, "signals": about}
-    data = json.dumps(told, separators=(",", ":"), allow_nan=False)
+    content = {"runs": runs, "scenes": scenes, "shown": _SHOWN, "signals": about}
+    data = json.dumps(content, separators=(",", ":"), allow_nan=False)
     shared = {key: value for key, value in _shared(logs).items() if key not in (*_OF_A_RUN, "scenario", "vehicle")}
     settings, differing = _run_settings.of_runs(logs)
-    facts = [_run_settings.told(*each) for each in (*settings.items(), *shared.items()) if _is_short(each[1])]
+    facts = [_run_settings.with_unit(*each) for each in (*settings.items(), *shared.items()) if _is_short(each[1])]
     marked = any(not _is_valid(log) for log in logs)
     script = {
         name: assets.joinpath(name).read_text(encoding="utf-8") for name in ("player.js", "plots.js", "report.js")
@@ -189,7 +189,7 @@ def _with_settings(names: Sequence[str], logs: Sequence[Log]) -> list[str]:
         same = [k for k, each in enumerate(names) if each == name]
         _, differing = _run_settings.of_runs([logs[k] for k in same])
         for place, k in enumerate(same):
-            settings = [_run_settings.told(heading, texts[place]) for heading, texts in differing.items()]
+            settings = [_run_settings.with_unit(heading, texts[place]) for heading, texts in differing.items()]
             longer[k] = ", ".join([name, *settings])
     return longer
 

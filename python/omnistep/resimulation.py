@@ -240,13 +240,13 @@ def resimulate(
     step = simulation.step if by in ("commands", "wheels") else simulation.step_torques
     line = torque_line(made, read) if by == "duty" else None
     read_rad_s = np.empty((len(inputs), len(recorded.wheel_names)))
-    with bar("resimulate", shown=progress) as told:
+    with bar("resimulate", shown=progress) as advance:
         for row, each in enumerate(inputs):
             # As the controller reads them, at the start of a period; a simulation by torques has none.
             read_rad_s[row] = simulation.measured_rad_s
             step(each if line is None else line(each, read_rad_s[row]))
             if row % _PERIODS_PER_LOOK == 0:
-                told(row / len(inputs))
+                advance(row / len(inputs))
     simulated = simulation.trace
     wheels = (np.asarray(recorded.wheels("measured_rad_s")), read_rad_s)
     twists = (twists_of(recorded, "estimated"), estimated(made.vehicle, read_rad_s))
@@ -286,7 +286,7 @@ def _fits(scenario: Scenario, recorded: Trace) -> None:
             f"a control period of {scenario.period_s:g} s, and row {wrong[0]} of the log ends at {time_s[wrong[0]]:g} s"
         )
         allowed = "a log with a row every control period, from the first one on"
-        raise ConfigError(f"scenario {scenario.name}: {what}, allowed: {allowed}", key="control.period_us")
+        raise ConfigError(f"scenario {scenario.name}: {what}, allowed: {allowed}", key="control.period_s")
 
 
 def _has_pose(recorded: Trace) -> bool:
@@ -312,7 +312,7 @@ def _paths(
         turn = seen[at, 2] - own[at, 2]
         rotation = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
         return plate, late, (seen[:, :2], (own[:, :2] - own[at, :2]) @ rotation + seen[at, :2])
-    # By the wheels, of both: where they are not known, nobody knows where the vehicle is from then on.
+    # By the wheels, of both: where they are not known, the position is unknown from then on.
     unknown = np.flatnonzero(~np.isfinite(wheels[0][1:]).all(axis=1))
     first = int(np.isnan(wheels[0][0]).any())  # velocities from counts begin with the second row
     end = int(unknown[0]) + 1 if unknown.size else len(recorded)

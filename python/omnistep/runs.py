@@ -8,7 +8,7 @@ from typing import Any, overload
 
 from tqdm import tqdm
 
-from omnistep._omnistep import Log, Scenario, Trace, policies, policy_name, shortened
+from omnistep._omnistep import Log, Scenario, Trace, list_policies, policy_name, shortened
 from omnistep._omnistep import read_mcap as _read_mcap
 from omnistep._omnistep import run as _run
 from omnistep.errors import ConfigError
@@ -20,20 +20,20 @@ SHORT_S = 1.0
 
 @contextmanager
 def bar(label: str, *, shown: bool) -> Iterator[Callable[[float], None]]:
-    """A progress bar that is told the part done, 0 to 1."""
+    """A progress bar and its function of the part done, 0 to 1."""
     layout = "{desc}: {percentage:3.0f}% |{bar}| {elapsed}, {remaining} to go"
     with tqdm(total=1.0, desc=label, delay=SHORT_S, disable=not shown, leave=False, bar_format=layout) as bar:
 
-        def told(part: float) -> None:
+        def advance(part: float) -> None:
             bar.update(part - bar.n)
 
-        yield told
+        yield advance
 
 
 def _warn(trace: Trace) -> None:
     """Warn the caller's caller of a run with invalid figures."""
     if trace.outcome.verdict == "gained_energy":
-        message = "the physics gained energy, so no figure of this run is valid; use a shorter physics.step_us"
+        message = "the physics gained energy, so no figure of this run is valid; use a shorter physics.timestep_s"
         warnings.warn(message, RuntimeWarning, stacklevel=3)
 
 
@@ -51,10 +51,10 @@ def run(
     Other Python threads continue to run. Ctrl-C stops the run.
 
     Args:
-        scenario: a built-in name (see :func:`scenarios`), the path of a .toml file or a :class:`Scenario`; the step by
-            default.
-        policy: coordination policy instead of the scenario's (see :func:`policies`), or a controller of your own: an
-            object with ``reset(info)`` and ``step(observation)``, or a function of the observation (see
+        scenario: a built-in name (see :func:`list_scenarios`), the path of a .toml file or a :class:`Scenario`; the
+            step by default.
+        policy: coordination policy instead of the scenario's (see :func:`list_policies`), or a controller of your own:
+            an object with ``reset(info)`` and ``step(observation)``, or a function of the observation (see
             :class:`Policy`).
         overrides: keys of the scenario, or of its vehicle behind ``vehicle.``, and their new values:
             ``{"terrain.height_m": 0.03, "vehicle.motor.stall_torque_n_m": 1.0}``. Elements of lists count from 0:
@@ -70,7 +70,7 @@ def run(
 
     Warns:
         UserWarning: one encoder count reads as a velocity for which the gains request more torque than the motor has;
-            or ``steady`` or ``reach`` lacks sensors or motor speed that it uses.
+            or ``traction`` or ``traction_runup`` lacks sensors or motor speed that it uses.
 
     Raises:
         ConfigError: a name, key or value is wrong, or a file cannot be read; the message names it and the allowed
@@ -85,10 +85,10 @@ def run(
         >>> import omnistep
         >>> trace = omnistep.run("flat", overrides={"duration_s": 0.5})
         >>> len(trace), trace.outcome.verdict
-        (500, 'driven')
+        (500, 'completed')
     """
-    with bar("run", shown=progress) as told:
-        on_progress = told if progress else None
+    with bar("run", shown=progress) as advance:
+        on_progress = advance if progress else None
         trace = _run(scenario, policy=policy, overrides=overrides, seed=seed, mcap=mcap, on_progress=on_progress)
     _warn(trace)
     return trace
@@ -147,15 +147,16 @@ def compare(
 
     Example:
         >>> import omnistep
-        >>> traces = omnistep.compare("flat", policies=["paper", "load_sharing"], overrides={"duration_s": 0.1})
+        >>> short = {"duration_s": 0.1}
+        >>> traces = omnistep.compare("flat", policies=["independent", "shared_integral"], overrides=short)
         >>> [trace.policy for trace in traces.values()]
-        ['paper', 'load_sharing']
+        ['independent', 'shared_integral']
         >>> def coast(observation):
         ...     return 0.0 * observation.wheels_rad_s
         >>> both = ["rapier", "articulated"]
-        >>> traces = omnistep.compare("flat", policies=["paper", coast], engines=both, overrides={"duration_s": 0.1})
+        >>> traces = omnistep.compare("flat", policies=["independent", coast], engines=both, overrides=short)
         >>> list(traces)
-        [('paper', 'rapier'), ('paper', 'articulated'), ('coast', 'rapier'), ('coast', 'articulated')]
+        [('independent', 'rapier'), ('independent', 'articulated'), ('coast', 'rapier'), ('coast', 'articulated')]
     """
     listed = _listed("policies", policies, "a list of names and controllers")
     given = _all_policies() if listed is None else listed
@@ -172,12 +173,12 @@ def compare(
             raise ConfigError(message, key="physics.engine")
     runs = [(policy, name, engine) for policy, name in zip(given, names, strict=True) for engine in on or [None]]
     traces: dict[Any, Trace] = {}
-    with bar("compare", shown=progress) as told:
+    with bar("compare", shown=progress) as advance:
 
-        def told_of_all(part: float) -> None:
-            told((len(traces) + part) / len(runs))
+        def advance_all(part: float) -> None:
+            advance((len(traces) + part) / len(runs))
 
-        on_progress = told_of_all if progress else None
+        on_progress = advance_all if progress else None
         for policy, name, engine in runs:
             keys = overrides if engine is None else {**(overrides or {}), "physics.engine": engine}
             trace = _run(scenario, policy=policy, overrides=keys, seed=seed, on_progress=on_progress)
@@ -198,7 +199,7 @@ def _each_once(given: list[Any], names: list[str]) -> bool:
     return bool(given) and None not in given and len(set(names)) == len(names)
 
 
-_all_policies = policies
+_all_policies = list_policies
 
 
 def read_mcap(path: str | PathLike[str], *, progress: bool = True) -> Log:
@@ -226,5 +227,5 @@ def read_mcap(path: str | PathLike[str], *, progress: bool = True) -> Log:
         >>> log.complete, log.outcome == trace.outcome
         (True, True)
     """
-    with bar("read", shown=progress) as told:
-        return _read_mcap(path, on_progress=told if progress else None)
+    with bar("read", shown=progress) as advance:
+        return _read_mcap(path, on_progress=advance if progress else None)

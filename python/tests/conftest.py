@@ -17,8 +17,8 @@ if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
 
 @pytest.fixture(scope="session")
 def climb() -> omnistep.Trace:
-    """The built-in step under `synchronised`."""
-    return omnistep.run("step", policy="synchronised")
+    """The built-in step under `scale_references`."""
+    return omnistep.run("step", policy="scale_references")
 
 
 @pytest.fixture(scope="session")
@@ -28,9 +28,9 @@ def general_climb() -> omnistep.Trace:
 
 
 @pytest.fixture(scope="session")
-def wheel_runs() -> list[omnistep.WheelsTrace]:
+def wheel_runs() -> list[omnistep.MotorBenchTrace]:
     """Section 3.3 under the law in the paper's words, and under (12) as printed."""
-    return [omnistep.wheels("synchronised"), omnistep.wheels("paper")]
+    return [omnistep.run_motor_bench("scale_references"), omnistep.run_motor_bench("scale_torques")]
 
 
 def beside(name):

@@ -75,7 +75,7 @@ def runs_of(vehicle, rng, **how):
 
 
 def truth_of(drawn, real):
-    """The parameters: a place along the push cannot be told, so it is the lever that counts."""
+    """The parameters: a place along the push cannot be determined, so it is the lever that counts."""
     truth = {}
     for name, wheel, there in zip(drawn.wheel_names, drawn.layout.wheels, real.layout.wheels, strict=True):
         angles = [np.arctan2(*each.rolling_direction[::-1]) for each in (wheel, there)]
@@ -151,7 +151,7 @@ def test_a_radius_that_all_wheels_share_is_found_with_coarse_counts_too(counts, 
 
 
 @pytest.mark.parametrize("name", ["mecanum4", "chugo7"])
-def test_what_all_wheels_have_in_common_is_told_apart(name):
+def test_what_all_wheels_have_in_common_is_separated(name):
     drawn = omnistep.Vehicle(name)
     wheels = drawn.layout.wheels
 
@@ -199,7 +199,7 @@ def test_a_log_that_begins_without_an_encoder_on_the_way_is_refused_and_units_ar
     log["wheel_front_left_position_rad"][:3] = np.nan
     with pytest.raises(omnistep.ConfigError, match=r"run\[0\]: it starts without an encoder while it moves"):
         omnistep.calibrate([omnistep.CalibrationRun(log=log, end_x_m=2.4)], vehicle=drawn)
-    # Somebody took radii for diameters: the wheels are twice as large as drawn.
+    # Radii were taken for diameters: the wheels are twice as large as drawn.
     far = [
         omnistep.CalibrationRun(
             log=run.log, end_x_m=2 * run.end_x_m, end_y_m=2 * run.end_y_m, end_yaw_rad=run.end_yaw_rad
@@ -219,7 +219,7 @@ def test_four_wheels_that_slip_and_count_coarsely_have_intervals_that_hold():
         found = omnistep.calibrate(runs, vehicle=drawn, position_sd_m=0.01, yaw_sd_rad=0.02)
         truth = truth_of(drawn, real)
         covered += [each.low <= truth[each.name] <= each.high for each in found.estimates if each.determined]
-    # Of 288 numbers that all but a few are told; 12 of a run go together, so 24 runs leave 4 %.
+    # Of 288 numbers that all but a few are determined; 12 of a run go together, so 24 runs leave 4 %.
     assert len(covered) > 150 and 0.88 <= np.mean(covered) <= 1.0, (len(covered), np.mean(covered))
 
 
@@ -394,7 +394,7 @@ def test_lines_alone_tell_radii_and_the_rest_is_named():
         runs.append(omnistep.CalibrationRun(log=log, end_x_m=x, end_y_m=y, end_yaw_rad=yaw))
     found = omnistep.calibrate(runs, vehicle=drawn)
     held = {each.name for each in found.estimates if not each.determined}
-    # Without a turn no lever is told against radii, and no interval is given for it.
+    # Without a turn levers and radii cannot be separated, and no interval is given for it.
     assert any(name.endswith("shift_m") for name in held)
     assert any("turns on the spot" in line for line in found.cannot_tell)
 
@@ -499,8 +499,8 @@ def test_what_the_runs_do_not_tell_keeps_the_files_value():
     drawn, rng = omnistep.Vehicle("mecanum4"), np.random.default_rng(6)
     real = drawn.replace({f"wheel.{k}.radius_m": 1.02 * 0.076 for k in range(4)})
     lines = [[(0.3, 0, 0, 5)], [(-0.3, 0, 0, 5)], [(0, 0.3, 0, 5)], [(0, -0.3, 0, 5)]]
-    told = {"one distance on a curve": 0, "straight lines": 1, "a gyro and a tape": 2, "all of it": 3}
-    for what, common in told.items():
+    cases = {"one distance on a curve": 0, "straight lines": 1, "a gyro and a tape": 2, "all of it": 3}
+    for what, common in cases.items():
         runs = []
         for parts in [[(0.3, 0.1, 0.3, 8)]] if common == 0 else lines if common == 1 else DRIVES:
             log, (x, y, yaw) = drive(real, parts, rng)
@@ -527,7 +527,7 @@ def test_what_the_runs_do_not_tell_keeps_the_files_value():
             # Four lines of 1.5 m to 2 mm: a part in 1500; three times that.
             assert found["all.radius"].value == pytest.approx(1.02, abs=2e-3), what
         if common < 2:
-            # Nothing of a lever is told, of any wheel.
+            # Nothing of a lever is determined, of any wheel.
             assert found.vehicle["wheel.0.position_m"] == drawn["wheel.0.position_m"], what
         if common == 0:
             assert found.vehicle["wheel.3.radius_m"] == drawn["wheel.3.radius_m"]

@@ -25,7 +25,7 @@ values = [0.02, 0.09]
 
 [[axis]]
 key = "control.policy"
-values = ["paper", "independent"]
+values = ["scale_torques", "independent"]
 """
 X, Y, PANEL = "vehicle_motor_stall_torque_n_m", "terrain_height_m", "control_policy"
 
@@ -50,14 +50,14 @@ def study(tmp_path_factory):
 def rows():
     """Two seeds a cell: both climb up to 1 m of height a N.m of torque, one up to 1.5; one run failed."""
     made = []
-    for policy in ("synchronised", "independent"):
+    for policy in ("scale_references", "independent"):
         for torque in (2.0, 1.0):
             for height in (1.0, 1.5, 3.0):
                 for seed in (0, 1):
                     row = {X: torque, Y: height, PANEL: policy, "seed": seed, "error": None}
                     row["climbed"] = height <= torque * (1.0 if seed else 1.5)
                     made.append(row)
-    made[1] |= {"climbed": None, "error": "the physics left the finite numbers"}  # synchronised, 2 N.m, 1 m
+    made[1] |= {"climbed": None, "error": "the physics left the finite numbers"}  # scale_references, 2 N.m, 1 m
     return made
 
 
@@ -83,7 +83,7 @@ def test_runs_that_were_cut_off_are_no_stalls_but_hatched_and_counted_apart():
     assert mesh.get_array().compressed().tolist() == [0.0, 0.5, 1.0]
     hatched = [(patch.get_x(), patch.get_height(), patch.get_hatch()) for patch in ax.patches]
     assert hatched == [(1, 1.0, "///"), (2, 0.5, "///")]
-    # Whoever has no verdicts has the map as it was.
+    # Rows without verdicts give the map as it was.
     for row in made:
         del row["verdict"]
     (ax,) = omnistep.plot.climb_map(made, panel=None)
@@ -92,7 +92,7 @@ def test_runs_that_were_cut_off_are_no_stalls_but_hatched_and_counted_apart():
 
 def test_every_cell_is_the_count_of_its_rows_and_its_colour_the_share():
     axes = omnistep.plot.climb_map(rows())
-    assert [ax.get_title() for ax in axes] == ["independent: climbed / runs", "synchronised: climbed / runs"]
+    assert [ax.get_title() for ax in axes] == ["independent: climbed / runs", "scale_references: climbed / runs"]
     # Rows from the lowest height, columns from the smallest torque: 1 N.m, 2 N.m.
     assert cells(axes[0]) == ["2/2", "2/2", "1/2", "2/2", "0/2", "1/2"]
     assert cells(axes[1]) == ["2/2", "1/1\n1 failed", "1/2", "2/2", "0/2", "1/2"]
@@ -109,7 +109,7 @@ def test_every_cell_is_the_count_of_its_rows_and_its_colour_the_share():
 
 
 def test_a_cell_of_several_runs_says_the_interval_of_its_share():
-    (ax,) = omnistep.plot.climb_map([row for row in rows() if row[PANEL] == "synchronised"], panel=None)
+    (ax,) = omnistep.plot.climb_map([row for row in rows() if row[PANEL] == "scale_references"], panel=None)
     # Wilson's score with z = 1.96: (p + z^2/2n -+ z sqrt(p(1-p)/n + z^2/4n^2)) / (1 + z^2/n). One run has no interval.
     both, one, none = "2/2\n34-100 %", "1/2\n9-91 %", "0/2\n0-66 %"
     assert [text.get_text() for text in ax.texts] == [both, "1/1\n1 failed", one, both, none, one]
@@ -126,7 +126,7 @@ def test_any_column_may_be_an_axis_or_a_panel_and_axes_given_are_drawn_on():
     axes = omnistep.plot.climb_map(rows(), x="seed", y="control.policy", panel="terrain.height_m", axes=given)
     assert all(a is b for a, b in zip(axes, given, strict=True))
     assert [ax.get_title().split(":")[0] for ax in axes] == ["1", "1.5", "3"]
-    assert [tick.get_text() for tick in axes[0].get_yticklabels()] == ["independent", "synchronised"]
+    assert [tick.get_text() for tick in axes[0].get_yticklabels()] == ["independent", "scale_references"]
     assert cells(axes[1]) == ["2/2", "1/2", "2/2", "1/2"]
     (whole,) = omnistep.plot.climb_map(rows(), panel=None)
     assert cells(whole) == ["4/4", "3/3\n1 failed", "2/4", "4/4", "0/4", "2/4"]
@@ -172,7 +172,7 @@ def test_a_relation_of_duckdb_is_asked_once_as_it_may_answer_in_another_order():
 
 def test_the_result_of_a_study_gives_the_map_of_its_folder(study):
     small = study.parent / "small.toml"
-    result = omnistep.study(small, out=study, progress=False)
+    result = omnistep.run_study(small, out=study, progress=False)
     assert (len(result), result.computed) == (4, 0)
     (ax,) = omnistep.plot.climb_map(result, x="control.policy", panel=None)
     assert cells(ax) == ["1/1", "1/1", "0/1", "0/1"]
@@ -188,7 +188,7 @@ def test_every_reader_reads_what_a_study_wrote(study, reader, monkeypatch):
     (ax,) = omnistep.plot.climb_map(study, x="control.policy", panel=None)
     # 2 cm is climbed; 9 cm is more than the wheel's radius.
     assert cells(ax) == ["1/1", "1/1", "0/1", "0/1"]
-    assert [tick.get_text() for tick in ax.get_xticklabels()] == ["independent", "paper"]
+    assert [tick.get_text() for tick in ax.get_xticklabels()] == ["independent", "scale_torques"]
     parts = [str(part) for part in study.glob("*.parquet")]
     maps = [omnistep.plot.climb_map(part, x="control.policy", panel=None)[0] for part in parts]
     assert sorted(cell for ax in maps for cell in cells(ax) if cell != "-") == ["0/1", "0/1", "1/1", "1/1"]

@@ -168,7 +168,7 @@ def test_an_argument_of_a_pid_is_refused_by_its_name(arguments, key):
 
 
 # Those with loops of the wheels: traction control asks for hinges and an inertial unit besides.
-@pytest.mark.parametrize("policy", ["independent", "paper", "synchronised", "load_sharing"])
+@pytest.mark.parametrize("policy", ["independent", "scale_torques", "scale_references", "shared_integral"])
 @pytest.mark.parametrize("precision", ["f32", "f64"])
 def test_a_controller_on_a_runs_measurements_gives_that_runs_torques_bit_for_bit(policy, precision):
     scenario = omnistep.Scenario("step", policy=policy, overrides={"duration_s": 1.0, "control.precision": precision})

@@ -206,7 +206,7 @@ def rust_block(example, info):
 def compiles(compiler, file):
     # With the constants that the page wrote, else of a scenario that has a [drive]; firmware/c/example is what runs.
     if not Path("constants.h").exists():
-        code, constants, err = omnistep("constants", "flat", "--set", "drive.timeout_s=0.2", "--language", "c")
+        code, constants, err = omnistep("export", "flat", "--format", "c", "--set", "drive.command_timeout_s=0.2")
         assert code == 0, err
         Path("constants.h").write_text(constants)
     flags = ["-Wall", "-Wextra", "-Werror", "-fsyntax-only", "-I.", f"-I{ROOT / 'firmware/c/include'}"]
@@ -301,9 +301,9 @@ def test_the_readme_is_short_and_its_table_is_what_the_first_command_prints(tmp_
     code, said, err = omnistep("compare", "step", "--quiet")
     assert code == 0, err
     table = [line for line in said.splitlines() if line.startswith("|")]
-    # The last row is the machine's.
-    assert table[-1].startswith("| real-time factor ")
-    assert shown.splitlines()[:-1] == table[:-1]
+    # The second of two. The last row is the machine's.
+    assert table[-1].startswith("| real-time factor ") and len(table) == 2 * len(shown.splitlines())
+    assert shown.splitlines()[:-1] == table[len(table) // 2 : -1]
     for kind, block in re.findall(r"```(\w+)\n(.*?)```", text, re.DOTALL):
         widest = max(map(len, block.splitlines()))
         assert widest <= (100 if kind == "text" else 80), block
@@ -325,7 +325,7 @@ def test_no_block_is_left_out():
     [
         ("python", "", "assert 1 + 1 == 3\n"),
         # Three vehicles where the picture has seven.
-        ("python", "", 'import omnistep as o; o.plot.strip(o.run(), every_s=0.9).figure.savefig("climb.png")\n'),
+        ("python", "", 'import omnistep as o; o.plot.side_view(o.run(), every_s=0.9).figure.savefig("climb.png")\n'),
         ("sh", "", "omnistep run nowhere\n"),
         ("sh", "", "make nothing\n"),
         ("sh", "", "curl https://example.org\n"),

@@ -1,4 +1,4 @@
-"""What looks wrong with a log is told: signs, the order of wheels, units; and nothing where all is right."""
+"""What looks wrong with a log is reported: signs, the order of wheels, units; and nothing where all is right."""
 
 import numpy as np
 import pytest
@@ -138,7 +138,7 @@ def imported_wheel(path):
     return omnistep.read_mcap(path).trace.wheels("measured_rad_s")[:, 3]
 
 
-def test_times_in_milliseconds_are_told():
+def test_times_in_milliseconds_are_reported():
     vehicle = omnistep.Vehicle("mecanum4")
     log = {"time_s": 10.0 * np.arange(300)}
     for name in vehicle.wheel_names:
@@ -160,24 +160,24 @@ def test_calibrate_names_the_run_that_no_vehicle_makes():
         log |= {f"wheel_{name}_measured_rad_s": wheels[:, k] for k, name in enumerate(drawn.wheel_names)}
         runs.append({"log": log, "end_x_m": x, "end_y_m": y, "end_yaw_rad": yaw})
 
-    def told(runs):
+    def reported(runs):
         found = omnistep.calibrate([omnistep.CalibrationRun(**run) for run in runs], vehicle=drawn)
         return [line for line in found.cannot_tell if line.startswith("run[")]
 
-    assert told(runs) == []
+    assert reported(runs) == []
     centimetres = [dict(run) for run in runs]
     centimetres[1]["end_y_m"] *= 10
     assert [
         line
-        for line in told(centimetres)
+        for line in reported(centimetres)
         if line.startswith("run[1]: its end is ") and "check that it is in m, " in line
     ]
     degrees = [dict(run, end_yaw_rad=np.degrees(run["end_yaw_rad"]) % 6.28) for run in runs]
-    assert [line for line in told(degrees) if "check that it is in rad" in line]
+    assert [line for line in reported(degrees) if "check that it is in rad" in line]
     turned = [dict(run, log=dict(run["log"])) for run in runs]
     for run in turned:
         run["log"]["wheel_front_left_measured_rad_s"] = -run["log"]["wheel_front_left_measured_rad_s"]
-    assert len([line for line in told(turned) if "a counter is reversed" in line]) >= 5
+    assert len([line for line in reported(turned) if "a counter is reversed" in line]) >= 5
 
 
 def test_coarse_counts_and_wheels_that_hardly_turn_are_not_doubtful():
@@ -190,10 +190,10 @@ def test_coarse_counts_and_wheels_that_hardly_turn_are_not_doubtful():
     counted = np.floor(angles * 360 / (2 * np.pi)) * 2 * np.pi / 360
     measured = np.diff(counted, axis=0, prepend=counted[:1]) / 0.001
     assert _plausibility.of_wheels(vehicle, measured, 0.001) == []
-    # Ahead, wheels 2 and 6 are told to stand; a creep aside turns them as the others.
+    # Ahead, wheels 2 and 6 are commanded to stand; a creep aside turns them as the others.
     creep = kinematics.inverse(twists + 0.005 * twists[:, [2, 0, 1]])
     assert _followed.of_command(vehicle, creep, twists, 0.001) == []
-    # Told to go ahead alone a vehicle says nothing of their signs.
+    # Commanded to go ahead alone, a vehicle says nothing of their signs.
     creep[:, [1, 5]] *= -1.0
     assert _followed.of_command(vehicle, creep, twists, 0.001) == []
     assert _followed.of_command(vehicle, -creep, twists, 0.001) != []
@@ -379,7 +379,7 @@ def test_a_counter_that_began_again_is_none_that_goes_round(at):
         (lambda true: np.where(true > 20000, true - 20000, true), "the counter began again"),
     ],
 )
-def test_a_counter_that_starts_again_is_told(tmp_path, read, said):
+def test_a_counter_that_starts_again_is_reported(tmp_path, read, said):
     counts = read(100 * np.arange(400))
     rows = ["t,a,b,c,d", *(f"{0.01 * k:.2f}," + ",".join([str(count)] * 4) for k, count in enumerate(counts))]
     (tmp_path / "c.csv").write_text("\n".join(rows))
@@ -419,7 +419,7 @@ def test_rows_that_come_late_are_no_clock_that_was_set_back(tmp_path, times):
     assert all(each.missing == 1 for each in summary.signals)
 
 
-def test_rates_that_no_motor_has_are_told_in_words(tmp_path):
+def test_rates_that_no_motor_has_are_reported_in_words(tmp_path):
     summary = imported(tmp_path, scaled("abcd", 60.0), MAP.split("[command]")[0])
     (line,) = [line for line in summary.doubts if "faster than the motors without load, 30 rad/s" in line]
     assert line.startswith("wheels: a (") and "rad/min is 60" in line

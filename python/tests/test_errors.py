@@ -33,7 +33,7 @@ def test_exceptions_form_a_tree_that_python_programs_can_catch():
         ({"vehicle.wheel.2.radius_m": 0.0}, "wheel[2].radius_m"),
         ({"vehicle.body.0.mass_kg": -1}, "body[0].mass_kg"),
         ({"control.policy": "papier"}, "control.policy"),
-        ({"control.period_us": 750}, "control.period_us"),
+        ({"control.period_s": 0.00075}, "control.period_s"),
         ({"command.vx": 0.3}, "command.vx"),
         ({"terrain.height_m": -0.01}, "terrain.height_m"),
     ],
@@ -46,8 +46,8 @@ def test_a_bad_override_is_refused_with_its_key_and_file(overrides, key):
 
 def test_unknown_names_come_with_the_names_there_are():
     assert "step, flat" in str(refused(omnistep.run, "stairway"))
-    assert "load_sharing" in str(refused(omnistep.run, "step", policy="papier"))
-    assert "independent, paper, synchronised" in str(refused(omnistep.wheels, "load_sharing"))
+    assert "shared_integral" in str(refused(omnistep.run, "step", policy="papier"))
+    assert "independent, scale_torques, scale_references" in str(refused(omnistep.run_motor_bench, "shared_integral"))
 
 
 @pytest.mark.parametrize("seed", [-1, 2**63, 2**64])
@@ -60,10 +60,10 @@ def test_what_is_refused_is_not_warned_of_before():
     # Without an inertial unit traction control is warned of where it can be had, as in a simulation.
     blind = {"sensors.no_imu": True}
     with pytest.warns(UserWarning, match="without an inertial measurement unit"):
-        omnistep.Simulation(omnistep.Scenario("flat", policy="steady", overrides=blind))
+        omnistep.Simulation(omnistep.Scenario("flat", policy="traction", overrides=blind))
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always")
-        for policy in ("steady", "reach"):
+        for policy in ("traction", "traction_runup"):
             with pytest.raises(omnistep.ConfigError, match=policy):
                 omnistep.Controller("flat", policy=policy, overrides=blind)
     assert said == []
@@ -73,7 +73,7 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path):
     with pytest.raises(omnistep.ConfigError, match=r"absent\.toml: ") as caught:
         omnistep.Simulation(tmp_path / "absent.toml")
     assert caught.value.file == str(tmp_path / "absent.toml")
-    error = refused(omnistep.wheels, experiment=tmp_path)
+    error = refused(omnistep.run_motor_bench, experiment=tmp_path)
     assert error.file == str(tmp_path) and str(error).endswith(": a directory, allowed: a regular file")
 
 
@@ -105,7 +105,7 @@ def test_arguments_of_the_wrong_kind_are_type_errors():
         with pytest.raises(TypeError, match=r"^torques_n_m: .*allowed: one finite torque for each wheel"):
             sim.step_torques(bad)
     with pytest.raises(TypeError, match="allowed: a list of names"):
-        omnistep.compare("flat", policies="paper")
+        omnistep.compare("flat", policies="scale_torques")
     assert sim.time_s == 0.0
     with pytest.raises(TypeError, match="allowed: a number"):
         omnistep.run("flat", overrides={"terrain.friction": object()})
@@ -138,7 +138,7 @@ def test_what_is_no_regular_file_is_refused_and_not_waited_for(tmp_path):
         for call in (
             lambda name: omnistep.run(name),
             lambda name: omnistep.Vehicle(name),
-            lambda name: omnistep.study(name),
+            lambda name: omnistep.run_study(name),
             lambda name: omnistep.run("height_map", overrides={"terrain.image": str(name)}),
             lambda name: omnistep.read_mcap(name),
         ):
@@ -146,7 +146,7 @@ def test_what_is_no_regular_file_is_refused_and_not_waited_for(tmp_path):
                 call(name)
 
 
-def test_no_message_is_longer_than_somebody_reads():
+def test_no_message_exceeds_its_length():
     long = "a" * 1_000_000
     for call in (
         lambda: omnistep.run(long),

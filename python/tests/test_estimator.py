@@ -178,5 +178,5 @@ def test_what_is_wrong_is_named():
         estimator.step(np.zeros((5, 4)), yaw_rates=np.zeros(3))
     with pytest.raises(omnistep.ConfigError, match="pose ="):
         estimator.reset([np.nan, 0.0, 0.0])
-    # What is not heard is left out.
+    # Missing readings are left out.
     assert np.isfinite(estimator.step([np.nan, 0.0, 0.0, 0.0])).all()

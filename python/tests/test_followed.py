@@ -120,7 +120,7 @@ LATE = (-200, -100, -50, 50, 100, 200)
 
 @pytest.mark.parametrize("name", VEHICLES)
 @pytest.mark.parametrize("speed", [0.05, 0.4])
-def test_a_gyro_is_absolute_and_its_clock_and_axis_are_told(name, speed):
+def test_a_gyro_is_absolute_and_its_clock_and_axis_are_reported(name, speed):
     vehicle, wheels, _, gyro, _ = driven(name, speed=speed)
 
     def said(gyro=gyro, by=1.0):
@@ -142,7 +142,7 @@ def test_a_gyro_is_absolute_and_its_clock_and_axis_are_told(name, speed):
 
 
 @pytest.mark.parametrize("name", VEHICLES)
-def test_clocks_of_command_and_duty_cycles_that_differ_are_told(name):
+def test_clocks_of_command_and_duty_cycles_that_differ_are_reported(name):
     vehicle, wheels, asked, _, duty = driven(name)
     for of, what, say in ((_followed.of_command, asked, "the command"), (_followed.of_duty, duty, "the duty cycles")):
         assert of(vehicle, wheels, what, PERIOD_S) == []
@@ -200,7 +200,7 @@ def test_axes_and_units_of_a_command_are_named_before_wheels_are(name):
 
 
 @pytest.mark.parametrize("name", VEHICLES)
-def test_duty_cycles_and_wheels_without_direction_are_told(name):
+def test_duty_cycles_and_wheels_without_direction_are_reported(name):
     vehicle, wheels, asked, _, duty = driven(name)
     (line,) = _followed.of_duty(vehicle, wheels, np.abs(duty), PERIOD_S)
     assert line.startswith("the duty cycles turn no wheel backwards, but wheels turn both ways")

@@ -62,5 +62,5 @@ def test_frames_outlive_the_trace():
 
 def test_metrics_are_the_outcomes(trace):
     metrics, outcome = trace.metrics(), trace.outcome.to_dict()
-    assert metrics.keys() == outcome.keys() and metrics["verdict"] == "driven"
+    assert metrics.keys() == outcome.keys() and metrics["verdict"] == "completed"
     assert all(np.array_equal(metrics[key], outcome[key], equal_nan=isinstance(outcome[key], float)) for key in outcome)

@@ -84,7 +84,7 @@ def test_a_vehicle_that_is_exported_and_read_back_is_the_same(name, here, monkey
         assert len(back.get(kind) or []) == len(first.get(kind) or [])
     for one, other in zip(first["body"], back["body"], strict=True):
         assert other["name"] == links.get(one["name"], one["name"])
-        for key in ("mass_kg", "com_m", "box_m"):
+        for key in ("mass_kg", "com_m", "inertia_box_m"):
             np.testing.assert_allclose(other[key], one[key], **DIGITS)
     for one, other in zip(first.get("hinge") or [], back.get("hinge") or [], strict=True):
         assert [other[key] for key in ("name", "child")] == [one[key] for key in ("name", "child")]
@@ -121,7 +121,7 @@ def test_a_box_cut_into_eight_links_that_are_turned_anyhow_is_the_box(seed, robo
     (body,) = vehicle["body"]
     np.testing.assert_allclose(body["mass_kg"], 8.0, **DIGITS)
     np.testing.assert_allclose(body["com_m"], [0, 0, 0.2], **DIGITS)
-    np.testing.assert_allclose(body["box_m"], edges, **DIGITS)
+    np.testing.assert_allclose(body["inertia_box_m"], edges, **DIGITS)
 
 
 def test_rollers_that_turn_on_a_wheel_belong_to_it_and_casters_and_arms_to_the_body(robots, here, monkeypatch):
@@ -170,7 +170,7 @@ def test_every_value_that_a_urdf_does_not_have_is_marked(robots, here, monkeypat
     marked = {line.split(" = ")[0] for line in text.splitlines() if "# guess: " in line}
     motor = {"stall_torque_n_m", "no_load_rad_s"}
     limits = {"vx_m_s", "vy_m_s", "wz_rad_s"}
-    assert marked == motor | limits | {"count", "radius_m", "roller_angle_rad", "contact", "box_m"}
+    assert marked == motor | limits | {"count", "radius_m", "roller_angle_rad", "contact", "inertia_box_m"}
     # The first thrust is two thirds of the weight: 10 kg, four wheels of 50 mm, two digits.
     assert tomllib.loads(text)["motor"]["stall_torque_n_m"] == float(f"{2 / 3 * 10 * 9.81 * 0.05 / 4:.2g}")
     marks = sum("# guess: " in line for line in text.splitlines())
@@ -194,7 +194,7 @@ def test_names_from_a_urdf_add_no_keys_to_the_file(robots, here, monkeypatch):
 
 
 def test_without_a_urdf_the_command_is_the_compiled_one(here, monkeypatch, capfd):
-    monkeypatch.setattr(sys, "argv", ["omnistep", "new", "vehicle", "robot", "--like", "mecanum4"])
+    monkeypatch.setattr(sys, "argv", ["omnistep", "new", "vehicle", "robot", "--template", "mecanum4"])
     assert main() == 0
     assert capfd.readouterr().out.startswith("robot.toml: started from mecanum4;")
 

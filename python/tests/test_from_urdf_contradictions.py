@@ -176,7 +176,7 @@ def test_wheels_that_do_not_roll_along_x_are_noted(yaw, degrees, robots, here, m
     assert not [said for key, said in notes if key == "rolling_direction"]
 
 
-def test_a_centre_of_mass_in_the_ground_and_radii_that_nobody_sells_are_noted(robots, here, monkeypatch):
+def test_a_centre_of_mass_in_the_ground_and_implausible_radii_are_noted(robots, here, monkeypatch):
     below = robots.BODY.replace('xyz="0 0 0.1"', 'xyz="0 0 -0.3"')
     vehicle, notes = imported(here, monkeypatch, robots.four(below))
     assert ("com_m", "not above the ground: are the places and the inertial right?") in notes

@@ -248,7 +248,7 @@ def test_a_file_that_exists_is_kept(robots, here, monkeypatch, capsys):
 def test_a_name_that_is_a_path_is_refused_as_by_the_compiled_command(robots, here, monkeypatch, capfd):
     (here / "robot.urdf").write_text(robots.four(robots.BODY))
     said = []
-    for options in (["--from-urdf", "robot.urdf"], ["--like", "mecanum4"]):
+    for options in (["--from-urdf", "robot.urdf"], ["--template", "mecanum4"]):
         monkeypatch.setattr(sys, "argv", ["omnistep", "new", "vehicle", "../robot", *options])
         assert main() == 2
         said.append(capfd.readouterr().err)

@@ -20,7 +20,7 @@ import omnistep.gym
 
 TASKS = ("StepClimb", "Drive")
 # Short episodes: two ends of time within a few steps.
-SHORT = {"overrides": {"duration_s": 0.3, "physics.step_us": 1000}, "frame_skip": 30}
+SHORT = {"overrides": {"duration_s": 0.3, "physics.timestep_s": 0.001}, "frame_skip": 30}
 
 
 def make(task, **kwargs):
@@ -249,7 +249,7 @@ def test_other_threads_run_while_environments_step():
 
     thread = threading.Thread(target=count)
     interval = sys.getswitchinterval()
-    # Nobody is asked for the lock in the next minute: the thread runs where this one lets it go, or not at all.
+    # The lock is not requested in the next minute: the thread runs where this one lets it go, or not at all.
     sys.setswitchinterval(60.0)
     try:
         thread.start()

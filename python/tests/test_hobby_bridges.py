@@ -37,9 +37,7 @@ def logs(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def found(logs):
-    return {
-        case: omnistep.identify(log, vehicle=plant.file(), known=KNOWN, progress=False) for case, log in logs.items()
-    }
+    return {case: omnistep.identify(log, vehicle=plant.file(), fix=KNOWN, progress=False) for case, log in logs.items()}
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -68,7 +66,7 @@ def test_intervals_hold_the_truth(found):
 
 @pytest.fixture(scope="module")
 def wrong(logs):
-    return omnistep.identify(logs["coast", 0], vehicle=plant.file(), known=KNOWN, zero_duty="brake", progress=False)
+    return omnistep.identify(logs["coast", 0], vehicle=plant.file(), fix=KNOWN, zero_duty="brake", progress=False)
 
 
 def test_the_wrong_bridge_gives_no_interval_and_says_why(wrong):
@@ -86,7 +84,7 @@ def test_the_wrong_bridge_gives_no_interval_and_says_why(wrong):
 def test_bridges_that_coast_within_each_period_have_no_line(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     log = plant.written(tmp_path, 0, "chops")
-    known = [f"--known={name}={value}" for name, value in KNOWN.items()]
+    known = [f"--fix={name}={value}" for name, value in KNOWN.items()]
     asked = [str(log), "--vehicle", "hobby.toml", *known, "--quiet", "-o", "found.toml"]
     assert _identify_cli.identify(asked) == 1 and not (tmp_path / "found.toml").exists()
     said = capsys.readouterr()
@@ -106,7 +104,7 @@ def test_bridges_that_coast_within_each_period_have_no_line(tmp_path, capsys, mo
 
 def test_what_is_far_from_the_file_is_doubted(logs):
     kg_cm = plant.file(stall_torque_n_m=16.0)
-    result = omnistep.identify(logs["coast", 1], vehicle=kg_cm, known=KNOWN, zero_duty="coast", progress=False)
+    result = omnistep.identify(logs["coast", 1], vehicle=kg_cm, fix=KNOWN, zero_duty="coast", progress=False)
     (line,) = [line for line in result.cannot_tell if line.startswith("doubtful")]
     assert "stall_torque_n_m is 1.6 N.m, 1/10 of the file's 16" in line
 
@@ -116,7 +114,7 @@ def test_a_late_log_is_doubted(logs):
     # Commands of 15 rows of 10 ms before the others.
     for wheel in plant.file().wheel_names:
         columns[f"wheel_{wheel}_duty"] = np.roll(columns.pop(f"commanded_duty_{wheel}"), -15)
-    early = omnistep.identify(columns, vehicle=plant.file(), known=KNOWN, zero_duty="brake", progress=False)
+    early = omnistep.identify(columns, vehicle=plant.file(), fix=KNOWN, zero_duty="brake", progress=False)
     # The plant's delay and lag, less a row in which commands change.
     assert early["delay_s"].value == pytest.approx(0.15, abs=0.012)
     assert any(line.startswith("doubtful: delay_s is 0.1") for line in early.cannot_tell)
@@ -125,7 +123,7 @@ def test_a_late_log_is_doubted(logs):
 def test_the_map_says_what_bridges_do_and_the_log_keeps_it(tmp_path):
     log = plant.written(tmp_path, 2, "coast", 'zero = "coast"\n')
     assert read(log, plant.file()).zero_duty == "coast"
-    result = omnistep.identify(log, vehicle=plant.file(), known=KNOWN, progress=False)
+    result = omnistep.identify(log, vehicle=plant.file(), fix=KNOWN, progress=False)
     assert result.zero_duty == "coast"
     assert not [line for line in result.cannot_tell if line.startswith("zero duty:")]
     text = (tmp_path / "map.toml").read_text()
@@ -157,7 +155,7 @@ def test_the_command_draws_what_it_simulated(logs, tmp_path):
     (tmp_path / "hobby.toml").write_text(plant.file().to_toml())
 
     def command(*more):
-        known = [f"--known={name}={value}" for name, value in KNOWN.items()]
+        known = [f"--fix={name}={value}" for name, value in KNOWN.items()]
         asked = ["identify", str(logs["coast", 0]), "--vehicle", "hobby.toml", "--zero-duty", "coast", *known, *more]
         done = subprocess.run([sys.executable, "-m", "omnistep", *asked], cwd=tmp_path, capture_output=True, text=True)
         return done.returncode, done.stdout, done.stderr
@@ -174,7 +172,7 @@ def test_the_command_draws_what_it_simulated(logs, tmp_path):
 def test_refuted_results_are_no_file_unless_it_is_asked_for(logs, tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "hobby.toml").write_text(plant.file().to_toml())
-    known = [f"--known={name}={value}" for name, value in KNOWN.items()]
+    known = [f"--fix={name}={value}" for name, value in KNOWN.items()]
     asked = [str(logs["coast", 0]), "--vehicle", "hobby.toml", "--zero-duty", "brake", *known, "--quiet"]
     assert _identify_cli.identify([*asked, "-o", "found.toml"]) == 1
     said = capsys.readouterr()
@@ -193,7 +191,7 @@ def test_a_log_without_its_end_is_named_with_what_was_read(logs, tmp_path):
     read_s = omnistep.read_mcap(tmp_path / "cut.mcap").trace["time_s"][-1]
     # Nine tenths of 26.83 s, less a chunk of half a second or so.
     assert 23.0 < read_s < 24.2
-    more = {"vehicle": plant.file(), "known": KNOWN, "zero_duty": "brake", "progress": False}
+    more = {"vehicle": plant.file(), "fix": KNOWN, "zero_duty": "brake", "progress": False}
     said = f"{tmp_path / 'cut.mcap'}: its end is missing, as of a recording that was cut off: {read_s:.6g} s read"
     found = omnistep.identify(tmp_path / "cut.mcap", **more)
     assert found.cannot_tell[0] == said and f"\n{said}\n" in found.table()
@@ -210,7 +208,7 @@ def test_a_number_at_a_bound_of_its_range_is_doubted(logs, monkeypatch):
     # What is at a bound `test_calibrate.py` asserts; a search that ends there takes minutes.
     ended = "delay_s ended at the bound of its range, -0.01 s"
     monkeypatch.setattr(identification, "at_bounds", lambda *_: (ended,))
-    result = omnistep.identify(logs["brake", 0], vehicle=plant.file(), known=KNOWN, zero_duty="brake", progress=False)
+    result = omnistep.identify(logs["brake", 0], vehicle=plant.file(), fix=KNOWN, zero_duty="brake", progress=False)
     assert result.doubted == ended and all(each.note != "none" for each in result.estimates)
     assert any(line.startswith(f"{ended}, which distorts the others; check units") for line in result.cannot_tell)
 
@@ -218,9 +216,9 @@ def test_a_number_at_a_bound_of_its_range_is_doubted(logs, monkeypatch):
 def test_a_log_that_tells_nothing_leaves_the_file_and_is_doubted(logs):
     # A motor that moves nothing, whatever else is changed.
     weak = plant.file(stall_torque_n_m=0.008, slope_n_m_s_rad=0.0005)
-    result = omnistep.identify(logs["brake", 0], vehicle=weak, known=KNOWN, zero_duty="brake", progress=False)
+    result = omnistep.identify(logs["brake", 0], vehicle=weak, fix=KNOWN, zero_duty="brake", progress=False)
     assert not any(each.determined for each in result.estimates)
-    assert all(each.held for each in result.estimates if each.note != "known")
+    assert all(each.held for each in result.estimates if each.note != "fixed")
     assert result.doubted
 
 

@@ -55,7 +55,7 @@ def test_intervals_cover_the_truth_in_90_to_99_of_100_seeds(mecanum):
     logs = plant.logs(vehicle, truth, range(200), counts=360, vary=0.1, **DRIVES["mecanum4"])
     covered = {}
     for log in logs:
-        found = omnistep.identify(log, vehicle=vehicle, known={"wheel_inertia_kg_m2": truth["wheel_inertia_kg_m2"]})
+        found = omnistep.identify(log, vehicle=vehicle, fix={"wheel_inertia_kg_m2": truth["wheel_inertia_kg_m2"]})
         for each in found.estimates:
             if each.determined:
                 covered.setdefault(each.name, []).append(each.low <= truth[each.name] <= each.high)
@@ -75,7 +75,7 @@ def noisy(mecanum):
 def test_the_estimate_is_where_scipy_ends_with_the_same_residuals(mecanum, noisy, of_noise):
     vehicle, truth, logs = mecanum
     data = noisy[0] if of_noise else logs[0]
-    found = omnistep.identify(data, vehicle=vehicle, known={"wheel_inertia_kg_m2": truth["wheel_inertia_kg_m2"]})
+    found = omnistep.identify(data, vehicle=vehicle, fix={"wheel_inertia_kg_m2": truth["wheel_inertia_kg_m2"]})
     log, masses = read(data, vehicle), Masses(vehicle)
     motion = Motion(cut(log, masses, log.torques, lifted=False), masses, log.torques, 1.0)
     names = [each.name for each in found.estimates if each.determined]
@@ -108,10 +108,11 @@ def test_wheels_in_the_air_part_gears_from_rolling_and_wheels_from_the_mass():
     alone = omnistep.identify({key: column[:920] for key, column in ground.items()}, vehicle=vehicle)
     assert not alone["rolling_resistance"].determined and not alone["wheel_inertia_kg_m2"].determined
     assert any(
-        "lifted" in line and "rolling_resistance apart from gear_friction_n_m" in line for line in alone.cannot_tell
+        "wheels_off_ground" in line and "rolling_resistance apart from gear_friction_n_m" in line
+        for line in alone.cannot_tell
     )
-    assert any("lifted" in line and "wheel_inertia_kg_m2 apart from" in line for line in alone.cannot_tell)
-    both = omnistep.identify(ground, vehicle=vehicle, lifted=air)
+    assert any("wheels_off_ground" in line and "wheel_inertia_kg_m2 apart from" in line for line in alone.cannot_tell)
+    both = omnistep.identify(ground, vehicle=vehicle, wheels_off_ground=air)
     # 0.04 N.m a wheel of 76 mm under a quarter of 27.6 kg. Intervals are a third of what is allowed here.
     rolling = 0.04 / (0.25 * truth["mass_kg"] * 9.81 * 0.076)
     for name, value, within in [
@@ -134,31 +135,31 @@ def test_duty_cycles_tell_the_motors_line_where_the_mass_is_known(mecanum):
     log = dict(logs[3])
     for name in vehicle.wheel_names:
         log[f"wheel_{name}_duty"] = log.pop(f"wheel_{name}_applied_n_m") / stall
-    known = {"wheel_inertia_kg_m2": truth["wheel_inertia_kg_m2"], "viscous_n_m_s_rad": viscous}
-    found = omnistep.identify(log, vehicle=vehicle, known=known | {"mass_kg": truth["mass_kg"]})
+    fix = {"wheel_inertia_kg_m2": truth["wheel_inertia_kg_m2"], "viscous_n_m_s_rad": viscous}
+    found = omnistep.identify(log, vehicle=vehicle, fix=fix | {"mass_kg": truth["mass_kg"]})
     # Three half intervals of one seed.
     assert found["stall_torque_n_m"].value == pytest.approx(stall, rel=2e-3)
     assert found["slope_n_m_s_rad"].value == pytest.approx(slope, rel=0.05)
     assert found.vehicle["motor.slope_n_m_s_rad"] == found["slope_n_m_s_rad"].value
     percent = {key: 100 * column if key.endswith("_duty") else column for key, column in log.items()}
     with pytest.raises(omnistep.ConfigError, match=r"_duty reaches \d+\.?\d*, allowed: -1 to 1"):
-        omnistep.identify(percent, vehicle=vehicle, known=known)
+        omnistep.identify(percent, vehicle=vehicle, fix=fix)
     without = omnistep.identify(log, vehicle=vehicle)
     assert not without["stall_torque_n_m"].determined
-    assert any("stall_torque_n_m apart from" in line and "known mass_kg" in line for line in without.cannot_tell)
+    assert any("stall_torque_n_m apart from" in line and "fix mass_kg" in line for line in without.cannot_tell)
 
 
-def new_manoeuvre(folder, vehicle):
-    """The scenario that `omnistep new manoeuvre` writes."""
-    command = [sys.executable, "-m", "omnistep", "new", "manoeuvre", "drive", "--vehicle", vehicle]
+def new_excitation(folder, vehicle):
+    """The scenario that `omnistep new excitation` writes."""
+    command = [sys.executable, "-m", "omnistep", "new", "excitation", "drive", "--vehicle", vehicle]
     assert subprocess.run(command, cwd=folder, check=True).returncode == 0
     return folder / "drive.toml"
 
 
 @pytest.fixture(scope="module")
-def manoeuvre(tmp_path_factory):
+def excitation(tmp_path_factory):
     """Of a mecanum vehicle that its file does not describe."""
-    return new_manoeuvre(tmp_path_factory.mktemp("manoeuvre"), "mecanum4")
+    return new_excitation(tmp_path_factory.mktemp("excitation"), "mecanum4")
 
 
 REAL = {
@@ -166,18 +167,18 @@ REAL = {
     "vehicle.motor.gear_friction_n_m": 0.05,
     "vehicle.motor.viscous_n_m_s_rad": 0.005,
     "actuators.torque_lag_s": 0.02,
-    "sensors.delay_us": 5000,
-    "control.period_us": 5000,
+    "sensors.delay_s": 0.005,
+    "control.period_s": 0.005,
 }
 
 
 @pytest.mark.parametrize("counts", [360, 4096])
-def test_a_simulated_vehicle_is_found_from_the_manoeuvre(manoeuvre, counts, tmp_path):
+def test_a_simulated_vehicle_is_found_from_the_excitation(excitation, counts, tmp_path):
     drawn = omnistep.Vehicle("mecanum4")
-    scenario = omnistep.Scenario(manoeuvre, overrides={**REAL, "sensors.encoder_counts": counts})
+    scenario = omnistep.Scenario(excitation, overrides={**REAL, "sensors.encoder_counts": counts})
     trace = omnistep.run(scenario, mcap=tmp_path / "drive.mcap")
-    found = omnistep.identify(tmp_path / "drive.mcap", vehicle=drawn, known={"wheel_inertia_kg_m2": 0.0035})
-    again = omnistep.identify(trace, vehicle=drawn, known={"wheel_inertia_kg_m2": 0.0035})
+    found = omnistep.identify(tmp_path / "drive.mcap", vehicle=drawn, fix={"wheel_inertia_kg_m2": 0.0035})
+    again = omnistep.identify(trace, vehicle=drawn, fix={"wheel_inertia_kg_m2": 0.0035})
     assert [each.value for each in found.estimates] == pytest.approx([each.value for each in again.estimates], rel=1e-6)
     mass, _, yaw = plant.masses(scenario.vehicle)
     # A hundredth: what balls for wheels and grip that gives a little are away from rolling without slip.
@@ -199,11 +200,11 @@ def test_a_vehicle_of_whose_wheels_few_push_at_a_time_is_found_too(tmp_path):
     # Aside four of seven wheels push, with less than half of the weight: at the pace of the others they would slip, and
     # the mass be 6 % too high.
     real = {key: value for key, value in REAL.items() if key != "vehicle.body.0.mass_kg"}
-    path = new_manoeuvre(tmp_path, "chugo7")
+    path = new_excitation(tmp_path, "chugo7")
     scenario = omnistep.Scenario(path, overrides={**real, "sensors.encoder_counts": 360})
     drawn = omnistep.Vehicle("chugo7")
-    known = {"wheel_inertia_kg_m2": drawn["wheel.0.inertia_kg_m2"]}
-    found = omnistep.identify(omnistep.run(scenario), vehicle=drawn, known=known)
+    fix = {"wheel_inertia_kg_m2": drawn["wheel.0.inertia_kg_m2"]}
+    found = omnistep.identify(omnistep.run(scenario), vehicle=drawn, fix=fix)
     assert not [line for line in found.cannot_tell if "no motion of this vehicle" in line]
     mass, _, yaw = plant.masses(scenario.vehicle)
     for name, value in [("mass_kg", mass), ("yaw_inertia_kg_m2", yaw)]:
@@ -238,8 +239,8 @@ def test_what_is_wrong_is_said_in_one_line(mecanum, tmp_path):
         ({key: 0.0 * column if key != "time_s" else column for key, column in log.items()}, {}, "a log of a drive"),
         ({key: column[:200] for key, column in log.items()}, {}, "drive longer"),
         (log | {"time_s": 1e300 * log["time_s"]}, {}, "time_s reaches 2.1e+301, allowed: up to 1e+12"),
-        (log, {"known": {"mass": 3.0}}, "known: mass: unknown key (did you mean mass_kg?)"),
-        (log, {"known": {"mass_kg": -3.0}}, "known: mass_kg = -3.0, allowed: 1.2 to 480"),
+        (log, {"fix": {"mass": 3.0}}, "fix: mass: unknown key (did you mean mass_kg?)"),
+        (log, {"fix": {"mass_kg": -3.0}}, "fix: mass_kg = -3.0, allowed: 1.2 to 480"),
         ([], {}, "data: empty"),
     ]
     for data, more, message in cases:
@@ -251,7 +252,7 @@ def test_what_is_wrong_is_said_in_one_line(mecanum, tmp_path):
 
 def test_noise_that_a_controller_answers_puts_nothing_off(mecanum, noisy):
     vehicle, truth, _ = mecanum
-    known = {"wheel_inertia_kg_m2": truth["wheel_inertia_kg_m2"]}
+    fix = {"wheel_inertia_kg_m2": truth["wheel_inertia_kg_m2"]}
     off = {"velocities": [], "angles": []}
     for seed, log in enumerate(noisy, start=6):
         rng = np.random.default_rng(seed)
@@ -263,7 +264,7 @@ def test_noise_that_a_controller_answers_puts_nothing_off(mecanum, noisy):
             for k, name in enumerate(vehicle.wheel_names)
         }
         for name, given in (("velocities", log), ("angles", angles)):
-            found = omnistep.identify(given, vehicle=vehicle, known=known)
+            found = omnistep.identify(given, vehicle=vehicle, fix=fix)
             off[name].append(found["delay_s"].value - truth["delay_s"])
     # Without the walk that noise on velocities adds up to, the delay was 2 ms too small. One log leaves 0.9 ms open,
     # with angles 0.25 ms (a deviation); three deviations of the mean of four.
@@ -273,17 +274,17 @@ def test_noise_that_a_controller_answers_puts_nothing_off(mecanum, noisy):
 
 def test_gaps_are_left_out(mecanum):
     vehicle, truth, logs = mecanum
-    known = {"wheel_inertia_kg_m2": truth["wheel_inertia_kg_m2"]}
+    fix = {"wheel_inertia_kg_m2": truth["wheel_inertia_kg_m2"]}
     log = {key: column.copy() for key, column in logs[5].items()}
     log["wheel_front_left_measured_rad_s"][500:520] = np.nan
     rows = np.r_[0:900, 930 : len(log["time_s"])]
-    found = omnistep.identify({key: column[rows] for key, column in log.items()}, vehicle=vehicle, known=known)
+    found = omnistep.identify({key: column[rows] for key, column in log.items()}, vehicle=vehicle, fix=fix)
     # Torques of one wheel that are not known: nothing is made of them, nor of what a lag remembers of them.
     unknown = {key: column.copy() for key, column in logs[5].items()}
     for begin in (150, 700, 1800, 1950):
         unknown["wheel_front_left_applied_n_m"][begin : begin + 15] = np.nan
-    without_torques = omnistep.identify(unknown, vehicle=vehicle, known=known)
-    whole = omnistep.identify(logs[5], vehicle=vehicle, known=known)
+    without_torques = omnistep.identify(unknown, vehicle=vehicle, fix=fix)
+    whole = omnistep.identify(logs[5], vehicle=vehicle, fix=fix)
     for each in whole.estimates:
         if each.determined:
             # Of a part of the data: within the whole log's interval and a half.
@@ -309,7 +310,7 @@ def test_the_command_writes_a_file_that_is_a_vehicle(mecanum, tmp_path):
         return done.returncode, done.stdout, done.stderr
 
     (tmp_path / "drawn.toml").write_text(vehicle.to_toml())
-    asked = ["identify", "drive.csv", "--vehicle", "drawn.toml", "--known", "wheel_inertia_kg_m2=0.0035"]
+    asked = ["identify", "drive.csv", "--vehicle", "drawn.toml", "--fix", "wheel_inertia_kg_m2=0.0035"]
     code, said, wrong = command(*asked, "--quiet", "-o", "found.toml")
     assert (code, wrong) == (0, "")
     assert "this log cannot tell rolling_resistance apart from gear_friction_n_m" in said
@@ -317,7 +318,7 @@ def test_the_command_writes_a_file_that_is_a_vehicle(mecanum, tmp_path):
     assert omnistep.Vehicle(tmp_path / "found.toml").mass_kg == pytest.approx(truth["mass_kg"], rel=1e-3)
     assert command("check", "found.toml")[0] == 0
     for arguments, message in [
-        ([*asked[:-1], "mass_kg=heavy"], "--known mass_kg=heavy, allowed: NAME=VALUE"),
+        ([*asked[:-1], "mass_kg=heavy"], "--fix mass_kg=heavy, allowed: NAME=VALUE"),
         (["identify", "none.csv", "--vehicle", "omni3"], "none.csv: "),
         ([*asked, "-o", "drawn.toml"], "drawn.toml: this command reads this file"),
     ]:

@@ -74,7 +74,7 @@ def test_velocities_of_counts_at_jittering_times_are_right_within_a_count_a_peri
     assert np.array_equal(
         np.isnan(angles[1:]).any(axis=1) | np.isnan(angles[:-1]).any(axis=1), np.isnan(measured[1:, 0])
     )
-    # Nobody knows the position before the first sample, nor what was in the gap; times jitter by less than a period.
+    # The position is unknown before the first sample and in the gap; times jitter by less than a period.
     unknown = np.flatnonzero(np.isnan(measured).any(axis=1))
     assert unknown[0] == 0
     inside = np.arange(recorded.GAP.start, recorded.GAP.stop)
@@ -124,11 +124,11 @@ def test_odometry_comes_from_the_counts_and_what_wheels_turned_in_the_gap_is_not
     for name, bound in (("x_m", 2e-3), ("y_m", 2e-3), ("yaw_rad", 1e-2)):
         off = log.trace[f"odom_{name}"] - curve[f"pose_{name}"]
         assert np.abs(off[behind]).max() < bound, name
-    # In the gap nobody knows, and it stays where it was.
+    # In the gap the position is unknown, and it stays where it was.
     assert np.ptp(log.trace["odom_x_m"][gap[1:-2]]) == 0.0
 
 
-def test_frames_are_where_somebody_saw_the_vehicle_and_a_report_shows_them(round_trip, monkeypatch, tmp_path):
+def test_frames_are_where_the_vehicle_was_observed(round_trip, monkeypatch, tmp_path):
     _, log = round_trip
     at = np.rint(log.frame_time_s / 0.001).astype(int) - 1
     base = log.frames["base_link"]
@@ -145,7 +145,7 @@ def test_frames_are_where_somebody_saw_the_vehicle_and_a_report_shows_them(round
 
 
 def test_odometry_is_where_the_vehicle_was_first_seen(folder):
-    # Somebody sees it from 30 ms on, at (5, 5) and looking to the left; by then it has gone 0.02 m.
+    # It is observed from 30 ms on, at (5, 5) and looking to the left; by then it has gone 0.02 m.
     rows = "t,a,b,c,x,y,h\n" + "".join(
         f"{k / 100},1,1,1,{5 if k > 3 else ''},{5 if k > 3 else ''},{1.5 if k > 3 else ''}\n" for k in range(10)
     )
@@ -246,7 +246,7 @@ def test_as_few_samples_are_left_out_as_that_takes():
         assert kept.size == max(each.size for each in subsets if (np.diff(each) > 0).all()), times
 
 
-def test_a_command_beyond_the_range_is_told_by_the_names_of_the_log(folder):
+def test_a_command_beyond_the_range_is_reported_by_the_names_of_the_log(folder):
     rows = "t,a,b,c,vx,vy,wz\n" + "".join(f"{k / 100},1,1,1,{1e6 if k == 50 else 0.2},0,0\n" for k in range(100))
     keys = HEAD + TIME + WHEELS + '[command]\nnames = ["vx", "vy", "wz"]\n'
     said = "robot.csv: command, vx: 1e[+]06 m/s at 0.5 s of the new log, allowed: -100 to 100"
@@ -254,7 +254,7 @@ def test_a_command_beyond_the_range_is_told_by_the_names_of_the_log(folder):
         imported(folder, rows, keys)
 
 
-def test_changes_of_a_command_that_have_no_room_are_told(folder, monkeypatch):
+def test_changes_of_a_command_that_have_no_room_are_reported(folder, monkeypatch):
     rows = "t,a,b,c,vx,vy,wz\n" + "".join(f"{k / 100},1,1,1,{k / 100},0,0\n" for k in range(30))
     keys = HEAD + TIME + WHEELS + '[command]\nnames = ["vx", "vy", "wz"]\n'
     summary, _ = imported(folder, rows, keys)
@@ -288,8 +288,8 @@ def test_a_parquet_column_of_text_is_refused_before_it_is_unpacked(folder, monke
 
 @pytest.mark.parametrize("vehicle", ["omni3", "chugo7"])
 def test_a_new_map_is_one_as_it_is_and_with_every_table_in_it(folder, monkeypatch, capfd, vehicle):
-    code, out, err = command_line(monkeypatch, capfd, "new", "map", "mine", "--vehicle", vehicle)
-    assert (code, err) == (0, "") and out.startswith(f"mine.toml: a map for {vehicle}; ")
+    code, out, err = command_line(monkeypatch, capfd, "new", "import-map", "mine", "--vehicle", vehicle)
+    assert (code, err) == (0, "") and out.startswith(f"mine.toml: an import map for {vehicle}; ")
     assert set(read_map("mine.toml").signals) == {"wheels"}
     lines = (folder / "mine.toml").read_text().splitlines(keepends=True)
     first = next(number for number, line in enumerate(lines) if line.startswith("schema_version"))
@@ -300,9 +300,9 @@ def test_a_new_map_is_one_as_it_is_and_with_every_table_in_it(folder, monkeypatc
     assert read_map("whole.toml").signals["wheels"].wrap == 2.0**16
 
 
-def test_inspect_and_replay_take_a_recording_and_say_what_it_lacks(round_trip, monkeypatch, capfd, recorded):
+def test_info_and_replay_take_a_recording_and_say_what_it_lacks(round_trip, monkeypatch, capfd, recorded):
     _, log = round_trip
-    code, out, err = command_line(monkeypatch, capfd, "inspect", log.path)
+    code, out, err = command_line(monkeypatch, capfd, "info", log.path)
     assert (code, err) == (0, "") and "recorded, imported from robot.csv, vehicle omni3" in out
     code, out, err = command_line(monkeypatch, capfd, "replay", log.path)
     unknown = int(np.isnan(log.trace.wheels("measured_rad_s")).any(axis=1).sum())

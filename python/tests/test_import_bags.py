@@ -1,4 +1,4 @@
-"""Bags of ROS 2 in, mcap and sqlite3, written by somebody else's library."""
+"""Bags of ROS 2 in, mcap and sqlite3, written by a foreign library."""
 
 import sys
 
@@ -165,7 +165,7 @@ def test_a_bag_gives_what_was_written_into_it(bag, tmp_path, curve):
     assert np.allclose(trace["sensed_roll_rate_rad_s"][known], 0.1) and known.sum() >= len(curve) - 5
     assert np.allclose(trace["sensed_specific_force_z_m_s2"][known], 9.81)
     counts = dict(_counts(log.path))
-    # 2 s at 50 Hz and the first period; of poses nobody knows the last one, which the last sample is before.
+    # 2 s at 50 Hz and the first period; the last pose is unknown, because the last sample is before it.
     assert (counts["/joint_states"], counts["/odom"], counts["/ground_truth/odom"]) == (101, 100, 100)
 
 

@@ -1,4 +1,4 @@
-"""Ctrl-C ends long calls, and whoever watches one sees how far it is."""
+"""Ctrl-C ends long calls, and progress is visible."""
 
 import os
 import signal
@@ -78,7 +78,7 @@ def test_ctrl_c_stops_the_reading_of_a_log_at_the_next_look(log):
 
 
 @pytest.mark.parametrize("call", ["run", "read"])
-def test_who_watches_a_call_is_told_a_part_that_grows_from_0_to_1(call, log):
+def test_progress_of_a_call_grows_from_0_to_1(call, log):
     parts = []
     if call == "run":
         _omnistep.run("flat", overrides={"duration_s": 0.64}, on_progress=parts.append)

@@ -15,7 +15,7 @@ T_OF_4 = 3.182446
 @pytest.fixture(scope="module")
 def result(tmp_path_factory):
     """Two speeds and two policies from four starts, half a second each."""
-    points = {"command.vx_m_s": [0.2, 0.4], "control.policy": ["independent", "paper"]}
+    points = {"command.vx_m_s": [0.2, 0.4], "control.policy": ["independent", "scale_torques"]}
     overrides = {"duration_s": 0.5, "perturbation.yaw_rad": 0.05, "command.frame": "world"}
     out = tmp_path_factory.mktemp("intervals") / "grid"
     given = {"scenario": "flat", "overrides": overrides, "seeds": 4, "progress": False}
@@ -70,11 +70,14 @@ def test_paired_differences_are_those_of_runs_with_the_same_seed(result):
 def test_what_cannot_be_compared_is_one_line(result):
     for given, expected in [
         (
-            ("control.polcy", "paper"),
-            'against: "control.polcy" \\(did you mean "control.policy"\\?\\), allowed: command',
+            ("control.polcy", "scale_torques"),
+            'baseline: "control.polcy" \\(did you mean "control.policy"\\?\\), allowed: command',
         ),
-        (("control.policy", "synchronised"), "against: control.policy = synchronised, allowed: independent, paper"),
-        (("control.policy", "paper", "verdict"), 'figures: "verdict", allowed: '),
+        (
+            ("control.policy", "scale_references"),
+            "baseline: control.policy = scale_references, allowed: independent, scale_torques",
+        ),
+        (("control.policy", "scale_torques", "verdict"), 'figures: "verdict", allowed: '),
     ]:
         with pytest.raises(omnistep.ConfigError, match=expected) as refused:
             result.paired(*given)
@@ -90,15 +93,15 @@ def test_whiskers_are_the_intervals_of_the_summary(result):
         cells = result.summary(figure)
         expected = sorted((cell[f"{figure}_low"], cell[f"{figure}_high"]) for cell in cells)
         assert len(drawn) == 4 and math.isclose(sum(map(sum, drawn)), sum(map(sum, expected)), rel_tol=1e-12)
-    assert [text.get_text() for text in axes[1].get_xticklabels()] == ["independent", "paper"]
+    assert [text.get_text() for text in axes[1].get_xticklabels()] == ["independent", "scale_torques"]
     with pytest.raises(omnistep.ConfigError, match="figures: verdict is text"):
         omnistep.plot.ensemble(result, ["verdict"])
     plt.close("all")
 
 
 def test_a_wheel_that_keeps_to_the_reduced_reference_lags_behind_the_commanded_one_alone():
-    # At the riser the motors are at their limit: synchronised reduces all references, and wheels follow those closer.
-    outcome = omnistep.run("step", policy="synchronised", overrides={"vehicle.motor.stall_torque_n_m": 1.4}).outcome
-    assert 0.0 < outcome.disturbed_realised_rms < outcome.disturbed_rms
+    # At the riser the motors are at their limit: all references are reduced, and wheels follow those closer.
+    outcome = omnistep.run("step", policy="scale_references", overrides={"vehicle.motor.stall_torque_n_m": 1.4}).outcome
+    assert 0.0 < outcome.speed_error_realised_rms < outcome.speed_error_rms
     other = omnistep.run("step", policy="independent", overrides={"duration_s": 2.0}).outcome
-    assert other.disturbed_realised_rms == other.disturbed_rms
+    assert other.speed_error_realised_rms == other.speed_error_rms

@@ -125,8 +125,8 @@ def test_weights_say_whom_to_trust():
     assert omnistep.Kinematics(layout=layout).forward(front_spins)[1] == pytest.approx(0.25, abs=1e-12)
     doubted = omnistep.Kinematics(layout=layout, weights=[0.25, 1, 1, 1])
     assert doubted.forward(front_spins)[1] == pytest.approx(1 / 7, abs=1e-12)
-    unheard = omnistep.Kinematics(layout=layout, weights=np.array([0, 1, 1, 1]))
-    np.testing.assert_allclose(unheard.forward(front_spins), 0, **EXACT)
+    silent = omnistep.Kinematics(layout=layout, weights=np.array([0, 1, 1, 1]))
+    np.testing.assert_allclose(silent.forward(front_spins), 0, **EXACT)
 
 
 @pytest.mark.parametrize(
@@ -335,7 +335,7 @@ def test_arguments_of_the_maps_are_refused_with_what_there_is():
     assert refused(omnistep.Wheel, position_m=(1, 2, 3), radius_m=0.1).key == "position_m"
 
 
-def test_layouts_are_values_that_nobody_can_change():
+def test_layouts_are_values_that_cannot_change():
     assert len(SEVEN) == len(SEVEN.wheels) == 7
     assert omnistep.Layout(wheels=SEVEN.wheels) == SEVEN != MECANUM
     assert omnistep.Kinematics(layout=SEVEN).layout is SEVEN

@@ -10,8 +10,8 @@ import sys
 import threading
 
 
-def test_whoever_does_not_read_its_answers_is_disconnected_and_named():
-    live = [sys.executable, "-m", "omnistep", "run", "flat", "--live", "--port", "0", "--for", "60", "--quiet"]
+def test_a_client_that_does_not_read_is_disconnected():
+    live = [sys.executable, "-m", "omnistep", "run", "flat", "--live", "--port", "0", "--duration", "60", "--quiet"]
     process = subprocess.Popen(live, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     try:
         port = int(re.search(r"127\.0\.0\.1:(\d+)", process.stderr.readline())[1])

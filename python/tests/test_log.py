@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import omnistep
-from omnistep import _figures, _scene, film, meshes, report
+from omnistep import _figures, _scene, meshes, plot, report
 from omnistep.__main__ import main
 
 matplotlib.use("Agg")
@@ -39,14 +39,14 @@ def test_a_report_of_several_scenarios_is_titled_after_all_of_them_and_says_whic
         omnistep.run(scenario, overrides={"name": name, "duration_s": 0.1, "vehicle": vehicle}, mcap=path)
         logs.append(omnistep.read_mcap(path))
     logs, moon = logs[:3], logs[3]
-    title = "flat with chugo7, flat with omni3, step with chugo7: synchronised, steady"
+    title = "flat with chugo7, flat with omni3, step with chugo7: scale_references, traction"
     text = report.page(logs)
     assert f"<title>{title}</title>" in text and f"<h1>{title}</h1>" in text
-    assert "<th scope=col><span>step, chugo7, steady</span></th>" in text
+    assert "<th scope=col><span>step, chugo7, traction</span></th>" in text
     # What they do not share is not said of all of them.
     assert "vehicle chugo7" not in text and "scenario flat" not in text and "omnistep 0." in text
-    assert "<h1>flat with chugo7: synchronised</h1>" in report.page([logs[0], logs[0]])
-    title = "flat with chugo7, flat with omni3, step with chugo7 and 1 more: synchronised, steady"
+    assert "<h1>flat with chugo7: scale_references</h1>" in report.page([logs[0], logs[0]])
+    title = "flat with chugo7, flat with omni3, step with chugo7 and 1 more: scale_references, traction"
     assert f"<h1>{title}</h1>" in report.page([*logs, moon])
 
 
@@ -57,7 +57,11 @@ def test_a_report_shows_shared_settings_below_its_title_and_those_that_differ_in
         path = tmp_path / f"{name}.mcap"
         omnistep.run("step", overrides=given, mcap=path)
         logs.append(omnistep.read_mcap(path))
-    assert report._names(logs) == ["chugo7, steady, height 0.03 m", "chugo7, steady, height 0.05 m", "mecanum4, steady"]
+    assert report._names(logs) == [
+        "chugo7, traction, height 0.03 m",
+        "chugo7, traction, height 0.05 m",
+        "mecanum4, traction",
+    ]
     text = report.page(logs)
     assert "<p>friction 0.5, wheel model balls, command speed 0.3 m/s, engine " in text
     rows = dict(re.findall(r'<tr class="setting"><th scope=row>([^<]*)</th>(.*?)</tr>', text))
@@ -81,14 +85,24 @@ def test_a_report_marks_runs_whose_balls_do_not_stand_for_the_wheels(tmp_path):
     assert footnote in text.split("</table>")[1] and footnote not in report.page(logs[1:])
 
 
-def test_runs_of_one_name_are_told_apart_by_seed_file_or_number_and_no_others_are(tmp_path):
+def test_runs_of_one_name_are_distinguished_by_seed_file_or_number_and_no_others_are(tmp_path):
     logs = []
-    for policy, seed, name in (("paper", 0, "a"), ("reach", 0, "b"), ("paper", 1, "c"), ("paper", 1, "d")):
+    for policy, seed, name in (
+        ("scale_torques", 0, "a"),
+        ("traction_runup", 0, "b"),
+        ("scale_torques", 1, "c"),
+        ("scale_torques", 1, "d"),
+    ):
         path = tmp_path / f"{name}.mcap"
         omnistep.run("flat", overrides={"duration_s": 0.1, "control.policy": policy, "seed": seed}, mcap=path)
         logs.append(omnistep.read_mcap(path))
-    assert report._names(logs) == ["paper, seed 0", "reach", "paper, seed 1, c.mcap", "paper, seed 1, d.mcap"]
-    assert report._names([logs[0], logs[0]]) == ["paper, 1", "paper, 2"]
+    assert report._names(logs) == [
+        "scale_torques, seed 0",
+        "traction_runup",
+        "scale_torques, seed 1, c.mcap",
+        "scale_torques, seed 1, d.mcap",
+    ]
+    assert report._names([logs[0], logs[0]]) == ["scale_torques, 1", "scale_torques, 2"]
 
 
 @pytest.mark.parametrize(("scenario", "vehicle"), [("step", "chugo7"), ("flat", "mecanum4")])
@@ -258,12 +272,15 @@ def test_a_bad_description_in_a_log_is_refused_with_the_log_and_its_topic(run):
             report.page([damaged])
 
 
-@pytest.mark.parametrize("vehicle", omnistep.vehicles())
+@pytest.mark.parametrize("vehicle", omnistep.list_vehicles())
 def test_urdf_loads_elsewhere_with_the_masses_and_axes_of_the_file(vehicle, tmp_path):
     yourdfpy = pytest.importorskip("yourdfpy")
     tomllib = pytest.importorskip("tomllib")
     text = subprocess.run(
-        [sys.executable, "-m", "omnistep", "urdf", vehicle], check=True, capture_output=True, text=True
+        [sys.executable, "-m", "omnistep", "export", vehicle, "--format", "urdf"],
+        check=True,
+        capture_output=True,
+        text=True,
     ).stdout
     (tmp_path / "v.urdf").write_text(text)
     robot = yourdfpy.URDF.load(str(tmp_path / "v.urdf"), load_meshes=False, build_scene_graph=True)
@@ -313,9 +330,9 @@ def test_a_page_shows_names_as_text_and_nothing_of_them_runs(run, tmp_path):
     assert "<" not in data
 
 
-def test_what_nobody_measured_is_a_gap_in_the_plots_and_no_number(run):
-    told = report._measured(np.array([1.0, np.nan, np.inf, -np.inf]))
-    values = np.frombuffer(base64.b64decode(told), "<f4")
+def test_what_was_not_measured_is_a_gap_in_the_plots_and_no_number(run):
+    decoded = report._measured(np.array([1.0, np.nan, np.inf, -np.inf]))
+    values = np.frombuffer(base64.b64decode(decoded), "<f4")
     assert values[0] == 1.0 and np.isnan(values[1:]).all()
 
 
@@ -329,8 +346,8 @@ def test_every_figure_of_a_report_is_one_of_an_outcome_and_has_a_sentence(run):
 
 def test_the_figures_of_a_report_are_written_and_explained_as_the_command_does(run, tmp_path):
     log = omnistep.read_mcap(run[1])
-    told = subprocess.run(
-        [sys.executable, "-m", "omnistep", "inspect", "--explain", log.path], capture_output=True, text=True, check=True
+    printed = subprocess.run(
+        [sys.executable, "-m", "omnistep", "info", "--explain", log.path], capture_output=True, text=True, check=True
     ).stdout
     rows = re.findall(r'<tr class="(\w+)"><th scope=row><button[^>]*>([^<]*)<.*?<td><span>([^<]*)<', report.page([log]))
     needed = {key for key, (_, shown) in log.outcome._rows().items() if shown}
@@ -338,15 +355,18 @@ def test_the_figures_of_a_report_are_written_and_explained_as_the_command_does(r
     for key, heading, value in rows:
         if key in report._MORE:  # the command has no row for it
             continue
-        assert re.search(rf"^\| {re.escape(heading)} +\| +{re.escape(value)} \|$", told, re.MULTILINE), (key, told)
+        assert re.search(rf"^\| {re.escape(heading)} +\| +{re.escape(value)} \|$", printed, re.MULTILINE), (
+            key,
+            printed,
+        )
         text = " ".join(_figures.FIGURES[key].text.split())
-        assert key == "verdict" or text in " ".join(told.split()), (key, told)
+        assert key == "verdict" or text in " ".join(printed.split()), (key, printed)
 
 
 def test_a_log_without_poses_is_no_picture(tmp_path, monkeypatch, capsys):
     path = tmp_path / "x.mcap"
     omnistep.run("flat", overrides={"duration_s": 0.1, "log.tf_hz": 0.0}, mcap=path)
-    for command in (["strip"], ["film", "-o", "x.png"], ["report"]):
+    for command in (["plot"], ["video", "-o", "x.png"], ["report"]):
         monkeypatch.setattr(sys, "argv", ["omnistep", command[0], str(path), *command[1:]])
         assert main() == 2
         assert re.search(r"x\.mcap: no messages on .*/tf", capsys.readouterr().err), command
@@ -358,9 +378,9 @@ def test_a_page_of_a_killed_run_says_so(run, tmp_path):
     assert "ended early" in report.page([omnistep.read_mcap(tmp_path / "x.mcap.part")])
 
 
-def test_a_strip_is_a_picture(run, tmp_path):
-    film.strip(run[1], tmp_path / "strip.png")
-    head = (tmp_path / "strip.png").read_bytes()[:24]
+def test_a_side_view_is_a_picture(run, tmp_path):
+    plot.write_side_view(run[1], tmp_path / "side-view.png")
+    head = (tmp_path / "side-view.png").read_bytes()[:24]
     width, height = struct.unpack(">II", head[16:24])
     assert head[:8] == b"\x89PNG\r\n\x1a\n" and width > 4 * height
 
@@ -369,10 +389,10 @@ def test_a_strip_is_a_picture(run, tmp_path):
     ("arguments", "expected"),
     [
         (["report", "missing.mcap"], "missing.mcap"),
-        (["strip", "LOG", "--every", "0"], "every_s = 0.0, allowed: > 0 [s]"),
-        (["film", "LOG", "-o", "x.avi"], "out = x.avi, allowed: a name that ends with .mp4, .gif or .png"),
-        (["film", "LOG", "--fps", "100"], "fps = 100.0, allowed: more than 0, up to 50"),
-        (["film", "LOG", "-o", "x.png", "--at", "9"], "at_s = 9.0, allowed: 0.001 to 2 [s]"),
+        (["plot", "LOG", "--every", "0"], "every_s = 0.0, allowed: > 0 [s]"),
+        (["video", "LOG", "-o", "x.avi"], "out = x.avi, allowed: a name that ends with .mp4, .gif or .png"),
+        (["video", "LOG", "--fps", "100"], "fps = 100.0, allowed: more than 0, up to 50"),
+        (["video", "LOG", "-o", "x.png", "--at", "9"], "at_s = 9.0, allowed: 0.001 to 2 [s]"),
     ],
 )
 def test_what_cannot_be_made_is_one_line(run, tmp_path, monkeypatch, capsys, arguments, expected):

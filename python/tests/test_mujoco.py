@@ -149,7 +149,7 @@ def test_a_run_has_the_columns_of_ours_and_its_forces_explain_its_motion(gate, c
     assert np.max(climb["newton_residual_n"]) < 0.02 * 20 * 9.81
     assert np.median(climb["newton_residual_n"]) < 1e-3 * 20 * 9.81
     assert np.all(np.isnan(climb["friction_loss_j"])) and math.isnan(climb.outcome.energy_residual)
-    # 20 kg higher by 5 cm, and nobody else has put that in.
+    # 20 kg higher by 5 cm, and nothing else has supplied it.
     assert climb["potential_j"][-1] == pytest.approx(20 * 9.81 * 0.05, rel=0.02)
     assert climb["work_in_j"][-1] > climb["potential_j"][-1] + climb["kinetic_j"][-1]
 
@@ -218,7 +218,7 @@ def test_what_the_controller_raises_and_what_mujoco_cannot_do_is_said(tmp_path, 
 
 
 class _Fake:
-    """Physics of omni3 that show what they are told to."""
+    """Physics of omni3 that show prescribed states."""
 
     def __init__(self, shown, seen):
         self.shown, self.seen = shown, seen

@@ -24,7 +24,7 @@ def until_grown(part, process, size=1):
         time.sleep(0.01)
 
 
-def test_a_log_that_another_program_writes_is_refused_and_a_killed_one_blocks_nobody(tmp_path):
+def test_a_log_that_another_program_writes_is_refused_and_a_killed_one_blocks_nothing(tmp_path):
     path = tmp_path / "x.mcap"
     code = f"import omnistep; omnistep.run('flat', overrides={{'duration_s': 3600}}, mcap={str(path)!r})"
     with subprocess.Popen([sys.executable, "-c", code]) as other:
@@ -160,7 +160,7 @@ def test_other_readers_read_past_the_checksum(tmp_path, reader):
 def test_ctrl_c_of_the_command_line_names_the_unfinished_log(tmp_path):
     command = [sys.executable, "-m", "omnistep", "run", "step", "--quiet", "--set", "duration_s=3600"]
     with subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True) as process:
-        part = tmp_path / "out" / "step-steady.mcap.part"
+        part = tmp_path / "out" / "step-traction.mcap.part"
         until_grown(part, process, 300_000)
         process.send_signal(signal.SIGINT)
         _, said = process.communicate()
@@ -174,7 +174,7 @@ def test_a_folder_whose_name_is_no_utf_8_is_written_to(tmp_path):
     folder = os.fsencode(tmp_path) + b"/b\xff"
     command = [sys.executable, "-m", "omnistep", "run", "flat", "--quiet", "--set", "duration_s=0.1", "--out", folder]
     done = subprocess.run(command, capture_output=True, check=True)
-    log = folder + b"/flat-synchronised.mcap"
+    log = folder + b"/flat-scale_references.mcap"
     assert done.stdout.endswith(log + b"\n")
     assert omnistep.read_mcap(Path(os.fsdecode(log))).complete
     refused = subprocess.run([*command, "--json"], capture_output=True, check=False)

@@ -137,7 +137,7 @@ def seen_rarely(tmp_path_factory):
     return omnistep.read_mcap(folder / "robot.mcap")
 
 
-def test_a_truth_at_times_of_its_own_is_drawn_and_none_of_what_nobody_told(seen_rarely):
+def test_a_truth_at_times_of_its_own_is_drawn_and_none_of_what_is_missing(seen_rarely):
     assert len(seen_rarely.ground_truth["time_s"]) < len(seen_rarely.odometry["time_s"])
     ax = omnistep.plot.path(seen_rarely)
     truth, odometry = ax.lines[:2]
@@ -145,7 +145,7 @@ def test_a_truth_at_times_of_its_own_is_drawn_and_none_of_what_nobody_told(seen_
     # Both go along x; at the last time of the truth it is 0.1 m to the left.
     assert truth.get_label() == "truth" and np.allclose(truth.get_ydata(), 0.1)
     assert odometry.get_label() == f"odometry, 0.10 m off at {end_s:.2f} s"
-    # Its robot told no variances: no ellipses, but what belongs to what. Nine tenths of the run have a truth.
+    # Its robot sent no variances: no ellipses, but what belongs to what. Nine tenths of the run have a truth.
     assert len(ax.patches) == 0
     joins = [line for line in ax.lines[2:] if len(line.get_xdata()) == 2]
     assert len(joins) == 9
@@ -176,7 +176,7 @@ def test_what_cannot_be_drawn_from_above_is_refused_in_one_line(bend):
     trace, path = bend
     log = omnistep.read_mcap(path)
     for call, said in (
-        (lambda: omnistep.plot.path(log.trace), "square, synchronised: the trace of a log, which lacks odom_x_m"),
+        (lambda: omnistep.plot.path(log.trace), "square, scale_references: the trace of a log, which lacks odom_x_m"),
         (lambda: omnistep.plot.path(trace, every_s=0.0), "every_s = 0.0, allowed: > 0 [s]"),
         (lambda: omnistep.plot.path(trace, sigmas=-1.0), "sigmas = -1.0, allowed: > 0"),
         (lambda: omnistep.plot.path(trace, sigmas=float("nan")), "sigmas = nan, allowed: > 0"),

@@ -19,11 +19,11 @@ MAP = 'schema_version = 1\nvehicle = "own.toml"\nperiod_s = 0.001\n[time]\ncolum
 COMMANDS = {
     "import": ["import", "drive.csv", "--map", "map.toml"],
     "report": ["report", "run.mcap"],
-    "strip": ["strip", "run.mcap"],
+    "plot": ["plot", "run.mcap"],
     "import by a scenario": ["import", "drive.csv", "--map", "by_scenario.toml"],
     "resimulate": ["resimulate", "run.mcap", "--scenario", "own_run.toml"],
     "resimulate with hills": ["resimulate", "run.mcap", "--scenario", "hilly.toml", "--set", "vehicle=chugo.toml"],
-    "identify": ["identify", "drive.csv", "--vehicle", "own.toml", "--known", "wheel_inertia_kg_m2=0.0035"],
+    "identify": ["identify", "drive.csv", "--vehicle", "own.toml", "--fix", "wheel_inertia_kg_m2=0.0035"],
     "calibrate": ["calibrate", "runs.toml", "--vehicle", "own.toml"],
     "export": ["export", "own.toml", "--format", "urdf"],
 }
@@ -31,7 +31,7 @@ COMMANDS = {
 READS = {
     "import": (["drive.csv", "map.toml", "own.toml"], ".mcap"),
     "report": (["run.mcap"], ".html"),
-    "strip": (["run.mcap"], ".png"),
+    "plot": (["run.mcap"], ".png"),
     "import by a scenario": (
         ["drive.csv", "by_scenario.toml", "named.toml", "own.toml", "named.png", "named.csv"],
         ".mcap",
@@ -71,7 +71,7 @@ def drawn(tmp_path_factory, curve):
         (folder / name).write_text(
             f'schema_version = 1\nname = "hilly"\nvehicle = "{vehicle}"\nduration_s = 0.2\n'
             '[terrain]\nkind = "height_map"\nfriction = 0.7\nimage = "named.png"\npixel_m = 0.015\n'
-            f"black_m = 0.0\nwhite_m = 0.08\nat_m = 0.7\n[command]\n{command}\n"
+            f"black_height_m = 0.0\nwhite_height_m = 0.08\nstart_x_m = 0.7\n[command]\n{command}\n"
         )
     by_scenario = MAP.replace('vehicle = "own.toml"', 'scenario = "named.toml"')
     (folder / "by_scenario.toml").write_text(by_scenario + f"names = {names!r}\n".replace("'", '"'))
@@ -126,7 +126,7 @@ def test_what_is_no_regular_file_stays_what_it_is(drawn, command):
 
 
 # Of the two that find parameters a drive of two seconds is too little.
-@pytest.mark.parametrize("command", ["import", "report", "strip", "resimulate", "export"])
+@pytest.mark.parametrize("command", ["import", "report", "plot", "resimulate", "export"])
 def test_a_file_that_cannot_be_written_to_its_end_is_not_there_at_all(drawn, command):
     # No file over 100 bytes: as on a full disk, but for the words.
     limit = (100, 100)
@@ -166,8 +166,8 @@ def test_nothing_inside_a_bag_that_is_read_is_replaced(tmp_path):
 
 
 def test_a_run_writes_no_log_in_place_of_a_device(tmp_path):
-    (tmp_path / "flat-synchronised.mcap").symlink_to("/dev/full")
-    short = ["--set", "duration_s=0.1", "--policy", "synchronised"]
+    (tmp_path / "flat-scale_references.mcap").symlink_to("/dev/full")
+    short = ["--set", "duration_s=0.1", "--policy", "scale_references"]
     code, _, err = _command(tmp_path, "run", "flat", *short, "--out", ".")
     assert code == 2 and err.count("\n") == 1 and "a device, allowed: a regular file" in err, err
-    assert (tmp_path / "flat-synchronised.mcap").is_symlink()
+    assert (tmp_path / "flat-scale_references.mcap").is_symlink()

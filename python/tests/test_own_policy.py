@@ -20,7 +20,7 @@ UNKNOWN = ("common_factor", "_p_n_m", "_i_n_m", "_d_n_m", "_requested_n_m", "_sa
 
 
 class Loops:
-    """omnistep's own loops, as somebody else's controller."""
+    """omnistep's own loops, as a foreign controller."""
 
     signals = ("asked_m_s", "largest_n_m")
 
@@ -86,8 +86,8 @@ def same_run(own, built_in):
             np.testing.assert_array_equal(own[name], built_in[name], err_msg=name)
 
 
-@pytest.mark.parametrize("policy", ["independent", "synchronised"])
-def test_omnistep_s_loops_as_somebody_s_own_are_the_built_in_run_in_every_bit(policy):
+@pytest.mark.parametrize("policy", ["independent", "scale_references"])
+def test_the_built_in_loops_as_an_own_policy_are_bit_identical(policy):
     # Up to the step and on to it, where every law is at its limits.
     overrides = {"duration_s": 1.5}
     own = omnistep.run("step", policy=Loops(policy), overrides=overrides)
@@ -95,7 +95,7 @@ def test_omnistep_s_loops_as_somebody_s_own_are_the_built_in_run_in_every_bit(po
     same_run(own, built_in)
     assert own.policy == "Loops" and built_in.policy == policy
     assert own.outcome.work_j == built_in.outcome.work_j
-    assert np.isnan(own["common_factor"]).all()  # what it does inside nobody knows
+    assert np.isnan(own["common_factor"]).all()  # what it does inside is unknown
 
 
 def test_a_loop_a_wheel_in_ten_lines_of_numpy_is_independent_to_1e_9():
@@ -136,16 +136,16 @@ def test_a_silent_encoder_and_a_lost_command_reach_the_policy():
         {"kind": "encoder_silent", "wheel": "2", "from_s": 0.1},
         {"kind": "command_lost", "from_s": 0.2},
     ]
-    heard = []
+    received = []
 
     def watch(observation):
-        heard.append((np.isnan(observation.wheels_rad_s).tolist(), observation.new_command))
+        received.append((np.isnan(observation.wheels_rad_s).tolist(), observation.new_command))
         return [0.0] * 7
 
     omnistep.run("flat", policy=watch, overrides={**SHORT, "fault": faults})
-    assert heard[50] == ([False] * 7, True)
-    assert heard[150] == ([False, True] + [False] * 5, True)
-    assert not heard[250][1]
+    assert received[50] == ([False] * 7, True)
+    assert received[150] == ([False, True] + [False] * 5, True)
+    assert not received[250][1]
 
 
 def test_the_observation_is_one_object_that_cannot_be_written_or_pickled():
@@ -257,7 +257,7 @@ def test_signals_that_cannot_be_columns_are_refused(names, said):
 
 def test_own_signals_are_columns_of_the_trace_and_of_the_log_in_every_bit(tmp_path):
     path = tmp_path / "own.mcap"
-    trace = omnistep.run("flat", policy=Loops("paper"), overrides=SHORT, mcap=path)
+    trace = omnistep.run("flat", policy=Loops("scale_torques"), overrides=SHORT, mcap=path)
     np.testing.assert_array_equal(trace["largest_n_m"], np.abs(trace.wheels("applied_n_m")).max(axis=1))
     np.testing.assert_array_equal(trace["asked_m_s"], trace["command_vx_m_s"])
     log = omnistep.read_mcap(path)
@@ -281,7 +281,7 @@ def test_a_signal_that_is_not_there_is_the_policy_s_own_exception():
 
 def test_a_policy_is_given_once():
     with pytest.raises(omnistep.ConfigError, match=r"overrides has control\.policy"):
-        omnistep.run("flat", policy=coast, overrides={"control.policy": "paper"})
+        omnistep.run("flat", policy=coast, overrides={"control.policy": "scale_torques"})
 
 
 def test_torques_are_brought_within_what_the_motors_have():
@@ -291,8 +291,10 @@ def test_torques_are_brought_within_what_the_motors_have():
 
 
 def test_compare_takes_names_and_controllers_mixed_and_engines():
-    traces = omnistep.compare("flat", policies=["paper", Pi(), coast], overrides={"duration_s": 0.05})
-    assert [(name, trace.policy) for name, trace in traces.items()] == [(n, n) for n in ("paper", "Pi", "coast")]
+    traces = omnistep.compare("flat", policies=["scale_torques", Pi(), coast], overrides={"duration_s": 0.05})
+    assert [(name, trace.policy) for name, trace in traces.items()] == [
+        (n, n) for n in ("scale_torques", "Pi", "coast")
+    ]
     both = ["rapier", "articulated"]
     traces = omnistep.compare("flat", policies=[Pi()], engines=both, overrides={"duration_s": 0.05})
     assert {key: trace.outcome.engine for key, trace in traces.items()} == {("Pi", engine): engine for engine in both}
@@ -378,14 +380,14 @@ def test_rows_of_two_laws_never_mix(tmp_path):
 
     first = swept(Pi(), "a")
     assert (first.computed, swept(Pi(), "a").computed) == (1, 0)  # equal objects, equal pickles: it is there already
-    for other in (Pi(kp=0.31), coast, "paper"):
+    for other in (Pi(kp=0.31), coast, "scale_torques"):
         with pytest.raises(omnistep.ConfigError, match="use another folder"):
             swept(other, "a")
     keys = {
         swept(policy, f"{i}").rows()[0]["key"] for i, policy in enumerate([Pi(), Pi(kp=0.31), coast, "independent"])
     }
     assert len(keys) == 4
-    # A version says it all: whoever gives one says when the law is another.
+    # A version is enough: it changes with the law.
     versioned = [
         swept(Versioned(version, kp=kp), f"{version}{kp}").rows()[0]["key"]
         for version, kp in [("1", 0.3), ("1", 0.2), ("2", 0.3)]
@@ -418,12 +420,12 @@ def test_a_policy_that_cannot_be_pickled_is_refused_with_what_can(tmp_path):
 
 
 def test_a_simulation_with_a_policy_is_the_run_bit_for_bit_with_trace_figures_and_log(tmp_path):
-    simulation = omnistep.Simulation("flat", policy=Loops("paper"), overrides=SHORT)
+    simulation = omnistep.Simulation("flat", policy=Loops("scale_torques"), overrides=SHORT)
     assert simulation.policy == "Loops"
     for _ in range(300):
         simulation.step(simulation.command_at(simulation.time_s))
     path = tmp_path / "x.mcap"
-    trace, whole = simulation.finish(mcap=path), omnistep.run("flat", policy=Loops("paper"), overrides=SHORT)
+    trace, whole = simulation.finish(mcap=path), omnistep.run("flat", policy=Loops("scale_torques"), overrides=SHORT)
     assert trace.names == whole.names
     np.testing.assert_array_equal(trace.to_numpy(), whole.to_numpy())
     assert simulation.outcome.work_j == whole.outcome.work_j
@@ -433,7 +435,7 @@ def test_a_simulation_with_a_policy_is_the_run_bit_for_bit_with_trace_figures_an
 
 
 def test_periods_past_the_controller_are_rows_with_what_is_known(tmp_path):
-    simulation = omnistep.Simulation("flat", policy=Loops("paper"))
+    simulation = omnistep.Simulation("flat", policy=Loops("scale_torques"))
     simulation.step((0.1, 0.0, 0.0))
     simulation.step_torques([0.5] * 7)
     simulation.step((0.1, 0.0, 0.0))
@@ -461,9 +463,9 @@ def test_the_clock_of_a_policy_goes_on_in_periods_past_it():
     assert periods == [0, 3]
 
 
-@pytest.mark.parametrize("policy", ["synchronised", Pi()], ids=["preset", "own"])
+@pytest.mark.parametrize("policy", ["scale_references", Pi()], ids=["preset", "own"])
 def test_a_pickled_simulation_goes_on_bit_for_bit(policy):
-    overrides = {"sensors.encoder_noise_rad_s": 0.01, "sensors.delay_us": 2000}
+    overrides = {"sensors.encoder_noise_rad_s": 0.01, "sensors.delay_s": 0.002}
     simulation = omnistep.Simulation("step", policy=policy, overrides=overrides, seed=3)
     for _ in range(400):
         simulation.step((0.3, 0.0, 0.0))
@@ -476,7 +478,7 @@ def test_a_pickled_simulation_goes_on_bit_for_bit(policy):
     assert copy.policy == simulation.policy and copy.outcome.energy_residual == simulation.outcome.energy_residual
 
 
-def test_nothing_is_kept_where_nobody_asks():
+def test_nothing_is_kept_unasked():
     simulation = omnistep.Simulation("flat", policy=coast, record=False)
     simulation.step((0.1, 0.0, 0.0))
     for ask in (lambda: simulation.trace, lambda: simulation.outcome, simulation.finish):
@@ -496,7 +498,7 @@ def test_a_policy_that_raises_in_a_simulation_raises_there_and_the_simulation_ca
     assert len(simulation.trace) == 71 and simulation.time_s == pytest.approx(0.072, abs=1e-12)
 
 
-def test_a_policy_that_asks_for_its_own_simulation_is_told_so_and_nothing_hangs():
+def test_a_policy_that_asks_for_its_own_simulation_gets_an_error_and_nothing_hangs():
     def curious(observation):
         return [simulation.time_s] * 7
 

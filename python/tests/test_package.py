@@ -30,7 +30,10 @@ def test_the_console_script_is_the_same_command_line():
     module = command(sys.executable, "-m", "omnistep", "list")
     assert script.returncode == module.returncode == 0
     assert script.stdout == module.stdout
-    assert all(name in script.stdout for name in omnistep.policies() + omnistep.scenarios() + omnistep.vehicles())
+    assert all(
+        name in script.stdout
+        for name in omnistep.list_policies() + omnistep.list_scenarios() + omnistep.list_vehicles()
+    )
     wrong = command(sys.executable, "-m", "omnistep", "run", "stairway")
     assert (wrong.returncode, wrong.stdout) == (2, "")
     assert wrong.stderr.startswith('error: unknown scenario "stairway"')
@@ -42,7 +45,8 @@ import sys
 sys.modules["matplotlib"] = None
 import omnistep
 trace = omnistep.run("flat", overrides={"duration_s": 0.01})
-for plot in (omnistep.plot.climb, omnistep.plot.strip, lambda _: omnistep.plot.wheels(omnistep.wheels())):
+bench = lambda _: omnistep.plot.motor_bench(omnistep.run_motor_bench())
+for plot in (omnistep.plot.climb, omnistep.plot.side_view, bench):
     try:
         plot(trace)
     except ImportError as error:
@@ -64,7 +68,7 @@ def test_the_package_is_typed_strictly():
     assert checked.returncode == 0, checked.stdout + checked.stderr
 
 
-@pytest.mark.parametrize("policy", ["independent", "paper", "synchronised", "load_sharing"])
+@pytest.mark.parametrize("policy", ["independent", "scale_torques", "scale_references", "shared_integral"])
 def test_a_log_opens_in_mcap_with_crcs_and_in_rosbags(policy, tmp_path):
     log = tmp_path / "run.mcap"
     trace = omnistep.run("step", policy=policy, mcap=log, overrides={"duration_s": 2.0})
@@ -136,10 +140,10 @@ def test_the_wheel_names_no_path_of_the_machine_that_built_it(wheel, build_place
 
 
 @pytest.mark.parametrize("key", [None, "build-args", "maturin.build-args"])
-def test_the_compiler_is_told_to_rename_paths_wherever_maturin_takes_its_arguments_from(key, backend, monkeypatch):
+def test_the_compiler_renames_paths_wherever_maturin_takes_its_arguments_from(key, backend, monkeypatch):
     import maturin
 
-    monkeypatch.setenv("MATURIN_PEP517_ARGS", "--locked -- -v" if key is None else "--of-nobody")
+    monkeypatch.setenv("MATURIN_PEP517_ARGS", "--locked -- -v" if key is None else "--of-nothing")
     settings = backend.with_arguments(key and {key: "--locked -- -v"}, ["--config", "a b"])
     assert maturin.get_maturin_pep517_args(settings) == ["--config", "a b", "--locked", "--", "-v"]
 
@@ -257,7 +261,7 @@ def test_the_wheel_works_in_a_clean_environment_with_numpy_and_tqdm_alone(wheel,
     python = tmp_path / "venv" / "bin" / "python"
 
     def clean(*args):
-        # -I: neither this folder nor the variables of whoever runs the tests.
+        # -I: neither this folder nor the environment of the test run.
         return subprocess.run([python, "-I", *args], capture_output=True, text=True, check=False, cwd=tmp_path)
 
     installed = clean("-m", "pip", "install", "--quiet", "--disable-pip-version-check", str(wheel))

@@ -74,14 +74,14 @@ def test_samples_of_many_times_are_those_of_each_and_integrate_to_the_way():
     assert path.lengths_m[0] == pytest.approx(1.57 * 0.5 / math.sin(0.785), abs=1e-6)
 
 
-def test_a_trajectory_of_a_scenario_is_what_its_run_is_told():
+def test_a_trajectory_of_a_scenario_is_what_its_run_follows():
     scenario = omnistep.Scenario("square", overrides={"command.follow.gain_per_s": 0.0})
     assert omnistep.Scenario("flat").trajectory is None and omnistep.Scenario("flat").follower is None
     trace = omnistep.run(scenario)
-    told = scenario.trajectory.at(trace["time_s"])  # poses and places belong to the end of the period
+    reference = scenario.trajectory.at(trace["time_s"])  # poses and places belong to the end of the period
     for i, axis in enumerate(("x_m", "y_m", "yaw_rad")):
         # Times of whole nanoseconds are rounded once more here: 1e-15 s at 0.5 m/s.
-        np.testing.assert_allclose(trace[f"path_{axis}"], told.pose[:, i], rtol=0, atol=1e-12)
+        np.testing.assert_allclose(trace[f"path_{axis}"], reference.pose[:, i], rtol=0, atol=1e-12)
 
 
 def test_a_trajectory_is_refused_with_the_waypoint_and_the_key():
@@ -295,13 +295,13 @@ def test_a_duty_satisfies_the_motors_equations_over_arrays_of_any_shape():
     random = np.random.default_rng(7)
     torque, velocity = random.uniform(-0.3, 0.3, (50, 4)), random.uniform(-1500.0, 1500.0, (50, 4))
     motor = omnistep.DcMotor(**SHEET, current_limit_a=8.0)
-    told = motor.duty(torque, velocity)
-    assert told.duty.shape == told.limited.shape == (50, 4) and (np.abs(told.duty) <= 1.0).all()
+    answer = motor.duty(torque, velocity)
+    assert answer.duty.shape == answer.limited.shape == (50, 4) and (np.abs(answer.duty) <= 1.0).all()
     # 1e-9 is rounding of sums of up to 60 V.
-    np.testing.assert_allclose(24.0 * told.duty, 2.32 * told.current_a + 0.0234 * velocity, rtol=0, atol=1e-9)
-    np.testing.assert_allclose(motor.current_a(told.torque_n_m, velocity), told.current_a, rtol=0, atol=1e-9)
-    assert (told.torque_n_m[~told.limited] == torque[~told.limited]).all()
-    assert told.limited.any() and not told.limited.all()
+    np.testing.assert_allclose(24.0 * answer.duty, 2.32 * answer.current_a + 0.0234 * velocity, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(motor.current_a(answer.torque_n_m, velocity), answer.current_a, rtol=0, atol=1e-9)
+    assert (answer.torque_n_m[~answer.limited] == torque[~answer.limited]).all()
+    assert answer.limited.any() and not answer.limited.all()
     # Electrical power is heat, friction and shaft power.
     friction = 0.0234 * 0.037 * np.abs(velocity)
     np.testing.assert_allclose(
@@ -343,8 +343,8 @@ def test_a_motor_refuses_by_name_and_survives_what_is_not_finite():
         assert refused(omnistep.DcMotor, **{**SHEET, name: bad}).key == name
     assert refused(omnistep.DcMotor, **SHEET, current_limit_a=0.01).key == "current_limit_a"
     motor = omnistep.DcMotor(**SHEET)
-    told = motor.duty([math.nan, math.inf, -math.inf], 0.0)
-    assert not told.duty.any() and told.limited.all()
+    answer = motor.duty([math.nan, math.inf, -math.inf], 0.0)
+    assert not answer.duty.any() and answer.limited.all()
     assert not omnistep.torque_duty(math.nan, [0.0, 1.0], stall_torque_n_m=1.0).any()
     assert refused(motor.duty, np.zeros((2, 3)), np.zeros(3)).key == "velocity_rad_s"
     assert refused(omnistep.torque_duty, 0.0, 0.0, stall_torque_n_m=-1.0).key == "stall_torque_n_m"

@@ -75,34 +75,34 @@ def test_axes_given_are_drawn_on_and_returned(climb):
     returned = omnistep.plot.climb(climb, axes=given)
     assert all(a is b for a, b in zip(returned, given, strict=True))
     _, ax = plt.subplots()
-    assert omnistep.plot.strip(climb, ax=ax) is ax
+    assert omnistep.plot.side_view(climb, ax=ax) is ax
     with pytest.raises(ValueError, match="allowed: 3"):
         omnistep.plot.climb(climb, axes=given[:2])
 
 
-def test_strip_marks_the_middle_joint_every_three_tenths(climb):
-    ax = omnistep.plot.strip(climb)
+def test_a_side_view_marks_the_middle_joint_every_three_tenths(climb):
+    ax = omnistep.plot.side_view(climb)
     points = line(ax, "joint on wheel 4, every 0.3 s")
     assert len(points.get_xdata()) == 21  # 0 to 6 s
     np.testing.assert_array_equal(points.get_xdata()[1:], climb["wheel_4_x_m"][299::300])
     assert points.get_ydata()[-1] == pytest.approx(0.05 + 0.066, abs=1e-3)  # on the upper plane
     with pytest.raises(ValueError, match="allowed: > 0"):
-        omnistep.plot.strip(climb, every_s=0.0)
+        omnistep.plot.side_view(climb, every_s=0.0)
 
 
 def test_wheels_draws_each_wheel_of_each_run_and_the_loads(wheel_runs):
-    axes = omnistep.plot.wheels(wheel_runs)
+    axes = omnistep.plot.motor_bench(wheel_runs)
     for k in range(3):
         for run in wheel_runs:
             np.testing.assert_array_equal(line(axes[k], run.policy).get_ydata(), run.speed_rpm[:, k])
     np.testing.assert_array_equal(line(axes[3], "load C").get_ydata(), wheel_runs[0].load_n_m_s_rad[:, 2])
-    assert omnistep.plot.wheels(wheel_runs[0]).shape == (4,)
+    assert omnistep.plot.motor_bench(wheel_runs[0]).shape == (4,)
 
 
 def test_a_second_run_of_a_policy_has_its_colour_and_other_dashes(wheel_runs):
-    again = omnistep.wheels("paper", overrides={"friction_n_m_s_rad": 2e-4})
-    axes = omnistep.plot.wheels([wheel_runs[1], again])
-    first, second = line(axes[0], "paper"), line(axes[0], "paper (2)")
+    again = omnistep.run_motor_bench("scale_torques", overrides={"friction_n_m_s_rad": 2e-4})
+    axes = omnistep.plot.motor_bench([wheel_runs[1], again])
+    first, second = line(axes[0], "scale_torques"), line(axes[0], "scale_torques (2)")
     np.testing.assert_array_equal(second.get_ydata(), again.speed_rpm[:, 0])
     assert first.get_color() == second.get_color() and first.get_linestyle() != second.get_linestyle()
 
@@ -122,12 +122,12 @@ def test_climbs_are_the_climbs_side_by_side_on_one_scale(climb, general_climb):
     assert by_name.shape == (3, 1)
 
 
-def test_strips_show_the_same_ground_once_below_each_run(climb):
-    short = omnistep.run("step", policy="synchronised", overrides={"duration_s": 1.0})
-    axes = omnistep.plot.strips([climb, short], every_s=0.5)
+def test_side_views_show_the_same_ground_once_below_each_run(climb):
+    short = omnistep.run("step", policy="scale_references", overrides={"duration_s": 1.0})
+    axes = omnistep.plot.side_views([climb, short], every_s=0.5)
     assert axes[0].get_xlim() == axes[1].get_xlim() == pytest.approx(span(climb))
     for ax, trace, letter in zip(axes, (climb, short), "ab", strict=True):
-        assert ax.get_title() == f"({letter}) step, synchronised"
+        assert ax.get_title() == f"({letter}) step, scale_references"
         points = line(ax, "joint on wheel 4, every 0.5 s")
         np.testing.assert_array_equal(points.get_xdata()[1:], trace["wheel_4_x_m"][499::500])
         assert len(ax.collections) == 1  # a second ground would hide the vehicle
@@ -142,7 +142,7 @@ def test_paper_has_every_panel_of_figures_8_to_11(climb, general_climb, wheel_ru
     axes = omnistep.plot.paper(proposed=climb, general=general_climb, wheel_runs=wheel_runs)
     assert {name: each.shape for name, each in axes.items()} == {"8": (4,), "9": (2,), "10": (3,), "11": (3,)}
     assert len({ax.get_figure(root=True) for each in axes.values() for ax in each}) == 1
-    np.testing.assert_array_equal(line(axes["8"][2], "paper").get_ydata(), wheel_runs[1].speed_rpm[:, 2])
+    np.testing.assert_array_equal(line(axes["8"][2], "scale_torques").get_ydata(), wheel_runs[1].speed_rpm[:, 2])
     for name, trace in {"10": climb, "11": general_climb}.items():
         drawn = line(axes[name][1], "middle (wheel 4)").get_ydata()
         np.testing.assert_array_equal(drawn, trace["wheel_4_slip_ratio"])
@@ -155,7 +155,7 @@ def test_paper_has_every_panel_of_figures_8_to_11(climb, general_climb, wheel_ru
 
 
 def test_a_policy_has_one_colour_and_nothing_else_has_it(climb, general_climb, wheel_runs):
-    colours = {policy: omnistep.plot.policy_colour(policy) for policy in omnistep.policies()}
+    colours = {policy: omnistep.plot.policy_colour(policy) for policy in omnistep.list_policies()}
     assert len(set(colours.values())) == len(colours) == 6
     axes = omnistep.plot.paper(proposed=climb, general=general_climb, wheel_runs=wheel_runs)
     for run in wheel_runs:
@@ -172,11 +172,11 @@ def test_no_legend_covers_data_and_no_setting_is_changed(climb, general_climb, w
     settings = dict(matplotlib.rcParams)
     figures = [
         omnistep.plot.paper(proposed=climb, general=general_climb, wheel_runs=wheel_runs)["8"],
-        omnistep.plot.wheels(wheel_runs),
+        omnistep.plot.motor_bench(wheel_runs),
         omnistep.plot.climb(climb),
         omnistep.plot.climbs([climb, general_climb]).ravel(),
-        omnistep.plot.strips([climb, general_climb]),
-        np.array([omnistep.plot.strip(climb)]),
+        omnistep.plot.side_views([climb, general_climb]),
+        np.array([omnistep.plot.side_view(climb)]),
     ]
     assert dict(matplotlib.rcParams) == settings
     legends = 0
@@ -196,20 +196,20 @@ def test_no_legend_covers_data_and_no_setting_is_changed(climb, general_climb, w
 
 
 def test_wrong_requests_are_one_line(climb, wheel_runs, tmp_path):
-    other = omnistep.wheels("paper", overrides={"load.0.damper_n_m_s_rad": 0.002})
+    other = omnistep.run_motor_bench("scale_torques", overrides={"load.0.damper_n_m_s_rad": 0.002})
     path = tmp_path / "bare.mcap"
     bare = {"duration_s": 0.1, "log.vehicle_state_hz": 0.0, "log.tf_hz": 0.0}
     omnistep.run("flat", overrides=bare, mcap=path)
     log = omnistep.read_mcap(path)
     cases = {
-        "other loads than traces": lambda: omnistep.plot.wheels([wheel_runs[0], other]),
-        "at least one WheelsTrace": lambda: omnistep.plot.wheels([]),
+        "other loads than traces": lambda: omnistep.plot.motor_bench([wheel_runs[0], other]),
+        "at least one MotorBenchTrace": lambda: omnistep.plot.motor_bench([]),
         "at least one Trace": lambda: omnistep.plot.climbs({}),
         "4 axes, allowed: 3 x 2": lambda: omnistep.plot.climbs([climb, climb], axes=plt.subplots(2, 2)[1]),
         "wheels = \\[\\]": lambda: omnistep.plot.climb(climb, wheels=[]),
-        "no messages on /tf": lambda: omnistep.plot.strip(log),
+        "no messages on /tf": lambda: omnistep.plot.side_view(log),
         "an empty run": lambda: omnistep.plot.climb(log.trace),
-        "every_s = nan": lambda: omnistep.plot.strip(climb, every_s=float("nan")),
+        "every_s = nan": lambda: omnistep.plot.side_view(climb, every_s=float("nan")),
     }
     for message, draw in cases.items():
         before = plt.get_fignums()
@@ -228,19 +228,21 @@ def test_an_argument_of_another_type_is_one_line_with_its_name(climb, wheel_runs
         "trace: None, allowed: Trace or Log": lambda: plot.climb(None),
         "wheels: the string '5', allowed: a list of names": lambda: plot.climb(climb, wheels="5"),
         "axes[0]: a int, allowed: matplotlib's Axes": lambda: plot.climb(climb, axes=[1, 2, 3]),
-        "run: None, allowed: Trace or Log": lambda: plot.strip(None),
-        "run: a dict, allowed: Trace or Log": lambda: plot.strip({"a": climb}),
-        "run: the string 'a.mcap', allowed: Trace or Log (omnistep.read_mcap reads one)": lambda: plot.strip(path),
-        "ax: a int, allowed: matplotlib's Axes": lambda: plot.strip(climb, ax=3),
-        "every_s: the string '1', allowed: a number": lambda: plot.strip(climb, every_s="1"),
-        "runs[1]: a int, allowed: Trace or Log": lambda: plot.strips([climb, 3]),
+        "run: None, allowed: Trace or Log": lambda: plot.side_view(None),
+        "run: a dict, allowed: Trace or Log": lambda: plot.side_view({"a": climb}),
+        "run: the string 'a.mcap', allowed: Trace or Log (omnistep.read_mcap reads one)": lambda: plot.side_view(path),
+        "ax: a int, allowed: matplotlib's Axes": lambda: plot.side_view(climb, ax=3),
+        "every_s: the string '1', allowed: a number": lambda: plot.side_view(climb, every_s="1"),
+        "runs[1]: a int, allowed: Trace or Log": lambda: plot.side_views([climb, 3]),
         "traces: None, allowed: Trace or Log, one or a list or dictionary of them": lambda: plot.climbs(None),
         "traces['a']: a int, allowed: Trace or Log": lambda: plot.climbs({"a": 3}),
-        "traces[0]: a WheelsTrace, allowed: Trace or Log": lambda: plot.climbs([wheel_runs[0]]),
-        "traces[0]: a Trace, allowed: WheelsTrace": lambda: plot.wheels([climb]),
-        "traces: a Trace, allowed: WheelsTrace, one or a list or dictionary of them": lambda: plot.wheels(climb),
+        "traces[0]: a MotorBenchTrace, allowed: Trace or Log": lambda: plot.climbs([wheel_runs[0]]),
+        "traces[0]: a Trace, allowed: MotorBenchTrace": lambda: plot.motor_bench([climb]),
+        "traces: a Trace, allowed: MotorBenchTrace, one or a list or dictionary of them": lambda: plot.motor_bench(
+            climb
+        ),
         "proposed: a int, allowed: Trace or Log": lambda: plot.paper(proposed=3),
-        "wheel_runs[0]: a int, allowed: WheelsTrace": lambda: plot.paper(wheel_runs=[3]),
+        "wheel_runs[0]: a int, allowed: MotorBenchTrace": lambda: plot.paper(wheel_runs=[3]),
         "figure: a int, allowed: matplotlib's Figure or SubFigure": lambda: plot.paper(figure=3),
         "axes[0]: the string 'left', allowed: matplotlib's Axes": lambda: plot.climb_map([row], **over, axes=["left"]),
     }
@@ -252,7 +254,7 @@ def test_an_argument_of_another_type_is_one_line_with_its_name(climb, wheel_runs
 
 
 def test_a_log_is_drawn_as_its_run_is_and_its_trace_alone_is_refused(climb, tmp_path):
-    again = omnistep.run("step", policy="synchronised", mcap=tmp_path / "climb.mcap")
+    again = omnistep.run("step", policy="scale_references", mcap=tmp_path / "climb.mcap")
     assert (again.to_numpy() == climb.to_numpy()).all()
     log = omnistep.read_mcap(tmp_path / "climb.mcap")
     of_log = [*omnistep.plot.climb(log), *omnistep.plot.climbs([log, climb])[:, 0]]
@@ -269,13 +271,15 @@ def test_a_log_is_drawn_as_its_run_is_and_its_trace_alone_is_refused(climb, tmp_
     for draw in (
         omnistep.plot.climb,
         omnistep.plot.climbs,
-        omnistep.plot.strip,
-        lambda trace: omnistep.plot.strips([climb, trace]),
+        omnistep.plot.side_view,
+        lambda trace: omnistep.plot.side_views([climb, trace]),
         lambda trace: omnistep.plot.paper(general=trace),
     ):
         with pytest.raises(omnistep.ConfigError) as caught:
             draw(log.trace)
-        message = "step, synchronised: the trace of a log, which lacks the wheels' places x_m, allowed: the Log itself"
+        message = (
+            "step, scale_references: the trace of a log, which lacks the wheels' places x_m, allowed: the Log itself"
+        )
         assert str(caught.value) == message
         assert plt.get_fignums() == []
 
@@ -290,6 +294,6 @@ def test_front_and_rear_are_the_vehicle_s_however_it_stands(tmp_path):
 
 def test_matplotlib_is_loaded_by_drawing_only_and_its_absence_is_one_line():
     code = "import sys, omnistep; assert 'matplotlib' not in sys.modules; sys.modules['matplotlib'] = None\n"
-    code += "try: omnistep.plot.wheels(omnistep.wheels())\nexcept ImportError as error: print(error)"
+    code += "try: omnistep.plot.motor_bench(omnistep.run_motor_bench())\nexcept ImportError as error: print(error)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == 'omnistep.plot needs matplotlib: install omnistep with its extra "plot"\n'

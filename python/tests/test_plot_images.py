@@ -1,4 +1,4 @@
-"""Pictures: what is drawn looks as it did when somebody looked at it.
+"""Pictures: what is drawn looks as it did when it was last reviewed.
 
 python -m pytest python/tests/test_plot_images.py --mpl-generate-path=python/tests/baseline draws them anew: look at
 each before it is committed.
@@ -30,7 +30,7 @@ def close_figures():
 def rows(*, climbed_at_2_n_m=3):
     """Rows of a study: three seeds of two torques, heights and policies; one run failed, one cell is bare."""
     made = []
-    for policy in ("synchronised", "independent"):
+    for policy in ("scale_references", "independent"):
         for torque, height, climbs in ((1.0, 0.03, 1), (1.0, 0.05, 0), (2.0, 0.03, climbed_at_2_n_m), (2.0, 0.05, 2)):
             if (policy, torque, height) == ("independent", 1.0, 0.05):
                 continue
@@ -38,19 +38,19 @@ def rows(*, climbed_at_2_n_m=3):
                 failed = (policy, torque, height, seed) == ("independent", 2.0, 0.05, 2)
                 row = {"control_policy": policy, "vehicle_motor_stall_torque_n_m": torque, "terrain_height_m": height}
                 row |= {"seed": seed, "climbed": None if failed else seed < climbs}
-                row |= {"heat_n2m2s": None if failed else torque * (3.0 + seed * (policy == "independent"))}
+                row |= {"torque_squared_n2m2s": None if failed else torque * (3.0 + seed * (policy == "independent"))}
                 made.append(row | {"error": "the physics left the finite numbers" if failed else None})
     return made
 
 
 @pytest.mark.mpl_image_compare(filename="figure-8.png", **COMPARED)
 def test_figure_8_looks_as_it_did(wheel_runs):
-    return omnistep.plot.wheels(wheel_runs)[0].figure
+    return omnistep.plot.motor_bench(wheel_runs)[0].figure
 
 
 @pytest.mark.mpl_image_compare(filename="figure-9.png", **COMPARED)
 def test_figure_9_looks_as_it_did(climb, general_climb):
-    return omnistep.plot.strips([climb, general_climb])[0].figure
+    return omnistep.plot.side_views([climb, general_climb])[0].figure
 
 
 @pytest.mark.mpl_image_compare(filename="figure-10.png", **COMPARED)
@@ -79,7 +79,7 @@ def test_means_with_whiskers_look_as_they_did():
 
 
 def means(rows):
-    axes = omnistep.plot.ensemble(rows, ["climbed", "heat_n2m2s"], lines="vehicle.motor.stall_torque_n_m")
+    axes = omnistep.plot.ensemble(rows, ["climbed", "torque_squared_n2m2s"], lines="vehicle.motor.stall_torque_n_m")
     return axes[0].get_figure(root=True)
 
 
@@ -99,12 +99,12 @@ def difference(name, draw, folder):
 
 def test_a_run_that_is_another_by_a_little_is_noticed(climb, general_climb, wheel_runs, tmp_path):
     gains = {"gains.kp_n_m_s_rad": 0.02 * 0.9}
-    softer = [omnistep.wheels("synchronised", overrides=gains), wheel_runs[1]]
+    softer = [omnistep.run_motor_bench("scale_references", overrides=gains), wheel_runs[1]]
     slower = omnistep.run("step", overrides={"command.vx_m_s": 0.3 * 0.98})
     both = [slower, general_climb]
     wrong = {
-        "figure-8.png": lambda: omnistep.plot.wheels(softer)[0].figure,
-        "figure-9.png": lambda: omnistep.plot.strips(both)[0].figure,
+        "figure-8.png": lambda: omnistep.plot.motor_bench(softer)[0].figure,
+        "figure-9.png": lambda: omnistep.plot.side_views(both)[0].figure,
         "figure-10.png": lambda: omnistep.plot.climb(slower)[0].figure,
         "figures-10-11.png": lambda: omnistep.plot.climbs(both)[0, 0].figure,
         "paper.png": lambda: whole(slower, general_climb, wheel_runs),
@@ -124,15 +124,15 @@ def test_a_curve_a_hundredth_of_its_axis_too_high_is_noticed(climb, general_clim
         return ax.get_figure(root=True)
 
     wrong = {
-        "figure-8.png": lambda: raised(omnistep.plot.wheels(wheel_runs)),
-        "figure-9.png": lambda: raised(omnistep.plot.strips([climb, general_climb])),
+        "figure-8.png": lambda: raised(omnistep.plot.motor_bench(wheel_runs)),
+        "figure-9.png": lambda: raised(omnistep.plot.side_views([climb, general_climb])),
         "figure-10.png": lambda: raised(omnistep.plot.climb(climb)),
         "figures-10-11.png": lambda: raised(omnistep.plot.climbs([climb, general_climb])),
     }
     rms = {name: difference(name, draw, tmp_path) for name, draw in wrong.items()}
     assert None not in rms.values(), rms
     right = {
-        "figure-8.png": lambda: omnistep.plot.wheels(wheel_runs)[0].figure,
+        "figure-8.png": lambda: omnistep.plot.motor_bench(wheel_runs)[0].figure,
         "figure-10.png": lambda: omnistep.plot.climb(climb)[0].figure,
     }
     for name, draw in right.items():  # compared in the same way

@@ -55,7 +55,7 @@ def test_torques_that_acted_are_not_made_late_a_second_time(tmp_path):
     assert by_commands.zeroed == () and by_commands.differences["wheels"].rms == 0.0, by_commands
 
 
-def test_torques_that_were_only_told_still_meet_the_lag(curve, recorded, tmp_path):
+def test_torques_that_were_only_commanded_still_meet_the_lag(curve, recorded, tmp_path):
     recorded.write_csv(tmp_path / "robot.csv", recorded.columns(curve))
     for table, lag_s in (("torques", 0.0), ("commanded_torques", 0.05)):
         (tmp_path / "my.toml").write_text(recorded.MAP.replace("[torques]", f"[{table}]"))
@@ -67,11 +67,11 @@ def test_torques_that_were_only_told_still_meet_the_lag(curve, recorded, tmp_pat
         assert bool(again.zeroed) == (lag_s == 0.0)
 
 
-def test_a_gap_in_torques_that_acted_stays_a_gap_beside_torques_that_were_told(log, curve, recorded, tmp_path):
+def test_a_gap_in_torques_that_acted_stays_a_gap_beside_commanded_torques(log, curve, recorded, tmp_path):
     recorded.write_csv(tmp_path / "robot.csv", recorded.columns(curve))
-    told = recorded.MAP.split("[torques]")[1].split("[pose]")[0]
-    # What was told is nonsense, three times as much: it is not what acts in the gap.
-    (tmp_path / "my.toml").write_text(f"{recorded.MAP}\n[commanded_torques]{told}scale = 3.0\nmax_gap_s = inf\n")
+    torques = recorded.MAP.split("[torques]")[1].split("[pose]")[0]
+    # What was commanded is nonsense, three times as much: it is not what acts in the gap.
+    (tmp_path / "my.toml").write_text(f"{recorded.MAP}\n[commanded_torques]{torques}scale = 3.0\nmax_gap_s = inf\n")
     omnistep.import_log(tmp_path / "robot.csv", map=tmp_path / "my.toml", out=tmp_path / "both.mcap")
     both = omnistep.read_mcap(tmp_path / "both.mcap")
     gap = np.isnan(both.trace.wheels("torque_n_m")).any(axis=1)
@@ -149,7 +149,7 @@ def test_the_command_prints_the_figures_and_draws_both(log, tmp_path, monkeypatc
     ("arguments", "said"),
     [
         (["--scenario", "step"], "scenario step: wheels 1, 2, 3, 4, 5, 6, 7, allowed: those of the log, 1, 2, 3"),
-        (["--set", "control.period_us=500"], "a control period of 0.0005 s, and row 0 of the log ends at 0.001 s"),
+        (["--set", "control.period_s=0.0005"], "a control period of 0.0005 s, and row 0 of the log ends at 0.001 s"),
         (["--set", "mass"], "--set mass: allowed: KEY=VALUE"),
         (["--set", "vehicle.mass=3"], "vehicle.mass"),
         (["--plate", "20", "0", "0"], "plate = 20, 0, 0, allowed: x and y of -10 to 10 m, and a yaw of -7 to 7 rad"),
@@ -197,7 +197,7 @@ def test_wheels_or_duty_cycles_alone_drive_the_simulation_along_the_recorded_pat
         {"at_s": 1.5 * (k + 1), "ramp_s": 0.5, **dict(zip(axes, turn, strict=True))} for k, turn in enumerate(turns)
     ]
     keys = {"vehicle": "mecanum4", "physics.engine": "articulated", "control.policy": "independent", "duration_s": 6.0}
-    keys |= {"command.vx_m_s": 0.4, "command.ramp_s": 0.5, "command.then": then, "control.period_us": 5000}
+    keys |= {"command.vx_m_s": 0.4, "command.ramp_s": 0.5, "command.then": then, "control.period_s": 0.005}
     trace = omnistep.run("flat", overrides=keys)
     measured = np.asarray(trace.wheels("measured_rad_s"))
     # The motors' line, backwards: 3 N.m at rest, 0.1 N.m less for each rad/s.

@@ -33,10 +33,10 @@ def test_every_table_has_every_robot():
 
 def test_speeds_and_heights_of_the_simulated_table_are_of_the_files():
     for row in robots_page.block(PAGE, "climbs").splitlines()[2:]:
-        name, speed, *_, independent, steady, _ = [cell.strip(" `") for cell in row.strip("|").split("|")]
+        name, speed, *_, independent, traction, _ = [cell.strip(" `") for cell in row.strip("|").split("|")]
         robot = robots_page.vehicle(name)
         assert float(speed) == float(f"{robot['limits.vx_m_s'] / 2:.2g}")
         heights_mm = robots_page.heights_mm(robot)
-        for cell in (independent, steady):
+        for cell in (independent, traction):
             number = int(re.search(r"\d+", cell)[0])
             assert number in heights_mm, f"{name}: {cell}"

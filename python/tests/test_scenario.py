@@ -10,7 +10,7 @@ import pytest
 import omnistep
 
 
-@pytest.mark.parametrize("name", omnistep.scenarios())
+@pytest.mark.parametrize("name", omnistep.list_scenarios())
 def test_a_scenario_survives_toml_dictionaries_and_pickle(name):
     scenario = omnistep.Scenario(name)
     assert omnistep.Scenario.from_toml(scenario.to_toml()) == scenario
@@ -33,7 +33,7 @@ def test_a_path_of_an_override_is_relative_to_the_working_directory(tmp_path, mo
     assert omnistep.run(file, overrides={"vehicle": "bot.toml"}).vehicle == "mecanum4"
 
 
-@pytest.mark.parametrize("name", omnistep.vehicles())
+@pytest.mark.parametrize("name", omnistep.list_vehicles())
 def test_a_vehicle_survives_toml_dictionaries_and_pickle(name):
     vehicle = omnistep.Vehicle(name)
     assert omnistep.Vehicle.from_toml(vehicle.to_toml()) == vehicle
@@ -45,13 +45,17 @@ def test_a_vehicle_survives_toml_dictionaries_and_pickle(name):
 def test_a_scenario_runs_as_its_name_with_the_same_keys_does():
     # Motors so weak that the policy matters, a perturbation so that the seed does.
     keys = {"duration_s": 0.3, "perturbation.yaw_rad": 0.05, "vehicle.motor.stall_torque_n_m": 0.2}
-    scenario = omnistep.Scenario("flat", policy="paper", overrides=keys, seed=3)
-    by_name = omnistep.run("flat", policy="paper", overrides=keys, seed=3).to_numpy()
+    scenario = omnistep.Scenario("flat", policy="scale_torques", overrides=keys, seed=3)
+    by_name = omnistep.run("flat", policy="scale_torques", overrides=keys, seed=3).to_numpy()
     ways = {
         "all in the scenario": lambda: omnistep.run(scenario),
-        "all replaced": lambda: omnistep.run(omnistep.Scenario("flat").replace(keys, policy="paper", seed=3)),
-        "some beside it": lambda: omnistep.run(omnistep.Scenario("flat", overrides=keys), policy="paper", seed=3),
-        "keys beside it": lambda: omnistep.run(omnistep.Scenario("flat", policy="paper", seed=3), overrides=keys),
+        "all replaced": lambda: omnistep.run(omnistep.Scenario("flat").replace(keys, policy="scale_torques", seed=3)),
+        "some beside it": lambda: omnistep.run(
+            omnistep.Scenario("flat", overrides=keys), policy="scale_torques", seed=3
+        ),
+        "keys beside it": lambda: omnistep.run(
+            omnistep.Scenario("flat", policy="scale_torques", seed=3), overrides=keys
+        ),
     }
     for way, run in ways.items():
         assert (run().to_numpy() == by_name).all(), way
@@ -63,9 +67,9 @@ def test_a_scenario_runs_as_its_name_with_the_same_keys_does():
     ]
     for other in others:
         assert (omnistep.run(other).to_numpy() != by_name).any(), other
-    assert (scenario.seed, scenario.policy, scenario.duration_s, scenario.period_s) == (3, "paper", 0.3, 0.001)
+    assert (scenario.seed, scenario.policy, scenario.duration_s, scenario.period_s) == (3, "scale_torques", 0.3, 0.001)
     # Arguments change it further, and leave it as it is.
-    assert omnistep.run(scenario, policy="load_sharing").policy == "load_sharing"
+    assert omnistep.run(scenario, policy="shared_integral").policy == "shared_integral"
     assert omnistep.Simulation(scenario, seed=9).scenario.seed == 9
     assert scenario.seed == 3
 
@@ -102,7 +106,7 @@ def test_gains_that_a_file_leaves_out_are_derived_again_for_a_heavier_vehicle():
 def test_what_follows_from_a_vehicles_numbers():
     vehicle = omnistep.Vehicle("chugo7")
     assert vehicle.mass_kg == 20.0
-    # Moment balance: the wheels carry the weight, whoever carries how much of it. The sum is exact but for rounding.
+    # Moment balance: the wheels carry the weight, however it is distributed. The sum is exact but for rounding.
     loads = vehicle.static_loads_n()
     assert loads is not None
     assert loads.sum() == pytest.approx(20.0 * 9.81, rel=1e-12)
@@ -129,7 +133,7 @@ def test_a_missing_key_names_the_keys_that_there_are():
     ("build", "message"),
     [
         (lambda: omnistep.Scenario("stairway"), "unknown scenario"),
-        (lambda: omnistep.Scenario("step", policy="papier"), "load_sharing"),
+        (lambda: omnistep.Scenario("step", policy="papier"), "shared_integral"),
         (lambda: omnistep.Scenario("step", vehicle="chugo8"), "unknown vehicle"),
         (lambda: omnistep.Scenario("step", seed=-1), "seed"),
         (lambda: omnistep.Scenario("step").replace({"terrain.friction": -1}), "scenario step: terrain.friction: -1"),
@@ -160,7 +164,7 @@ def test_a_scenario_of_another_type_is_a_type_error(thing):
 @pytest.mark.parametrize(
     ("arguments", "key"),
     [
-        ({"policy": "paper", "overrides": {"control.policy": "independent"}}, "control.policy"),
+        ({"policy": "scale_torques", "overrides": {"control.policy": "independent"}}, "control.policy"),
         ({"seed": 1, "overrides": {"seed": 5}}, "seed"),
         ({"vehicle": "omni3", "overrides": {"vehicle": "mecanum4"}}, "vehicle"),
     ],
@@ -206,7 +210,7 @@ def test_what_a_run_gives_and_what_kinematics_are_made_of_survive_pickle():
     weights[:] = 1.0  # the caller's own from here on
     assert (pickle.loads(pickle.dumps(kinematics)).forward_matrix == expected).all()
     with pytest.raises(ValueError, match="the pickle is damaged"):
-        omnistep.Trace._of_state(omnistep.Scenario("flat").to_toml(), "paper", b"")
+        omnistep.Trace._of_state(omnistep.Scenario("flat").to_toml(), "scale_torques", b"")
 
 
 @pytest.mark.parametrize("name", ["/dev/zero", "v.toml", "chugo7"])
@@ -222,7 +226,7 @@ def test_a_pickle_names_no_file_of_this_machine(tmp_path, monkeypatch, name):
         ("terrain.image", keys | {"terrain": keys["terrain"] | {"image": name}}),
     ):
         table = toml_of(bad)
-        for call in (lambda text: read(text), lambda text: omnistep.Trace._of_state(text, "paper", b"")):
+        for call in (lambda text: read(text), lambda text: omnistep.Trace._of_state(text, "scale_torques", b"")):
             with pytest.raises(
                 omnistep.ConfigError, match="a scenario in a log or a pickle cannot name another file"
             ) as caught:

@@ -14,8 +14,8 @@ ROOT = Path(__file__).resolve().parents[2]
 ASSETS = ROOT / "crates/omni-config/assets"
 FILES = {
     "vehicle": sorted([*(ASSETS / "vehicles").glob("*.toml"), ROOT / "firmware/embassy/vehicle/omni4.toml"]),
-    "scenario": [p for p in sorted((ASSETS / "scenarios").glob("*.toml")) if p.stem != "wheels"],
-    "experiment": [ASSETS / "scenarios/wheels.toml"],
+    "scenario": [p for p in sorted((ASSETS / "scenarios").glob("*.toml")) if p.stem != "motor_bench"],
+    "experiment": [ASSETS / "scenarios/motor_bench.toml"],
 }
 
 

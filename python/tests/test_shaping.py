@@ -178,7 +178,7 @@ def test_points_and_frames_undo_each_other():
 
 
 def test_ratios_of_a_run_are_its_columns():
-    trace = omnistep.run("step", policy="synchronised", overrides={"duration_s": 2.0}, progress=False)
+    trace = omnistep.run("step", policy="scale_references", overrides={"duration_s": 2.0}, progress=False)
     reference, measured = trace.wheels("reference_rad_s"), trace.wheels("measured_rad_s")
     for wheel in range(reference.shape[1]):
         found = omnistep.disturbed_ratio(reference[:, wheel], measured[:, wheel])

@@ -30,7 +30,7 @@ values = [0.02, 0.05, 0.08]
 
 [[axis]]
 key = "control.policy"
-values = ["paper", "independent"]
+values = ["scale_torques", "independent"]
 
 [[axis]]
 key = "vehicle.motor.stall_torque_n_m"
@@ -90,13 +90,13 @@ def test_a_study_begun_by_the_command_is_finished_in_python_and_the_other_way_ro
     file, results = tmp_path / "small.toml", tmp_path / "results"
     file.write_text(SMALL)
     assert command(tmp_path, "--seeds", "2").returncode == 0
-    more = omnistep.study(file, seeds=3, out=results, progress=False)
+    more = omnistep.run_study(file, seeds=3, out=results, progress=False)
     assert (len(more), more.computed) == (6, 2) and more.folder == results
     said = command(tmp_path).stdout
     assert "8 runs, 6 of them done before; " in said, said
-    whole = omnistep.study(file, out=results, progress=False)
+    whole = omnistep.run_study(file, out=results, progress=False)
     assert (len(whole), whole.computed, whole.failed) == (8, 0, 0)
-    assert whole.rows() == omnistep.study(file, out=tmp_path / "fresh", progress=False).rows()
+    assert whole.rows() == omnistep.run_study(file, out=tmp_path / "fresh", progress=False).rows()
     assert [(row["terrain_friction"], row["seed"]) for row in whole.rows()] == [
         (f, s) for f in (0.5, 1.0) for s in range(4)
     ]
@@ -108,30 +108,30 @@ def test_a_built_in_study_goes_to_out_under_its_name_and_tells_of_its_progress(t
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("omnistep.ensembles.SHORT_S", 0.0)
     given = {"overrides": {"duration_s": 0.02}, "seeds": [7]}
-    result = omnistep.study("ensemble", **given)
+    result = omnistep.run_study("ensemble", **given)
     assert (tmp_path / "out" / "ensemble").is_dir() and str(result.folder) == "out/ensemble"
     assert "5/5" in capsys.readouterr().err
     assert "5 runs, 0 failed, 5 computed now" in repr(result)
-    assert omnistep.study("ensemble", progress=False, **given).computed == 0
-    omnistep.study("ensemble", progress=False, **{**given, "seeds": [8]})
+    assert omnistep.run_study("ensemble", progress=False, **given).computed == 0
+    omnistep.run_study("ensemble", progress=False, **{**given, "seeds": [8]})
     assert capsys.readouterr().err == ""
 
 
 def test_a_damaged_part_is_warned_of_and_computed_again(tmp_path):
     (tmp_path / "small.toml").write_text(SMALL)
-    first = omnistep.study(tmp_path / "small.toml", out=tmp_path / "results", progress=False)
+    first = omnistep.run_study(tmp_path / "small.toml", out=tmp_path / "results", progress=False)
     (part,) = first.folder.glob("part-*.parquet")
     part.write_bytes(part.read_bytes()[:1000])
     with pytest.warns(UserWarning, match=r"part-\w+\.parquet: cannot be read .* renamed to \.damaged"):
-        again = omnistep.study(tmp_path / "small.toml", out=tmp_path / "results", progress=False)
+        again = omnistep.run_study(tmp_path / "small.toml", out=tmp_path / "results", progress=False)
     assert again.computed == 8 and again.rows() == first.rows()
 
 
 def test_a_study_that_cannot_be_is_refused_in_one_line(tmp_path):
     for given, key, expected in [
-        ({"study": "stairway"}, "study", "climb_map, ensemble, engines, wheel_models, traction, reach"),
+        ({"study": "stairway"}, "study", "climb_map, ensemble, engines, wheel_models, traction, traction_runup"),
         (
-            {"study": "ensemble", "overrides": {"control.policy": "paper"}},
+            {"study": "ensemble", "overrides": {"control.policy": "scale_torques"}},
             "control.policy",
             "is an axis of built-in ensemble",
         ),
@@ -145,12 +145,12 @@ def test_a_study_that_cannot_be_is_refused_in_one_line(tmp_path):
         ({"study": "ensemble", "jobs": 1.5}, "jobs", "jobs = 1.5, allowed: a whole number"),
     ]:
         with pytest.raises(omnistep.ConfigError, match=expected) as caught:
-            omnistep.study(**given, out=tmp_path / "out", progress=False)
+            omnistep.run_study(**given, out=tmp_path / "out", progress=False)
         assert caught.value.key == key and "\n" not in str(caught.value)
     assert not (tmp_path / "out").exists()
     (tmp_path / "file").write_text("")
     with pytest.raises(omnistep.StudyError, match="file"):
-        omnistep.study("ensemble", out=tmp_path / "file", progress=False)
+        omnistep.run_study("ensemble", out=tmp_path / "file", progress=False)
 
 
 @pytest.fixture
@@ -181,7 +181,7 @@ def test_ctrl_c_ends_a_study_at_once_and_loses_nothing_that_is_done(tmp_path):
     thread = threading.Thread(target=press)
     thread.start()
     with pytest.raises(KeyboardInterrupt):
-        omnistep.study(tmp_path / "small.toml", out=folder, jobs=2, progress=False)
+        omnistep.run_study(tmp_path / "small.toml", out=folder, jobs=2, progress=False)
     # It takes some 60 ms; two seconds allow for a busy machine, hours were asked for.
     assert time.monotonic() - pressed[0] < 2.0
     thread.join()
@@ -193,7 +193,7 @@ def test_ctrl_c_ends_a_study_at_once_and_loses_nothing_that_is_done(tmp_path):
             '"terrain.friction", values = [0.5, 1]', '"duration_s", values = [0.1]'
         )
     )
-    result = omnistep.study(tmp_path / "small.toml", out=folder, progress=False)
+    result = omnistep.run_study(tmp_path / "small.toml", out=folder, progress=False)
     assert (len(result), result.computed) == (4, 4 - len(rows))
 
 
@@ -216,7 +216,7 @@ def test_ctrl_c_ends_a_study_that_is_still_being_planned(points, tmp_path):
         if points:
             omnistep.sweep(grid, scenario="flat", out=tmp_path / "out", progress=False)
         else:
-            omnistep.study(tmp_path / "large.toml", out=tmp_path / "out", progress=False)
+            omnistep.run_study(tmp_path / "large.toml", out=tmp_path / "out", progress=False)
     # It takes some 60 ms; two seconds allow for a busy machine.
     assert time.monotonic() - pressed[0] < 2.0
     timer.join()
@@ -234,7 +234,7 @@ def test_other_threads_go_on_while_a_study_runs(tmp_path):
     thread = threading.Thread(target=tick)
     thread.start()
     begun = len(ticks)
-    omnistep.study(tmp_path / "small.toml", out=tmp_path / "results", jobs=1, progress=False)
+    omnistep.run_study(tmp_path / "small.toml", out=tmp_path / "results", jobs=1, progress=False)
     during = len(ticks) - begun
     ended.set()
     thread.join()

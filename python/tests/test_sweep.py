@@ -1,4 +1,4 @@
-"""Sweeps: the same rows whoever computes them, nothing lost with a worker, exactly what is missing afterwards."""
+"""Sweeps: the same rows wherever they are computed, nothing lost with a worker, exactly what is missing afterwards."""
 
 import contextlib
 import io
@@ -68,16 +68,16 @@ class Here(Executor):
 
 
 def test_a_dictionary_of_lists_is_a_grid_and_points_need_none(tmp_path):
-    grid = {"control.policy": ["paper", "independent"], FRICTION: [0.5, 0.9]}
+    grid = {"control.policy": ["scale_torques", "independent"], FRICTION: [0.5, 0.9]}
     rows = short(grid, out=tmp_path / "grid", seeds=[3, 1]).rows()
     assert short(grid, out=tmp_path / "grid", seeds=range(1, 4, 2)).computed == 0
     got = [(row["control_policy"], row["terrain_friction"], row["seed"]) for row in rows]
     assert got == [(p, friction, seed) for p in grid["control.policy"] for friction in (0.5, 0.9) for seed in (3, 1)]
 
     own = omnistep.run("flat", overrides=SHORT)
-    rows = short([{FRICTION: 0.5}, {"control.policy": "paper"}], out=tmp_path / "list").rows()
+    rows = short([{FRICTION: 0.5}, {"control.policy": "scale_torques"}], out=tmp_path / "list").rows()
     listed = [(row["terrain_friction"], row["control_policy"]) for row in rows]
-    assert listed == [(0.5, own.policy), (own.terrain["friction"], "paper")] and own.terrain["friction"] != 0.5
+    assert listed == [(0.5, own.policy), (own.terrain["friction"], "scale_torques")] and own.terrain["friction"] != 0.5
     figures = omnistep.run("flat", overrides={**SHORT, FRICTION: 0.5}).outcome.to_dict()
     # Figures that were not measured are NaN in one and null in the other.
     assert {name: rows[0][name] for name in figures} == {n: None if v != v else v for n, v in figures.items()}
@@ -234,7 +234,7 @@ def test_any_data_frame_takes_the_rows_with_their_types(tmp_path):
         ([{"no": 1}] * 11, {"seeds": 100_000}, "seeds: 100000 for 11 combinations, allowed: 1000000 runs", "seeds"),
         ([{}], {"overrides": {"seed": 3}}, "overrides: seed, allowed: any other key; set the seeds with seeds", "seed"),
         ([{"duration_s": 1.0}], {}, "duration_s is also replaced by points", "duration_s"),
-        ([{"control.policy": "paper"}], {"policy": "paper"}, "policy: control", "control.policy"),
+        ([{"control.policy": "scale_torques"}], {"policy": "scale_torques"}, "policy: control", "control.policy"),
         ([{}], {"seeds": 0}, "seeds: 0, allowed: how many, 1 to", "seeds"),
         ([{}], {"seeds": [1, 1]}, "seeds: 1, allowed", "seeds"),
         ([{}], {"jobs": 0}, "jobs = 0, allowed", "jobs"),
@@ -260,7 +260,7 @@ def test_a_folder_of_another_sweep_is_refused_and_stays_as_it_is(tmp_path):
     short([{FRICTION: 0.5}], out=tmp_path)
     before = keys_in(tmp_path)
     with pytest.raises(omnistep.ConfigError, match=r"holds results with .*use another folder$") as caught:
-        short([{"control.policy": "paper"}], out=tmp_path)
+        short([{"control.policy": "scale_torques"}], out=tmp_path)
     assert caught.value.key == "out" and keys_in(tmp_path) == before
 
 
@@ -272,8 +272,8 @@ def test_the_example_queries_its_sweep_with_duckdb(tmp_path):
     assert "policy" in table[0] and len(table) == 2 + 2 * 3, done.stdout
     share = {tuple(line.split()[:2]): line.split()[2] for line in table[2:]}
     # 1 N.m stalls, 2.2 N.m climbs: with a wide margin on either side of the threshold, 1.4 to 1.8 (docs/physics.md).
-    assert {share[policy, "1.0"] for policy in ("independent", "synchronised")} == {"0%"}, done.stdout
-    assert {share[policy, "2.2"] for policy in ("independent", "synchronised")} == {"100%"}, done.stdout
+    assert {share[policy, "1.0"] for policy in ("independent", "scale_references")} == {"0%"}, done.stdout
+    assert {share[policy, "2.2"] for policy in ("independent", "scale_references")} == {"100%"}, done.stdout
 
 
 def test_what_no_key_can_hold_is_named_with_its_point(tmp_path):

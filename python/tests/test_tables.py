@@ -23,7 +23,7 @@ def vehicle():
 
 
 def text(separator=",", quote="", ending="\n", rows=12):
-    """Twelve rows at 10 ms; wheel k has k + row / 10 rad/s. A column of words that nobody asked for."""
+    """Twelve rows at 10 ms; wheel k has k + row / 10 rad/s. A column of words that was not asked for."""
     names = ["note", "time_s", *(f"wheel_{name}_measured_rad_s" for name in WHEELS)]
     lines = [separator.join(f"{quote}{name}{quote}" for name in names)]
     for row in range(rows):

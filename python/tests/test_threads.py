@@ -35,7 +35,7 @@ def test_steps_of_eight_threads_on_one_simulation_queue_and_are_those_of_one_thr
     shared, alone = omnistep.Simulation("flat"), omnistep.Simulation("flat")
     done = together(8, lambda _: [shared.step(COMMAND).time_s for _ in range(100)])
     assert all(isinstance(times, list) for times in done), done
-    # Each of the 800 periods was somebody's, once.
+    # Each of the 800 periods was computed once.
     np.testing.assert_allclose(
         sorted(time_s for times in done for time_s in times), np.arange(1, 801) * 1e-3, rtol=0.0, atol=1e-12
     )
@@ -53,7 +53,7 @@ def test_steps_of_eight_threads_on_one_controller_queue_and_are_those_of_one_thr
     measured = np.full(7, 0.1)
     done = together(8, lambda _: [shared.step(COMMAND, measured).i_n_m.copy() for _ in range(3000)])
     assert all(isinstance(integrals, list) for integrals in done), [each for each in done if not isinstance(each, list)]
-    # Each of the 24000 steps was somebody's, once: the integrals are those of one thread, whoever saw them.
+    # Each of the 24000 steps was computed once: the integrals are those of one thread.
     expected = [alone.step(COMMAND, measured).i_n_m for _ in range(24_000)]
     found = np.array([each for integrals in done for each in integrals])
     np.testing.assert_array_equal(np.sort(found, axis=0), np.sort(np.array(expected), axis=0))
@@ -68,7 +68,7 @@ def test_steps_of_eight_threads_on_one_controller_queue_and_are_those_of_one_thr
     assert together(8, reset_and_step) == [None] * 8
 
 
-def test_reading_stepping_and_showing_at_once_is_refused_nobody():
+def test_reading_stepping_and_showing_at_once_is_never_refused():
     simulation = omnistep.Simulation("flat")
 
     def work(number):
@@ -88,7 +88,7 @@ def test_reading_stepping_and_showing_at_once_is_refused_nobody():
 
 
 def test_long_arrays_leave_the_interpreter_to_others():
-    """Nobody is asked to hand the interpreter over here: another thread runs only where a call lets it."""
+    """The interpreter is not handed over on request here: another thread runs only where a call lets it."""
     wheels, rows = np.ones((1_000_000, 8)), np.ones((2_000_000, 3))
     numbers = np.ones(5_000_000)
     calls = [

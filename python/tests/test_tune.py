@@ -54,18 +54,18 @@ def test_a_search_that_was_ended_goes_on_where_it_was(tmp_path):
 
 
 def test_choices_whole_numbers_and_points_are_searched_too():
-    space = {"control.policy": ["paper", "independent"], "physics.solver_iterations": (4, 6)}
+    space = {"control.policy": ["scale_torques", "independent"], "physics.solver_iterations": (4, 6)}
     rows_seen = []
 
     def objective(rows):
         rows_seen.append(rows)
-        return max(row["heat_n2m2s"] for row in rows)
+        return max(row["torque_squared_n2m2s"] for row in rows)
 
     found = tune(space=space, objective=objective, points={"terrain.friction": [0.5, 0.9]}, trials=4, seeds=1)
-    assert found.overrides["control.policy"] in ("paper", "independent")
+    assert found.overrides["control.policy"] in ("scale_torques", "independent")
     assert found.overrides["physics.solver_iterations"] in (4, 5, 6)
     assert [[row["terrain_friction"] for row in rows] for rows in rows_seen] == [[0.5, 0.9]] * 4
-    assert found.value == min(max(row["heat_n2m2s"] for row in rows) for rows in rows_seen)
+    assert found.value == min(max(row["torque_squared_n2m2s"] for row in rows) for rows in rows_seen)
 
 
 @pytest.mark.parametrize("objective", ["slip_rms", lambda rows: sum(row["slip_rms"] for row in rows)])
@@ -88,9 +88,9 @@ def test_a_search_without_any_figure_has_no_best_values():
         tune(space=torn, overrides={**BRIEF, KP: 1e6}, objective="slip_rms", seeds=1, trials=2)
     with pytest.raises(omnistep.StudyError, match=r"^no run of 2 trials has a value of the objective$"):
         tune(objective=lambda rows: float("nan"), trials=2)
-    # Nearly every period is no multiple of the physics step; the ends are.
-    with pytest.raises(omnistep.StudyError, match=r"none of 2 trials can run: .* a multiple of physics\.step_us"):
-        tune(space={"control.period_us": (1000, 2000)}, trials=2, seeds=1)
+    # Nearly every period is no whole number of microseconds; the ends are.
+    with pytest.raises(omnistep.StudyError, match=r"none of 2 trials can run: .* a whole number of microseconds"):
+        tune(space={"control.period_s": (0.001, 0.002)}, trials=2, seeds=1)
 
 
 def test_fewer_failures_are_better_whatever_the_figure():
@@ -100,12 +100,12 @@ def test_fewer_failures_are_better_whatever_the_figure():
 
 
 def test_values_that_do_not_fit_together_count_worst():
-    # A control period that is no multiple of the physics step is refused: 1500 of 500 us is one, 1000 of 750 us is not.
-    space = {"control.period_us": [1000, 1500], "physics.step_us": [500, 250, 750]}
+    # A control period that is no multiple of the physics step is refused: 1.5 of 0.5 ms is one, 1 of 0.75 ms is not.
+    space = {"control.period_s": [0.001, 0.0015], "physics.timestep_s": [0.0005, 0.00025, 0.00075]}
     found = tune(space=space, trials=12, seeds=1)
     refused = [trial for trial in found.study.trials if "refused" in trial.user_attrs]
     assert 1 <= len(refused) < 12 and all(trial.value == 1e6 for trial in refused)
-    assert "allowed: a multiple of physics.step_us" in refused[0].user_attrs["refused"]
+    assert "allowed: a multiple of physics.timestep_s" in refused[0].user_attrs["refused"]
 
 
 @pytest.mark.parametrize(
@@ -119,8 +119,8 @@ def test_values_that_do_not_fit_together_count_worst():
         ({"space": {"vehicle.gains.kp": (0.1, 1.0)}}, "unknown field `kp`", "gains.kp"),
         ({"space": {"duration_s": (0.1, 0.2)}}, "space: duration_s is also given elsewhere", "duration_s"),
         (
-            {"space": {"control.policy": ["paper", "papers", "independent"]}},
-            '"papers" .did you mean "paper"',
+            {"space": {"control.policy": ["scale_torques", "scale_torque", "independent"]}},
+            '"scale_torque" .did you mean "scale_torques"',
             "control.policy",
         ),
         ({"points": {}}, "none, allowed: one or more", "points"),

@@ -21,7 +21,7 @@ total_mass_kg = 8.8     # from a scale
 
 [[body]]
 name = "frame"
-box_m = [0.40, 0.35, 0.12]
+inertia_box_m = [0.40, 0.35, 0.12]
 
 [motor] # of a shop
 stall_torque_kg_cm = 24.3   # its data sheet
@@ -41,7 +41,7 @@ wheel_mass_kg = 0.35
 def drawn(tmp_path, monkeypatch):
     """The file that `omnistep new vehicle` writes, with its comments."""
     monkeypatch.chdir(tmp_path)
-    assert cli(["omnistep", "new", "vehicle", "drawn", "--like", "mecanum4"]) == 0
+    assert cli(["omnistep", "new", "vehicle", "drawn", "--template", "mecanum4"]) == 0
     return tmp_path / "drawn.toml"
 
 
@@ -229,7 +229,7 @@ def test_halves_of_an_identification_follow_what_each_number_is_made_of():
     halves = identified_halves(vehicle.replace({"gains": gains}), [of("mass_kg", 24.0, 0.24), of("slope", 1.0, 0.1)])
     assert halves["total_mass_kg",] == pytest.approx(0.24)
     assert halves["body", 0, "mass_kg"] == pytest.approx(0.2)  # 1 % of 20 kg
-    assert ("body", 0, "box_m") not in halves
+    assert ("body", 0, "inertia_box_m") not in halves
 
 
 def test_what_cannot_be_written_is_said_in_one_line_before_the_search(drawn, capsys, monkeypatch):

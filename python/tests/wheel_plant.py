@@ -33,7 +33,7 @@ def masses(vehicle):
     parts += [(wheel["mass_kg"], wheel["position_m"]) for wheel in keys["wheel"]]
     mass = sum(kg for kg, _ in parts)
     centre = sum(kg * np.array(place) for kg, place in parts) / mass
-    own = sum(b["mass_kg"] * (b["box_m"][0] ** 2 + b["box_m"][1] ** 2) / 12 for b in keys["body"])
+    own = sum(b["mass_kg"] * (b["inertia_box_m"][0] ** 2 + b["inertia_box_m"][1] ** 2) / 12 for b in keys["body"])
     discs = sum(wheel["inertia_kg_m2"] / 2 for wheel in keys["wheel"])
     return mass, centre, own + discs + sum(kg * (np.array(place) ** 2).sum() for kg, place in parts)
 

@@ -17,8 +17,8 @@ import study.safety
 
 VEHICLES = ("chugo7", "omni3", "mecanum4", "rocker_bogie6")
 ASKED_M_S = 0.3
-#: When a vehicle is told to stop, and how long it has for that: the time-out of 0.5 s, the deceleration from 0.3 m/s
-#: (0.3 s) and the 0.5 s in which torques end, rounded up.
+#: When a vehicle is commanded to stop, and how long it has for that: the time-out of 0.5 s, the deceleration from
+#: 0.3 m/s (0.3 s) and the 0.5 s in which torques end, rounded up.
 STOP_S, ENDED_S, DURATION_S = 2.0, 4.0, 5.0
 
 Keys = dict[str, Any]
@@ -92,7 +92,7 @@ def sensors(setting: Setting) -> list[Campaign]:
     runs: list[Keys] = []
     for seed in range(setting.seed, setting.seed + setting.count(1)):
         for vehicle in VEHICLES:
-            for policy in ("synchronised", "steady", "reach"):
+            for policy in ("scale_references", "traction", "traction_runup"):
                 for name, size in wrong.items():
                     keys = {"vehicle": vehicle, "control.policy": policy, f"sensors.{name}": size, "seed": seed}
                     keys |= {"command.vx_m_s": ASKED_M_S, "duration_s": 3.0, "physics.engine": "articulated"}
@@ -106,9 +106,19 @@ def sensors(setting: Setting) -> list[Campaign]:
 
 
 def drawn(chance: random.Random, wheels: dict[str, list[str]]) -> Keys:
-    """A run that is told to stop, with parts that fail before."""
+    """A run that is commanded to stop, with parts that fail before."""
     vehicle = chance.choice(VEHICLES)
-    policy = chance.choice(("independent", "paper", "synchronised", "synchronised", "load_sharing", "steady", "reach"))
+    policy = chance.choice(
+        (
+            "independent",
+            "scale_torques",
+            "scale_references",
+            "scale_references",
+            "shared_integral",
+            "traction",
+            "traction_runup",
+        )
+    )
     keys: Keys = {
         "vehicle": vehicle,
         "control.policy": policy,
@@ -135,7 +145,7 @@ def drawn(chance: random.Random, wheels: dict[str, list[str]]) -> Keys:
         broken.append(fault)
     stops = ["rest"]
     # Half of traction control is by itself.
-    if policy not in ("steady", "reach") or chance.random() < 0.5:
+    if policy not in ("traction", "traction_runup") or chance.random() < 0.5:
         stops += ["emergency_stop", "command_lost"]
         if chance.random() < 0.5:
             keys["drive.faults"] = {}

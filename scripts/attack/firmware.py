@@ -13,7 +13,7 @@ from campaign import Campaign, Setting, faults, run, shown
 SECONDS = 50
 
 HONEST = ("honest",)
-# Each must end the run with an error; the words that may not be in it blame somebody else.
+# Each must end the run with an error; the words that may not be in it blame something else.
 REFUSED = (
     "silent",
     "garbage",
@@ -99,7 +99,7 @@ def campaigns(setting: Setting, attack: Path) -> list[Campaign]:
             if lie in HONEST and ended.code != 0:
                 wrong.append(f"an honest firmware is refused: {shown(ended.err)}")
             if lie not in HONEST and ended.code == 0:
-                wrong.append(f"believed: {ended.out.strip()[:100]}")
+                wrong.append(f"accepted: {ended.out.strip()[:100]}")
             if "diverged" in ended.err:
                 wrong.append(f"the physics are blamed: {shown(ended.err)}")
             if lie.startswith("garbage") and "no answer" in ended.err:

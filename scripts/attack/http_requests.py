@@ -41,7 +41,7 @@ def answered(port: int, request: bytes, seconds: float) -> int | None:
                 received += more
         except TimeoutError:
             return None
-        except OSError:  # closed while it was told
+        except OSError:  # closed while it was answered
             pass
         return int(received.split(b" ")[1]) if received.startswith(b"HTTP/1.") else 0
 

@@ -307,7 +307,7 @@ def _attempt(port: int, payload: bytes, opcode: int = 1, head: bytes | None = No
 
 
 def not_asked(setting: Setting) -> str | None:
-    """Without --steer nobody steers: the figures are those of a run that nobody sees."""
+    """Without --allow-control no client steers: the figures are those of a run without clients."""
     length = ["--set", "duration_s=1"]
     alone = run(
         [setting.omnistep, "run", "flat", "--json", "--quiet", *length, "--out", setting.work / "alone"], setting.work
@@ -316,7 +316,7 @@ def not_asked(setting: Setting) -> str | None:
         client = Client(port)
         client.shake()
         client.subscribe("/odom")
-        values = {"command.vx_m_s": -0.3, "control.policy": "paper", "vehicle.motor.stall_torque_n_m": 0.5}
+        values = {"command.vx_m_s": -0.3, "control.policy": "scale_torques", "vehicle.motor.stall_torque_n_m": 0.5}
         parameters = [{"name": name, "value": value} for name, value in values.items()]
         client.say({"op": "setParameters", "id": "x", "parameters": parameters})
         client.publish(-0.3)
@@ -331,14 +331,14 @@ def not_asked(setting: Setting) -> str | None:
     if "work_j" not in seen:
         return "a live run does not tell its work"
     other = [f"{key} {figures[key]} alone, {value} live" for key, value in seen.items() if figures[key] != value]
-    return f"steered without --steer: {'; '.join(other)}" if other else None
+    return f"steered without --allow-control: {'; '.join(other)}" if other else None
 
 
 def lost(setting: Setting) -> str | None:
     """Who steers and goes leaves a vehicle at rest."""
     wrong = []
     for how in ("goes", "is silent"):
-        with serving(setting, "--steer") as (_, port, _):
+        with serving(setting, "--allow-control") as (_, port, _):
             viewer, driver = Client(port), Client(port)
             viewer.shake()
             viewer.subscribe("/cmd_vel")

@@ -41,9 +41,9 @@ def killed_runs(setting: Setting) -> Campaign:
         if not logs:
             failures.append(f"flat killed by {stop.name}: no log is left: {said.decode()[:150]}")
         for log in logs:
-            ended = run([setting.omnistep, "inspect", log], folder)
+            ended = run([setting.omnistep, "info", log], folder)
             if wrong := faults(ended, allowed=(0,)):
-                failures.append(f"omnistep inspect {setting.kept(log)}: {'; '.join(wrong)} {ended.err[:150]}")
+                failures.append(f"omnistep info {setting.kept(log)}: {'; '.join(wrong)} {ended.err[:150]}")
         if stop == signal.SIGINT and (process.returncode != 130 or len(said.splitlines()) != 1):
             failures.append(f"Ctrl-C of `run flat`: exit {process.returncode}, said {said.decode().strip()[:150]!r}")
         shutil.rmtree(out, ignore_errors=True)
@@ -133,7 +133,7 @@ def no_room(setting: Setting) -> Campaign:
 
 
 def side_by_side(setting: Setting) -> Campaign:
-    """Whoever says that its run is logged is right, whoever else writes there."""
+    """A process that says its run is logged is right, whatever other processes write there."""
     folder, chance = setting.folder("side"), setting.random("side")
     failures, tried = [], 0
     for k in range(setting.count(3)):
@@ -164,7 +164,7 @@ def together(setting: Setting, out: Path, of: list[list[str]], delays: list[floa
         wrong += faults(ended)
     logged = set()
     for log in left(out):
-        ended = run([setting.omnistep, "inspect", "--json", log], out)
+        ended = run([setting.omnistep, "info", "--json", log], out)
         if ended.code == 0:
             run_of = json.loads(ended.out.splitlines()[0])
             logged.add(str(run_of.get("seed", run_of.get("run", {}).get("seed"))))

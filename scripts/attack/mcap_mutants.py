@@ -214,7 +214,7 @@ for path in sys.argv[1:]:
 
 
 def campaigns(setting: Setting) -> list[Campaign]:
-    """Mutants through `inspect`, `replay` and `read_mcap`; plain flipped bits; logs by hand."""
+    """Mutants through `info`, `replay` and `read_mcap`; plain flipped bits; logs by hand."""
     chance, folder = setting.random("mcap"), setting.folder("mcap")
     for name in ("step", "rough"):
         run([setting.omnistep, "run", name, "--set", "duration_s=0.2", "--quiet", "--out", folder], folder)
@@ -227,14 +227,14 @@ def campaigns(setting: Setting) -> list[Campaign]:
         paths[-1].write_bytes(mutant(chance.choice(logs), chance))
 
     def look(path: Path) -> str | None:
-        for word in ("inspect", "replay"):
+        for word in ("info", "replay"):
             ended = run([setting.omnistep, word, path.name], folder)
             if wrong := faults(ended):
                 return f"omnistep {word} {setting.kept(path)}: {'; '.join(wrong)}"
         return None
 
     looked = in_parallel(look, paths)
-    done = [Campaign("log mutants: inspect, replay", looked[0], "files", looked[1])]
+    done = [Campaign("log mutants: info, replay", looked[0], "files", looked[1])]
     done.append(in_python(setting, folder, "log mutants: read_mcap", paths))
 
     flips = []
@@ -246,11 +246,11 @@ def campaigns(setting: Setting) -> list[Campaign]:
         flips[-1].write_bytes(data)
 
     def noticed(path: Path) -> str | None:
-        ended = run([setting.omnistep, "inspect", path.name], folder)
+        ended = run([setting.omnistep, "info", path.name], folder)
         wrong = faults(ended)
         if ended.code == 0:
             wrong.append("exit 0")
-        return f"omnistep inspect {setting.kept(path)}: {'; '.join(wrong)}" if wrong else None
+        return f"omnistep info {setting.kept(path)}: {'; '.join(wrong)}" if wrong else None
 
     done.append(Campaign("logs: one bit flipped", *_named(in_parallel(noticed, flips), "bits")))
 
@@ -260,7 +260,7 @@ def campaigns(setting: Setting) -> list[Campaign]:
         hands[-1].write_bytes(data)
 
     def refused(path: Path) -> str | None:
-        for word in ("inspect", "replay"):
+        for word in ("info", "replay"):
             ended = run([setting.omnistep, word, path.name], folder)
             wrong = faults(ended)
             if path.name.startswith("names-") and ended.code == 0:

@@ -78,7 +78,7 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
 scenario = omnistep.Scenario("flat", vehicle="omni3", overrides={"duration_s": 4.0, "command.vx_m_s": 0.3,
-    "control.period_us": 10000, "physics.engine": "articulated", "command.then": [
+    "control.period_s": 0.01, "physics.engine": "articulated", "command.then": [
         {"at_s": 2.0, "vx_m_s": 0.0, "vy_m_s": 0.3, "wz_rad_s": 0.5, "ramp_s": 0.5}]})
 trace = omnistep.run(scenario, mcap="drive.mcap")
 wheels = scenario.vehicle.wheel_names
@@ -208,7 +208,7 @@ def by_hand(folder: Path) -> list[Path]:
 
 def commands(log: str, kind: str) -> list[list[str]]:
     """What is done with a log that is of a kind."""
-    measured = [["identify", log, "--vehicle", "omni3"], ["identify", "--lifted", log, "--vehicle", "omni3"]]
+    measured = [["identify", log, "--vehicle", "omni3"], ["identify", "--wheels-off-ground", log, "--vehicle", "omni3"]]
     drawn = {
         "table": [["import", log, "--map", "table.toml", "-o", "OUT"], *measured],
         "recording": [measured[0], ["resimulate", log, "-o", "OUT.svg"]],

@@ -1,6 +1,6 @@
 """Checks that the documents name only what exists: files, links, make targets, subcommands, tests.
 
-In Rust, C and C++ no name and no comment may have a word of `RIDDLES`: CONTRIBUTING.md, "How we write".
+In a source no name, comment or text may have a word of `RIDDLES`: CONTRIBUTING.md, "How we write".
 
 python scripts/checks/documents.py [--self-test]: one line a finding, exit code 1 if there is any.
 """
@@ -20,8 +20,19 @@ PLACES = ("docs", "crates", "tests", "benches", "examples", "python", "scripts",
 MACHINE = re.compile(r"(?<![\w.])/(?:root|home|Users|work)/\w")
 # What no wheel does: parts of names, as in `told_to_rest` and `ToldTwist`, and words of comments.
 RIDDLES = {"believe", "believes", "believed", "believing", "heard", "unheard", "told", "untold"}
-SUFFIXES = ("rs", "h", "hpp", "c", "cpp")
-SOURCES = [f"{folder}/*.{suffix}" for folder in ("crates", "wasm", "firmware") for suffix in SUFFIXES]
+# Who does it: the plain word is the part, the program or the user. In Rust and C this is not checked.
+VAGUE = {"nobody", "somebody", "whoever"}
+# Folders and endings of sources, and the words that they may not have. This file names the words.
+SOURCES = [
+    (("crates", "wasm", "firmware"), ("rs", "h", "hpp", "c", "cpp"), RIDDLES),
+    (
+        ("crates", "web", "tests", "scripts", "viewers", "wasm", "python", "examples"),
+        ("py", "pyi", "js", "mjs"),
+        RIDDLES | VAGUE,
+    ),
+]
+# Made by a bundler.
+BUNDLES = ("python/omnistep/assets/player.js",)
 
 
 def tracked(*patterns: str) -> list[Path]:
@@ -31,11 +42,16 @@ def tracked(*patterns: str) -> list[Path]:
     return [ROOT / line for line in lines if (ROOT / line).is_file()]
 
 
+def kebab(name: str) -> str:
+    """`ClimbLimits` as clap names it: `climb-limits`."""
+    return re.sub(r"(?<!^)(?=[A-Z])", "-", name).lower()
+
+
 def subcommands() -> set[str]:
     """Subcommands of the command line, from its source."""
     source = (ROOT / "crates/omnistep/src/args.rs").read_text()
     body = source[source.index("enum Command {") : source.index("enum FileKindArg")]
-    return {name.lower() for name in re.findall(r"^    ([A-Z]\w+)(?:\(| \{|,)", body, re.MULTILINE)} | {"help"}
+    return {kebab(name) for name in re.findall(r"^    ([A-Z]\w+)(?:\(| \{|,)", body, re.MULTILINE)} | {"help"}
 
 
 def make_targets() -> set[str]:
@@ -157,21 +173,33 @@ def findings(path: Path, text: str) -> list[str]:
         for target in re.findall(r"\bmake ([a-z][\w-]*)", line):
             if re.search(rf"(?:^|`)make {target}\b", line.strip()):
                 check(target in targets, number, f"no make target {target}")
-        called = r"(?:`|-- |\$ )omnistep ([a-z]+)|cargo run --release (?:--features \w+ )?-- ([a-z]+)"
+        called = r"(?:`|-- |\$ )omnistep ([a-z][a-z-]*)|cargo run --release (?:--features \w+ )?-- ([a-z][a-z-]*)"
         for command in re.findall(called, line):
             name = command[0] or command[1]
             check(name in commands, number, f"no subcommand {name}")
     return found
 
 
-def riddles(text: str) -> list[tuple[int, str]]:
-    """Line and name, or word of a comment, where a part of it is in `RIDDLES`."""
+def riddles(text: str, words: set[str]) -> list[tuple[int, str]]:
+    """Line and name, or word of a comment, where a part of it is in `words`."""
     found = []
     for number, line in enumerate(text.splitlines(), start=1):
         for name in re.findall(r"[A-Za-z]\w*", line):
             parts = re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+", name)
-            if RIDDLES & {part.lower() for part in parts}:
+            if words & {part.lower() for part in parts}:
                 found.append((number, name))
+    return found
+
+
+def riddle_findings() -> list[str]:
+    """Words that the sources may not have."""
+    found = []
+    for folders, endings, words in SOURCES:
+        for path in tracked(*(f"{folder}/*.{ending}" for folder in folders for ending in endings)):
+            if path == Path(__file__).resolve() or path.relative_to(ROOT).as_posix() in BUNDLES:
+                continue
+            for number, name in riddles(path.read_text(encoding="utf-8"), words):
+                found.append(f"{path.relative_to(ROOT)}:{number}: {name}: say it plainly, as CONTRIBUTING.md has it")
     return found
 
 
@@ -194,8 +222,9 @@ def self_test() -> None:
     assert findings(ROOT / "README.md", "`firmware/target/nowhere/libomnistep.a`") == []
     assert findings(ROOT / "README.md", "`make test` [x](LICENSE-MIT)\ncargo run --release -- compare step\n") == []
     wrong = "let told_to_rest = a;\nstruct ToldTwist;\nconst TOLD_M: f64 = 0.1;\nx.unheard // a wheel is believed\n"
-    assert [number for number, _ in riddles(wrong)] == [1, 2, 3, 4, 4]
-    assert riddles("let (sheared, commanded_rest, threshold) = tolds;\n") == []
+    assert [number for number, _ in riddles(wrong, RIDDLES)] == [1, 2, 3, 4, 4]
+    assert riddles("let (sheared, commanded_rest, threshold) = tolds;\n", RIDDLES) == []
+    assert riddles("def heard(told): # nobody\n", RIDDLES | VAGUE) == [(1, "heard"), (1, "told"), (1, "nobody")]
     assert MACHINE.search("see /" + "home/somebody/x") and not MACHINE.search("target/release, a/home/b")
 
 
@@ -213,9 +242,7 @@ def main() -> int:
         for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), start=1):
             if MACHINE.search(line):
                 found.append(f"{path.relative_to(ROOT)}:{number}: a place of one machine")
-    for path in tracked(*SOURCES):
-        for number, name in riddles(path.read_text(encoding="utf-8")):
-            found.append(f"{path.relative_to(ROOT)}:{number}: {name}: say it plainly, as CONTRIBUTING.md has it")
+    found += riddle_findings()
     print("\n".join(found) if found else "documents: every file, link, target, subcommand and test they name exists")
     return 1 if found else 0
 

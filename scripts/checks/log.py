@@ -62,7 +62,7 @@ def check_mcap(path: Path):
                 raise ValueError(f"{channel.topic}: log time and publish time differ")
             sequences[channel.topic] = message.sequence + 1
             counts[channel.topic] += 1
-            if first is None and schema.name == "omni_msgs/msg/VehicleState":
+            if first is None and schema.name == "omnistep_msgs/msg/VehicleState":
                 first = decoded
         for record in reader.iter_metadata():
             print(f"metadata {record.name!r}: {record.metadata}")
@@ -92,7 +92,7 @@ def check_rosbags(path: Path):
             if size != len(raw):  # a reader that stops early would not notice
                 raise ValueError(f"{connection.topic}: {len(raw)} bytes, but the type has {size}")
             counts[connection.topic] += 1
-            if first is None and connection.msgtype == "omni_msgs/msg/VehicleState":
+            if first is None and connection.msgtype == "omnistep_msgs/msg/VehicleState":
                 first = message
     return counts, first
 

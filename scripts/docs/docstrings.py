@@ -63,7 +63,7 @@ def written(lines: list[str], docs: Docs) -> list[str]:
         elif line.startswith("}"):
             inside = ""
         elif found := re.match(r"\s*(?:pub\(crate\) )?fn (\w+)", line):
-            key = ("", found[1]) if "#[pyfunction]" in attributes else (inside or "nobody", found[1])
+            key = ("", found[1]) if "#[pyfunction]" in attributes else (inside or "nothing", found[1])
         elif inside and (found := re.match(r"    (\w+)(?:: Py<| = (?:signal|wheel) )", line)):
             key = (inside, found[1])
         if key in docs and (key[0] or key[1]):

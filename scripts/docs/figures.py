@@ -22,15 +22,15 @@ def main(results: Path) -> None:
     """Write climb.png, climb-log.png, figure-8.png to figure-11.png, climb-map.png and square-path.png."""
     subprocess.run([sys.executable, "-m", "omnistep", "study", "climb_map", "--out", results], check=True)
     FOLDER.mkdir(parents=True, exist_ok=True)
-    synchronised = omnistep.run("step", policy="synchronised")
+    scale_references = omnistep.run("step", policy="scale_references")
     independent = omnistep.run("step", policy="independent")
-    wheels = [omnistep.wheels(policy) for policy in ("synchronised", "paper")]
+    wheels = [omnistep.run_motor_bench(policy) for policy in ("scale_references", "scale_torques")]
     pictures = {
-        "climb": omnistep.plot.strip(omnistep.run("step")),
-        "climb-log": omnistep.plot.strip(synchronised),
-        "figure-8": omnistep.plot.wheels(wheels)[0],
-        "figure-9": omnistep.plot.strips([synchronised, independent])[0],
-        "figure-10": omnistep.plot.climb(synchronised)[0],
+        "climb": omnistep.plot.side_view(omnistep.run("step")),
+        "climb-log": omnistep.plot.side_view(scale_references),
+        "figure-8": omnistep.plot.motor_bench(wheels)[0],
+        "figure-9": omnistep.plot.side_views([scale_references, independent])[0],
+        "figure-10": omnistep.plot.climb(scale_references)[0],
         "figure-11": omnistep.plot.climb(independent)[0],
         "climb-map": omnistep.plot.climb_map(results)[0],
         "square-path": omnistep.plot.path(omnistep.run("square", overrides={"start.heading_rad": 0.3})),

@@ -20,7 +20,7 @@ import omnistep
 from omnistep import _scene
 
 ROOT = Path(__file__).resolve().parents[2]
-RUNS = {"independent": "independent: plain PID", "steady": "steady: traction control"}
+RUNS = {"independent": "independent: plain PID", "traction": "traction: one thrust, run-ups"}
 # A run of the study's grid: the least friction and torque of it.
 OVERRIDES = {"terrain.friction": 0.55, "vehicle.motor.stall_torque_n_m": 1.4, "physics.engine": "articulated"}
 SECONDS, FPS = 6.4, 12.5

@@ -20,7 +20,7 @@ ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "robots.md"
 FILES = ROOT / "crates" / "omnistep" / "assets" / "robots"
 BLOCK = re.compile(r"(<!-- robots: (\w+) -->\n)(.*?)(<!-- end of robots -->)", re.DOTALL)
-POLICIES = ("independent", "steady")
+POLICIES = ("independent", "traction")
 SEEDS = (1, 2, 3)
 #: Where the vehicle starts differs by seed: turned by this [rad], ahead or behind by that [m]; standard deviations.
 PLACED = {"perturbation.yaw_rad": 0.03, "perturbation.start_m": 0.02}
@@ -99,7 +99,7 @@ def climbs(robot: omnistep.Vehicle, policy: str, speed_m_s: float, height_m: flo
     """Whether the robot climbs a step of that height, whatever the seed."""
     keys = {
         "terrain.height_m": height_m,
-        "terrain.at_m": 1.0,
+        "terrain.start_x_m": 1.0,
         "command.vx_m_s": speed_m_s,
         "duration_s": 8.0 + 3.0 / speed_m_s,
         "stop_when_done": True,

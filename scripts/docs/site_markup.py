@@ -1,4 +1,4 @@
-"""What the site's generator is told of our ways to write: formulas, and docstrings with Sphinx roles."""
+"""What the site's generator needs for our markup: formulas, and docstrings with Sphinx roles."""
 
 import re
 from collections.abc import Iterator

@@ -33,10 +33,11 @@ LINK = re.compile(r"(?<!!)\[([^\]]+)\]\((\.\./[^)\s#]+)(?:#[^)\s]*)?\)")
 PAGES = {
     "runs": (
         "Runs, traces, logs",
-        "run compare bound wheels read_mcap Trace Outcome Log Bound WheelsTrace Simulation Sample Policy PolicyInfo"
-        " Observation import_log ImportSummary ImportedSignal resimulate Resimulation Difference",
+        "run compare climb_limits run_motor_bench read_mcap Trace Outcome Log ClimbLimits MotorBenchTrace"
+        " Simulation Sample Policy PolicyInfo Observation import_log ImportSummary ImportedSignal resimulate"
+        " Resimulation Difference",
     ),
-    "files": ("Vehicles and scenarios", "Vehicle Scenario vehicles scenarios policies"),
+    "files": ("Vehicles and scenarios", "Vehicle Scenario list_vehicles list_scenarios list_policies"),
     "control": (
         "Kinematics and control",
         "Layout Wheel Kinematics Desaturated Odometry Estimator moved_by discretize at_point from_point to_world"
@@ -44,11 +45,11 @@ PAGES = {
         " Follow Pid PidSample EncoderCounter VelocityEstimator DcMotor MotorDuty torque_duty Controller ControlSample"
         " disturbed_ratio slip_ratio shape_error speed_ratio_spread torque_range torque_factor reference_factor",
     ),
-    "many": ("Many runs", "study sweep StudyResult tune TuneResult"),
+    "many": ("Many runs", "run_study sweep StudyResult tune TuneResult"),
     "measured": ("Identification, calibration", "identify Identification calibrate Calibration CalibrationRun"),
     "learning": ("Environments for learning", "gym"),
     "mujoco": ("MuJoCo", "mujoco"),
-    "pictures": ("Figures, films, reports", "plot film report meshes"),
+    "pictures": ("Figures, videos, reports", "plot video report meshes"),
 }
 # Modules whose names the package exports itself.
 RUNS = ("runs", "ensembles", "own_policy", "tuning")
@@ -222,9 +223,21 @@ class Keys:
             text += f"\nOne of {', '.join(keys)} has to be there.\n" if keys else ""
             text += "\n" + self.rows(schema)
         elif options:
+            text += "".join(
+                f"\n- `{json.dumps(option['const'])}`: {cell(option['description'])}"
+                for option in options
+                if "const" in option
+            )
+            text += "\n" if any("const" in option for option in options) else ""
             for option in options:
-                kind = option.get("properties", {}).get("kind", {}).get("const")
-                text += "\n" + self.table(f'kind = "{kind}"' if kind else "keys", option, level=3, named=name)
+                properties = option.get("properties", {})
+                kind, (first, *others) = properties.get("kind", {}).get("const"), [*properties, ""]
+                if first and others == [""] and "properties" in properties[first]:
+                    # A name with its keys in a table behind it.
+                    inner = {"description": option["description"], **properties[first]}
+                    text += "\n" + self.table(f"{first} = table", inner, level=3, named=name)
+                elif properties:
+                    text += "\n" + self.table(f'kind = "{kind}"' if kind else "keys", option, level=3, named=name)
         else:
             text += "\n" + self.rows(schema)
         self.tables[name] = text

@@ -12,15 +12,19 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "physics.md"
-POLICIES = ["independent", "paper", "synchronised", "load_sharing"]
-STEPS = {"1 ms": "physics.step_us=1000", "0.5 ms": "physics.step_us=500", "0.25 ms": "physics.step_us=250"}
+POLICIES = ["independent", "scale_torques", "scale_references", "shared_integral"]
+STEPS = {
+    "1 ms": "physics.timestep_s=0.001",
+    "0.5 ms": "physics.timestep_s=0.0005",
+    "0.25 ms": "physics.timestep_s=0.00025",
+}
 ITERATIONS = {
     "`physics.solver_iterations=4`": "physics.solver_iterations=4",
     "`physics.solver_iterations=16`": "physics.solver_iterations=16",
 }
 LINES = {
     "as built in": None,
-    "`physics.step_us=125`": "physics.step_us=125",
+    "`physics.timestep_s=0.000125`": "physics.timestep_s=0.000125",
     "torque limit 1.8 N.m": "vehicle.motor.stall_torque_n_m=1.8",
     "torque limit 1.4 N.m": "vehicle.motor.stall_torque_n_m=1.4",
     "torque limit 1.0 N.m": "vehicle.motor.stall_torque_n_m=1.0",
@@ -74,7 +78,7 @@ def write(program: Path, engine: str) -> None:
         [
             table("step", steps, lambda cell: f"{cell['crossing_s']:.3f}"),
             table("", lines, climbed),
-            table("", lines, lambda cell: f"{cell['spread_rms']:.3f}, {cell['heat_n2m2s']:.1f}"),
+            table("", lines, lambda cell: f"{cell['speed_ratio_std']:.3f}, {cell['torque_squared_n2m2s']:.1f}"),
         ]
     )
     page = PAGE.read_text(encoding="utf-8")

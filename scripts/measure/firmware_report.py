@@ -99,7 +99,7 @@ def summary(figures: dict[str, int], images: dict[str, Image], budgets: dict[str
     whole, most, image = both("step with odometry and residual, at worst"), promised["controller"], images["controller"]
     return f"""| Cortex-M4F, seven wheels, f32 | promised | measured |
 |---|---:|---:|
-| step: velocity limits, kinematics, seven PIDs, `synchronised` \\[instructions\\] | {both("step, free")} |
+| step: velocity limits, kinematics, seven PIDs, `scale_references` \\[instructions\\] | {both("step, free")} |
 | the same with every torque at its limit \\[instructions\\] | | {figures["step, saturated"]} |
 | with odometry and slip residual, worst of 10,000 steps \\[instructions\\] | {whole} |
 | flash of the controller with start-up code \\[bytes\\] | {most["text_bytes"]} | {image.text_bytes} |

@@ -82,7 +82,7 @@ def held(case: tuple[str, int, float, int, int]) -> dict[str, tuple[int, int]]:
                 log[f"wheel_{name}_position_rad"] = plant.PERIOD_S * np.cumsum(counted)
             elif logged == "duty cycles":
                 log[f"wheel_{name}_duty"] = log.pop(f"wheel_{name}_applied_n_m") / STALL_N_M
-        found = omnistep.identify(log, vehicle=vehicle, known=known, progress=False)
+        found = omnistep.identify(log, vehicle=vehicle, fix=known, progress=False)
         for each in found.estimates:
             if each.determined and each.name in NAMES:
                 inside = each.low <= truth[each.name] <= each.high

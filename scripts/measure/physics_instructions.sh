@@ -14,7 +14,7 @@ trap 'rm -rf "$work"' EXIT
 count() { # engine, wheel model, step [us]
     local log
     log=$(valgrind --tool=callgrind --callgrind-out-file=/dev/null "$program" run step --quiet --out "$work/$1-$2-$3" \
-        --set "duration_s=$seconds" --set "physics.engine=$1" --set "physics.wheel_model=$2" --set "physics.step_us=$3" 2>&1) ||
+        --set "duration_s=$seconds" --set "physics.engine=$1" --set "physics.wheel_model=$2" --set "physics.timestep_s=${3}e-6" 2>&1) ||
         { echo "$log" >&2; return 1; }
     sed -n 's/.*Collected *: *\([0-9]*\)$/\1/p' <<<"$log"
 }

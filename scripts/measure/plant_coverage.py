@@ -57,7 +57,7 @@ def bridge(seed: int, zero: str) -> dict[str, bool]:
     known = {name: hobby.TRUTH[name] for name in ("mass_kg", "wheel_inertia_kg_m2")}
     with tempfile.TemporaryDirectory() as folder:
         log = hobby.written(Path(folder), seed, zero)
-        found = omnistep.identify(log, vehicle=hobby.file(), known=known, progress=False)
+        found = omnistep.identify(log, vehicle=hobby.file(), fix=known, progress=False)
     names = ("stall_torque_n_m", "slope_n_m_s_rad", "gear_friction_n_m", "yaw_inertia_kg_m2")
     return {name: bool(found[name].low <= hobby.TRUTH[name] <= found[name].high) for name in names}
 

@@ -32,8 +32,8 @@ LOAD_N, ACCELERATION, TWIST, CROSSING, AGREEMENT = 0.01, 0.005, 0.001, 0.03, 0.9
 #: spring of the contact (docs/mujoco.md). So these have bounds of their own, which are what was measured, rounded up.
 #: About the vertical one of two rollers of a wheel, apart along its axle, slides whenever both touch: 0.26 %.
 SLIDING, SLIDING_TWIST = (("omni3", ABOUT),), 0.003
-#: `synchronised` slows all wheels down for one that spins: 3.6 % at a friction of 0.7. With 0.9 little spins.
-SPINNING, SPINNING_CROSSING, GRIP = ("synchronised",), 0.045, 0.9
+#: `scale_references` slows all wheels down for one that spins: 3.6 % at a friction of 0.7. With 0.9 little spins.
+SPINNING, SPINNING_CROSSING, GRIP = ("scale_references",), 0.045, 0.9
 
 Keys = dict[str, Any]
 Run = Callable[[Keys, Any], omnistep.Trace]
@@ -229,7 +229,7 @@ def main() -> None:
             ]
             held.append(compared(title, rows, gate, "", absolute=False))
         for title, policies, friction, gate in (
-            ("crossing time [s]", ("steady", "independent"), 0.7, CROSSING),
+            ("crossing time [s]", ("traction", "independent"), 0.7, CROSSING),
             ("crossing time while wheels spin [s]", SPINNING, 0.7, SPINNING_CROSSING),
             (f"the same at a friction of {GRIP} [s]", SPINNING, GRIP, CROSSING),
         ):

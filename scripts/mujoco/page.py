@@ -33,7 +33,7 @@ ELLIPSOID, CAPSULE, MESH = (mujoco.mjtGeom.mjGEOM_ELLIPSOID, mujoco.mjtGeom.mjGE
 
 
 def picture(vehicle: str, distance_m: float) -> None:
-    """The vehicle as MuJoCo has it, half of its rollers in another colour so that they are told apart."""
+    """The vehicle as MuJoCo has it, half of its rollers in another colour so that they can be distinguished."""
     model = omnistep.mujoco.load(omnistep.Scenario("flat", vehicle=vehicle))
     for shape in range(model.ngeom):
         name = model.body(model.geom_bodyid[shape]).name
@@ -186,8 +186,8 @@ CHANGES: dict[str, tuple[Callable[[Any], None], dict[str, Any]]] = {
     "`impratio` 1 and a pyramidal cone": (of_options(impratio=1.0, cone=mujoco.mjtCone.mjCONE_PYRAMIDAL), {}),
     "bearings with a damping of 1e-3 N.m.s/rad": (braked(1e-3), {}),
     "a polyhedron of 24 x 48 facets a roller": (polyhedra, {}),
-    "a time step of 1 ms": (lambda _: None, {"physics.step_us": 1000}),
-    "a time step of 2 ms": (lambda _: None, {"physics.step_us": 2000, "control.period_us": 2000}),
+    "a time step of 1 ms": (lambda _: None, {"physics.timestep_s": 0.001}),
+    "a time step of 2 ms": (lambda _: None, {"physics.timestep_s": 0.002, "control.period_s": 0.002}),
 }
 
 
@@ -231,7 +231,7 @@ def mistakes(starts: int) -> None:
 
 def barrel(turn: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
     """The same height over the barrel of the vehicle file: a crown that is part of the rim, and rounded edges [m]."""
-    said = subprocess.run([sys.executable, "-m", "omnistep", "ripple", "--json"], capture_output=True, check=True)
+    said = subprocess.run([sys.executable, "-m", "omnistep", "wheel-ripple", "--json"], capture_output=True, check=True)
     half, rim, radius = 0.5 * json.loads(said.stdout.splitlines()[0])["roller_length_m"], 0.066, 0.006
     edge = 0.05 * radius
     sine = np.abs(np.sin(turn))

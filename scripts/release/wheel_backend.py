@@ -1,7 +1,7 @@
 """Builds wheel and source as maturin does, without a path of the machine that builds them.
 
 pip calls this (`build-backend` in pyproject.toml). Paths come in two ways: panics name source files of dependencies,
-which the compiler is told to call otherwise; and the list of parts (CycloneDX) names this folder, which is rewritten.
+which the compiler is asked to rename; and the list of parts (CycloneDX) names this folder, which is rewritten.
 PyPI shows the README where none of its relative links leads anywhere: they become addresses in the repository. The
 source is without the package at the top of the repository, so its lock file is made to fit.
 """
@@ -79,7 +79,7 @@ def trim(wheel: Path) -> None:
             if path := named_in(library.read_bytes()):
                 wheel.unlink()
                 sys.exit(
-                    f"{library.name} names {path}: the compiler was not told to rename it, as where Cargo's "
+                    f"{library.name} names {path}: the compiler was not asked to rename it, as where Cargo's "
                     "configuration has target.*.rustflags; set RUSTFLAGS to those flags instead and build again"
                 )
         for parts in unpacked.glob("*.dist-info/sboms/*.json"):

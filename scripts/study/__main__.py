@@ -18,7 +18,7 @@ import study.runs
 import study.safety
 
 OUT = study.runs.ROOT / "out" / "study"
-ON_DAMPERS = ["independent", "paper", "synchronised", "steady", "reach"]
+ON_DAMPERS = ["independent", "scale_torques", "scale_references", "traction", "traction_runup"]
 
 
 def judged(rows: pd.DataFrame, dampers: pd.DataFrame) -> list[study.gates.Gate]:
@@ -33,7 +33,7 @@ def judged(rows: pd.DataFrame, dampers: pd.DataFrame) -> list[study.gates.Gate]:
     gates += study.gates.perturbed(rows, study.runs.BIASES, "rapier")
     gates += study.gates.grounds(rows, study.runs.GROUNDS, "articulated", study.gates.GROUND_RUNS)
     gates += study.gates.grounds(rows, study.runs.GROUNDS, "rapier", 2)
-    gates += study.gates.reach(rows, possible, study.runs.HARD, len(seeds))
+    gates += study.gates.runup(rows, possible, study.runs.HARD, len(seeds))
     gates += study.gates.situations(rows) + study.gates.vehicles(rows) + study.gates.safety(rows, study.safety.DRAWS)
     return [*gates, *study.gates.bouncing(rows), *study.gates.on_dampers(dampers)]
 

@@ -16,17 +16,17 @@ from study.tables import HARD, PLACES
 
 FOLDER = ROOT / "docs" / "images"
 DPI = 90
-UNITS = {"heat_n2m2s": " [N$^2$m$^2$s]"}
+UNITS = {"torque_squared_n2m2s": " [N$^2$m$^2$s]"}
 MARKS = dict(zip(PLACES, "os^v", strict=True))
 
 
 def grid(rows: pd.DataFrame) -> plt.Figure:
-    """A point a pair of runs: steady over independent, with the line that the gate draws."""
+    """A point a pair of runs: traction over independent, with the line that the gate draws."""
     figure, axes = plt.subplots(1, len(PARTS), figsize=(11.5, 4.4), layout="constrained")
     for ax, (name, part) in zip(axes, PARTS.items(), strict=True):
         most = 0.0
         for (engine, wheels), place in PLACES.items():
-            pairs = paired(of(rows, group="grid", engine=engine, wheels=wheels), "steady", "independent")
+            pairs = paired(of(rows, group="grid", engine=engine, wheels=wheels), "traction", "independent")
             if pairs.empty:
                 continue
             x, y = pairs[f"{name}_y"].astype(float), pairs[f"{name}_x"].astype(float)
@@ -37,7 +37,7 @@ def grid(rows: pd.DataFrame) -> plt.Figure:
         ax.plot(ends, part * ends, "k--", lw=1, label="the gate, for means")
         ax.set(xlim=ends, ylim=ends, title=f"{NAMES[name]}, at most {part:g}")
         ax.set_xlabel(f"independent{UNITS.get(name, '')}")
-        ax.set_ylabel(f"steady{UNITS.get(name, '')}")
+        ax.set_ylabel(f"traction{UNITS.get(name, '')}")
     handles, labels = axes[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=6, fontsize="small")
     return figure
@@ -59,7 +59,7 @@ def impact(rows: pd.DataFrame) -> plt.Figure:
     return figure
 
 
-def reach(rows: pd.DataFrame) -> plt.Figure:
+def runup(rows: pd.DataFrame) -> plt.Figure:
     """Runs that climbed a cell, a panel a policy; a cross where nothing was seen to climb."""
     cells = hard_cells()
     levels = sorted({cell[:2] for cell in cells})
@@ -85,7 +85,7 @@ def reach(rows: pd.DataFrame) -> plt.Figure:
 
 def on_dampers(speeds: pd.DataFrame) -> plt.Figure:
     """Section 3.3: every wheel's speed over time, a panel a policy."""
-    policies = [policy for policy in dict.fromkeys(speeds["policy"]) if policy != "reach"]
+    policies = [policy for policy in dict.fromkeys(speeds["policy"]) if policy != "traction_runup"]
     figure, axes = plt.subplots(1, len(policies), figsize=(12.5, 3.6), layout="constrained", sharey=True)
     names = {"wheel_1": "A (wheel 1)", "wheel_4": "B (wheel 4)", "wheel_5": "C (wheel 5)"}
     names |= {"wheel_3": "no load (wheels 3, 7)", "wheel_7": None}
@@ -127,7 +127,7 @@ def safety(rows: pd.DataFrame) -> plt.Figure:
 def draw(rows: pd.DataFrame, speeds: pd.DataFrame) -> None:
     """Write every picture."""
     FOLDER.mkdir(parents=True, exist_ok=True)
-    pictures = {"grid": grid(rows), "impact": impact(rows), "reach": reach(rows), "dampers": on_dampers(speeds)}
+    pictures = {"grid": grid(rows), "impact": impact(rows), "runup": runup(rows), "dampers": on_dampers(speeds)}
     pictures["safety"] = safety(rows)
     for name, figure in pictures.items():
         figure.savefig(FOLDER / f"study-{name}.png", dpi=DPI)

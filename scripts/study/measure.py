@@ -55,8 +55,8 @@ def impact(trace: omnistep.Trace) -> dict[str, float | None]:
     """How fast the vehicle is when wheel 4 first meets the edge, and what its wheels push in the 0.3 s after.
 
     Speeds are means over the 20 ms before, [m/s]. Parts of the torque limit, means over the wheels that roll ahead, are
-    the wind-up of the loops' integrals then, the thrust that motors are told to give after, and the push that the
-    ground takes of it; of wheel 4 alone is what it is told to give in the first 50 ms, and its rise in 0.3 s, [m].
+    the wind-up of the loops' integrals then, the thrust that motors are commanded to give after, and the push that the
+    ground takes of it; of wheel 4 alone is what it is commanded to give in the first 50 ms, and its rise in 0.3 s, [m].
     """
     names = ["impact_m_s", "impact_rim_m_s", "impact_windup", "impact_thrust", "impact_own", "impact_push"]
     names.append("impact_rise_m")
@@ -108,8 +108,8 @@ def on_dampers(policy: str) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     }
     keys |= {f"vehicle.wheel.{wheel}.inertia_kg_m2": 1e-3 for wheel in range(7)}
     keys["control.policy"] = policy
-    if policy in ("steady", "reach"):
-        keys["control.tries"] = 0
+    if policy in ("traction", "traction_runup"):
+        keys["control.max_retries"] = 0
     trace = omnistep.run("flat", overrides=keys, progress=False)
     time = trace["time_s"]
     wheels, ways = list(ROLLING), np.array(list(ROLLING.values()))

@@ -28,7 +28,7 @@ def blocks(rows: pd.DataFrame, dampers: pd.DataFrame, gates: list[Gate]) -> dict
         "dampers": study.tables.on_dampers(dampers),
         "grid": study.tables.grid(rows),
         "pairs": study.tables.pairs(rows),
-        "cells": study.tables.cells(rows, "climbed", engines, ["independent", "steady"]),
+        "cells": study.tables.cells(rows, "climbed", engines, ["independent", "traction"]),
         "impact": study.tables.impact(rows),
         "turned": study.tables.turned(rows),
         "perturbed": study.tables.perturbed(rows),

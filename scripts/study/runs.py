@@ -21,7 +21,7 @@ import study.situations
 ROOT = Path(__file__).resolve().parents[2]
 STUDIES = ROOT / "crates" / "omni-config" / "assets" / "studies"
 FRICTION, TORQUE, HEIGHT = "terrain.friction", "vehicle.motor.stall_torque_n_m", "terrain.height_m"
-POLICIES = ["independent", "paper", "synchronised", "load_sharing", "steady", "reach"]
+POLICIES = ["independent", "scale_torques", "scale_references", "shared_integral", "traction", "traction_runup"]
 SLOPE = "vehicle.motor.slope_n_m_s_rad"
 NO_LOAD_RAD_S = 15.0  # of motors whose torque falls with the speed: 1 m/s at the rims
 
@@ -67,9 +67,9 @@ PERTURBED: dict[str, dict[str, Any]] = {
     "centre of mass 2 cm ahead": shifted(0.02, 0.0),
     "centre of mass 4 cm up": shifted(0.0, 0.04),
     "noise": NOISE,
-    "noise, 1 ms delay": NOISE | {"sensors.delay_us": 1000},
-    "noise, 2 ms delay": NOISE | {"sensors.delay_us": 2000},
-    "noise, 2 ms delay, 5 ms lag": NOISE | {"sensors.delay_us": 2000, "actuators.torque_lag_s": 0.005},
+    "noise, 1 ms delay": NOISE | {"sensors.delay_s": 0.001},
+    "noise, 2 ms delay": NOISE | {"sensors.delay_s": 0.002},
+    "noise, 2 ms delay, 5 ms lag": NOISE | {"sensors.delay_s": 0.002, "actuators.torque_lag_s": 0.005},
     "gyro bias 0.005 rad/s": {"sensors.gyro_bias_rad_s": 0.005},
     "gyro bias 0.02 rad/s": {"sensors.gyro_bias_rad_s": 0.02},
 }
@@ -99,7 +99,7 @@ def grid_cells() -> list[tuple[float, float, float]]:
 
 def hard_cells() -> list[tuple[float, float, float]]:
     """Those of the harder table."""
-    _, axes, _ = study_file("reach")
+    _, axes, _ = study_file("traction_runup")
     low = [(0.05, mu, torque) for mu in axes[FRICTION] for torque in (1.0, 1.2)]
     return low + list(itertools.product(axes[HEIGHT], axes[FRICTION], axes[TORQUE]))
 
@@ -124,7 +124,7 @@ def step(
             "keys": {
                 **keys,
                 "control.policy": law,
-                **({"control.tries": 0} if without else {}),
+                **({"control.max_retries": 0} if without else {}),
                 "physics.engine": tags["engine"],
                 "physics.wheel_model": tags["wheels"],
                 HEIGHT: height,
@@ -165,32 +165,32 @@ def planned(short: bool) -> list[dict]:
     one, two = seeds[:1], seeds[:2]
     grid, hard = grid_cells(), hard_cells()
     possible = [cell for cell in hard if cell not in IMPOSSIBLE]
-    pair, three = ["independent", "steady"], ["independent", "steady", "steady without retry"]
-    long, fast, soft = {"duration_s": 30.0}, {"command.vx_m_s": 1.0}, {"physics.contact_damping": 1.0}
+    pair, three = ["independent", "traction"], ["independent", "traction", "traction without retry"]
+    long, fast, soft = {"duration_s": 30.0}, {"command.vx_m_s": 1.0}, {"physics.contact_damping_ratio": 1.0}
     runs = [
-        step("grid", [*POLICIES, "steady without retry"], grid, seeds),
+        step("grid", [*POLICIES, "traction without retry"], grid, seeds),
         step("grid", three, grid, seeds, wheels="rollers"),
-        step("hard", ["reach", "steady"], hard, seeds, keys=long),
-        step("hard", ["independent", "reach without retry"], hard, seeds),
+        step("hard", ["traction_runup", "traction"], hard, seeds, keys=long),
+        step("hard", ["independent", "traction_runup without retry"], hard, seeds),
         step("fast", ["independent"], hard, seeds, keys=fast),
         *[
-            step("line", ["reach", "steady"], [cell], seeds, keys=long | {SLOPE: cell[2] / NO_LOAD_RAD_S})
+            step("line", ["traction_runup", "traction"], [cell], seeds, keys=long | {SLOPE: cell[2] / NO_LOAD_RAD_S})
             for cell in hard
         ],
         *[step("perturbed", pair, grid, two, case=case, keys=keys) for case, keys in PERTURBED.items()],
         *[step("coarse", pair, grid, two, case=case, keys=keys) for case, keys in COARSE.items()],
-        grounds("articulated", [*pair, "reach"], list(range(seeds[0], seeds[0] + 8))),
-        step("bouncing", [*pair, "reach"], grid, two, keys=soft),
-        step("bouncing hard", ["reach"], possible, one, keys=soft | long),
-        step("hard", ["reach"], HARD, one, keys=long, engine="rapier"),
-        step("grid", [*three, "paper", "synchronised"], grid, seeds, engine="rapier"),
+        grounds("articulated", [*pair, "traction_runup"], list(range(seeds[0], seeds[0] + 8))),
+        step("bouncing", [*pair, "traction_runup"], grid, two, keys=soft),
+        step("bouncing hard", ["traction_runup"], possible, one, keys=soft | long),
+        step("hard", ["traction_runup"], HARD, one, keys=long, engine="rapier"),
+        step("grid", [*three, "scale_torques", "scale_references"], grid, seeds, engine="rapier"),
         *[
-            step("perturbed", ["steady"], grid, two, case=case, keys=PERTURBED[case], engine="rapier")
+            step("perturbed", ["traction"], grid, two, case=case, keys=PERTURBED[case], engine="rapier")
             for case in BIASES
         ],
         grounds("rapier", pair, two),
-        *askew(["independent", "synchronised", "steady"], seeds, engine="articulated", wheels="ball"),
-        *askew(["independent", "synchronised", "steady"], seeds, engine="articulated", wheels="rollers"),
+        *askew(["independent", "scale_references", "traction"], seeds, engine="articulated", wheels="ball"),
+        *askew(["independent", "scale_references", "traction"], seeds, engine="articulated", wheels="rollers"),
         *askew(pair, seeds, engine="rapier", wheels="ball"),
         step("grid", pair, grid, seeds, engine="rapier", wheels="rollers"),
         study.situations.situations(),

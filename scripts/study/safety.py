@@ -19,7 +19,7 @@ import omnistep
 #: Built-in vehicles, and two public robots beside this file.
 VEHICLES = ["chugo7", "omni3", "mecanum4", "rocker_bogie6", "ridgeback", "rosmaster_x3"]
 GROUNDS = ["flat", "step", "stairs", "bumps", "rough", "ice", "height_map"]
-POLICIES = ["steady", "reach"]
+POLICIES = ["traction", "traction_runup"]
 DURATION_S = 8.0
 STOPS_S = 5.0  # stopped for good
 ENDS_S = 2.0  # from the stop on torque may last so long: a time-out, a deceleration, the bleed
@@ -29,8 +29,8 @@ FASTEST_M_S = 1.0  # of a run-up
 WAYS = [0.0, 0.0, 0.0, 0.0, 0.5, float(np.pi / 2), float(np.pi)]
 BACK_M = 0.05  # beyond a stated back-off
 #: What the policies state of their retries: how many times the command a run-up is, and how far they back off [m].
-RUN_UP_TIMES = {"steady": 2.0, "reach": 4.0}
-BACK_OFF_M = {"steady": 0.22, "reach": 0.27}
+RUN_UP_TIMES = {"traction": 2.0, "traction_runup": 4.0}
+BACK_OFF_M = {"traction": 0.22, "traction_runup": 0.27}
 BACKS_OFF, RUNS_UP = 1, 2  # as `traction_mode` says it
 SLOWS_S = 1.0  # after a run-up; the target falls by 4 m/s^2
 #: The laws, and those that nothing may break.
@@ -47,7 +47,7 @@ def loadable(name: str) -> str:
 
 
 def drawn(seed: int) -> dict[str, Any]:
-    """The run of a seed: its ground as the scenario, keys, and what it is to be told by."""
+    """The run of a seed: its ground as the scenario, keys, and its labels."""
     dice = Random(seed)
     name, ground, policy = VEHICLES[seed % len(VEHICLES)], dice.choice(GROUNDS), dice.choice(POLICIES)
     vehicle = omnistep.Vehicle(loadable(name))
@@ -58,7 +58,7 @@ def drawn(seed: int) -> dict[str, Any]:
         "physics.engine": "rapier" if seed // len(VEHICLES) % 8 == 7 else "articulated",
         "duration_s": DURATION_S,
         "control.policy": policy,
-        "control.period_us": period_us,
+        "control.period_s": period_us / 1e6,
         "control.precision": dice.choice(["f32", "f64"]),
         "sensors.encoder_counts": dice.choice([0, 0, 32, 256, 1024, 4096]),
         "sensors.encoder_noise_rad_s": dice.choice([0.0, 0.1, 1.0, 5.0]) * dice.random(),
@@ -66,7 +66,7 @@ def drawn(seed: int) -> dict[str, Any]:
         "sensors.gyro_bias_rad_s": dice.choice([0.0, 0.05, 0.3]) * dice.uniform(-1.0, 1.0),
         "sensors.no_imu": dice.random() < 0.1,
         "sensors.no_hinge_encoders": dice.random() < 0.1,
-        "sensors.delay_us": dice.choice([0, 0, 5000, 10000]) // period_us * period_us,
+        "sensors.delay_s": dice.choice([0, 0, 5000, 10000]) // period_us * period_us / 1e6,
         "actuators.torque_lag_s": dice.choice([0.0, 0.0, 0.005, 0.02]),
         "perturbation.yaw_rad": dice.uniform(0.0, 0.2),
         "perturbation.start_m": 0.02,
@@ -96,8 +96,15 @@ def drawn(seed: int) -> dict[str, Any]:
     if ground in ("step", "stairs"):
         radius_m = min(wheel["radius_m"] for wheel in vehicle.to_dict()["wheel"])
         keys["terrain.height_m"] = radius_m * dice.uniform(0.1, 1.2 if ground == "step" else 0.8)
-    told = {"vehicle": name, "case": ground, "traction": policy, "broken": broken, "driven": driven, "wheels": "ball"}
-    return {"group": "safety", "scenario": ground, "seed": seed, "engine": keys["physics.engine"], **told, "keys": keys}
+    labels = {"vehicle": name, "case": ground, "traction": policy, "broken": broken, "driven": driven, "wheels": "ball"}
+    return {
+        "group": "safety",
+        "scenario": ground,
+        "seed": seed,
+        "engine": keys["physics.engine"],
+        **labels,
+        "keys": keys,
+    }
 
 
 def planned(seeds: range) -> list[dict]:
@@ -109,11 +116,11 @@ def planned(seeds: range) -> list[dict]:
 
 def judged(trace: omnistep.Trace, keys: dict[str, Any], traction: str) -> dict[str, float]:
     """How far a run went in each law: 1 is the limit; of motors without a no-load speed rims have none."""
-    period_s, asked = keys["control.period_us"] * 1e-6, np.hypot(keys["command.vx_m_s"], keys["command.vy_m_s"])
+    period_s, asked = keys["control.period_s"], np.hypot(keys["command.vx_m_s"], keys["command.vy_m_s"])
     way = np.array([keys["command.vx_m_s"], keys["command.vy_m_s"]]) / asked
     rows = round(STOPS_S / period_s)
     # From its first back-off on a policy states that it goes back. It goes faster while it tries, for a second after
-    # that, and at later rows of the obstacle, which `reach` approaches as fast as the row before them.
+    # that, and at later rows of the obstacle, which `traction_runup` approaches as fast as the row before them.
     mode, row = (trace[name][:rows] if name in trace else np.zeros(rows) for name in ("traction_mode", "traction_row"))
     tried = np.maximum.accumulate(mode == BACKS_OFF)
     tries = (mode == BACKS_OFF) | (mode == RUNS_UP)
@@ -137,8 +144,10 @@ def judged(trace: omnistep.Trace, keys: dict[str, Any], traction: str) -> dict[s
     ]
     rim = np.abs(trace.wheels("rim_m_s") / gears).max() / no_load if no_load else np.nan
     after = torque[round((STOPS_S + ENDS_S) / period_s) :]
-    told = [name for name in trace.names if name.startswith(("twist_", "pose_", "traction_"))]
-    finite = all(np.isfinite(trace[name]).all() for name in told) and np.isfinite(trace.wheels("requested_n_m")).all()
+    signals = [name for name in trace.names if name.startswith(("twist_", "pose_", "traction_"))]
+    finite = (
+        all(np.isfinite(trace[name]).all() for name in signals) and np.isfinite(trace.wheels("requested_n_m")).all()
+    )
     parts = [
         np.max(speeds, initial=0.0),
         back_m / (BACK_M + (BACK_OFF_M[traction] if tried.any() else 0.0)),

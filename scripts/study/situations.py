@@ -9,7 +9,7 @@ HEIGHT, FRICTION, TORQUE = "terrain.height_m", "terrain.friction", "vehicle.moto
 SEEDS = range(9301, 9305)
 PLACED = {"perturbation.yaw_rad": 0.03, "perturbation.start_m": 0.02, "duration_s": 20.0, "stop_when_done": True}
 ROLLERS = {"physics.wheel_model": "rollers"}
-SEVEN = ["independent", "steady", "reach"]
+SEVEN = ["independent", "traction", "traction_runup"]
 
 
 def heading(angle_rad: float, **more: Any) -> dict[str, Any]:
@@ -78,8 +78,8 @@ SITUATIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "without IMU": ("step", {"sensors.no_imu": True}),
     "without hinge encoders": ("step", {"sensors.no_hinge_encoders": True}),
     "without both": ("step", {"sensors.no_imu": True, "sensors.no_hinge_encoders": True}),
-    "period 5 ms": ("step", {"control.period_us": 5000}),
-    "period 10 ms": ("step", {"control.period_us": 10000}),
+    "period 5 ms": ("step", {"control.period_s": 0.005}),
+    "period 10 ms": ("step", {"control.period_s": 0.01}),
     "step of 8 cm": ("step", {HEIGHT: 0.08, "duration_s": 60.0}),
     "wall of 20 cm": ("step", {HEIGHT: 0.2, "duration_s": 60.0}),
 }

@@ -19,13 +19,13 @@ PLACES = {
 }
 MEANS = {
     "crossing_s": ("time [s]", 2),
-    "linkage_spread": ("linkage spread", 3),
-    "slip_rms": ("slip", 3),
-    "heat_n2m2s": ("heat [N2m2s]", 1),
+    "slip_speed_std": ("slip speed std", 3),
+    "slip_rms": ("slip rms", 3),
+    "torque_squared_n2m2s": ("torque squared [N2m2s]", 1),
     "peak_n": ("peak force [N]", 0),
     "retries": ("retries", 2),
 }
-PAIRED = {name: MEANS[name] for name in ("linkage_spread", "heat_n2m2s", "slip_rms", "crossing_s", "peak_n")}
+PAIRED = {name: MEANS[name] for name in ("slip_speed_std", "torque_squared_n2m2s", "slip_rms", "crossing_s", "peak_n")}
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]], left: int = 1) -> str:
@@ -62,7 +62,7 @@ def grid(rows: pd.DataFrame) -> str:
     lines = []
     for (engine, wheels), place in PLACES.items():
         here = of(rows, group="grid", engine=engine, wheels=wheels)
-        for policy in [*POLICIES, "steady without retry"]:
+        for policy in [*POLICIES, "traction without retry"]:
             if len(each := of(here, policy=policy)):
                 means = [mean(ups(each), figure, digits) for figure, (_, digits) in MEANS.items()]
                 name = f"`{policy}`".replace(" without retry`", "` without retry")
@@ -72,10 +72,10 @@ def grid(rows: pd.DataFrame) -> str:
 
 
 def pairs(rows: pd.DataFrame) -> str:
-    """`steady` less `independent`, seed by seed."""
+    """`traction` less `independent`, seed by seed."""
     lines = []
     for (engine, wheels), place in PLACES.items():
-        both = paired(of(rows, group="grid", engine=engine, wheels=wheels), "steady", "independent")
+        both = paired(of(rows, group="grid", engine=engine, wheels=wheels), "traction", "independent")
         if len(both):
             parts = [
                 f"{with_interval(both, figure, digits)}; {part(both, figure):.2f}"
@@ -96,16 +96,16 @@ def cells(rows: pd.DataFrame, column: str, places: Sequence[tuple[str, str]], po
                 each = of(rows, group="grid", engine=engine, wheels=wheels, policy=policy)
                 each = of(each, friction=cell[1], torque_n_m=cell[2])
                 line.append(f"{climbed(each)}" if column == "climbed" else mean(each, column, 2))
-        lines.append([*line, bound(cell)])
+        lines.append([*line, climb_limits(cell)])
     names = [f"{engine}{' rollers' if wheels == 'rollers' else ''}: {p}" for engine, wheels in places for p in policies]
     return table(["mu", "torque limit", *names, "run-up, by statics [m/s]"], lines, left=2)
 
 
-def bound(cell: tuple[float, float, float]) -> str:
+def climb_limits(cell: tuple[float, float, float]) -> str:
     """The run-up that the row which needs most needs: at least, and from where on its energy suffices [m/s]."""
     height, mu, torque = cell
     keys = {"terrain.height_m": height, "terrain.friction": mu, "vehicle.motor.stall_torque_n_m": torque}
-    found = omnistep.bound("step", overrides=keys)
+    found = omnistep.climb_limits("step", overrides=keys)
     least, enough = found.run_up_m_s.max(), found.path_run_up_m_s.max()
     return "none" if enough == 0.0 else f"{least:.2f} to {enough:.2f}"
 
@@ -159,14 +159,14 @@ def spread(rows: pd.DataFrame, figure: str, digits: int) -> str:
 
 
 CLAIMS = {
-    "slip_rms": ("slip ratio (15)", 4),
-    "disturbed_rms": ("disturbed ratio (14)", 4),
-    "disturbed_realised_rms": ("the same, realised reference", 4),
-    "spread_rms": ("spread of the wheels' speeds", 4),
-    "linkage_spread": ("linkage spread", 4),
+    "slip_rms": ("slip rms (15)", 4),
+    "speed_error_rms": ("speed error rms (14)", 4),
+    "speed_error_realised_rms": ("the same, realised reference", 4),
+    "speed_ratio_std": ("speed ratio std", 4),
+    "slip_speed_std": ("slip speed std", 4),
     "crossing_s": ("crossing time [s]", 3),
     "peak_n": ("peak force [N]", 1),
-    "heat_n2m2s": ("heat [N2m2s]", 2),
+    "torque_squared_n2m2s": ("torque squared [N2m2s]", 2),
 }
 
 
@@ -174,36 +174,36 @@ def claims(rows: pd.DataFrame) -> str:
     """Each policy less `independent`, where both climbed."""
     columns = []
     for engine in ("articulated", "rapier"):
-        for policy in ("paper", "synchronised", "steady"):
+        for policy in ("scale_torques", "scale_references", "traction"):
             here = of(rows, group="grid", engine=engine, wheels="ball")
             columns.append((f"{engine}: `{policy}`", paired(here, policy, "independent")))
     lines = [
         [name, *[with_interval(both, figure, digits) for _, both in columns]]
         for figure, (name, digits) in CLAIMS.items()
     ]
-    again = paired(of(rows, group="grid", engine="rapier", wheels="ball"), "steady", "independent")
+    again = paired(of(rows, group="grid", engine="rapier", wheels="ball"), "traction", "independent")
     once = again[again["retries_x"] == 0]
-    text = f"{with_interval(once, 'disturbed_rms', 3)} in the {len(once)} pairs without a retry"
+    text = f"{with_interval(once, 'speed_error_rms', 3)} in the {len(once)} pairs without a retry"
     others = again[again["retries_x"] > 0]
-    text += f", and by {with_interval(others, 'disturbed_rms', 3)} in the other {len(others)}"
+    text += f", and by {with_interval(others, 'speed_error_rms', 3)} in the other {len(others)}"
     head = ["", *[f"{name} ({len(both)} pairs)" for name, both in columns]]
-    return f"{table(head, lines)}\n\nWith rapier, the disturbed ratio of `steady` differs by {text}."
+    return f"{table(head, lines)}\n\nWith rapier, the speed error rms of `traction` differs by {text}."
 
 
 COMMANDED_M_S = 0.3
 
 
 def losses(rows: pd.DataFrame) -> str:
-    """Where `steady` is worse than `independent`, in words with their numbers."""
+    """Where `traction` is worse than `independent`, in words with their numbers."""
     lines = []
     for engine, wheels in PLACES:
         here = of(rows, group="grid", engine=engine, wheels=wheels)
-        alone, plain = of(here, policy="steady without retry"), of(here, policy="independent")
+        alone, plain = of(here, policy="traction without retry"), of(here, policy="independent")
         if climbed(alone) < climbed(plain) and len(alone):
             counts = f"{counted(climbed(alone), len(alone))} against {counted(climbed(plain), len(plain))}"
             lines.append(f"- *Without retry, {PLACES[engine, wheels]}*: it climbs {counts}.")
     for (engine, wheels), place in PLACES.items():
-        both = paired(of(rows, group="grid", engine=engine, wheels=wheels), "steady", "independent")
+        both = paired(of(rows, group="grid", engine=engine, wheels=wheels), "traction", "independent")
         again = int((both["retries_x"] > 0).sum())
         for figure, (name, digits) in PAIRED.items():
             if figure != "peak_n" and len(both) and part(both, figure) > 1.0:
@@ -212,18 +212,22 @@ def losses(rows: pd.DataFrame) -> str:
     more = [
         f"{part(both, 'peak_n'):.2f} ({place})"
         for (engine, wheels), place in PLACES.items()
-        if len(both := paired(of(rows, group="grid", engine=engine, wheels=wheels), "steady", "independent"))
+        if len(both := paired(of(rows, group="grid", engine=engine, wheels=wheels), "traction", "independent"))
     ]
     lines.append(f"- *Peak force*, divided by `independent`'s: {', '.join(more)}. Later rows meet the edge faster.")
     for ground in GROUNDS:
-        both = paired(of(rows, group="grounds", engine="articulated", case=ground), "steady", "independent")
-        if len(both) and (worse := part(both, "heat_n2m2s")) > 1.0:
+        both = paired(of(rows, group="grounds", engine="articulated", case=ground), "traction", "independent")
+        if len(both) and (worse := part(both, "torque_squared_n2m2s")) > 1.0:
             time = part(both, "crossing_s")
-            lines.append(f"- *Heat on `{ground}`*: {worse:.2f} times `independent`'s, in {time:.2f} times its time.")
+            lines.append(
+                f"- *Torque squared on `{ground}`*: {worse:.2f} times `independent`'s, in {time:.2f} times its time."
+            )
     here = of(rows, group="grounds", engine="articulated", case="half_step")
-    slow, plain = (COMMANDED_M_S * of(here, policy=p)["linkage_spread"].mean() for p in ("steady", "independent"))
+    slow, plain = (COMMANDED_M_S * of(here, policy=p)["slip_speed_std"].mean() for p in ("traction", "independent"))
     text = f"{1000 * slow:.1f} mm/s at the rims against {1000 * plain:.1f} mm/s"
-    lines.append(f"- *Spread on `half_step`*: {text}. Slip below 4 mm/s is not corrected, by design (`slip_free_m_s`).")
+    lines.append(
+        f"- *Slip speed std on `half_step`*: {text}. Slip below 4 mm/s is not corrected, by design (`slip_free_m_s`)."
+    )
     return "\n".join(lines)
 
 
@@ -241,37 +245,45 @@ def failures(rows: pd.DataFrame) -> str:
 
 
 def perturbed(rows: pd.DataFrame) -> str:
-    """Counts and means of both laws, articulated; `steady` on rapier where that was run."""
+    """Counts and means of both laws, articulated; `traction` on rapier where that was run."""
     lines = []
     for case in PERTURBED:
         here = of(rows, group="perturbed", case=case)
-        fast, slow = of(here, engine="articulated"), of(here, engine="rapier", policy="steady")
-        both = paired(fast, "steady", "independent")
-        line = [case, *[counted(climbed(each := of(fast, policy=p)), len(each)) for p in ("steady", "independent")]]
-        line += [with_interval(both, figure, PAIRED[figure][1]) for figure in ("linkage_spread", "heat_n2m2s")]
-        line.append(mean(ups(of(fast, policy="steady")), "retries", 2))
+        fast, slow = of(here, engine="articulated"), of(here, engine="rapier", policy="traction")
+        both = paired(fast, "traction", "independent")
+        line = [case, *[counted(climbed(each := of(fast, policy=p)), len(each)) for p in ("traction", "independent")]]
+        line += [
+            with_interval(both, figure, PAIRED[figure][1]) for figure in ("slip_speed_std", "torque_squared_n2m2s")
+        ]
+        line.append(mean(ups(of(fast, policy="traction")), "retries", 2))
         lines.append([*line, counted(climbed(slow), len(slow)) if len(slow) else "-"])
-    head = ["", "`steady` climbed", "`independent` climbed", "linkage spread, difference", "heat, difference"]
-    return table([*head, "retries", "`steady` on rapier"], lines)
+    head = [
+        "",
+        "`traction` climbed",
+        "`independent` climbed",
+        "slip speed std, difference",
+        "torque squared, difference",
+    ]
+    return table([*head, "retries", "`traction` on rapier"], lines)
 
 
 def grounds(rows: pd.DataFrame) -> str:
     """Means by ground and policy."""
     lines = []
     for engine, policies in [
-        ("articulated", ["independent", "steady", "reach"]),
-        ("rapier", ["independent", "steady"]),
+        ("articulated", ["independent", "traction", "traction_runup"]),
+        ("rapier", ["independent", "traction"]),
     ]:
         for ground in GROUNDS:
             here = of(rows, group="grounds", case=ground, engine=engine)
             line = [engine, f"`{ground}`"]
-            for figure, digits in [("crossing_s", 2), ("heat_n2m2s", 2), ("linkage_spread", 3)]:
+            for figure, digits in [("crossing_s", 2), ("torque_squared_n2m2s", 2), ("slip_speed_std", 3)]:
                 line.append(" / ".join(mean(of(here, policy=policy), figure, digits) for policy in policies))
             of_all = [of(here, policy=policy) for policy in policies]
-            flat = set(here["verdict"]) == {"driven"}
+            flat = set(here["verdict"]) == {"completed"}
             counts = " / ".join(f"{len(each) if flat else climbed(each)} of {len(each)}" for each in of_all)
             lines.append([*line, counts])
-    head = ["engine", "ground", "time [s]", "heat [N2m2s]", "linkage spread", "done"]
+    head = ["engine", "ground", "time [s]", "torque squared [N2m2s]", "slip speed std", "done"]
     return table(head, lines, left=2)
 
 
@@ -282,9 +294,9 @@ def coarse(rows: pd.DataFrame) -> str:
     fine = fine[fine["seed"].isin(of(rows, group="coarse")["seed"])].assign(case="ideal")
     for case in ["ideal", *COARSE]:
         line = [case]
-        for policy in ("steady", "independent"):
+        for policy in ("traction", "independent"):
             each = of(pd.concat([fine, of(rows, group="coarse")]), case=case, policy=policy)
-            figures = [("linkage_spread", 3), ("heat_n2m2s", 1), ("crossing_s", 2)]
+            figures = [("slip_speed_std", 3), ("torque_squared_n2m2s", 1), ("crossing_s", 2)]
             line += [
                 counted(climbed(each), len(each)),
                 *[mean(ups(each), figure, digits) for figure, digits in figures],
@@ -292,8 +304,8 @@ def coarse(rows: pd.DataFrame) -> str:
         lines.append(line)
     head = [
         f"`{policy}` {name}"
-        for policy in ("steady", "independent")
-        for name in ("climbed", "spread", "heat", "time [s]")
+        for policy in ("traction", "independent")
+        for name in ("climbed", "slip speed std", "torque squared", "time [s]")
     ]
     return table(["", *head], lines)
 
@@ -312,12 +324,15 @@ def askew(rows: pd.DataFrame) -> str:
 
 
 def _counts_and_means(here: pd.DataFrame) -> list[str]:
-    """Climbs, time and heat of three policies."""
-    every = [of(here, policy=policy) for policy in ("independent", "steady", "reach")]
+    """Climbs, time and torque squared of three policies."""
+    every = [of(here, policy=policy) for policy in ("independent", "traction", "traction_runup")]
     counts = " / ".join(str(climbed(each)) for each in every)
     return [
         counts,
-        *[" / ".join(mean(ups(each), f, d) for each in every) for f, d in (("crossing_s", 2), ("heat_n2m2s", 1))],
+        *[
+            " / ".join(mean(ups(each), f, d) for each in every)
+            for f, d in (("crossing_s", 2), ("torque_squared_n2m2s", 1))
+        ],
     ]
 
 
@@ -325,9 +340,9 @@ def situations(rows: pd.DataFrame) -> str:
     """Situations beyond the paper's step."""
     here = of(rows, group="situations")
     lines = [[case, *_counts_and_means(of(here, case=case))] for case in SITUATIONS]
-    every = [of(here, policy=policy) for policy in ("independent", "steady", "reach")]
+    every = [of(here, policy=policy) for policy in ("independent", "traction", "traction_runup")]
     lines.append([f"all, of {len(every[0])}", " / ".join(str(climbed(each)) for each in every), "", ""])
-    return table(["situation", "climbed of 4", "time [s]", "heat [N2m2s]"], lines)
+    return table(["situation", "climbed of 4", "time [s]", "torque squared [N2m2s]"], lines)
 
 
 def vehicles(rows: pd.DataFrame) -> str:
@@ -338,7 +353,7 @@ def vehicles(rows: pd.DataFrame) -> str:
         for name, (_, _, heights_m) in VEHICLES.items()
         for height_m in heights_m
     ]
-    return table(["vehicle", "height [cm]", "climbed of 4", "time [s]", "heat [N2m2s]"], lines, left=2)
+    return table(["vehicle", "height [cm]", "climbed of 4", "time [s]", "torque squared [N2m2s]"], lines, left=2)
 
 
 def safety(rows: pd.DataFrame) -> str:
@@ -359,13 +374,13 @@ def safety(rows: pd.DataFrame) -> str:
 
 
 HARD = {
-    "`reach`": ("hard", "reach"),
-    "`steady`": ("hard", "steady"),
-    "`reach` without retry": ("hard", "reach without retry"),
+    "`traction_runup`": ("hard", "traction_runup"),
+    "`traction`": ("hard", "traction"),
+    "`traction_runup` without retry": ("hard", "traction_runup without retry"),
     "`independent`, 0.3 m/s": ("hard", "independent"),
     "`independent`, 1 m/s": ("fast", "independent"),
-    "`reach`, 15 rad/s": ("line", "reach"),
-    "`steady`, 15 rad/s": ("line", "steady"),
+    "`traction_runup`, 15 rad/s": ("line", "traction_runup"),
+    "`traction`, 15 rad/s": ("line", "traction"),
 }
 
 
@@ -377,10 +392,18 @@ def hard(rows: pd.DataFrame) -> str:
         for group, policy in HARD.values():
             each = of(rows, group=group, policy=policy, engine="articulated")
             line.append(str(climbed(of(each, **dict(zip(CELL, cell, strict=True))))))
-        slow = of(rows, group="hard", policy="reach", engine="rapier", **dict(zip(CELL, cell, strict=True)))
+        slow = of(rows, group="hard", policy="traction_runup", engine="rapier", **dict(zip(CELL, cell, strict=True)))
         line += [f"{climbed(slow)} of {len(slow)}" if len(slow) else "", "no" if cell in IMPOSSIBLE else "yes"]
-        lines.append([*line, bound(cell)])
-    head = ["height [cm]", "mu", "torque limit", *HARD, "`reach`, rapier", "seen possible", "run-up, by statics [m/s]"]
+        lines.append([*line, climb_limits(cell)])
+    head = [
+        "height [cm]",
+        "mu",
+        "torque limit",
+        *HARD,
+        "`traction_runup`, rapier",
+        "seen possible",
+        "run-up, by statics [m/s]",
+    ]
     return table(head, lines, left=3)
 
 
@@ -388,10 +411,10 @@ def price(rows: pd.DataFrame) -> str:
     """Sums of the harder table, and what they cost."""
     lines = []
     every = [(name, "articulated", *value) for name, value in HARD.items()]
-    for name, engine, group, policy in [*every, ("`reach`, rapier", "rapier", "hard", "reach")]:
+    for name, engine, group, policy in [*every, ("`traction_runup`, rapier", "rapier", "hard", "traction_runup")]:
         each = of(rows, group=group, policy=policy, engine=engine)
         for what, some in [("all climbs", ups(each)), ("first attempts", ups(each[each["retries"] == 0]))]:
-            if what == "first attempts" and policy != "reach":
+            if what == "first attempts" and policy != "traction_runup":
                 continue
             worst = f"{some['crossing_s'].max():.1f}" if len(some) else "-"
             count = counted(len(some), len(each))

@@ -3,7 +3,8 @@
 
 use std::io::{Read as _, Write as _};
 
-use omni_core::{BodyTwist, DriveMode, Fault};
+use omni_core::drive::Fault;
+use omni_core::{BodyTwist, DriveMode};
 use omni_link::{
     Action, Answer, DriveReport, FromController, Greeting, Loops, MAX_ANSWER_FRAME, MAX_REQUEST_FRAME,
     PROTOCOL_VERSION, Receiver, Served, Server, ToController, decode, encode,

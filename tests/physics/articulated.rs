@@ -22,7 +22,7 @@ fn worst(trace: &Trace, column: &str) -> f64 {
 fn the_time_over_the_step_does_not_depend_on_the_physics_step() {
     // 1 ms to 0.125 ms; a control period is 1 ms, and a crossing lasts a whole number of them.
     let crossing_s = |step_us: u64| {
-        let step = format!("physics.step_us={step_us}");
+        let step = format!("physics.timestep_s={step_us}e-6");
         let trace = run(&load("step", &[&step, "control.policy=independent"])).expect("runs");
         trace.outcome().crossing_s.expect("climbed")
     };
@@ -75,7 +75,7 @@ fn contacts_whose_friction_pushes_them_into_the_ground_settle() {
     // one step in a hundred until t = 3.85 s, and the run ended with an error.
     let keys = [
         "seed=7103",
-        "control.policy=synchronised",
+        "control.policy=scale_references",
         "physics.wheel_model=rollers",
         "terrain.friction=0.85",
         "vehicle.motor.stall_torque_n_m=1.4",

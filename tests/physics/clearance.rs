@@ -69,17 +69,17 @@ fn on_level_ground_a_body_2_mm_above_it_does_not_touch_and_one_whose_box_is_in_i
     let low = outcome("flat", &["vehicle=omni3", "vehicle.body.0.clearance_m=0.002"]);
     assert_eq!(
         (low.verdict, low.touched_body),
-        (Verdict::Driven, None),
+        (Verdict::Completed, None),
         "{low:?}"
     );
     // Its inertia box is 2 cm longer than twice the height of its centre of mass.
     let deep = outcome(
         "flat",
-        &["vehicle=omni3", "vehicle.body.0.box_m=[0.3, 0.3, 0.18]"],
+        &["vehicle=omni3", "vehicle.body.0.inertia_box_m=[0.3, 0.3, 0.18]"],
     );
     assert_eq!(
         (deep.verdict, deep.touched_body),
-        (Verdict::Driven, None),
+        (Verdict::Completed, None),
         "{deep:?}"
     );
 }

@@ -1,8 +1,10 @@
 //! States and configurations of omni-core survive being written and read, bit for bit.
 
+use omni_core::estimate::{Odometry, OdometryState};
+use omni_core::loops::{AntiWindup, ControlSample};
+use omni_core::shaping::{AxisLimits, TwistLimiter, TwistLimiterState, TwistLimits};
 use omni_core::{
-    AntiWindup, AxisLimits, BodyTwist, ControlSample, ControlState, Controller, Coordination, Kinematics,
-    Odometry, OdometryState, PidConfig, PidGains, TorqueLimit, TwistLimiter, TwistLimiterState, TwistLimits,
+    BodyTwist, ControlState, Controller, Coordination, Kinematics, PidConfig, PidGains, TorqueLimit,
     WheelControlConfig, WheelLayout,
 };
 
@@ -24,7 +26,7 @@ fn drive(periods: std::ops::Range<u32>, memory: &mut Memory) -> Vec<ControlSampl
     let config = WheelControlConfig {
         pid: PidConfig::new(GAINS, 1e-3),
         limits: [TorqueLimit::constant(0.5).expect("valid"); 7],
-        coordination: Coordination::synchronised(),
+        coordination: Coordination::scale_references(),
     };
     let controller = Controller::new(&layout, config).expect("valid");
     let axis = AxisLimits::symmetric(1.0, 0.5, 0.5, 5.0);

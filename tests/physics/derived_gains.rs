@@ -14,7 +14,7 @@ fn without_gains(vehicle: &str, period_us: i64) -> Scenario {
     let mut inline = toml::Table::try_from(vehicle).expect("plain data");
     inline.remove("gains");
     table.insert("vehicle".into(), inline.into());
-    table["control"]["period_us"] = period_us.into();
+    table["control"]["period_s"] = (period_us as f64 / 1e6).into();
     Scenario::from_source(&Source::text("no gains", table.to_string()), &[]).expect("valid")
 }
 

@@ -1,5 +1,6 @@
 //! What firmware's whole step does in the simulation: time-out, faults, safe stop, pose; and a campaign of random faults.
 
+use omni_core::shaping::CommandStatus;
 use omni_core::{BodyTwist, DriveInput, DriveState, WheelVelocities};
 use omni_sim::config::{Engine, Override, Scenario};
 use omni_sim::{Simulation, Trace, run};
@@ -50,17 +51,19 @@ fn a_drive_does_in_the_loop_what_it_does_by_hand() {
             .map(|wheel| wheel.applied_n_m)
             .collect();
         assert_eq!(applied, by_hand.wheels.applied.n_m); // in every bit
-        assert_eq!(simulation.sample().own[3], by_hand.pose.x_m);
+        let report = simulation.sample().report.drive.as_ref();
+        assert_eq!(report.map(|drive| drive.pose), Some(by_hand.pose));
     }
     // Wheels that hardly slip know where the vehicle is: 2 mm of 0.26 m.
     let [x, y, _] = simulation.observation().pose.position_m;
-    let own = &simulation.sample().own;
+    let report = simulation.sample().report.drive.as_ref().expect("it is a drive");
     assert!(
-        (own[3] - x).abs() < 0.002 && (own[4] - y).abs() < 0.002,
-        "{own:?}, {x}, {y}"
+        (report.pose.x_m - x).abs() < 0.002 && (report.pose.y_m - y).abs() < 0.002,
+        "{report:?}, {x}, {y}"
     );
     // Its deviation grows with the way: 0.02 rad per root of rad, 4 rad, 66 mm, shared by the wheels that roll: millimetres.
-    assert!((1e-4..0.01).contains(&own[6]), "{own:?}");
+    let [deviation_m, ..] = report.deviations.expect("it runs here");
+    assert!((1e-4..0.01).contains(&deviation_m), "{report:?}");
 }
 
 fn without_a_command_the_vehicle_rests_half_a_second_later() {
@@ -186,7 +189,8 @@ fn a_drive_goes_on_from_a_snapshot_bit_for_bit() {
             format!("{:?}", resumed.sample())
         );
     }
-    assert_eq!(simulation.sample().own[2], 3.0); // the command timed out on the way
+    let report = simulation.sample().report.drive.as_ref().expect("it is a drive");
+    assert_eq!(report.command, Some(CommandStatus::TimedOut)); // on the way
 }
 
 /// Drives ahead, then turns too; in between one wheel's encoder fails. The wheels that were called faulty, and when \[s\].
@@ -247,13 +251,13 @@ fn blamed(keys: &[&str]) -> Vec<(String, f64)> {
 }
 
 fn a_dead_encoder_is_found_at_a_crawl_where_the_others_show_less_than_stuck_rad_s() {
-    // 0.26, 0.45 and 0.4 rad/s and, with `synchronised`, down to a third of that: 1 rad takes 8 s at most, and the integral 1 s to half of the
+    // 0.26, 0.45 and 0.4 rad/s and, with `scale_references`, down to a third of that: 1 rad takes 8 s at most, and the integral 1 s to half of the
     // stall torque.
     for (vehicle, wheel, vx, policy) in [
         ("mecanum4", "front_left", "0.02", "independent"),
         ("chugo7", "5", "0.03", "independent"),
-        ("chugo7", "5", "0.03", "synchronised"),
-        ("rocker_bogie6", "middle_right", "0.03", "synchronised"),
+        ("chugo7", "5", "0.03", "scale_references"),
+        ("rocker_bogie6", "middle_right", "0.03", "scale_references"),
     ] {
         let fault = format!("fault=[{{kind='encoder_dead',wheel='{wheel}',from_s=1.5}}]");
         let keys = [
@@ -346,7 +350,7 @@ fn coarse_encoders_read_slowly_make_no_sound_wheel_faulty() {
 /// Three wheels, of which one stands before a wall: it pushes for a while, as a vehicle at a step has to, and is then stopped; see docs/failures.md.
 fn a_vehicle_that_pushes_in_vain_is_stopped_where_a_dead_encoder_would_look_the_same() {
     // With a grip that the motors cannot break.
-    let wall = "terrain={kind='step',at_m=0.35,height_m=0.2,friction=2.0}";
+    let wall = "terrain={kind='step',start_x_m=0.35,height_m=0.2,friction=2.0}";
     let keys = [
         "vehicle=omni3",
         "sensors.encoder_counts=4096",

@@ -3,10 +3,11 @@
 //! Errors are those of the pose in the plane, which is what the filter models, against the simulation's own. Sensors have the noise of
 //! the scenario; the accelerometer, which has none there, gets its own here. Settings were found on seeds below 100.
 
-use omni_core::{
-    BodyTwist, Estimator, EstimatorConfig, EstimatorInput, EstimatorState, Kinematics, Odometry,
-    OdometryState, PlanarPose, PoseCovariance, Real,
+use omni_core::estimate::{
+    Estimator, EstimatorConfig, EstimatorInput, EstimatorState, Odometry, OdometryState, PoseCovariance,
 };
+use omni_core::geometry::PlanarPose;
+use omni_core::{BodyTwist, Kinematics, Real};
 use omni_sim::Simulation;
 use omni_sim::config::{Override, Scenario};
 use rand_chacha::ChaCha8Rng;
@@ -37,7 +38,7 @@ fn normal(rng: &mut ChaCha8Rng) -> f64 {
 }
 
 /// Half a second of rest, then as fast as commanded at once, a stop, and sideways in a turn: wheels slip on every start.
-fn manoeuvre(t: f64) -> [f64; 3] {
+fn excitation(t: f64) -> [f64; 3] {
     match t {
         t if t < 0.5 => [0.0; 3],
         t if t < 2.0 => [0.6, 0.0, 0.0],
@@ -64,19 +65,19 @@ const ALL_ICE: &str = "friction_patch=[{ x_m = [-0.5, 1.0], y_m = [-5.0, 5.0], f
 const FLAT: Drive = Drive {
     scenario: "flat",
     keys: &[],
-    command: manoeuvre,
+    command: excitation,
     duration_s: 4.0,
 };
 const HALF_ON_ICE: Drive = Drive {
     scenario: "ice",
     keys: &[LEFT_ICE],
-    command: manoeuvre,
+    command: excitation,
     duration_s: 4.0,
 };
 const ON_ICE: Drive = Drive {
     scenario: "ice",
     keys: &[ALL_ICE],
-    command: manoeuvre,
+    command: excitation,
     duration_s: 4.0,
 };
 const BUMPS: Drive = Drive {

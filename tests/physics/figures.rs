@@ -66,7 +66,7 @@ fn a_body_on_a_hinge_swings_with_the_period_of_a_physical_pendulum() {
 name = "pendulum"
 mass_kg = 0.5
 com_m = [0.02, 0.0, 0.3]
-box_m = [0.06, 0.06, 0.06]
+inertia_box_m = [0.06, 0.06, 0.06]
 
 [[hinge]]
 name = "swing"
@@ -150,7 +150,7 @@ damping_n_m_s_rad = 0.0
 fn crossing(policy: &str, step_us: u64, runs: u32) -> f64 {
     let each = |seed: u32| {
         let keys = [
-            format!("physics.step_us={step_us}"),
+            format!("physics.timestep_s={step_us}e-6"),
             format!("seed={seed}"),
             format!("control.policy={policy}"),
             "perturbation.yaw_rad=0.03".into(),
@@ -191,7 +191,10 @@ fn crossing_time_does_not_depend_on_the_physics_step() {
 #[ignore = "288 runs of 4.5 s: make test-full"]
 fn crossing_time_does_not_depend_on_the_physics_step_under_any_policy() {
     std::thread::scope(|threads| {
-        for policies in [["independent", "synchronised"], ["paper", "load_sharing"]] {
+        for policies in [
+            ["independent", "scale_references"],
+            ["scale_torques", "shared_integral"],
+        ] {
             threads.spawn(move || policies.map(|policy| crossing_time_agrees(policy, 24)));
         }
     });

@@ -23,7 +23,7 @@ fn settled(command: BodyTwist<f64>, policy: &str) -> [f64; 3] {
 }
 
 fn follows_within_a_thousandth(command: BodyTwist<f64>) {
-    for policy in ["independent", "synchronised"] {
+    for policy in ["independent", "scale_references"] {
         let got = settled(command, policy);
         let wanted = command.to_array();
         // 0.1 % of each component; what is not asked for stays below 0.1 % of the rest, with 0.3 m as the lever of yaw.

@@ -295,7 +295,7 @@ fn energy_closes_over_the_step_whatever_gears_take() {
             (8850, "independent", "contact", 0.2, 0.8),
             (8807, "independent", "contact", 0.2, 0.8),
             (8802, "independent", "contact", 0.05, 0.9),
-            (8805, "steady", "rollers", 0.2, 0.8),
+            (8805, "traction", "rollers", 0.2, 0.8),
             (8803, "independent", "rollers", 0.2, 0.8),
         ],
     };

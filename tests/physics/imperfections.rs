@@ -101,7 +101,7 @@ fn encoder_and_gyro_noise_have_the_deviation_asked_for_and_the_seed_alone_change
 
 fn a_delay_shows_the_controller_what_was_so_many_periods_ago() {
     let mut prompt = Simulation::new(&scenario(&[])).expect("valid");
-    let mut late = Simulation::new(&scenario(&["sensors.delay_us=5000"])).expect("valid");
+    let mut late = Simulation::new(&scenario(&["sensors.delay_s=0.005"])).expect("valid");
     let mut truth = Vec::new();
     for k in 0..400 {
         // The same torques: the same motion. Only the reading differs.
@@ -140,7 +140,7 @@ fn velocity_and_counted_angle_follow_the_torque_by_the_lag_and_agree_with_each_o
     let turn = |lag: f64, step_us: u64| {
         let keys = [
             format!("actuators.torque_lag_s={lag}"),
-            format!("physics.step_us={step_us}"),
+            format!("physics.timestep_s={step_us}e-6"),
         ];
         let keys = [&keys[0], "vehicle=mecanum4", &keys[1]];
         let counted = [&keys[..], &["sensors.encoder_counts=10000000"]].concat();
@@ -331,8 +331,8 @@ fn bad_keys_name_themselves() {
     };
     for (key, message) in [
         (
-            "sensors.delay_us=1500",
-            "sensors.delay_us: 1500, allowed: a multiple of control.period_us, 1000",
+            "sensors.delay_s=0.0015",
+            "sensors.delay_s: 0.0015, allowed: a multiple of control.period_s, 0.001",
         ),
         (
             "actuators.voltage_sag=1.5",
@@ -401,10 +401,10 @@ fn coarse_and_noisy_encoders_leave_the_mean_speed_within_5_percent() {
     let mut off = Vec::new();
     for vehicle in ["chugo7", "omni3", "mecanum4"] {
         for (policy, precision, sensors) in [
-            ("synchronised", "f64", "sensors.encoder_counts=64"),
-            ("synchronised", "f32", "sensors.encoder_counts=256"),
-            ("synchronised", "f32", "sensors.encoder_noise_rad_s=20"),
-            ("load_sharing", "f32", "sensors.encoder_counts=32"),
+            ("scale_references", "f64", "sensors.encoder_counts=64"),
+            ("scale_references", "f32", "sensors.encoder_counts=256"),
+            ("scale_references", "f32", "sensors.encoder_noise_rad_s=20"),
+            ("shared_integral", "f32", "sensors.encoder_counts=32"),
         ] {
             off.extend(off_by_5_percent(vehicle, policy, precision, sensors));
         }
@@ -420,7 +420,12 @@ fn every_encoder_leaves_the_mean_speed_within_5_percent_under_every_policy() {
     let noises = [5, 10, 20].map(|n| format!("sensors.encoder_noise_rad_s={n}"));
     let mut off = Vec::new();
     for vehicle in ["chugo7", "omni3", "mecanum4"] {
-        for policy in ["independent", "paper", "synchronised", "load_sharing"] {
+        for policy in [
+            "independent",
+            "scale_torques",
+            "scale_references",
+            "shared_integral",
+        ] {
             for precision in ["f32", "f64"] {
                 for sensors in counts.iter().chain(&noises) {
                     off.extend(off_by_5_percent(vehicle, policy, precision, sensors));
@@ -433,7 +438,12 @@ fn every_encoder_leaves_the_mean_speed_within_5_percent_under_every_policy() {
 
 fn wheels_that_were_blocked_end_without_torque() {
     // A step of 20 cm is a wall; the vehicle pushes against it, and is commanded to rest after 3 s.
-    for policy in ["independent", "paper", "synchronised", "load_sharing"] {
+    for policy in [
+        "independent",
+        "scale_torques",
+        "scale_references",
+        "shared_integral",
+    ] {
         let keys = [
             "terrain.height_m=0.2",
             "duration_s=6.0",

@@ -14,9 +14,9 @@ fn at_the_step(keys: &[&str]) -> Outcome {
     *run(&load("step", &keys).expect("valid")).expect("runs").outcome()
 }
 
-/// Its climb takes 1.3 N.m (`omnistep bound step`).
+/// Its climb takes 1.3 N.m (`omnistep climb-limits step`).
 fn motors_of_half_the_torque_that_a_step_takes_are_limited_by_torque() {
-    for policy in ["independent", "paper", "steady"] {
+    for policy in ["independent", "scale_torques", "traction"] {
         let policy = format!("control.policy={policy}");
         let weak = at_the_step(&[&policy, "vehicle.motor.stall_torque_n_m=0.6"]);
         assert_eq!(
@@ -30,7 +30,7 @@ fn motors_of_half_the_torque_that_a_step_takes_are_limited_by_torque() {
 
 /// Statics of an upright edge nearly as high as the axle want a friction of 0.4 and more.
 fn wheels_on_ice_at_a_step_are_limited_by_friction() {
-    for policy in ["independent", "paper", "steady"] {
+    for policy in ["independent", "scale_torques", "traction"] {
         let policy = format!("control.policy={policy}");
         let icy = at_the_step(&[&policy, "terrain.friction=0.2"]);
         assert_eq!(

@@ -34,9 +34,9 @@ fn no_wheel_passes_its_no_load_speed_behind_an_encoder_that_is_stuck_dead_late_o
     for more in [
         r#"fault=[{ kind = "encoder_stuck", wheel = "front_left", from_s = 0.02 }]"#,
         r#"fault=[{ kind = "encoder_dead", wheel = "front_left", from_s = 0.02 }]"#,
-        "sensors.delay_us=50000",
+        "sensors.delay_s=0.05",
         "sensors.encoder_counts=64",
-        "control.period_us=20000",
+        "control.period_s=0.02",
     ] {
         let ice = [
             "terrain.friction=0.02",
@@ -78,7 +78,7 @@ fn without_load_a_motor_comes_to_its_no_load_speed_and_stays_there() {
     for (slope, steps) in [("0.1", "500"), ("0.1", "1000"), ("10.0", "500"), ("0.1", "125")] {
         let no_load = STALL_N_M / slope.parse::<f64>().expect("a number");
         let slope = format!("vehicle.motor.slope_n_m_s_rad={slope}");
-        let step = format!("physics.step_us={steps}");
+        let step = format!("physics.timestep_s={steps}e-6");
         let free = scenario(&["terrain.friction=0", &slope, &step]);
         let mut simulation = Simulation::new(&free).expect("valid");
         for k in 0..1000 {
@@ -118,7 +118,7 @@ fn a_torque_held_for_good_settles_where_the_line_meets_the_load() {
             "vehicle.motor.gear_friction_n_m=0.2",
             "vehicle.motor.viscous_n_m_s_rad=0.02",
             "vehicle.motor.efficiency=0.8",
-            "control.period_us=5000",
+            "control.period_s=0.005",
         ];
         let faults = if fault.is_empty() { &[][..] } else { &[fault] };
         let mut simulation = Simulation::new(&scenario(&[&losses[..], faults].concat())).expect("valid");

@@ -45,7 +45,7 @@ fn a_crate_of_ones_own_drives_a_vehicle_and_has_columns_of_its_own() {
 }
 
 /// omni-core's loops as somebody's own policy.
-struct BuiltIn(omni_core::ControllerPolicy<f64, 7>);
+struct BuiltIn(omni_core::loops::ControllerPolicy<f64, 7>);
 
 impl Policy<f64> for BuiltIn {
     fn reset(&mut self) {
@@ -62,12 +62,12 @@ fn the_built_in_law_as_somebodys_own_is_the_built_in_law_in_every_bit() {
         "step",
         &[
             "duration_s=2.5",
-            "control.policy=synchronised",
+            "control.policy=scale_references",
             "physics.engine=articulated",
             "sensors.encoder_counts=4096",
         ],
     );
-    let policy = omni_core::ControllerPolicy::new(
+    let policy = omni_core::loops::ControllerPolicy::new(
         scenario.limiter().expect("valid"),
         scenario.controller().expect("valid"),
     );

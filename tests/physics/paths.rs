@@ -1,6 +1,7 @@
 //! Paths that are followed, and tables of twists.
 
-use omni_core::{BodyTwist, PlanarPose};
+use omni_core::BodyTwist;
+use omni_core::geometry::PlanarPose;
 use omni_sim::config::{Override, Scenario};
 use omni_sim::controller::ControlSample;
 use omni_sim::observation::Observation;
@@ -69,7 +70,7 @@ fn step(simulation: &mut Simulation) -> (ControlSample, Observation) {
 }
 
 fn a_snapshot_in_the_middle_of_a_path_resumes_bit_for_bit() {
-    let noise = "sensors={ encoder_counts = 8192, encoder_noise_rad_s = 0.05, delay_us = 2000 }";
+    let noise = "sensors={ encoder_counts = 8192, encoder_noise_rad_s = 0.05, delay_s = 0.002 }";
     let scenario = load("square", &[noise, "command.plan.speed_m_s=0.5"]);
     let mut simulation = Simulation::new(&scenario).expect("valid");
     for _ in 0..1234 {
@@ -212,8 +213,8 @@ fn beside(csv: &str) -> Result<Scenario, omni_sim::config::Error> {
     std::fs::write(folder.path().join("cmd.csv"), csv).expect("written");
     let text = "schema_version = 1\nname = \"table\"\nvehicle = \"mecanum4\"\nduration_s = 1.0\n\
                 [terrain]\nkind = \"flat\"\nfriction = 0.7\n[command]\nfile = \"cmd.csv\"\n\
-                [control]\npolicy = \"synchronised\"\nperiod_us = 1000\n\
-                [physics]\nstep_us = 500\ncontact_hz = 200.0\ncontact_damping = 5.0\ngravity_m_s2 = 9.81\n";
+                [control]\npolicy = \"scale_references\"\nperiod_s = 0.001\n\
+                [physics]\ntimestep_s = 0.0005\ncontact_frequency_hz = 200.0\ncontact_damping_ratio = 5.0\ngravity_m_s2 = 9.81\n";
     let file = folder.path().join("table.toml");
     std::fs::write(&file, text).expect("written");
     Scenario::load(file.to_str().expect("UTF-8"), &[])

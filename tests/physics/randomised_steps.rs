@@ -8,7 +8,7 @@ use omni_sim::config::{Override, Scenario};
 
 fn hash(key: &str) -> u32 {
     let scenario = Scenario::load("step", &[Override::parse(key).expect("valid")]).expect("valid");
-    let odometry = omni_core::Odometry::new(scenario.period_s() as f32).expect("valid");
+    let odometry = omni_core::estimate::Odometry::new(scenario.period_s() as f32).expect("valid");
     let (controller, limiter) = (
         scenario.controller().expect("valid"),
         scenario.limiter().expect("valid"),
@@ -29,7 +29,7 @@ fn any_change_of_the_controller_changes_the_hash_of_the_randomised_steps() {
         "vehicle.motor.stall_torque_n_m=1.999",
         "vehicle.limits.wz_rad_s=1.9",
         "vehicle.wheel[6].radius_m=0.0660001",
-        "control.policy=\"paper\"",
+        "control.policy=\"scale_torques\"",
     ] {
         assert_ne!(hash(key), own, "{key}");
     }

@@ -109,12 +109,12 @@ fn what_links_make_of_rolling_wheels_is_in_the_spread_and_not_in_the_linkage_spr
     // While the front frame rises two of five wheels read 2.2 % more: a deviation of 0.022 sqrt(0.4 0.6) = 0.011. That is about a
     // third of the time from the foot on; the square root of it is 0.6.
     assert!(
-        (0.005..0.009).contains(&outcome.spread_rms),
+        (0.005..0.009).contains(&outcome.speed_ratio_std),
         "{}",
-        outcome.spread_rms
+        outcome.speed_ratio_std
     );
     // All wheels roll: what is left is creep of the contacts in rapier.
-    assert!(outcome.linkage_spread < 1e-3, "{}", outcome.linkage_spread);
+    assert!(outcome.slip_speed_std < 1e-3, "{}", outcome.slip_speed_std);
 }
 
 fn the_realised_reference_is_the_commanded_one_but_where_a_policy_reduces_it() {
@@ -125,13 +125,16 @@ fn the_realised_reference_is_the_commanded_one_but_where_a_policy_reduces_it() {
         ];
         *run(&load("step", &keys).expect("valid")).expect("runs").outcome()
     };
-    for policy in ["independent", "paper", "load_sharing"] {
+    for policy in ["independent", "scale_torques", "shared_integral"] {
         let outcome = climb(policy);
-        assert_eq!(outcome.disturbed_realised_rms, outcome.disturbed_rms, "{policy}");
+        assert_eq!(
+            outcome.speed_error_realised_rms, outcome.speed_error_rms,
+            "{policy}"
+        );
     }
     // At the riser and at its stall all references are reduced together, and wheels follow the reduced ones: 0.50 instead of 0.73.
-    let outcome = climb("synchronised");
-    let (realised, commanded) = (outcome.disturbed_realised_rms, outcome.disturbed_rms);
+    let outcome = climb("scale_references");
+    let (realised, commanded) = (outcome.speed_error_realised_rms, outcome.speed_error_rms);
     assert!(realised < 0.9 * commanded, "{realised}, {commanded}");
 }
 

@@ -19,7 +19,7 @@ fn scenario(ratio: f64) -> Scenario {
         Override::new("vehicle", "rocker_bogie6"),
         Override::new("vehicle.coupling[0].ratio", ratio),
         Override::new("terrain.height_m", HEIGHT_M),
-        Override::new("terrain.at_m", AT_M),
+        Override::new("terrain.start_x_m", AT_M),
     ];
     load("step", &overrides).expect("valid")
 }

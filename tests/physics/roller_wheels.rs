@@ -341,7 +341,7 @@ fn every_built_in_scenario_is_passed_on_rollers_and_its_energy_book_closes_withi
         let expected = if scenario.terrain.obstacle().is_some() {
             Verdict::Climbed
         } else {
-            Verdict::Driven
+            Verdict::Completed
         };
         assert_eq!(outcome.verdict, expected, "{name}");
         assert!(outcome.energy_residual.abs() < 1e-4, "{name}: {outcome:?}");

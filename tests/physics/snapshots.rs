@@ -10,7 +10,7 @@ use crate::engines::{load, on_both_engines};
 /// A climb with everything that has a state: noise, delay, lag, faults, heading hold.
 fn scenario() -> Scenario {
     let overrides = [
-        "sensors={ encoder_counts = 8192, encoder_noise_rad_s = 0.05, delay_us = 2000, gyro_noise_rad_s = 0.01 }",
+        "sensors={ encoder_counts = 8192, encoder_noise_rad_s = 0.05, delay_s = 0.002, gyro_noise_rad_s = 0.01 }",
         "actuators={ torque_lag_s = 0.005, voltage_sag = 0.1 }",
         "heading_hold={ gain_per_s = 2.0, limit_rad_s = 0.3 }",
         "perturbation.yaw_rad=0.02",

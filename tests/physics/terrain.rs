@@ -33,7 +33,7 @@ fn every_built_in_scenario_is_passed_and_its_energy_book_closes_within_a_ten_tho
         let expected = if scenario(name, &[]).terrain.obstacle().is_some() {
             Verdict::Climbed
         } else {
-            Verdict::Driven
+            Verdict::Completed
         };
         assert_eq!(outcome.verdict, expected, "{name}");
         assert!(

@@ -8,7 +8,7 @@ use crate::engines::{load, on_both_engines};
 /// The step in a drive with every default.
 fn scenario(keys: &[&str]) -> Scenario {
     let all: Vec<_> = [
-        "control.policy=steady",
+        "control.policy=traction",
         "drive.faults={}",
         "stop_when_done=true",
         "duration_s=12",

@@ -28,7 +28,7 @@ fn a_vehicle_that_rolls_away_without_motors_ran_away_and_one_that_is_braked_in_t
         let faults = format!("fault=[{}]", faults.join(", "));
         outcome("ramp", &["terrain.length_m=4.0", &faults]).verdict
     };
-    assert_eq!(failing(""), Verdict::RanAway);
+    assert_eq!(failing(""), Verdict::Overspeed);
     // For 0.3 s: 0.48 m/s backwards at the most, 0.1 m/s of it above the bound, and the motors brake at once.
     assert_eq!(failing(", until_s = 6.3"), Verdict::Unfinished);
 }
@@ -41,12 +41,17 @@ fn a_vehicle_that_is_commanded_to_turn_and_slides_off_ran_away() {
     let faults = format!("fault=[{}]", faults.join(", "));
     let turn = "command.then=[{ at_s = 4.0, vx_m_s = 0.0, vy_m_s = 0.0, wz_rad_s = 2.0 }]";
     let sliding = outcome("ramp", &["terrain.length_m=4.0", &faults, turn]);
-    assert_eq!(sliding.verdict, Verdict::RanAway, "{sliding:?}");
+    assert_eq!(sliding.verdict, Verdict::Overspeed, "{sliding:?}");
 }
 
 fn hills_that_turn_a_vehicle_are_no_runaway_under_any_policy() {
-    // Down the hills it goes at 0.4 to 0.5 m/s and turns by 0.24 to 0.46 rad/s; the sum of both was above the bound under load_sharing.
-    for policy in ["independent", "paper", "synchronised", "load_sharing"] {
+    // Down the hills it goes at 0.4 to 0.5 m/s and turns by 0.24 to 0.46 rad/s; the sum of both was above the bound under shared_integral.
+    for policy in [
+        "independent",
+        "scale_torques",
+        "scale_references",
+        "shared_integral",
+    ] {
         let policy = format!("control.policy={policy}");
         assert_eq!(
             outcome("height_map", &[&policy]).verdict,
@@ -61,7 +66,7 @@ fn a_frame_that_stands_at_its_stop_on_flat_ground_leaned_and_did_not_drive() {
     let load = "fault=[{ kind = \"load_added\", body = \"front\", mass_kg = 10.0, at_m = [-0.5, 0.0, 0.3], from_s = 1.0 }]";
     let leaning = outcome("flat", &[load]);
     assert!(leaning.pitch_peak_deg > 45.0, "{leaning:?}");
-    assert_eq!(leaning.verdict, Verdict::Leaned);
+    assert_eq!(leaning.verdict, Verdict::Tilted);
 }
 
 /// Every wheel of chugo7 towards a speed of the vehicle ahead \[m/s\], whatever is commanded, with at most so much torque \[N.m\].
@@ -101,7 +106,7 @@ fn a_vehicle_that_drives_back_where_ahead_is_commanded_goes_the_wrong_way() {
     assert_eq!(back.verdict, Verdict::WrongWay, "{back:?}");
     assert!(back.final_x_m < -0.8, "{back:?}");
     // Too slow is another thing than the wrong way.
-    assert_eq!(heedless(0.2, &[]).verdict, Verdict::Driven);
+    assert_eq!(heedless(0.2, &[]).verdict, Verdict::Completed);
 }
 
 fn a_vehicle_that_covers_less_than_half_of_its_way_fell_short_and_one_that_turns_unasked_is_off_course() {
@@ -115,7 +120,7 @@ fn a_vehicle_that_covers_less_than_half_of_its_way_fell_short_and_one_that_turns
         "flat",
         &[
             "vehicle=mecanum4",
-            "control.policy=synchronised",
+            "control.policy=scale_references",
             drag,
             "duration_s=6.0",
         ],
@@ -128,7 +133,7 @@ fn a_vehicle_that_covers_less_than_half_of_its_way_fell_short_and_one_that_turns
     let turned = |duration: &str| outcome("flat", &["vehicle=mecanum4", &lost, duration]);
     let (little, much) = (turned("duration_s=4.0"), turned("duration_s=15.0"));
     assert!(
-        little.verdict == Verdict::Driven && little.yaw_error_deg.abs() < 44.0,
+        little.verdict == Verdict::Completed && little.yaw_error_deg.abs() < 44.0,
         "{little:?}"
     );
     assert!(
@@ -148,9 +153,9 @@ fn a_vehicle_that_wrong_sensors_drive_back_is_not_called_driven() {
         let vehicle = format!("vehicle={vehicle}");
         let found = outcome(
             "flat",
-            &[&vehicle, sensors, "control.policy=steady", "duration_s=4.0"],
+            &[&vehicle, sensors, "control.policy=traction", "duration_s=4.0"],
         );
-        let named = matches!(found.verdict, Verdict::WrongWay | Verdict::RanAway);
+        let named = matches!(found.verdict, Verdict::WrongWay | Verdict::Overspeed);
         assert!(named || found.final_x_m > -0.1, "{found:?}");
     }
 }
@@ -163,7 +168,7 @@ fn motors_that_drive_on_after_a_command_of_rest_are_named() {
     let on = heedless(0.08, &["command.vx_m_s=0.08", rest, drag]);
     assert_eq!(on.verdict, Verdict::DroveOn, "{on:?}");
     let obeyed = outcome("flat", &["command.vx_m_s=0.08", rest, drag]);
-    assert_eq!(obeyed.verdict, Verdict::Driven, "{obeyed:?}");
+    assert_eq!(obeyed.verdict, Verdict::Completed, "{obeyed:?}");
 }
 
 /// Flat ground and wheels without friction take nothing of 0.08 m/s. The same with a wheel that is dragged with 1 N.m s: 230 N s/m of
@@ -180,7 +185,7 @@ fn a_vehicle_that_coasts_past_a_stop_rolls_on_and_one_that_comes_to_a_stand_does
     let on = coasting("");
     assert_eq!(on.verdict, Verdict::RolledOn, "{on:?}");
     let stands = coasting("{ kind = \"wheel_drag\", wheel = \"4\", damper_n_m_s_rad = 1.0, from_s = 1.0 }");
-    assert_eq!(stands.verdict, Verdict::Driven, "{stands:?}");
+    assert_eq!(stands.verdict, Verdict::Completed, "{stands:?}");
 }
 
 /// The gears' friction is more than the motors' 2 N.m, and the integrals bring every motor to its limit.
@@ -217,20 +222,20 @@ fn a_rocker_without_a_differential_falls_on_its_nose_and_leaned() {
     std::fs::write(&path, format!("{}{}", &text[..from], &text[end..])).expect("written");
     let vehicle = format!("vehicle={}", path.display());
     let fallen = outcome("flat", &[&vehicle, "duration_s=3.0"]);
-    assert_eq!(fallen.verdict, Verdict::Leaned, "{fallen:?}");
+    assert_eq!(fallen.verdict, Verdict::Tilted, "{fallen:?}");
     assert!((fallen.nose_down_peak_deg - 28.6).abs() < 0.5, "{fallen:?}");
     assert!(fallen.pitch_peak_deg < 1.0, "{fallen:?}");
     let whole = outcome("flat", &["vehicle=rocker_bogie6", "duration_s=3.0"]);
     assert!(
-        whole.verdict == Verdict::Driven && whole.nose_down_peak_deg < 1.0,
+        whole.verdict == Verdict::Completed && whole.nose_down_peak_deg < 1.0,
         "{whole:?}"
     );
 }
 
-/// `reach` backs off by 0.11 m and more at 0.3 m/s, for longer than half a second with the way to a stand.
+/// `traction_runup` backs off by 0.11 m and more at 0.3 m/s, for longer than half a second with the way to a stand.
 fn traction_control_that_backs_off_for_another_try_does_not_go_the_wrong_way() {
     let hard = [
-        "control.policy=reach",
+        "control.policy=traction_runup",
         "terrain.friction=0.55",
         "terrain.height_m=0.055",
         "vehicle.motor.stall_torque_n_m=1.4",

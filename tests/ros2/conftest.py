@@ -35,7 +35,7 @@ def lacking(what: str):
 
 @pytest.fixture
 def domain() -> int:
-    """A domain that no test before has used: peers that were killed are still believed alive there."""
+    """A domain that no test before has used: peers that were killed are still listed as alive there."""
     return next(domains)
 
 

@@ -1,6 +1,6 @@
 """The types of the messages for Cyclone DDS, from what ROS 2 Jazzy itself defines (as `rosbags` ships it).
 
-Only `omni_msgs` is taken from this repository: nobody else defines it.
+Only `omnistep_msgs` is taken from this repository: no other package defines it.
 """
 
 import types
@@ -23,8 +23,8 @@ BASES = {"string": str, "bool": bool, "float32": idl.float32, "float64": idl.flo
 def definitions() -> Typestore:
     """What ROS 2 Jazzy defines, and the messages of omnistep."""
     store = get_typestore(Stores.ROS2_JAZZY)
-    types_of_omnistep = get_types_from_msg((SCHEMAS / "VehicleState.msg").read_text(), "omni_msgs/msg/VehicleState")
-    store.register({name: fields for name, fields in types_of_omnistep.items() if name.startswith("omni_msgs/")})
+    types_of_omnistep = get_types_from_msg((SCHEMAS / "VehicleState.msg").read_text(), "omnistep_msgs/msg/VehicleState")
+    store.register({name: fields for name, fields in types_of_omnistep.items() if name.startswith("omnistep_msgs/")})
     return store
 
 

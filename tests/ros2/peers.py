@@ -74,12 +74,12 @@ class Cyclone:
         return subscription
 
     def hold(self, topic: str, kind: str, **settings) -> DataReader:
-        """A reader whose samples nobody takes."""
+        """A reader whose samples are not taken."""
         wanted = qos(**settings)
         return DataReader(self.participant, Topic(self.participant, f"rt{topic}", message(kind)), wanted)
 
     def write(self, topic: str, kind: str, matched: bool = True, **settings) -> DataWriter:
-        """A writer of a topic, once somebody reads it."""
+        """A writer of a topic, once it has a reader."""
         wanted = qos(**{"depth": 10} | settings)
         writer = DataWriter(self.participant, Topic(self.participant, f"rt{topic}", message(kind)), wanted)
         if matched:
@@ -109,7 +109,7 @@ class FastDds:
     program = os.environ.get("FAST_DDS_PEER", "")
 
     def __init__(self, domain: int, lease_s: int = 0):
-        """`lease_s`: how long others believe it alive when they hear nothing of it; 0: as it comes, 20 s."""
+        """`lease_s`: how long others keep a silent peer as alive; 0: as it comes, 20 s."""
         command = [self.program, str(domain), str(lease_s)]
         self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
         self.samples: dict[str, list[bytes]] = {}
@@ -147,11 +147,11 @@ class FastDds:
         return came
 
     def hold(self, topic: str, kind: str, reliable: bool = True, transient: bool = False, depth: int = 10):
-        """A reader whose samples nobody takes."""
+        """A reader whose samples are not taken."""
         self._made("hold", topic, kind, reliable, transient, depth)
 
     def write(self, topic: str, kind: str, reliable: bool = True, transient: bool = False, depth: int = 10):
-        """A writer of a topic, once somebody reads it."""
+        """A writer of a topic, once it has a reader."""
         self._made("write", topic, kind, reliable, transient, depth)
         until(lambda: self.matched.get(f"rt{topic}"), f"a reader of {topic} for Fast DDS")
 
@@ -160,7 +160,7 @@ class FastDds:
         self._say(f"send rt{topic} {sample.hex()}")
 
     def kill(self):
-        """Ends the peer as a crash would: it says goodbye to nobody."""
+        """Ends the peer as a crash would: it does not say goodbye."""
         self.process.send_signal(signal.SIGKILL)
         self.process.wait()
 

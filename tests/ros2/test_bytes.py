@@ -12,7 +12,7 @@ KINDS = {
     "/odom": "nav_msgs/msg/Odometry",
     "/ground_truth/odom": "nav_msgs/msg/Odometry",
     "/joint_states": "sensor_msgs/msg/JointState",
-    "/vehicle_state": "omni_msgs/msg/VehicleState",
+    "/vehicle_state": "omnistep_msgs/msg/VehicleState",
 }
 
 
@@ -32,7 +32,7 @@ def test_messages_are_byte_for_byte_those_of_the_log(fast_dds, run, log):
     peer = fast_dds()
     came = {topic: peer.read(topic, kind) for topic, kind in KINDS.items()}
     description = peer.read("/robot_description", "std_msgs/msg/String", transient=True, depth=1)
-    one = run("flat", "--wait", "--for", "3.5")
+    one = run("flat", "--wait", "--duration", "3.5")
     assert one.ended() == 0
     until(lambda: description, "the description")
     for topic, kind in KINDS.items():

@@ -49,13 +49,13 @@ def test_a_run_ends_by_a_signal_with_its_figures(cyclone, run, by):
     one = run("flat")
     until(lambda: clock.samples and stamp_ns(clock.samples[-1]) > 1_000_000_000, "a second")
     assert one.stop(by) == 0
-    assert " driven |" in one.printed
+    assert " completed |" in one.printed
 
 
 def test_without_a_reader_a_run_ends_after_its_time(run):
-    one = run("flat", "--for", "1")
+    one = run("flat", "--duration", "1")
     assert one.ended() == 0
-    assert " driven |" in one.printed
+    assert " completed |" in one.printed
 
 
 def test_the_domain_of_the_environment_is_followed():
@@ -80,7 +80,7 @@ def test_the_domain_of_the_environment_is_followed():
 
 @pytest.mark.parametrize("domain", ["233", "-1", "x", "1.5"])
 def test_a_domain_that_is_none_is_one_line(domain):
-    one = Run("flat", "--for", "1", domain=domain, ready=False)
+    one = Run("flat", "--duration", "1", domain=domain, ready=False)
     try:
         assert one.ended() == 2
         lines = one.said.splitlines()
@@ -101,7 +101,7 @@ def test_names_are_under_the_namespace_but_the_clock(cyclone, run, namespace):
         f"{under}/ground_truth/odom": "nav_msgs/msg/Odometry",
         f"{under}/joint_states": "sensor_msgs/msg/JointState",
         f"{under}/imu": "sensor_msgs/msg/Imu",
-        f"{under}/vehicle_state": "omni_msgs/msg/VehicleState",
+        f"{under}/vehicle_state": "omnistep_msgs/msg/VehicleState",
     }
     topics = [cyclone.read(topic, kind) for topic, kind in names.items()]
     topics.append(cyclone.read(f"{under}/robot_description", "std_msgs/msg/String", transient=True, depth=1))
@@ -115,7 +115,7 @@ def test_names_are_under_the_namespace_but_the_clock(cyclone, run, namespace):
 
 @pytest.mark.parametrize("namespace", ["1robot", "a//b", "a b", "ro-bot"])
 def test_a_namespace_that_ros_would_refuse_is_one_line(namespace, domain):
-    one = Run("flat", "--for", "1", "--namespace", namespace, domain=domain, ready=False)
+    one = Run("flat", "--duration", "1", "--namespace", namespace, domain=domain, ready=False)
     try:
         assert one.ended() == 2
         assert "--namespace" in one.said
@@ -128,7 +128,7 @@ def test_rates_are_as_asked(cyclone, run):
     odom = cyclone.read("/odom", "nav_msgs/msg/Odometry")
     joints = cyclone.read("/joint_states", "sensor_msgs/msg/JointState")
     imu = cyclone.read("/imu", "sensor_msgs/msg/Imu")
-    run("flat", "--rate", "/odom=10", "--rate", "/joint_states=200", "--rate", "/imu=0")
+    run("flat", "--topic-rate", "/odom=10", "--topic-rate", "/joint_states=200", "--topic-rate", "/imu=0")
     for topic, period_ns in ((odom, 100_000_000), (joints, 5_000_000), (clock, 10_000_000)):
         at = [stamp_ns(sample) for sample in topic.after(30)[1:]]
         steps = [after - before for before, after in pairwise(at)]
@@ -140,10 +140,10 @@ def test_rates_are_as_asked(cyclone, run):
 
 @pytest.mark.parametrize("rate", ["/odom", "/odom=-1", "/odom=x", "/nothing=10", "/odom=1e9"])
 def test_a_rate_that_is_none_is_one_line(rate, domain):
-    one = Run("flat", "--for", "1", "--rate", rate, domain=domain, ready=False)
+    one = Run("flat", "--duration", "1", "--topic-rate", rate, domain=domain, ready=False)
     try:
         assert one.ended() == 2
-        assert "--rate" in one.said
+        assert "--topic-rate" in one.said
         assert re.search(re.escape(rate.split("=")[0]), one.said)
     finally:
         one.close()

@@ -21,14 +21,14 @@ def matrix(place, q) -> np.ndarray:
     return pose
 
 
-@pytest.fixture(scope="module", params=[(), ("--map",)], ids=["odom", "map"])
+@pytest.fixture(scope="module", params=[(), ("--publish-map-frame",)], ids=["odom", "map"])
 def frames(request):
     """The truth, and the frames of the same time by name, with what is above each."""
     domain = next(domains)
     cyclone = Cyclone(domain)
     truth = cyclone.read("/ground_truth/odom", "nav_msgs/msg/Odometry")
     tf = cyclone.read("/tf", "tf2_msgs/msg/TFMessage")
-    run = Run("bumps", "--wait", "--for", "5", *request.param, domain=domain)
+    run = Run("bumps", "--wait", "--duration", "5", *request.param, domain=domain)
     try:
         assert run.ended() == 0, run.said
         until(lambda: len(truth.samples) > 75 and len(tf.samples) > 75, "1.5 s at 50 Hz")

@@ -62,7 +62,7 @@ def test_no_garbage_moves_the_vehicle(cyclone, fast_dds, run, kind, what):
     [(["wheel_x"], [1.0]), ([WHEEL], []), ([WHEEL], [1.0, 2.0]), ([WHEEL], [float("inf")])],
     ids=["joints of others alone", "no value", "a value too many", "infinite"],
 )
-def test_commands_of_joints_that_do_not_fit_are_told_and_move_nothing(cyclone, run, fast_dds, names, velocity):
+def test_commands_of_joints_that_do_not_fit_are_reported_and_move_nothing(cyclone, run, fast_dds, names, velocity):
     clock = cyclone.read("/clock", "rosgraph_msgs/msg/Clock")
     states = cyclone.read("/joint_states", "sensor_msgs/msg/JointState")
     one = run("flat", "--set", "vehicle=mecanum4", "--ros2-control", "velocity")

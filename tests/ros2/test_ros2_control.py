@@ -62,10 +62,10 @@ def test_the_mecanum_controller_computes_what_its_own_tests_say():
 
 
 class Way:
-    """To one goal after the other, by the pose that the controller believes in: ahead, to the left, then a turn."""
+    """To one goal after the other, by the pose that the controller estimates: ahead, to the left, then a turn."""
 
     near = 0.002  # m and rad
-    gain = 2.0  # 1/s; whoever commands is up to half a second late on a busy machine, and then comes back
+    gain = 2.0  # 1/s; the commanding side is up to half a second late on a busy machine, and then comes back
     speeds = (0.4, 0.4, 0.8)
 
     def __init__(self, controller):
@@ -102,14 +102,18 @@ def written(*arguments: str) -> str:
 
 def component(cyclone, interface: str = "velocity") -> JointStateTopicSystem:
     """The hardware component for mecanum4."""
-    return JointStateTopicSystem.of(cyclone, written("urdf", "mecanum4", "--ros2-control", interface))
+    return JointStateTopicSystem.of(
+        cyclone, written("export", "mecanum4", "--format", "urdf", "--ros2-control", interface)
+    )
 
 
 def driven(cyclone, vehicle: str) -> tuple[np.ndarray, np.ndarray]:
-    """Where the controller believes to be after the manoeuvre, and where the vehicle is, from the start."""
+    """The pose that the controller estimates after the drive, and where the vehicle is, from the start."""
     truth = cyclone.read("/ground_truth/odom", "nav_msgs/msg/Odometry")
     controller = ros2_control.controller(written("export", vehicle, "--format", "ros2-control"))
-    system = JointStateTopicSystem.of(cyclone, written("urdf", vehicle, "--ros2-control", "velocity"))
+    system = JointStateTopicSystem.of(
+        cyclone, written("export", vehicle, "--format", "urdf", "--ros2-control", "velocity")
+    )
     manager = ControllerManager(cyclone, system, controller)
     start = truth_of(truth.first())
     manager.spin(Way(controller))
@@ -117,13 +121,13 @@ def driven(cyclone, vehicle: str) -> tuple[np.ndarray, np.ndarray]:
     return np.array(controller.pose), np.array(truth_of(truth.samples[-1])) - start
 
 
-def check(believed: np.ndarray, real: np.ndarray):
+def check(estimated: np.ndarray, real: np.ndarray):
     """In metres and radians."""
-    print(f"believed {believed}, real {real}")
+    print(f"estimated {estimated}, real {real}")
     # It stops within 2 of the goal and goes on from there by less than it stopped at.
-    assert believed == pytest.approx([1.0, 0.5, math.pi / 2], abs=0.004)
+    assert estimated == pytest.approx([1.0, 0.5, math.pi / 2], abs=0.004)
     # The vehicle slips by tenths of a millimetre at each start and stop. A wheel that is 1 % too large would be 10 mm.
-    assert believed == pytest.approx(real, abs=0.003)
+    assert estimated == pytest.approx(real, abs=0.003)
 
 
 # omni_wheel_drive_controller turns its wheels clockwise: in its vehicle file omni3 rolls the other way.
@@ -190,7 +194,7 @@ def test_the_joints_are_the_wheels_at_100_hz_and_rest_half_a_second_after_the_la
     assert np.median(steps) == 10_000_000 and steps.min() == 10_000_000
 
 
-def test_a_wheel_that_nobody_commands_any_more_rests_while_another_goes_on(cyclone, run):
+def test_a_wheel_without_commands_rests_while_another_goes_on(cyclone, run):
     run("flat", "--set", "vehicle=mecanum4", "--ros2-control", "velocity")
     names = list(MECANUM[:4])
     system = component(cyclone)
@@ -206,10 +210,10 @@ def test_a_wheel_that_nobody_commands_any_more_rests_while_another_goes_on(cyclo
     until(lambda: min(sent(whole)) > 1.9, "2 rad/s")
     # NaN, and joints that are not named. Without slip the wheels cannot turn so, and share the difference: -0.5, 1.5,
     # 0.5 and 0.5 rad/s. The integrals of the four loops grow until the wheels slip, after two seconds: then each wheel
-    # does as told.
+    # does as commanded.
     part = JointState(header=header, name=names[:2], position=[], velocity=[math.nan, 2.0], effort=[])
-    told = pytest.approx([0.0, 2.0, 0.0, 0.0], abs=0.1)
-    until(lambda: sent(part) == told, "one wheel that turns, and three at rest", seconds=30)
+    commanded = pytest.approx([0.0, 2.0, 0.0, 0.0], abs=0.1)
+    until(lambda: sent(part) == commanded, "one wheel that turns, and three at rest", seconds=30)
 
 
 # How often the wheels' inertia is in the way: docs/physics.md, rapier's balls turn across their rolling direction too.

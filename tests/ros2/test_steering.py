@@ -12,7 +12,7 @@ COMMANDS = {"geometry_msgs/msg/Twist": twist, "geometry_msgs/msg/TwistStamped": 
 
 
 class Sender:
-    """Sends one command at 20 Hz, as a person with a gamepad would, until it is told another or ends."""
+    """Sends one command at 20 Hz, as a person with a gamepad would, until it gets another or ends."""
 
     def __init__(self, write, command):
         self.write, self.command, self.going = write, command, True
@@ -92,7 +92,7 @@ def test_a_command_that_is_no_number_or_beyond_any_vehicle_moves_nothing(cyclone
     assert all(abs(sample.twist.twist.linear.x) < limit for sample in truth.samples)
 
 
-def test_the_vehicle_turns_where_it_is_told_to(cyclone, run):
+def test_the_vehicle_turns_as_commanded(cyclone, run):
     truth = cyclone.read("/ground_truth/odom", "nav_msgs/msg/Odometry")
     odom = cyclone.read("/odom", "nav_msgs/msg/Odometry")
     run("flat", "--set", "vehicle=mecanum4")

@@ -18,7 +18,7 @@ STREAMS = {
     "/ground_truth/odom": ("nav_msgs/msg/Odometry", 50),
     "/tf": ("tf2_msgs/msg/TFMessage", 50),
     "/joint_states": ("sensor_msgs/msg/JointState", 50),
-    "/vehicle_state": ("omni_msgs/msg/VehicleState", 50),
+    "/vehicle_state": ("omnistep_msgs/msg/VehicleState", 50),
     "/imu": ("sensor_msgs/msg/Imu", 100),
 }
 ONCE = {
@@ -36,7 +36,7 @@ def whole():
     cyclone = Cyclone(domain)
     topics = {topic: cyclone.read(topic, kind) for topic, (kind, _) in STREAMS.items()}
     topics |= {topic: cyclone.read(topic, kind, transient=True, depth=1) for topic, kind in ONCE.items()}
-    run = Run("flat", "--wait", "--for", str(SECONDS), domain=domain)
+    run = Run("flat", "--wait", "--duration", str(SECONDS), domain=domain)
     try:
         assert run.ended() == 0, run.said
         until(lambda: all(topic.samples for topic in topics.values()), "a message of every topic")
@@ -47,7 +47,7 @@ def whole():
 
 
 @pytest.fixture
-def heard(whole):
+def received(whole):
     """What it says."""
     return whole[0]
 
@@ -57,25 +57,25 @@ def stamps(topic) -> np.ndarray:
 
 
 @pytest.mark.parametrize("topic", STREAMS)
-def test_every_topic_comes_at_its_rate_of_simulated_time(heard, topic):
+def test_every_topic_comes_at_its_rate_of_simulated_time(received, topic):
     period_ns = 1_000_000_000 // STREAMS[topic][1]
-    at = stamps(heard[topic])
+    at = stamps(received[topic])
     # The first message may tell the start, off the grid.
     assert np.all(at[1:] % period_ns == 0), at[1:][at[1:] % period_ns != 0]
     assert np.all(np.diff(at) > 0), "stamps go on"
     # A writer keeps ten messages for a reader that is late: a machine that stands still for longer loses some.
     span = at[-1] - at[1]
     assert len(at) - 1 >= 0.95 * (span / period_ns + 1)
-    # The topics find each other in one or two seconds; without a reader there is nobody to tell.
+    # The topics find each other in one or two seconds; without a reader nothing is sent.
     assert span > 2_000_000_000
     assert at[-1] >= (SECONDS - 0.1) * 1e9
 
 
-def test_stamps_are_those_of_the_clock(heard):
-    clock = stamps(heard["/clock"])
+def test_stamps_are_those_of_the_clock(received):
+    clock = stamps(received["/clock"])
     known = set(clock.tolist())
     for topic in STREAMS:
-        at = stamps(heard[topic])[1:]
+        at = stamps(received[topic])[1:]
         at = at[(at >= clock[1]) & (at <= clock[-1])]
         missing = [stamp for stamp in at.tolist() if stamp not in known]
         # Both topics may lose messages on a machine that stands still.
@@ -93,9 +93,9 @@ def test_simulated_time_goes_as_that_of_the_wall(whole):
     assert late < 0.1 * span  # the last message may wait for this process to have a processor, too
 
 
-def test_odometry_is_near_the_truth_and_both_drive_as_the_scenario_says(heard):
-    truth = {stamp_ns(sample): sample for sample in heard["/ground_truth/odom"].samples}
-    both = [(sample, truth[stamp_ns(sample)]) for sample in heard["/odom"].samples if stamp_ns(sample) in truth]
+def test_odometry_is_near_the_truth_and_both_drive_as_the_scenario_says(received):
+    truth = {stamp_ns(sample): sample for sample in received["/ground_truth/odom"].samples}
+    both = [(sample, truth[stamp_ns(sample)]) for sample in received["/odom"].samples if stamp_ns(sample) in truth]
     assert len(both) > 50
     for odom, true in both:
         assert (odom.header.frame_id, odom.child_frame_id) == ("odom", "base_link")
@@ -112,23 +112,23 @@ def test_odometry_is_near_the_truth_and_both_drive_as_the_scenario_says(heard):
     assert abs(both[-1][1].twist.twist.linear.x) < 0.01
 
 
-def test_quaternions_have_the_length_one(heard):
-    poses = heard["/odom"].samples + heard["/ground_truth/odom"].samples
-    frames = [one for sample in heard["/tf"].samples + heard["/tf_static"].samples for one in sample.transforms]
+def test_quaternions_have_the_length_one(received):
+    poses = received["/odom"].samples + received["/ground_truth/odom"].samples
+    frames = [one for sample in received["/tf"].samples + received["/tf_static"].samples for one in sample.transforms]
     for q in [sample.pose.pose.orientation for sample in poses] + [one.transform.rotation for one in frames]:
         assert abs(math.hypot(q.x, q.y, q.z, q.w) - 1.0) < 1e-9  # rounding of a few products
 
 
-def test_joints_are_those_of_the_description(heard):
-    robot = ElementTree.fromstring(heard["/robot_description"].samples[0].data)
+def test_joints_are_those_of_the_description(received):
+    robot = ElementTree.fromstring(received["/robot_description"].samples[0].data)
     moving = [joint.get("name") for joint in robot.iter("joint") if joint.get("type") != "fixed"]
     assert len([name for name in moving if name.startswith("wheel_")]) == 7
-    for sample in heard["/joint_states"].samples:
+    for sample in received["/joint_states"].samples:
         assert list(sample.name) == moving
         assert len(sample.position) == len(sample.velocity) == len(sample.effort) == len(moving)
     # Positions are the integrals of velocities: over a message the mean lies between the first and the last, but for
     # what contacts rattle; the test's error would be a turn of 0.001 rad.
-    for before, after in pairwise(heard["/joint_states"].samples):
+    for before, after in pairwise(received["/joint_states"].samples):
         dt = (stamp_ns(after) - stamp_ns(before)) / 1e9
         if dt > 0.021:
             continue  # one was lost
@@ -137,12 +137,12 @@ def test_joints_are_those_of_the_description(heard):
         assert np.all(moved < np.maximum(after.velocity, before.velocity) * dt + 0.001)
 
 
-def test_the_frames_are_one_tree_from_odom_to_every_link(heard):
-    robot = ElementTree.fromstring(heard["/robot_description"].samples[0].data)
+def test_the_frames_are_one_tree_from_odom_to_every_link(received):
+    robot = ElementTree.fromstring(received["/robot_description"].samples[0].data)
     links = {link.get("name") for link in robot.iter("link")}
-    static = {one.child_frame_id: one.header.frame_id for one in heard["/tf_static"].samples[0].transforms}
+    static = {one.child_frame_id: one.header.frame_id for one in received["/tf_static"].samples[0].transforms}
     assert static == {"imu_link": "base_link"}
-    for sample in heard["/tf"].samples:
+    for sample in received["/tf"].samples:
         parents = dict(static)
         for one in sample.transforms:
             assert one.child_frame_id not in parents, f"two parents of {one.child_frame_id}"
@@ -157,10 +157,10 @@ def test_the_frames_are_one_tree_from_odom_to_every_link(heard):
             assert way[-1] == "odom", way
 
 
-def test_the_frame_of_the_base_is_where_odometry_says(heard):
-    odom = {stamp_ns(sample): sample.pose.pose for sample in heard["/odom"].samples}
+def test_the_frame_of_the_base_is_where_odometry_says(received):
+    odom = {stamp_ns(sample): sample.pose.pose for sample in received["/odom"].samples}
     compared = 0
-    for sample in heard["/tf"].samples:
+    for sample in received["/tf"].samples:
         base = next(one.transform for one in sample.transforms if one.child_frame_id == "base_link")
         if pose := odom.get(stamp_ns(sample)):
             compared += 1
@@ -170,8 +170,10 @@ def test_the_frame_of_the_base_is_where_odometry_says(heard):
     assert compared > 50
 
 
-def test_the_imu_feels_gravity_and_no_turn(heard):
-    samples = heard["/imu"].samples[10:]  # the first tenth of a second is the settling on the springs of the contacts
+def test_the_imu_feels_gravity_and_no_turn(received):
+    samples = received["/imu"].samples[
+        10:
+    ]  # the first tenth of a second is the settling on the springs of the contacts
     assert {sample.header.frame_id for sample in samples} == {"imu_link"}
     force = np.mean([(a.x, a.y, a.z) for a in (sample.linear_acceleration for sample in samples)], axis=0)
     # Driving off and braking cancel; what a vehicle at rest measures is 9.81 m/s2 upwards.
@@ -180,16 +182,16 @@ def test_the_imu_feels_gravity_and_no_turn(heard):
     assert turn == pytest.approx([0.0, 0.0, 0.0], abs=0.01)
 
 
-def test_the_state_tells_what_was_asked(heard):
-    samples = heard["/vehicle_state"].samples
+def test_the_state_tells_what_was_asked(received):
+    samples = received["/vehicle_state"].samples
     assert {len(sample.wheels) for sample in samples} == {7}
-    assert {sample.policy for sample in samples} == {"synchronised"}
+    assert {sample.policy for sample in samples} == {"scale_references"}
     driving = [sample for sample in samples if 1e9 < stamp_ns(sample) < 4e9]
     assert driving
     assert {sample.asked_twist.linear.x for sample in driving} == {0.3}
 
 
-def test_the_ground_has_a_description(heard):
-    ground = ElementTree.fromstring(heard["/terrain/robot_description"].samples[0].data)
+def test_the_ground_has_a_description(received):
+    ground = ElementTree.fromstring(received["/terrain/robot_description"].samples[0].data)
     assert ground.get("name") == "ground"
     assert ground.find("link") is not None

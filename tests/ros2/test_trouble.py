@@ -17,13 +17,13 @@ TOPICS = {
     "/odom": "nav_msgs/msg/Odometry",
     "/tf": "tf2_msgs/msg/TFMessage",
     "/joint_states": "sensor_msgs/msg/JointState",
-    "/vehicle_state": "omni_msgs/msg/VehicleState",
+    "/vehicle_state": "omnistep_msgs/msg/VehicleState",
     "/imu": "sensor_msgs/msg/Imu",
 }
 # What an allocator may keep more of while four hundred messages a second go through it: seen were 0.1 MB. A reader
 # whose messages were all kept would take 0.2 MB a second.
 GROWTH_KB = 1024
-# How long a peer that is silent is believed alive; Fast DDS says 20 s unless told.
+# How long a silent peer counts as alive; the default of Fast DDS is 20 s.
 LEASE_S = 5
 # What the DDS library keeps of each participant that ever was: seen were 4.
 VISITOR_KB = 8
@@ -51,7 +51,7 @@ def test_a_peer_in_trouble_neither_slows_the_run_nor_makes_it_grow(cyclone, fast
         harm(peer)
     start, before, hungry = len(clock.samples), one.rss_kb(), one.look_for_hunger()
     time.sleep(LEASE_S + 3.0)
-    believed = one.rss_kb()
+    kept = one.rss_kb()
     time.sleep(6.0)
     after, starved = one.rss_kb(), one.look_for_hunger() - hungry
     if harm is freezes:
@@ -63,15 +63,15 @@ def test_a_peer_in_trouble_neither_slows_the_run_nor_makes_it_grow(cyclone, fast
     assert len(simulated) >= 0.95 * (simulated[-1] - simulated[0]) * 100
     # Seven times as fast as it has to be, the run is late for want of a processor, and for nothing else.
     assert simulated[-1] - simulated[0] > 0.9 * span - starved
-    # While it is believed alive, what it has not confirmed is kept: 0.2 MB a second. After that nothing is.
-    assert believed - before < GROWTH_KB + 250 * LEASE_S
-    assert after - believed < GROWTH_KB / 2
+    # While it counts as alive, what it has not confirmed is kept: 0.2 MB a second. After that nothing is.
+    assert kept - before < GROWTH_KB + 250 * LEASE_S
+    assert after - kept < GROWTH_KB / 2
     assert one.stop() == 0
 
 
 def test_a_reader_that_wants_all_and_takes_none_does_not_stop_a_topic_for_the_others(cyclone, fast_dds, run):
     """The library keeps 8192 messages for it, which at 1000 Hz is eight seconds."""
-    one = run("flat", "--rate", "odom=1000")
+    one = run("flat", "--topic-rate", "odom=1000")
     odometry = cyclone.read("/odom", "nav_msgs/msg/Odometry")
     odometry.first()
     peer = fast_dds()
@@ -160,7 +160,7 @@ def test_memory_stays_while_readers_come_and_go(cyclone, fast_dds, run, capsys):
         visitor.read("/robot_description", "std_msgs/msg/String", transient=True, depth=1)
         until(lambda came=came: len(came) > 10, "ten messages for a visitor")
         visits += 1
-        # One of three says goodbye to nobody, and is believed alive for some twenty seconds.
+        # One of three does not say goodbye, and counts as alive for some twenty seconds.
         if visits % 3 == 0:
             visitor.kill()
         else:

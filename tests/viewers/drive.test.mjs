@@ -30,7 +30,7 @@ async function started(...args) {
   return { run, page, printed: () => printed };
 }
 
-// The page, loaded and told how the run is, and all that it complained of or asked others for.
+// The page, loaded, with the state of the run, and all that it complained of or asked others for.
 async function opened(page, options = {}, script = undefined) {
   const context = await browser.newContext({ viewport: { width: 1200, height: 900 }, ...options });
   const tab = await context.newPage();
@@ -49,7 +49,7 @@ async function opened(page, options = {}, script = undefined) {
 
 const numbers = (text) => text.match(/-?\d+(\.\d+)?/g).map(Number);
 const place = async (tab) => numbers(await tab.locator("#place").textContent());
-// Looks until the numbers that are shown there are so: the page's policy lets nobody evaluate anything inside it.
+// Looks until the numbers that are shown there are so: the Content Security Policy of the page forbids evaluation.
 const until = async (tab, id, test, what) => {
   const from = performance.now();
   let shown = "";
@@ -69,7 +69,7 @@ test("keys drive the vehicle, and letting go, looking away and space stop it", a
   const run = await started("drive", "flat", "--port", "0", "--no-keys", "--json");
   const { context, tab, complaints, elsewhere, sockets } = await opened(run.page);
   assert.equal(await tab.title(), "chugo7 on flat: omnistep");
-  // Nobody has told it to move.
+  // No command has come yet.
   assert.deepEqual((await place(tab)).map((value) => Math.abs(value)), [0, 0, 0]);
   await tab.keyboard.down("ArrowUp");
   await until(tab, "place", ([x]) => x > 0.1, "10 cm ahead");
@@ -100,11 +100,11 @@ test("keys drive the vehicle, and letting go, looking away and space stop it", a
   await until(tab, "place", ([, , degrees]) => degrees < turned - 3, "3 degrees to the right");
   await until(tab, "turning", ([is, asked]) => Math.abs(is) < 0.01 && asked === 0, "no turning after a moment");
   // Settings by buttons, and what is refused is said.
-  await tab.getByRole("button", { name: "paper", exact: true }).click();
-  await tab.locator("#policies button[aria-pressed=true]", { hasText: "paper" }).waitFor();
+  await tab.getByRole("button", { name: "scale_torques", exact: true }).click();
+  await tab.locator("#policies button[aria-pressed=true]", { hasText: "scale_torques" }).waitFor();
   await tab.locator("#torque").fill("1.25");
   await tab.locator("#torque").press("Enter");
-  await tab.locator("#policy", { hasText: "paper, 1.25 N.m at most" }).waitFor();
+  await tab.locator("#policy", { hasText: "scale_torques, 1.25 N.m at most" }).waitFor();
   await tab.locator("#torque").fill("-1");
   await tab.locator("#torque").press("Enter");
   await tab.locator("#said", { hasText: "vehicle.motor.stall_torque_n_m: -1" }).waitFor();
@@ -114,7 +114,7 @@ test("keys drive the vehicle, and letting go, looking away and space stop it", a
   assert.deepEqual(meters.slice(0, 3).map(([label]) => label), ["Torque of wheel 1", "Slip of wheel 1", "Load of wheel 1"]);
   assert.equal(new Set(meters.map(([label]) => label)).size, 7 * 3);
   for (const [label, now, low, high] of meters) assert.ok(Number(now) >= Number(low) && Number(now) <= Number(high), `${label}: ${now}`);
-  assert.ok(meters.some(([label, now]) => /^Load/.test(label) && Number(now) > 0.1), "loads are told");
+  assert.ok(meters.some(([label, now]) => /^Load/.test(label) && Number(now) > 0.1), "loads are shown");
   assert.deepEqual([complaints, elsewhere], [[], []]);
   assert.deepEqual(sockets, [`${run.page.replace("http", "ws")}/`]);
   await context.close();
@@ -208,9 +208,9 @@ test("a run that is watched only has no pad, and a page whose run has ended says
 test("Space stops whatever has the focus, a long press on the pad drives on, and a stop waits for a gamepad's stick", async () => {
   const run = await started("drive", "flat", "--port", "0", "--no-keys");
   const pad = () => {
-    const told = { connected: true, axes: [0, 0, 0, 0], buttons: [] };
-    window.tilt = (axes) => { told.axes = axes; };
-    navigator.getGamepads = () => [null, told];
+    const gamepad = { connected: true, axes: [0, 0, 0, 0], buttons: [] };
+    window.tilt = (axes) => { gamepad.axes = axes; };
+    navigator.getGamepads = () => [null, gamepad];
   };
   const { context, tab, complaints } = await opened(run.page, {}, pad);
   const tilt = (...axes) => tab.evaluate((to) => window.tilt(to), axes);

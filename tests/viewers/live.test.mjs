@@ -83,7 +83,7 @@ const answered = (address, options) => new Promise((resolve, reject) => {
   socket.on("error", reject);
 });
 
-// Sends it ten times a second, as a teleoperation panel does, until told to stop.
+// Sends it ten times a second, as a teleoperation panel does, until it is stopped.
 const repeating = (send) => {
   send();
   const timer = setInterval(send, 100);
@@ -98,13 +98,13 @@ const publishing = (client, id, data) => {
 };
 const jsonTwist = (x) => Buffer.from(JSON.stringify({ linear: { x, y: 0, z: 0 }, angular: { x: 0, y: 0, z: 0 } }));
 const announced = (client, id) => client.send({ op: "advertise", channels: [{ id, topic: "/cmd_vel", encoding: "json", schemaName: "geometry_msgs/msg/Twist" }] });
-const told = (client, pattern) => () => client.texts.some(({ op, message }) => op === "status" && pattern.test(message));
+const reported = (client, pattern) => () => client.texts.some(({ op, message }) => op === "status" && pattern.test(message));
 
 const asked = (client) => client.of("/cmd_vel").at(-1)?.message.twist.linear.x;
 const speed = (client) => client.of("/ground_truth/odom").at(-1).message.twist.twist.linear;
 
 test("a client watches a run in step with the clock and changes command, policy and torque limit", async () => {
-  const { run, address } = await started("--wait", "--steer", "--set", "duration_s=600");
+  const { run, address } = await started("--wait", "--allow-control", "--set", "duration_s=600");
   const client = await connected(address);
   const ofServer = () => client.texts.find(({ op }) => op === "serverInfo");
   await client.until(() => ofServer() !== undefined, "the server's greeting");
@@ -112,7 +112,7 @@ test("a client watches a run in step with the clock and changes command, policy 
   assert.ok(info.capabilities.includes("parameters") && info.capabilities.includes("clientPublish"));
   for (const topic of ["/robot_description", "/ground_truth/odom", "/vehicle_state", "/tf", "/markers"]) await client.subscribe(topic);
 
-  // Descriptions come to whoever asks late; a second takes a second.
+  // Descriptions come to late subscribers; a second takes a second.
   await client.until(() => client.of("/robot_description").length > 0, "the robot's description");
   assert.match(client.of("/robot_description")[0].message.data, /^<robot name="chugo7"/);
   await client.until(() => client.of("/ground_truth/odom").length >= 5, "poses");
@@ -140,9 +140,9 @@ test("a client watches a run in step with the clock and changes command, policy 
     return state.policy === "independent" && state.wheels[0].limit_upper_n_m === 1.25;
   }, "the policy and the limit");
 
-  // What is not allowed changes nothing, and the client is told why.
-  client.send({ op: "setParameters", id: "bad", parameters: [{ name: "control.policy", value: "papier" }] });
-  await client.until(() => client.texts.some(({ op, message }) => op === "status" && /"papier" \(did you mean "paper"\?\), allowed: independent, paper/.test(message)), "the reason");
+  // What is not allowed changes nothing, and the client gets the reason.
+  client.send({ op: "setParameters", id: "bad", parameters: [{ name: "control.policy", value: "scale_torque" }] });
+  await client.until(() => client.texts.some(({ op, message }) => op === "status" && /"scale_torque" \(did you mean "scale_torques"\?\), allowed: independent, scale_torques/.test(message)), "the reason");
   client.send({ op: "getParameters", id: "all", parameterNames: [] });
   await client.until(() => client.texts.some(({ op, id }) => op === "parameterValues" && id === "all"), "all parameters");
   const all = client.texts.find(({ op, id }) => op === "parameterValues" && id === "all").parameters;
@@ -163,21 +163,21 @@ test("a client watches a run in step with the clock and changes command, policy 
   client.send({ op: "advertise", channels: [{ id: 8, topic: "/cmd_vel", encoding: "json", schemaName: "geometry_msgs/msg/TwistStamped" }, { id: 9, topic: "/cmd_vel", encoding: "json", schemaName: "geometry_msgs/msg/Twist" }] });
   publishing(client, 8, Buffer.from("{}"));
   publishing(client, 9, jsonTwist(1e9));
-  await client.until(told(client, /\/cmd_vel: geometry_msgs\/msg\/TwistStamped, allowed: geometry_msgs\/msg\/Twist/), "not a twist");
-  await client.until(told(client, /command\.vx_m_s: 1e9, allowed: -100 to 100/), "too fast");
+  await client.until(reported(client, /\/cmd_vel: geometry_msgs\/msg\/TwistStamped, allowed: geometry_msgs\/msg\/Twist/), "not a twist");
+  await client.until(reported(client, /command\.vx_m_s: 1e9, allowed: -100 to 100/), "too fast");
   run.kill("SIGINT");
   await once(run, "exit");
 });
 
 test("a run ends with its scenario, faster than the clock if asked to, and prints its figures", async () => {
-  const { run, address, printed } = await started("--wait", "--set", "duration_s=30", "--speed", "inf");
+  const { run, address, printed } = await started("--wait", "--set", "duration_s=30", "--real-time-factor", "inf");
   const client = await connected(address);
   const start = performance.now();
   await client.subscribe("/ground_truth/odom");
   const [code] = await once(run, "exit");
   assert.ok(performance.now() - start < 20_000, "30 s of simulation in less than 20");
   assert.equal(code, 0);
-  assert.equal(JSON.parse(printed()).verdict, "driven");
+  assert.equal(JSON.parse(printed()).verdict, "completed");
 });
 
 test("a port that is taken is an error that names it", async () => {
@@ -193,7 +193,7 @@ test("a port that is taken is an error that names it", async () => {
 });
 
 test("a command ends half a second after its last message, and with its client: the vehicle comes to rest", async () => {
-  const { run, address } = await started("--steer", "--set", "duration_s=600");
+  const { run, address } = await started("--allow-control", "--set", "duration_s=600");
   const watching = await connected(address), steering = await connected(address);
   for (const topic of ["/ground_truth/odom", "/cmd_vel"]) await watching.subscribe(topic);
   announced(steering, 1);
@@ -205,10 +205,10 @@ test("a command ends half a second after its last message, and with its client: 
   await watching.until(() => asked(watching) === 0, "rest is commanded");
   // From the command's first sample (50 Hz) to rest's; late by what the machine is busy with, never early by more than a sample.
   assert.ok(performance.now() - from > 400, `after ${performance.now() - from} ms`);
-  await watching.until(told(watching, /^no command for 0\.5 s: the vehicle is commanded to stop$/), "why");
+  await watching.until(reported(watching, /^no command for 0\.5 s: the vehicle is commanded to stop$/), "why");
   await watching.until(() => Math.abs(speed(watching).x) < 0.01, "rest");
 
-  // Told again and again it drives; the parameter counts as a command too.
+  // Commanded repeatedly it drives; the parameter counts as a command too.
   let stop = repeating(() => steering.send({ op: "setParameters", parameters: [{ name: "command.vx_m_s", value: -0.2 }] }));
   await watching.until(() => Math.abs(speed(watching).x + 0.2) < 0.02, "driving by parameters");
   stop();
@@ -220,13 +220,13 @@ test("a command ends half a second after its last message, and with its client: 
   stop();
   publishing(steering, 1, jsonTwist(-0.3));
   steering.socket.terminate();
-  await watching.until(told(watching, /^the commanding client disconnected: the vehicle is commanded to stop$/), "its end is noticed");
+  await watching.until(reported(watching, /^the commanding client disconnected: the vehicle is commanded to stop$/), "its end is noticed");
   await watching.until(() => asked(watching) === 0 && Math.abs(speed(watching).x) < 0.01, "rest at last");
   run.kill("SIGINT");
   await once(run, "exit");
 });
 
-test("without --steer nothing that steers is offered, and who tries is refused with the reason", async () => {
+test("without --allow-control nothing that steers is offered, and who tries is refused with the reason", async () => {
   const { run, address } = await started("--set", "duration_s=600");
   const client = await connected(address);
   await client.subscribe("/cmd_vel");
@@ -240,7 +240,7 @@ test("without --steer nothing that steers is offered, and who tries is refused w
   ];
   for (const [k, attempt] of tries.entries()) {
     attempt();
-    await client.until(() => client.texts.filter(({ op, message }) => op === "status" && /start it with --steer$/.test(message)).length === k + 1, `refusal ${k + 1}`);
+    await client.until(() => client.texts.filter(({ op, message }) => op === "status" && /start it with --allow-control$/.test(message)).length === k + 1, `refusal ${k + 1}`);
   }
   const seen = client.of("/cmd_vel").length;
   await client.until(() => client.of("/cmd_vel").length > seen + 10, "more commands");
@@ -279,7 +279,7 @@ test("idle sockets keep no viewer out, not even where the process may open few f
   await once(run, "exit");
 });
 
-test("who does not end its handshake is closed, and who is one viewer too many is told so", async () => {
+test("who does not end its handshake is closed, and who is one viewer too many gets the reason", async () => {
   const { run, address, port } = await started("--set", "duration_s=600");
   const half = net.connect(port, "127.0.0.1", () => half.write("GET / HTTP/1.1\r\nHost: localhost\r\n"));
   half.on("error", () => {});

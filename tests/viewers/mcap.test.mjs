@@ -11,7 +11,7 @@ import { decompress } from "fzstd";
 const folder = process.env.LOGS;
 const logs = (await readdir(folder)).filter((name) => name.endsWith(".mcap"));
 const decompressHandlers = { zstd: (data, size) => decompress(data, new Uint8Array(Number(size))) };
-const topics = ["/cmd_vel", "/ground_truth/odom", "/joint_states", "/markers", "/odom", "/robot_description", "/terrain/robot_description", "/tf", "/vehicle_state"];
+const topics = ["/cmd_vel", "/ground_truth/odom", "/joint_states", "/markers", "/odom", "/robot_description", "/sensors", "/terrain/robot_description", "/tf", "/vehicle_state"];
 
 test("there are logs to read", () => assert.ok(logs.length >= 11, `${logs.length} in ${folder}`));
 
@@ -43,6 +43,8 @@ for (const name of logs) {
       const decoded = readers.get(message.channelId).readMessage(message.data);
       if (topic === "/vehicle_state") {
         assert.ok(decoded.wheels.length >= 3 && Number.isFinite(decoded.wheels[0].measured_rad_s));
+      } else if (topic === "/sensors") {
+        assert.ok(decoded.wheels_rad_s.length >= 3 && Number.isFinite(decoded.specific_force_m_s2.z));
       } else if (topic === "/markers") {
         assert.equal(decoded.markers[0].ns, "ground_force");
       } else if (topic.endsWith("robot_description")) {
@@ -50,7 +52,7 @@ for (const name of logs) {
       }
     }
     // Traction control, which drives the built-in step, has signals of its own, and so has who follows a path.
-    const own = /^(step-steady|square|figure_eight)/.test(name) ? ["/controller_signals"] : [];
+    const own = /^(step-traction|square|figure_eight)/.test(name) ? ["/controller_signals"] : [];
     assert.deepEqual([...counts.keys()].sort(), [...topics, ...own].sort());
     assert.equal(reader.statistics.messageCount, BigInt([...counts.values()].reduce((a, b) => a + b, 0)));
     await file.close();
@@ -72,12 +74,12 @@ test("the layout for Foxglove and Lichtblick shows panels, topics and fields tha
   walk(layout.layout);
   assert.deepEqual(shown.sort(), Object.keys(layout.configById).sort());
   for (const topic of Object.keys(layout.configById["3D!vehicle"].topics)) assert.ok(topics.includes(topic), topic);
-  const file = new Uint8Array(await readFile(join(folder, "step-steady.mcap")));
+  const file = new Uint8Array(await readFile(join(folder, "step-traction.mcap")));
   const stream = new McapStreamReader({ decompressHandlers, validateCrcs: true });
   stream.append(file);
   let reader, id, state;
   for (let record; state === undefined && (record = stream.nextRecord()) !== undefined; ) {
-    if (record.type === "Schema" && record.name === "omni_msgs/msg/VehicleState") reader = new MessageReader(parse(new TextDecoder().decode(record.data), { ros2: true }));
+    if (record.type === "Schema" && record.name === "omnistep_msgs/msg/VehicleState") reader = new MessageReader(parse(new TextDecoder().decode(record.data), { ros2: true }));
     if (record.type === "Channel" && record.topic === "/vehicle_state") id = record.id;
     if (record.type === "Message" && record.channelId === id) state = reader.readMessage(record.data);
   }

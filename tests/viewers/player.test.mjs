@@ -33,7 +33,7 @@ async function opened() {
   tab.on("pageerror", (error) => complaints.push(String(error)));
   await tab.setContent("<!doctype html><body style='margin:0'><div id=here style='width:500px;height:400px'></div>");
   await tab.addScriptTag({ path: bundle });
-  await tab.evaluate((told) => { window.player = new window.omnistepPlayer.Player(document.getElementById("here"), told); }, scene);
+  await tab.evaluate((next) => { window.player = new window.omnistepPlayer.Player(document.getElementById("here"), next); }, scene);
   return { tab, complaints };
 }
 const drawn = (tab) => tab.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done, 100)))));
@@ -52,7 +52,7 @@ test("each kind of ground is drawn, and one that is not known is left out", asyn
   ];
   const pictures = [];
   for (const ground of grounds) {
-    await tab.evaluate(([told, states]) => { window.player.setScene(told); window.player.show(states); }, [{ ...scene, ground, patches: [] }, [state(0.2), null]]);
+    await tab.evaluate(([next, states]) => { window.player.setScene(next); window.player.show(states); }, [{ ...scene, ground, patches: [] }, [state(0.2), null]]);
     await drawn(tab);
     pictures.push(await picture(tab));
   }
@@ -64,7 +64,7 @@ test("each kind of ground is drawn, and one that is not known is left out", asyn
 
 test("what a state says is seen: place, forces, slip, spin, and which runs are shown", async () => {
   const { tab, complaints } = await opened();
-  const look = async (...states) => { await tab.evaluate((told) => window.player.show(told), states); await drawn(tab); return picture(tab); };
+  const look = async (...states) => { await tab.evaluate((next) => window.player.show(next), states); await drawn(tab); return picture(tab); };
   const one = await look(state(0), null);
   assert.ok(await look(state(0), null) === one, "the same state is the same picture");
   const slipless = state(0), airborne = state(0, null), turned = state(0);
@@ -83,16 +83,16 @@ test("what a state says is seen: place, forces, slip, spin, and which runs are s
 
 test("the legend names forces as soon as a state has some, and what the patches are", async () => {
   const { tab, complaints } = await opened();
-  const look = async (...states) => { await tab.evaluate((told) => window.player.show(told), states); await drawn(tab); return tab.locator(".osp-legend span").allTextContents(); };
+  const look = async (...states) => { await tab.evaluate((next) => window.player.show(next), states); await drawn(tab); return tab.locator(".osp-legend span").allTextContents(); };
   const first = { ...state(0), wheels: undefined }; // before its first period a run knows nothing of its wheels
   assert.deepEqual(await look(first, first), ["a", "<i>b</i>", "wheel slip", "friction 0.2"]);
   assert.deepEqual(await look(state(0), state(0)), ["a", "<i>b</i>", "wheel slip", "ground force", "friction 0.2"]);
   assert.deepEqual(await look(state(0, null), state(0, null)), ["a", "<i>b</i>", "wheel slip", "friction 0.2"]);
   assert.deepEqual(await look(state(0, null), state(0)), ["a", "<i>b</i>", "wheel slip", "ground force", "friction 0.2"]);
   const patches = [{ x_m: [0, 1], y_m: [0, 1], friction: 0.05 }, { x_m: [1, 2], y_m: [0, 1], friction: 0.3 }, { x_m: [2, 3], y_m: [0, 1], friction: 0.05 }];
-  await tab.evaluate((told) => window.player.setScene(told), { ...scene, patches });
+  await tab.evaluate((next) => window.player.setScene(next), { ...scene, patches });
   assert.deepEqual(await look(state(0, null), null), ["a", "wheel slip", "friction 0.05, 0.3"]);
-  await tab.evaluate((told) => window.player.setScene(told), { ...scene, patches: [] });
+  await tab.evaluate((next) => window.player.setScene(next), { ...scene, patches: [] });
   assert.deepEqual(await look(state(0, null), null), ["a", "wheel slip"]);
   assert.deepEqual(complaints, []);
   await tab.close();
@@ -100,10 +100,10 @@ test("the legend names forces as soon as a state has some, and what the patches 
 
 test("there is ground below a vehicle however far it goes, and a patch is seen at the height of its ground", async () => {
   const { tab, complaints } = await opened();
-  const look = async (told, x, y, view) => {
+  const look = async (next, x, y, view) => {
     const moved = state(x);
     moved.poses.forEach((pose) => { pose[1] += y; });
-    await tab.evaluate(([told_, state_, name]) => { window.player.setScene(told_); window.player.show([state_, null]); window.player.setView(name); }, [{ ...scene, runs: [scene.runs[0]], ...told }, moved, view]);
+    await tab.evaluate(([next_, state_, name]) => { window.player.setScene(next_); window.player.show([state_, null]); window.player.setView(name); }, [{ ...scene, runs: [scene.runs[0]], ...next }, moved, view]);
     await drawn(tab);
     return picture(tab);
   };
@@ -118,7 +118,7 @@ test("there is ground below a vehicle however far it goes, and a patch is seen a
   }
   // Without another scene in between: the vehicle drives there.
   await look({ patches: [] }, 0, 0, "plan");
-  const drive = async (x) => { await tab.evaluate((told) => window.player.show([told]), state(x)); await drawn(tab); return picture(tab); };
+  const drive = async (x) => { await tab.evaluate((next) => window.player.show([next]), state(x)); await drawn(tab); return picture(tab); };
   for (let x = 10; x < 100; x += 10) await drive(x);
   assert.notEqual(await drive(100), await look({ ground: [], patches: [] }, 100, 0, "plan"));
   const high = [{ kind: "box", half_m: [2, 2, 0.5], at_m: [0, 0, -0.2], turn_y_rad: 0 }]; // its top is at 0.3 m

@@ -78,16 +78,16 @@ async function colours(tab) {
 const legend = (tab) => tab.locator(".osp-legend span").allTextContents();
 // What the worker and the page tell each other: the page's messages can be changed, and the worker's are kept.
 const spied = () => {
-  window.heard = [];
+  window.received = [];
   window.Worker = class extends Worker {
-    constructor(...told) {
-      super(...told);
+    constructor(...sent) {
+      super(...sent);
       this.addEventListener("message", ({ data }) => {
-        window.heard.push(data.type);
-        if (data.type === "state" && window.slowly) data.slow = window.heard.length % 2 === 0;
+        window.received.push(data.type);
+        if (data.type === "state" && window.slowly) data.slow = window.received.length % 2 === 0;
       });
     }
-    postMessage(told) { super.postMessage(window.changed?.(told) ?? told); }
+    postMessage(sent) { super.postMessage(window.changed?.(sent) ?? sent); }
   };
 };
 // A gamepad whose sticks a test moves.
@@ -107,7 +107,7 @@ const picture = async (tab, name) => { if (pictures) await tab.screenshot({ path
 const PHONE = { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true, deviceScaleFactor: 2 };
 
 test("keys drive the vehicle, and the run can be taken along as log and commands", async () => {
-  const { context, tab, complaints, elsewhere } = await opened("#scenario=flat&policy=paper");
+  const { context, tab, complaints, elsewhere } = await opened("#scenario=flat&policy=scale_torques");
   assert.deepEqual(await shown(tab, "place"), [0, 0]);
   await tab.keyboard.down("ArrowUp");
   await until(tab, "place", ([x]) => x > 0.15, "15 cm forward");
@@ -120,20 +120,20 @@ test("keys drive the vehicle, and the run can be taken along as log and commands
   await tab.keyboard.up("a");
   await tab.locator("#run", { hasText: "Pause" }).click();
   await tab.locator("#commands pre", { hasText: "drive.csv" }).waitFor();
-  await tab.locator("#outcome", { hasText: "driven" }).waitFor();
+  await tab.locator("#outcome", { hasText: "completed" }).waitFor();
   const files = {};
   tab.on("download", async (download) => { files[download.suggestedFilename()] = await readFile(await download.path()); });
   await watch(tab, "writing");
   await tab.getByRole("button", { name: "Download the log (MCAP)" }).click();
   await tab.locator("#writing", { hasText: "has" }).waitFor({ timeout: 120_000 });
   // A screen reader hears of its start and its end, and of nothing between them.
-  assert.deepEqual((await watched(tab, "writing")).map((told) => told.replace(/[\d.]+ MB/, "? MB")), ["Simulating the run again for its log.", "flat-paper-articulated.mcap has ? MB."]);
+  assert.deepEqual((await watched(tab, "writing")).map((sent) => sent.replace(/[\d.]+ MB/, "? MB")), ["Simulating the run again for its log.", "flat-scale_torques-articulated.mcap has ? MB."]);
   assert.ok(await tab.locator("#part").isHidden());
   while (Object.keys(files).length < 2) await tab.waitForTimeout(20);
-  assert.deepEqual(Object.keys(files).sort(), ["drive.csv", "flat-paper-articulated.mcap"]);
+  assert.deepEqual(Object.keys(files).sort(), ["drive.csv", "flat-scale_torques-articulated.mcap"]);
   assert.match(String(files["drive.csv"]), /^time_s,vx_m_s,vy_m_s,wz_rad_s\n/);
   const reader = new McapStreamReader({ validateCrcs: true });
-  reader.append(files["flat-paper-articulated.mcap"]);
+  reader.append(files["flat-scale_torques-articulated.mcap"]);
   let last = 0n;
   for (let record; (record = reader.nextRecord());) if (record.type === "Message") last = record.logTime;
   const [time] = await shown(tab, "time");
@@ -149,13 +149,13 @@ test("two policies run side by side to the end of the scenario, in light and in 
   await until(tab, "time", ([time]) => time > 2, "two seconds");
   // Ground, two vehicles, wheels and arrows: an empty picture has one colour, the ground alone some hundred.
   assert.ok(await colours(tab) > 1000, "the scene is drawn");
-  assert.deepEqual(await legend(tab), ["steady", "independent", "wheel slip", "ground force"]);
+  assert.deepEqual(await legend(tab), ["traction", "independent", "wheel slip", "ground force"]);
   await picture(tab, "light");
   await tab.locator("#theme").click();
   await until(tab, "time", ([time]) => time > 2.5, "half a second more");
   await picture(tab, "dark");
   await ended(tab);
-  assert.deepEqual(await tab.locator("#outcome thead th").allTextContents(), ["figure", "steady", "independent"]);
+  assert.deepEqual(await tab.locator("#outcome thead th").allTextContents(), ["figure", "traction", "independent"]);
   // The last state is drawn in the frame after.
   await until(tab, "time", ([time]) => time === 6, "the end of the scenario");
   // The names and the choice of the command's table: where a climb ends says nothing.
@@ -167,13 +167,13 @@ test("two policies run side by side to the end of the scenario, in light and in 
   const work = numbers(await tab.locator("#outcome tr", { hasText: "work [J]" }).textContent());
   assert.ok(work.length === 2 && work[0] !== work[1], `two runs, two figures: ${work}`);
   assert.equal(await tab.locator("#wheels tbody tr").count(), 7);
-  // Every bar of it is a number to a screen reader, and slip is one to everybody.
+  // Every bar of it is a number to a screen reader, and slip is one in every view.
   const meters = await tab.locator("#wheels [role=meter]").evaluateAll((all) => all.map((each) => ["aria-label", "aria-valuenow", "aria-valuemin", "aria-valuemax"].map((name) => each.getAttribute(name))));
   assert.equal(meters.length, 7 * 3 * 2);
   assert.equal(new Set(meters.map(([label]) => label)).size, meters.length);
-  assert.equal(meters[0][0], "Torque of wheel 1, steady");
+  assert.equal(meters[0][0], "Torque of wheel 1, traction");
   for (const [label, now, low, high] of meters) assert.ok(Number(now) >= Number(low) && Number(now) <= Number(high), `${label}: ${now}`);
-  assert.ok(meters.some(([label, now]) => /^Load/.test(label) && Number(now) > 0.1), "loads are told");
+  assert.ok(meters.some(([label, now]) => /^Load/.test(label) && Number(now) > 0.1), "loads are shown");
   const slips = await tab.locator("#wheels .numbered span").allTextContents();
   assert.ok(slips.length === 14 && slips.every((slip) => /^-?\d\.\d\d$/.test(slip)), String(slips));
   assert.deepEqual([complaints, elsewhere], [[], []]);
@@ -181,17 +181,17 @@ test("two policies run side by side to the end of the scenario, in light and in 
 });
 
 test("the address holds the settings, and a wrong one is a line", async () => {
-  const { context, tab, complaints } = await opened("#scenario=step&policy=reach&against=paper&torque=1.5&height=0.03");
+  const { context, tab, complaints } = await opened("#scenario=step&policy=traction_runup&against=scale_torques&torque=1.5&height=0.03");
   await tab.locator("#friction").fill("0.5");
   await tab.locator("#friction").press("Enter");
   await tab.waitForURL(/friction=0\.5/);
   const chosen = () => tab.evaluate(() => Object.fromEntries([...document.querySelectorAll("#fields :is(input, select)")].map(({ id, value }) => [id, value])));
   const before = await chosen();
-  assert.deepEqual(before, { scenario: "step", vehicle: "", policy: "reach", against: "paper", torque: "1.5", friction: "0.5", height: "0.03", engine: "articulated", model: "ball" });
+  assert.deepEqual(before, { scenario: "step", vehicle: "", policy: "traction_runup", against: "scale_torques", torque: "1.5", friction: "0.5", height: "0.03", engine: "articulated", model: "ball" });
   await tab.reload();
   await tab.waitForSelector("html[data-ready=true]", { state: "attached" });
   assert.deepEqual(await chosen(), before);
-  assert.match(await tab.locator("#commands pre").first().textContent(), /omnistep run step .*--policy reach .*--set terrain\.height_m=0\.03/s);
+  assert.match(await tab.locator("#commands pre").first().textContent(), /omnistep run step .*--policy traction_runup .*--set terrain\.height_m=0\.03/s);
   await tab.goto(`${page}#scenario=moon`);
   await tab.locator("#said", { hasText: 'scenario: "moon", allowed: step, flat' }).waitFor();
   await tab.goto(`${page}#scenario=step&friction=7`);
@@ -211,7 +211,7 @@ test("a bad address names what is allowed, also when it is the first", async () 
 });
 
 test("what a field must not have is said below it, and no outcome of an earlier run stays", async () => {
-  const { context, tab, complaints } = await opened("#scenario=step&policy=paper");
+  const { context, tab, complaints } = await opened("#scenario=step&policy=scale_torques");
   await tab.locator("#run").click();
   await until(tab, "time", ([time]) => time > 0.2, "a fifth of a second");
   await tab.locator("#run", { hasText: "Pause" }).click();
@@ -241,14 +241,14 @@ test("what a field must not have is said below it, and no outcome of an earlier 
 });
 
 test("wheels are rollers where balls are not a valid model of them, unless balls are chosen, and then the outcome is marked", async () => {
-  const { context, tab, complaints } = await opened("#scenario=step&vehicle=mecanum4&policy=paper");
+  const { context, tab, complaints } = await opened("#scenario=step&vehicle=mecanum4&policy=scale_torques");
   assert.equal(await tab.locator("#model").inputValue(), "rollers");
   assert.match(await tab.locator("#commands pre").first().textContent(), /physics\.wheel_model=rollers/);
   await tab.locator("#scenario").selectOption("flat");
   await tab.locator("html[data-mode=ready]").waitFor({ state: "attached" });
   await until(tab, "time", ([time]) => time === 0, "the start");
   assert.equal(await tab.locator("#model").inputValue(), "ball");
-  await tab.goto(`${page}#scenario=step&vehicle=mecanum4&policy=paper&wheels=ball`);
+  await tab.goto(`${page}#scenario=step&vehicle=mecanum4&policy=scale_torques&wheels=ball`);
   await tab.locator("#model-note", { hasText: "Balls are not a valid model of this vehicle's wheels on this ground." }).waitFor();
   await tab.locator("#run").click();
   await until(tab, "time", ([time]) => time > 0.2, "a fifth of a second");
@@ -261,7 +261,7 @@ test("wheels are rollers where balls are not a valid model of them, unless balls
 });
 
 test("on a phone the buttons drive, and nothing is beyond the screen", async () => {
-  const { context, tab, complaints, elsewhere } = await opened("#scenario=bumps&vehicle=mecanum4&policy=paper", { ...PHONE, colorScheme: "light" });
+  const { context, tab, complaints, elsewhere } = await opened("#scenario=bumps&vehicle=mecanum4&policy=scale_torques", { ...PHONE, colorScheme: "light" });
   const button = tab.getByRole("button", { name: "Forward" });
   await button.scrollIntoViewIfNeeded();
   const { x, y, width, height } = await button.boundingBox();
@@ -282,7 +282,7 @@ test("on a phone the buttons drive, and nothing is beyond the screen", async () 
 });
 
 test("the page's policy forbids what the page does not do, and nothing that it does", async () => {
-  const { context, tab, complaints } = await opened("#scenario=ice&policy=paper");
+  const { context, tab, complaints } = await opened("#scenario=ice&policy=scale_torques");
   assert.deepEqual(await tab.evaluate(() => window.violations), []);
   // What is tinted there has its name.
   assert.ok((await legend(tab)).includes("friction 0.05"), String(await legend(tab)));
@@ -298,21 +298,21 @@ test("the page's policy forbids what the page does not do, and nothing that it d
 });
 
 test("without a clipboard the command is selected", async () => {
-  const { context, tab, complaints } = await opened("#scenario=flat&policy=paper", {}, () => Object.defineProperty(Navigator.prototype, "clipboard", { get: () => undefined }));
+  const { context, tab, complaints } = await opened("#scenario=flat&policy=scale_torques", {}, () => Object.defineProperty(Navigator.prototype, "clipboard", { get: () => undefined }));
   await tab.getByRole("button", { name: "Copy the command" }).click();
   await tab.locator("#writing", { hasText: "the command is selected" }).waitFor();
-  assert.match(await tab.evaluate(() => String(getSelection())), /^omnistep run flat .*--policy paper/s);
+  assert.match(await tab.evaluate(() => String(getSelection())), /^omnistep run flat .*--policy scale_torques/s);
   assert.deepEqual(complaints, []);
   await context.close();
 });
 
 test("a log that is refused leaves the run as it is, and another run ends the log of the one before", async () => {
-  const { context, tab, complaints } = await opened("#scenario=flat&policy=paper", {}, spied);
+  const { context, tab, complaints } = await opened("#scenario=flat&policy=scale_torques", {}, spied);
   await tab.locator("#run").click();
   await until(tab, "time", ([time]) => time > 0.2, "a fifth of a second");
   await tab.locator("#run", { hasText: "Pause" }).click();
   await tab.locator("#outcome").waitFor();
-  await tab.evaluate(() => { window.changed = (told) => (told.type === "log" ? { ...told, which: 9 } : told); });
+  await tab.evaluate(() => { window.changed = (sent) => (sent.type === "log" ? { ...sent, which: 9 } : sent); });
   const download = tab.getByRole("button", { name: "Download the log (MCAP)" });
   await download.click();
   await tab.locator("#writing", { hasText: "There is no log: there is no run to log" }).waitFor();
@@ -321,21 +321,21 @@ test("a log that is refused leaves the run as it is, and another run ends the lo
   assert.ok(await download.isEnabled() && await tab.locator("#run").isEnabled());
   // A log of 24 s with the slow engine: it would go on for long.
   await tab.evaluate(() => { window.changed = undefined; });
-  await tab.goto(`${page}#scenario=figure_eight&policy=paper&engine=rapier`);
+  await tab.goto(`${page}#scenario=figure_eight&policy=scale_torques&engine=rapier`);
   await tab.locator("#commands pre", { hasText: "figure_eight" }).waitFor();
   await download.click();
-  await tab.waitForFunction(() => window.heard.includes("writing"));
-  await tab.goto(`${page}#scenario=flat&policy=paper`);
+  await tab.waitForFunction(() => window.received.includes("writing"));
+  await tab.goto(`${page}#scenario=flat&policy=scale_torques`);
   await tab.locator("#commands pre", { hasText: "flat" }).waitFor();
-  await tab.evaluate(() => { window.heard = []; });
+  await tab.evaluate(() => { window.received = []; });
   await tab.waitForTimeout(500);
-  assert.deepEqual(await tab.evaluate(() => window.heard.filter((type) => ["writing", "log"].includes(type))), []);
+  assert.deepEqual(await tab.evaluate(() => window.received.filter((type) => ["writing", "log"].includes(type))), []);
   assert.equal(await tab.locator("#writing").textContent(), "");
   // That of a new run is whole.
   await tab.locator("#run").click();
   await until(tab, "time", ([time]) => time > 0.2, "a fifth of a second");
   const [file] = await Promise.all([tab.waitForEvent("download"), download.click()]);
-  assert.equal(file.suggestedFilename(), "flat-paper-articulated.mcap");
+  assert.equal(file.suggestedFilename(), "flat-scale_torques-articulated.mcap");
   const reader = new McapStreamReader({ validateCrcs: true });
   reader.append(await readFile(await file.path()));
   while (reader.nextRecord());
@@ -344,8 +344,8 @@ test("a log that is refused leaves the run as it is, and another run ends the lo
   await context.close();
 });
 
-test("a machine that is too slow is told once", async () => {
-  const { context, tab } = await opened("#scenario=flat&policy=paper", {}, spied);
+test("a machine that is too slow is announced once", async () => {
+  const { context, tab } = await opened("#scenario=flat&policy=scale_torques", {}, spied);
   await tab.evaluate(() => { window.slowly = true; });
   await watch(tab, "status");
   await tab.locator("#run").click();
@@ -357,23 +357,23 @@ test("a machine that is too slow is told once", async () => {
 });
 
 test("keys drive on after a choice by pointer, and Space stops whatever has the focus", async () => {
-  const { context, tab, complaints } = await opened("#scenario=flat&policy=paper");
+  const { context, tab, complaints } = await opened("#scenario=flat&policy=scale_torques");
   const focus = () => tab.evaluate(() => document.activeElement.id || document.activeElement.tagName);
   await tab.locator("#policy").dispatchEvent("pointerdown");
   await tab.locator("#policy").focus();
-  await tab.locator("#policy").selectOption("steady");
+  await tab.locator("#policy").selectOption("traction");
   await tab.locator("html[data-mode=ready]").waitFor({ state: "attached" });
   assert.equal(await focus(), "BODY");
   await tab.keyboard.down("w");
   await until(tab, "place", ([x]) => x > 0.1, "10 cm forward");
-  assert.equal(await tab.locator("#policy").inputValue(), "steady");
+  assert.equal(await tab.locator("#policy").inputValue(), "traction");
   await tab.keyboard.up("w");
   await rests(tab);
   // Who chooses by keyboard stays in the field.
   await tab.locator("#policy").focus();
   await tab.keyboard.press("ArrowUp");
   await tab.locator("html[data-mode=ready]").waitFor({ state: "attached" });
-  assert.notEqual(await tab.locator("#policy").inputValue(), "steady");
+  assert.notEqual(await tab.locator("#policy").inputValue(), "traction");
   assert.equal(await focus(), "policy");
   // Something drives while something else has the focus.
   const button = tab.getByRole("button", { name: "Forward" });
@@ -400,7 +400,7 @@ test("keys drive on after a choice by pointer, and Space stops whatever has the 
 });
 
 test("a long press on a button drives on, and a menu elsewhere lets go", async () => {
-  const { context, tab } = await opened("#scenario=flat&policy=paper");
+  const { context, tab } = await opened("#scenario=flat&policy=scale_torques");
   const button = tab.getByRole("button", { name: "Forward" }), { x, y, width, height } = await button.boundingBox();
   await tab.mouse.move(x + width / 2, y + height / 2);
   await tab.mouse.down();
@@ -417,7 +417,7 @@ test("a long press on a button drives on, and a menu elsewhere lets go", async (
 });
 
 test("a gamepad drives, and after a stop only when its stick was back in the middle", async () => {
-  const { context, tab, complaints } = await opened("#scenario=flat&policy=paper", {}, gamepad);
+  const { context, tab, complaints } = await opened("#scenario=flat&policy=scale_torques", {}, gamepad);
   const tilt = (...axes) => tab.evaluate((to) => window.tilt(to), axes);
   await tilt(0.1, -0.1, 0.1, 0); // a stick at rest is not exactly in the middle
   await tab.waitForTimeout(300);

@@ -168,7 +168,7 @@ test("keys move the cursor and start and stop the run where the time and the sce
   }
   // Its text says what it does: a state besides would say the opposite.
   assert.equal(await tab.locator("#play").getAttribute("aria-pressed"), null);
-  // Nobody is told of every frame; the slider says where it is.
+  // Not every frame is announced; the slider says where it is.
   assert.equal(await tab.locator("output, [aria-live]:not([aria-live=off]), #clock[role]").count(), 0);
   assert.match(await tab.locator("#time").getAttribute("aria-valuetext"), /^\d\.\d\d seconds$/);
   assert.deepEqual(complaints, []);

@@ -157,7 +157,7 @@ test("whatever a page gives, the answer is one line, and the module goes on", ()
 test("an address is a state of the page, and what is wrong with one is a line", () => {
   const offer = engine.offer();
   for (const scenario of Object.keys(offer.scenarios)) {
-    const { settings, wrong } = read(address({ scenario, vehicle: "omni3", policy: "paper", against: "steady", engine: "rapier", wheels: "rollers", torque: 1.5, friction: 0.4 }), offer);
+    const { settings, wrong } = read(address({ scenario, vehicle: "omni3", policy: "scale_torques", against: "traction", engine: "rapier", wheels: "rollers", torque: 1.5, friction: 0.4 }), offer);
     assert.equal(wrong, "");
     assert.deepEqual(read(address(settings), offer).settings, settings);
   }
@@ -168,9 +168,9 @@ test("an address is a state of the page, and what is wrong with one is a line", 
   assert.match(line("#__proto__=1"), /^__proto__: no such setting/);
   assert.match(line(`#policy=${"p".repeat(500)}`), /^policy: "p{40}\.\.\.", allowed/);
   assert.equal(line("#%zz"), line("#%25zz"));
-  assert.deepEqual(requests({ scenario: "flat", policy: "paper", against: "paper", engine: "rapier" }).length, 1);
-  const [request] = requests(read("#scenario=step&policy=paper&friction=0.5", offer).settings).map((each) => engine.withWheels(each));
-  assert.equal(commandLine(request, { time_s: 2.5 }).replaceAll(" \\\n ", ""), "omnistep run step --policy paper --set physics.engine=articulated --set terrain.friction=0.5 --set physics.wheel_model=ball --set 'command={ file = \"drive.csv\" }' --set duration_s=2.5");
+  assert.deepEqual(requests({ scenario: "flat", policy: "scale_torques", against: "scale_torques", engine: "rapier" }).length, 1);
+  const [request] = requests(read("#scenario=step&policy=scale_torques&friction=0.5", offer).settings).map((each) => engine.withWheels(each));
+  assert.equal(commandLine(request, { time_s: 2.5 }).replaceAll(" \\\n ", ""), "omnistep run step --policy scale_torques --set physics.engine=articulated --set terrain.friction=0.5 --set physics.wheel_model=ball --set 'command={ file = \"drive.csv\" }' --set duration_s=2.5");
 });
 
 test("without a wheel model the module's own judgement of balls decides", () => {

@@ -59,8 +59,8 @@ pub fn report(duration_s: f64) -> Result<String, String> {
 /// Every signal of a session's run to its end.
 fn trace(request: &Request) -> Result<Trace, String> {
     let mut session = Session::new(request)?;
-    let signals = session.simulation().controller().signal_names().to_vec();
-    let mut trace = TraceBuilder::with_signals(session.scenario().vehicle(), &signals);
+    let report = session.simulation().controller().columns().clone();
+    let mut trace = TraceBuilder::with_report(session.scenario().vehicle(), &report);
     while session.advance(1, None)? == 1 {
         let simulation = session.simulation();
         trace.push(simulation.period());

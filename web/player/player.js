@@ -145,11 +145,11 @@ export class Player {
     this.#render();
   }
 
-  setView(name, told = true) {
+  setView(name, notify = true) {
     if (!VIEWS.includes(name) || !this.webgl) return;
     this.#views.set(name);
     this.#frame.setView(name);
-    if (told) this.onView?.(name);
+    if (notify) this.onView?.(name);
     this.#render();
   }
 

@@ -167,13 +167,13 @@ export class Vehicle {
     put(this.base, state.poses[0]);
     for (const { group, frame } of this.bodies) put(group, state.poses[frame]);
     this.wheels.forEach(({ group, spin, ring, disc }, k) => {
-      const told = state.wheels?.[k] ?? {};
+      const shown = state.wheels?.[k] ?? {};
       put(group, state.poses[disc.frame]);
-      if (Number.isFinite(told.angle_rad)) spin.rotation.y = told.angle_rad;
-      const slip = Math.min(Math.abs(told.slip ?? 0), 1);
+      if (Number.isFinite(shown.angle_rad)) spin.rotation.y = shown.angle_rad;
+      const slip = Math.min(Math.abs(shown.slip ?? 0), 1);
       ring.visible = slip > LEAST_SLIP;
       ring.material.opacity = 0.25 + 0.75 * slip;
-      this.#push(this.arrows[k], told.push, metresPerNewton);
+      this.#push(this.arrows[k], shown.push, metresPerNewton);
     });
     this.#way(state.path_m, state.path_points);
   }

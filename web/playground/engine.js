@@ -31,8 +31,8 @@ export class Engine {
 
   /** Scenarios and vehicles by name, policies, engines, wheel models, figures in the order of tables. */
   offer() {
-    const told = JSON.parse(this.#text(this.#of.offered())), named = (list) => Object.fromEntries(list.map((each) => [each.name, each]));
-    return { ...told, scenarios: named(told.scenarios), vehicles: named(told.vehicles) };
+    const offered = JSON.parse(this.#text(this.#of.offered())), named = (list) => Object.fromEntries(list.map((each) => [each.name, each]));
+    return { ...offered, scenarios: named(offered.scenarios), vehicles: named(offered.vehicles) };
   }
 
   /** Starts a run of `{scenario, policy?, set?, log?}` and returns its number. */
@@ -63,7 +63,7 @@ export class Engine {
 
   scene(run) { return JSON.parse(this.#text(this.#of.run_scene(run))); }
 
-  /** The state as JSON text: whoever draws it parses it. */
+  /** The state as JSON text: parsed where it is drawn. */
   state(run) { return this.#text(this.#of.run_state(run)); }
 
   outcome(run) { return JSON.parse(this.#text(this.#of.run_outcome(run))); }

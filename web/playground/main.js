@@ -26,7 +26,7 @@ const policies = () => asked.map(({ policy }) => policy);
 
 // ---- the simulation, beside the page
 let worker;
-const say = (type, told = {}) => worker.postMessage({ type, ...told });
+const say = (type, sent = {}) => worker.postMessage({ type, ...sent });
 const refused = (line) => {
   const about = blamed(line);
   if (opening && about) wrongAt(about.field, about.what);
@@ -50,7 +50,7 @@ const none = (why) => {
   setMode("refused");
   text("status", why);
 };
-/** What becomes of a log, at its start and at its end; between them only a bar moves, which nobody is told of. */
+/** What becomes of a log, at its start and at its end; between them only a bar moves, which is not announced. */
 const written = (what, part) => {
   text("writing", what);
   byId("part").hidden = part === undefined;
@@ -74,18 +74,18 @@ const whoDrives = () => (slow ? SLOW : driven ? "You drive." : "The command of t
 const SLOW = "This machine is too slow: it simulates slower than real time.";
 
 const on = {
-  offer({ offer: told }) {
-    offer = told;
+  offer({ offer: sent }) {
+    offer = sent;
     fill();
     fromAddress();
   },
-  opened({ scene: told, settings: has, requests: whole }) {
+  opened({ scene: sent, settings: has, requests: whole }) {
     opening = false;
     asked = whole;
     byId("model").value = has.wheels;
     text("model-note", noteOf(has));
-    scene = { ...told, runs: asked.map(({ policy }) => ({ name: policy })), metres_per_newton: METRES_PER_NEWTON };
-    pace = told.pace;
+    scene = { ...sent, runs: asked.map(({ policy }) => ({ name: policy })), metres_per_newton: METRES_PER_NEWTON };
+    pace = sent.pace;
     paths = asked.map(() => new Path());
     latest = undefined;
     tables = [];
@@ -104,10 +104,10 @@ const on = {
     offerCommands();
     setMode("ready");
   },
-  state(told) {
-    latest = told;
+  state(sent) {
+    latest = sent;
     if (mode !== "running") return;
-    slow ||= told.slow;
+    slow ||= sent.slow;
     text("status", whoDrives());
   },
   paused({ outcomes }) { stopped("paused", outcomes); },
@@ -145,7 +145,7 @@ const start = () => {
     return;
   }
   worker = new Worker("worker.js");
-  worker.addEventListener("message", ({ data: { type, ...told } }) => on[type](told));
+  worker.addEventListener("message", ({ data: { type, ...sent } }) => on[type](sent));
   worker.addEventListener("error", (event) => refused(`the simulation cannot be started${event.message ? `: ${event.message}` : ""}`));
   say("start", { module: "omnistep.wasm" });
 };

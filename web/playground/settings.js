@@ -19,10 +19,10 @@ const NAMES = ["scenario", "vehicle", "policy", "against", "engine", "wheels"];
 /** The keys of the address that are used, in its order. */
 export const KEYS = [...NAMES, ...Object.keys(NUMBERS)];
 
-/** What is shown to somebody who has chosen nothing. */
-export const usual = () => ({ scenario: "step", policy: "steady", against: "independent", engine: "articulated" });
+/** What is shown before anything is chosen. */
+export const usual = () => ({ scenario: "step", policy: "traction", against: "independent", engine: "articulated" });
 
-/** A page's address may come from anybody: what is wrong with it is one line, and is left out. */
+/** A page's address may come from anywhere: what is wrong with it is one line, and is left out. */
 export function read(hash, offer) {
   const chosen = {}, wrong = [];
   const allowed = {

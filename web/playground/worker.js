@@ -21,7 +21,7 @@ let twist; // what is commanded; none: the scenario's own command
 let shown = 0, timer = 0;
 let job = 0; // the log that is written: another one, or another run, ends it
 
-const tell = (type, told = {}) => postMessage({ type, ...told });
+const tell = (type, sent = {}) => postMessage({ type, ...sent });
 /** A trap leaves the module in no known state: only a new one goes on. */
 let broken = "";
 const guarded = (what) => {
@@ -122,7 +122,7 @@ const does = {
   },
   command({ asked }) {
     twist = asked;
-    // A scenario's own command ends; whoever drives goes on. (Of failed physics no period goes.)
+    // A scenario's own command ends; an interactive drive goes on. (Of failed physics no period goes.)
     for (const run of runs) run.goes = true;
   },
   async log({ which, name }) {
@@ -157,10 +157,10 @@ const does = {
   },
 };
 
-addEventListener("message", async ({ data: { type, ...told } }) => {
+addEventListener("message", async ({ data: { type, ...sent } }) => {
   if (type === "start") {
     try {
-      const answer = await fetch(told.module);
+      const answer = await fetch(sent.module);
       if (!answer.ok) throw new Error(`${answer.status} ${answer.statusText}`);
       engine = await Engine.from(await answer.arrayBuffer());
       tell("offer", { offer: engine.offer() });
@@ -170,5 +170,5 @@ addEventListener("message", async ({ data: { type, ...told } }) => {
     return;
   }
   if (!engine || !Object.hasOwn(does, type)) return;
-  guarded(() => does[type](told));
+  guarded(() => does[type](sent));
 });

@@ -1,8 +1,8 @@
-//! The errors of a bound, in one line.
+//! The errors of climb limits, in one line.
 
 use omni_config::shortened;
 
-/// An error of a bound. Its message is one line.
+/// An error of climb limits. Its message is one line.
 ///
 /// ```
 /// use omni_bound::{Error, Linkage};
@@ -17,9 +17,9 @@ pub enum Error {
     /// A file, a key or a name is not usable.
     #[error(transparent)]
     Config(#[from] omni_config::Error),
-    /// A vehicle that the bound does not describe.
+    /// A vehicle that this method does not describe.
     #[error(
-        "vehicle {}: {}; a bound needs two frames joined by one transverse hinge, with three rows of wheels; for other vehicles: omnistep check VEHICLE --step HEIGHT",
+        "vehicle {}: {}; climb limits need two frames joined by one transverse hinge, with three rows of wheels; for other vehicles: omnistep check VEHICLE --step HEIGHT",
         shortened(vehicle),
         shortened(reason)
     )]

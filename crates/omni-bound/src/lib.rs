@@ -2,13 +2,13 @@
 //!
 //! # In this crate
 //!
-//! A [`Linkage`] is a vehicle in the plane of its climb, a [`Step`] what it climbs; [`Linkage::bound`] gives a [`Bound`], with a
-//! [`RowBound`] for each row of wheels. [`Bound::of`] takes all of it from a scenario.
+//! A [`Linkage`] is a vehicle in the plane of its climb, a [`Step`] what it climbs; [`Linkage::climb_limits`] gives a [`ClimbLimits`], with a
+//! [`RowLimits`] for each row of wheels. [`ClimbLimits::of`] takes all of it from a scenario.
 
 #![forbid(unsafe_code)]
 
 mod balance;
-mod bound;
+mod climb_limits;
 mod climb_path;
 mod error;
 mod first_contact;
@@ -16,7 +16,7 @@ mod impact;
 mod linkage;
 mod step;
 
-pub use bound::{Bound, RowBound, Verdict};
+pub use climb_limits::{ClimbLimits, RowLimits, Verdict};
 pub use error::Error;
 pub use first_contact::{RowTouch, touch};
 pub use linkage::Linkage;

@@ -1,7 +1,7 @@
-//! What a bound has to obey, and the figures of an earlier study.
+//! What climb limits have to obey, and the figures of an earlier study.
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-use omni_bound::{Bound, Linkage, RowBound, Step, Verdict};
+use omni_bound::{ClimbLimits, Linkage, RowLimits, Step, Verdict};
 use omni_config::{Override, Scenario, Source, Vehicle};
 
 fn chugo7(changes: &[&str]) -> Linkage {
@@ -13,13 +13,13 @@ fn chugo7(changes: &[&str]) -> Linkage {
     Linkage::new(&Vehicle::from_source(&source, &changes).unwrap()).unwrap()
 }
 
-fn bound(height_m: f64, friction: f64, torque_n_m: f64) -> Bound {
+fn limits_of(height_m: f64, friction: f64, torque_n_m: f64) -> ClimbLimits {
     let step = Step::new(height_m, friction).unwrap();
-    chugo7(&[]).bound(&step, torque_n_m, 0.3).unwrap()
+    chugo7(&[]).climb_limits(&step, torque_n_m, 0.3).unwrap()
 }
 
 fn least(height_m: f64, friction: f64) -> [f64; 3] {
-    bound(height_m, friction, 10.0)
+    limits_of(height_m, friction, 10.0)
         .rows
         .map(|row| row.least_torque_n_m)
 }
@@ -52,7 +52,7 @@ fn least_torques_are_those_of_an_earlier_study() {
 fn run_ups_by_the_momentum_of_the_study_are_the_study_s() {
     // It let the whole momentum of the run-up go along the path: v = sqrt(2 D M0) / m.
     let mass = chugo7(&[]).driving_mass_kg();
-    let by_momentum = |row: &RowBound| (2.0 * row.deficit_j * row.path_mass_kg).sqrt() / mass;
+    let by_momentum = |row: &RowLimits| (2.0 * row.deficit_j * row.path_mass_kg).sqrt() / mass;
     let table = [
         (0.70, 1.4, [0.0, 0.33, 0.22]),
         (0.70, 1.0, [0.23, 0.51, 0.36]),
@@ -61,7 +61,7 @@ fn run_ups_by_the_momentum_of_the_study_are_the_study_s() {
         (0.85, 1.8, [0.0, 0.12, 0.06]),
     ];
     for (friction, torque, expected) in table {
-        let rows = bound(0.05, friction, torque).rows;
+        let rows = limits_of(0.05, friction, torque).rows;
         for (row, expected) in rows.iter().zip(expected) {
             // 3 % and 0.01 m/s: the study's inertia along the path is that 0.1 mm up the edge, 1.4 % less, its path has 25 points, its middle
             // block no inertia and its wheels no angular momentum; rounded to 0.01 m/s.
@@ -93,14 +93,14 @@ fn no_climb_of_the_simulator_is_excluded() {
     ];
     for (height, friction, torque, speed) in climbed {
         let step = Step::new(height, friction).unwrap();
-        let bound = chugo7(&[]).bound(&step, torque, speed).unwrap();
+        let limits = chugo7(&[]).climb_limits(&step, torque, speed).unwrap();
         assert!(
-            bound.possible(),
-            "{height} m, {friction}, {torque} N.m, {speed} m/s: {bound:?}"
+            limits.possible(),
+            "{height} m, {friction}, {torque} N.m, {speed} m/s: {limits:?}"
         );
     }
     // And where it never climbed at 0.3 m/s, the middle row is why.
-    let never = bound(0.05, 0.7, 1.0);
+    let never = limits_of(0.05, 0.7, 1.0);
     assert!(!never.possible());
     assert_eq!(
         (never.decisive(), never.rows[1].verdict),
@@ -111,7 +111,11 @@ fn no_climb_of_the_simulator_is_excluded() {
 #[test]
 fn without_torque_all_rows_together_lack_the_energy_that_lifts_the_vehicle() {
     for height in [0.01, 0.03, 0.05] {
-        let lacking: f64 = bound(height, 0.7, 0.0).rows.iter().map(|row| row.deficit_j).sum();
+        let lacking: f64 = limits_of(height, 0.7, 0.0)
+            .rows
+            .iter()
+            .map(|row| row.deficit_j)
+            .sum();
         let lift = 20.0 * 9.81 * height;
         // 0.1 %: 65 points of each path, joined by straight lines.
         assert!(
@@ -166,7 +170,7 @@ fn run_up_never_rises_with_torque_and_is_none_where_the_torque_suffices() {
     for friction in [0.55, 0.7, 1.0] {
         let mut before = [f64::INFINITY; 3];
         for torque in [0.0, 0.4, 0.8, 1.2, 1.6, 2.0, 2.4, 3.0] {
-            let rows = bound(0.05, friction, torque).rows;
+            let rows = limits_of(0.05, friction, torque).rows;
             for (row, before) in rows.iter().zip(&mut before) {
                 assert!(
                     row.run_up_m_s <= *before * (1.0 + 1e-6),
@@ -188,10 +192,10 @@ fn run_up_never_rises_with_torque_and_is_none_where_the_torque_suffices() {
 
 #[test]
 fn just_enough_torque_leaves_no_deficit_and_a_hair_less_leaves_little() {
-    let enough = bound(0.05, 0.85, 10.0).rows;
+    let enough = limits_of(0.05, 0.85, 10.0).rows;
     for row in 0..3 {
         let torque = enough[row].least_torque_n_m;
-        let less = &bound(0.05, 0.85, 0.99 * torque).rows[row];
+        let less = &limits_of(0.05, 0.85, 0.99 * torque).rows[row];
         // Two ways to the same torque: where the balance at rest just fails, the path slows down only just. 1 % of the torque is less than
         // 1 % of the lift's energy, and that only where the torque fails at all.
         assert!(
@@ -205,7 +209,7 @@ fn just_enough_torque_leaves_no_deficit_and_a_hair_less_leaves_little() {
 fn an_impact_keeps_less_on_the_path_than_at_most_and_less_at_higher_edges() {
     let mut before = [1.0; 3];
     for height in [1e-5, 0.01, 0.03, 0.05, 0.06] {
-        for (row, before) in bound(height, 0.7, 1.0).rows.iter().zip(&mut before) {
+        for (row, before) in limits_of(height, 0.7, 1.0).rows.iter().zip(&mut before) {
             assert!(
                 0.0 < row.kept_on_path && row.kept_on_path <= row.kept_at_most,
                 "{row:?}"
@@ -229,8 +233,8 @@ fn twice_the_mass_takes_twice_the_torque_and_the_same_run_up() {
     }
     let changes: Vec<_> = changes.iter().map(String::as_str).collect();
     let step = Step::new(0.05, 0.7).unwrap();
-    let heavy = chugo7(&changes).bound(&step, 2.8, 0.3).unwrap();
-    for (heavy, light) in heavy.rows.iter().zip(bound(0.05, 0.7, 1.4).rows) {
+    let heavy = chugo7(&changes).climb_limits(&step, 2.8, 0.3).unwrap();
+    for (heavy, light) in heavy.rows.iter().zip(limits_of(0.05, 0.7, 1.4).rows) {
         let alike = |a: f64, b: f64| a == b || (a - b).abs() <= 1e-9 * b.abs(); // rounding
         assert!(
             alike(heavy.least_torque_n_m, 2.0 * light.least_torque_n_m),
@@ -245,7 +249,7 @@ fn a_gear_trades_torque_for_speed() {
     let changes: Vec<_> = (0..7).map(|wheel| format!("wheel.{wheel}.gear=0.05")).collect();
     let changes: Vec<_> = changes.iter().map(String::as_str).collect();
     let step = Step::new(0.05, 0.7).unwrap();
-    let geared = chugo7(&changes).bound(&step, 10.0, 0.3).unwrap();
+    let geared = chugo7(&changes).climb_limits(&step, 10.0, 0.3).unwrap();
     for (geared, direct) in geared.rows.iter().zip(least(0.05, 0.7)) {
         let expected = 0.05 * direct;
         assert!(
@@ -295,17 +299,17 @@ fn what_is_not_described_is_refused_in_one_line_that_says_why() {
         );
     }
     let high = chugo7(&[])
-        .bound(&Step::new(0.07, 0.7).unwrap(), 1.0, 0.3)
+        .climb_limits(&Step::new(0.07, 0.7).unwrap(), 1.0, 0.3)
         .unwrap_err();
     assert_eq!(
         high.to_string(),
         "height_m = 0.07, allowed: less than 0.066, the radius of the wheels: wheels cannot climb an edge above their axle"
     );
-    let stopped = chugo7(&["hinge.0.limit_rad=0.1"]).bound(&Step::new(0.05, 0.7).unwrap(), 1.0, 0.3);
+    let stopped = chugo7(&["hinge.0.limit_rad=0.1"]).climb_limits(&Step::new(0.05, 0.7).unwrap(), 1.0, 0.3);
     let said = stopped.unwrap_err().to_string();
     assert!(said.contains("beyond its stop at 0.1"), "{said}");
     for terrain in ["stairs", "flat"] {
-        let said = Bound::of(&Scenario::load(terrain, &[]).unwrap())
+        let said = ClimbLimits::of(&Scenario::load(terrain, &[]).unwrap())
             .unwrap_err()
             .to_string();
         assert!(said.contains("terrain.kind"), "{said}");
@@ -318,12 +322,14 @@ fn a_hinge_away_from_an_axle_and_rows_swapped_between_frames_are_described_too()
     let other = chugo7(&["wheel.3.body=front"]);
     let higher = chugo7(&["hinge.0.anchor_m=[0.05, 0.0, 0.12]"]);
     for linkage in [other, higher] {
-        let bound = linkage.bound(&Step::new(0.03, 0.7).unwrap(), 0.0, 0.3).unwrap();
-        let lacking: f64 = bound.rows.iter().map(|row| row.deficit_j).sum();
+        let limits = linkage
+            .climb_limits(&Step::new(0.03, 0.7).unwrap(), 0.0, 0.3)
+            .unwrap();
+        let lacking: f64 = limits.rows.iter().map(|row| row.deficit_j).sum();
         assert!((lacking / (20.0 * 9.81 * 0.03) - 1.0).abs() < 1e-3, "{lacking}");
         assert!(
-            bound.rows.iter().all(|row| row.least_torque_n_m < 2.5),
-            "{bound:?}"
+            limits.rows.iter().all(|row| row.least_torque_n_m < 2.5),
+            "{limits:?}"
         );
     }
 }
@@ -360,10 +366,10 @@ fn vehicles_of_any_size_have_a_bound_or_a_refusal() {
         let changes: Vec<_> = changes.iter().map(String::as_str).collect();
         let (height, friction) = (random(1e-4, 0.065), random(0.0, 2.0));
         let step = Step::new(height, friction).unwrap();
-        match chugo7(&changes).bound(&step, 10_f64.powf(random(-3.0, 3.0)), random(0.0, 2.0)) {
-            Ok(bound) => {
+        match chugo7(&changes).climb_limits(&step, 10_f64.powf(random(-3.0, 3.0)), random(0.0, 2.0)) {
+            Ok(limits) => {
                 bounds += 1;
-                for row in bound.rows {
+                for row in limits.rows {
                     assert!(
                         row.least_torque_n_m > 0.0 && row.deficit_j.is_finite(),
                         "{changes:?} {step:?} {row:?}"

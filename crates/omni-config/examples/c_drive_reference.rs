@@ -2,7 +2,9 @@
 //! scenario that the constants are of.
 
 use omni_config::{Error, Scenario};
-use omni_core::{BodyTwist, DriveInput, DriveSample, DriveState, Fault, PlanarPose, WheelVelocities};
+use omni_core::drive::{DriveSample, Fault};
+use omni_core::geometry::PlanarPose;
+use omni_core::{BodyTwist, DriveInput, DriveState, WheelVelocities};
 
 /// FNV-1a.
 fn take_bytes(hash: u32, bytes: &[u8]) -> u32 {

@@ -1,7 +1,9 @@
 //! The steps of firmware/c/example/main.c on this computer: the C program has to print the same hash.
 
 use omni_config::{Override, Scenario};
-use omni_core::{BodyTwist, ControlSample, ControlState, TwistLimiterState, WheelVelocities};
+use omni_core::loops::ControlSample;
+use omni_core::shaping::TwistLimiterState;
+use omni_core::{BodyTwist, ControlState, WheelVelocities};
 
 /// FNV-1a over the bits of a number.
 fn take(hash: u32, value: f32) -> u32 {
@@ -12,7 +14,7 @@ fn take(hash: u32, value: f32) -> u32 {
 
 #[expect(clippy::print_stdout, reason = "an example speaks on standard output")]
 fn main() -> Result<(), omni_config::Error> {
-    let scenario = Scenario::load("step", &[Override::new("control.policy", "synchronised")])?;
+    let scenario = Scenario::load("step", &[Override::new("control.policy", "scale_references")])?;
     let controller = scenario.controller::<f32, 7>()?;
     let (limiter, mut limited) = (scenario.limiter()?, TwistLimiterState::new());
     let (mut state, mut sample) = (ControlState::new(), ControlSample::zero());

@@ -230,13 +230,13 @@ impl Terrain {
             Self::HeightMap {
                 image,
                 pixel_m,
-                black_m,
-                white_m,
+                black_height_m,
+                white_height_m,
                 ..
             } => {
                 let most = (image.rows() - 1).min(image.columns() - 1);
                 let over = ((0.25 * radius_m / pixel_m).round() as usize).clamp(1, most);
-                let slope = (white_m - black_m).abs() / (over as f64 * pixel_m);
+                let slope = (white_height_m - black_height_m).abs() / (over as f64 * pixel_m);
                 image.steepest(over).map(|rise| of_slope(rise * slope))
             }
         }

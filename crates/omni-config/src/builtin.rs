@@ -33,7 +33,10 @@ pub(crate) const SCENARIOS: Builtin = &[
         include_str!("../assets/scenarios/figure_eight.toml"),
     ),
 ];
-pub(crate) const EXPERIMENTS: Builtin = &[("wheels", include_str!("../assets/scenarios/wheels.toml"))];
+pub(crate) const EXPERIMENTS: Builtin = &[(
+    "motor_bench",
+    include_str!("../assets/scenarios/motor_bench.toml"),
+)];
 
 pub(crate) const STUDIES: Builtin = &[
     ("climb_map", include_str!("../assets/studies/climb_map.toml")),
@@ -44,7 +47,10 @@ pub(crate) const STUDIES: Builtin = &[
         include_str!("../assets/studies/wheel_models.toml"),
     ),
     ("traction", include_str!("../assets/studies/traction.toml")),
-    ("reach", include_str!("../assets/studies/reach.toml")),
+    (
+        "traction_runup",
+        include_str!("../assets/studies/traction_runup.toml"),
+    ),
 ];
 
 impl FileKind {
@@ -53,7 +59,7 @@ impl FileKind {
         match self {
             Self::Vehicle => ("vehicle", VEHICLES),
             Self::Scenario => ("scenario", SCENARIOS),
-            Self::Experiment => ("wheels experiment", EXPERIMENTS),
+            Self::Experiment => ("motor bench experiment", EXPERIMENTS),
             Self::Study => ("study", STUDIES),
         }
     }

@@ -1,7 +1,8 @@
 //! The command of a scenario, and its start.
 
 use garde::Validate;
-use omni_core::{BodyTwist, PlanarPose, WorldTwist};
+use omni_core::BodyTwist;
+use omni_core::geometry::{PlanarPose, WorldTwist};
 #[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

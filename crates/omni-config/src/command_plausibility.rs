@@ -1,6 +1,6 @@
 //! Notices about commands that are allowed but doubtful.
 
-use crate::derived_gains::digits;
+use crate::digits::digits;
 use crate::{Error, Scenario};
 
 /// A speed beyond what the motors reach by less than this part is none to speak of.

@@ -7,19 +7,17 @@ mod c;
 mod rust;
 #[cfg(test)]
 mod tests;
+mod values;
 
 use omni_core::constants::Constant;
-use omni_core::{EncoderCounter, TwistLimiter, VelocityEstimator};
 
-use crate::{Error, PlannedPath, Scenario, for_wheel_count, wheel_count_refused};
-
-/// Bits of an encoder's counter. One that has more is right too: its lower half counts as one of 16.
-const COUNTER_BITS: u32 = 16;
+use crate::{Error, Scenario};
+use values::Values;
 
 /// A configured value as a Rust expression for a `const` or `static`; it names `omni_core`.
 ///
 /// ```
-/// use omni_core::{AxisLimits, RateLimiter};
+/// use omni_core::shaping::{AxisLimits, RateLimiter};
 /// let limiter = RateLimiter::new(AxisLimits::symmetric(0.5_f32, 2.0, 4.0, f32::INFINITY), 0.25)?;
 /// let source = omni_config::rust_expression(&limiter);
 /// assert!(source.starts_with("omni_core::parts::RateLimiter::from_constants("));
@@ -46,7 +44,7 @@ impl Scenario {
     ///
     /// In Rust: `VEHICLE`, `POLICY`, `WHEELS`, `PERIOD_US`, [`Scenario::constants_digest`] as `DIGEST`, and `CONTROLLER`,
     /// `LIMITER`, `ODOMETRY`, `MOTORS`, to be used as any other, `DRIVE` where the scenario has a `[drive]` (under traction control an
-    /// [`omni_core::TractionDrive`]), `TRACTION` and `SUPERVISOR` where its policy is traction control, `COUNTER` and `VELOCITY` where it has `sensors.encoder_counts`, `TRAJECTORY` and `FOLLOWER` where its
+    /// [`omni_core::drive::TractionDrive`]), `TRACTION` and `SUPERVISOR` where its policy is traction control, `COUNTER` and `VELOCITY` where it has `sensors.encoder_counts`, `TRAJECTORY` and `FOLLOWER` where its
     /// command is a path. In C the same in `OMNI_...`, `COUNTER` and `VELOCITY` as `OMNI_ENCODER`, but for the odometry by itself and the path.
     ///
     /// # Errors
@@ -88,86 +86,6 @@ impl Scenario {
     pub fn constants_digest(&self) -> Result<u32, Error> {
         Ok(self.values()?.digest())
     }
-
-    fn values(&self) -> Result<Values, Error> {
-        fn controller<const N: usize>(scenario: &Scenario) -> Result<Box<dyn Constant>, Error> {
-            Ok(Box::new(scenario.controller::<f32, N>()?))
-        }
-        fn drive<const N: usize>(scenario: &Scenario) -> Result<Option<Box<dyn Constant>>, Error> {
-            if let Some(drive) = scenario.traction_drive::<f32, N>()? {
-                return Ok(Some(Box::new(drive)));
-            }
-            let drive = scenario.drive::<f32, N>()?;
-            Ok(drive.map(|drive| Box::new(drive) as Box<dyn Constant>))
-        }
-        fn traction<const N: usize>(scenario: &Scenario) -> Result<Option<TractionValues>, Error> {
-            let parts = scenario.traction_parts::<f32, N>()?;
-            Ok(parts.map(|(supervisor, traction)| TractionValues {
-                supervisor: Box::new(supervisor),
-                traction: Box::new(traction),
-            }))
-        }
-        fn motors<const N: usize>(scenario: &Scenario) -> Result<Box<dyn Constant>, Error> {
-            Ok(Box::new(scenario.wheel_control::<f32, N>()?.limits))
-        }
-        let count = self.vehicle().wheel.len();
-        let refused = |count| {
-            Err(Error::Key {
-                file: format!("vehicle {}", self.vehicle().name),
-                key: "wheel".into(),
-                message: wheel_count_refused(count).to_string(),
-            })
-        };
-        Ok(Values {
-            traction: for_wheel_count!(count, traction[](self), |_| Ok(None))?,
-            drive: for_wheel_count!(count, drive[](self), |_| Ok(None))?,
-            controller: for_wheel_count!(count, controller[](self), refused)?,
-            motors: for_wheel_count!(count, motors[](self), refused)?,
-            limiter: self.limiter()?,
-            encoder: self.encoder_values()?,
-            path: self.planned_path()?,
-        })
-    }
-
-    fn encoder_values(&self) -> Result<Option<EncoderValues>, Error> {
-        let counts = self.sensors.encoder_counts;
-        if counts == 0.0 {
-            return Ok(None);
-        }
-        let refuse = |error: omni_core::ConfigError| Error::Key {
-            file: format!("scenario {}", self.name),
-            key: "sensors.encoder_counts".into(),
-            message: error.to_string(),
-        };
-        let counter = EncoderCounter::<f32>::new(counts as f32, COUNTER_BITS).map_err(refuse)?;
-        let velocity = self.velocity_estimator()?;
-        Ok(velocity.map(|velocity| EncoderValues { counter, velocity }))
-    }
-}
-
-/// What a scenario's controller is made of, in `f32`.
-struct Values {
-    traction: Option<TractionValues>,
-    /// The firmware's whole step, where the scenario has a `[drive]`.
-    drive: Option<Box<dyn Constant>>,
-    controller: Box<dyn Constant>,
-    /// What each wheel's motor gives.
-    motors: Box<dyn Constant>,
-    limiter: TwistLimiter<f32>,
-    encoder: Option<EncoderValues>,
-    path: Option<PlannedPath>,
-}
-
-/// From an encoder's counter to a velocity.
-struct EncoderValues {
-    counter: EncoderCounter<f32>,
-    velocity: VelocityEstimator<f32>,
-}
-
-/// Traction control, where that is the scenario's policy.
-struct TractionValues {
-    supervisor: Box<dyn Constant>,
-    traction: Box<dyn Constant>,
 }
 
 impl Values {

@@ -1,12 +1,14 @@
 //! The controller of a scenario: coordination policy, replaced parts, period and scalar.
 
-use garde::Validate;
-use omni_core::{AntiWindup, Coordination, Integral, Real, Saturation};
+use garde::{Path, Report, Validate};
+use omni_core::loops::{AntiWindup, Integral, Saturation};
+use omni_core::{Coordination, Real};
 #[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use toml::Value;
 
-use crate::ranges::{PART, PERIOD_US, TRACKING_S, TRIES, WINDUP_N_M, ZONE_RAD_S, within};
+use crate::ranges::{MAX_RETRIES, PART, Range, TRACKING_S, WINDUP_N_M, ZONE_RAD_S, within};
 use crate::rest::Rest;
 use crate::suggestion::did_you_mean;
 
@@ -23,18 +25,24 @@ pub enum Precision {
     F64,
 }
 
-/// How requested torques are brought within the limits: [`Saturation`] without its numbers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+/// How requested torques are brought within the limits: [`Saturation`].
+///
+/// In files `"clip"`, `"scale_torques"` or `{ scale_references = { floor = 0.3 } }`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
-#[serde(rename_all = "snake_case")]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
 #[non_exhaustive]
 pub enum SaturationLaw {
     /// Each wheel is cut to its own limit.
     Clip,
     /// All torques are multiplied by one factor.
     ScaleTorques,
-    /// All references are multiplied by one factor, no less than `floor`.
-    ScaleReference,
+    /// All references are multiplied by one factor.
+    ScaleReferences {
+        /// The least factor, 0 to 1.
+        #[cfg_attr(feature = "schema", schemars(range(min = PART.min, max = PART.max)))]
+        floor: f64,
+    },
 }
 
 /// Which error is integrated: [`Integral`].
@@ -49,36 +57,100 @@ pub enum IntegralLaw {
     Shared,
 }
 
-/// Anti-windup of the integrals: [`AntiWindup`] without its numbers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+/// Anti-windup of the integrals: [`AntiWindup`].
+///
+/// In files a name, as `"conditional"`, or a name with its keys, as `{ clamp = { limit_n_m = 1.0 } }`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
-#[serde(rename_all = "snake_case")]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
 #[non_exhaustive]
 pub enum AntiWindupLaw {
     /// No anti-windup.
     None,
-    /// Integral terms stay within `integral_limit_n_m`.
-    Clamp,
     /// An error that drives a saturated output further beyond its limit is not integrated.
     Conditional,
-    /// Integrals follow the applied torques within `tracking_time_s`.
-    BackCalculation,
     /// The integrals use the reference for which the loops would have requested exactly the applied torques.
     Conditioned,
+    /// Integral terms stay within a limit.
+    Clamp {
+        /// Largest integral term of a loop \[N.m\], 0 to 1e6; the motor's stall torque if left out.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        #[cfg_attr(feature = "schema", schemars(range(min = WINDUP_N_M.min, max = WINDUP_N_M.max)))]
+        limit_n_m: Option<f64>,
+    },
+    /// Integrals follow the applied torques.
+    BackCalculation {
+        /// Time constant \[s\], from the control period to 1e6; kp / ki of the vehicle if left out.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        #[cfg_attr(feature = "schema", schemars(range(min = TRACKING_S.min, max = TRACKING_S.max)))]
+        tracking_time_s: Option<f64>,
+    },
+}
+
+/// Of an enum derived code would leave the law out of the path of a key.
+impl Validate for SaturationLaw {
+    type Context = ();
+
+    fn validate_into(&self, _: &(), parent: &mut dyn FnMut() -> Path, report: &mut Report) {
+        if let Self::ScaleReferences { floor } = self {
+            check(["scale_references", "floor"], *floor, PART, parent, report);
+        }
+    }
+}
+
+/// As of [`SaturationLaw`].
+impl Validate for AntiWindupLaw {
+    type Context = ();
+
+    fn validate_into(&self, _: &(), parent: &mut dyn FnMut() -> Path, report: &mut Report) {
+        match self {
+            Self::Clamp {
+                limit_n_m: Some(limit),
+            } => {
+                check(["clamp", "limit_n_m"], *limit, WINDUP_N_M, parent, report);
+            }
+            Self::BackCalculation {
+                tracking_time_s: Some(time),
+            } => {
+                check(
+                    ["back_calculation", "tracking_time_s"],
+                    *time,
+                    TRACKING_S,
+                    parent,
+                    report,
+                );
+            }
+            _ => {}
+        }
+    }
+}
+
+/// Checks the range of a key inside a law.
+fn check(
+    [law, key]: [&'static str; 2],
+    value: f64,
+    range: Range,
+    parent: &mut dyn FnMut() -> Path,
+    report: &mut Report,
+) {
+    if let Err(error) = within(range)(&value, &()) {
+        report.append(parent().join(law).join(key), error);
+    }
 }
 
 /// The controller.
 ///
-/// A policy is a named point of a grid; `saturation`, `floor`, `integral` and `anti_windup` replace its parts one by one,
+/// A policy is a named point of a grid; `saturation`, `integral` and `anti_windup` replace its parts one by one,
 /// `integral_zone_rad_s` and `proportional_limit_n_m` bound terms of its loops.
 ///
 /// ```
 /// use omni_config::{Override, Scenario};
-/// use omni_core::{Integral, Saturation};
-/// let own = Scenario::load("flat", &[Override::parse("control.floor=0.5")?, Override::parse("control.integral=shared")?])?;
+/// use omni_core::loops::{Integral, Saturation};
+/// let keys = ["control.saturation.scale_references.floor=0.5", "control.integral=shared"];
+/// let own = Scenario::load("flat", &[Override::parse(keys[0])?, Override::parse(keys[1])?])?;
 /// let law = own.coordination::<f64>()?;
-/// assert_eq!((law.saturation, law.integral), (Saturation::ScaleReference { floor: 0.5 }, Integral::Shared));
-/// assert_eq!(own.control.law(), "synchronised+floor=0.5+integral=shared");
+/// assert_eq!((law.saturation, law.integral), (Saturation::ScaleReferences { floor: 0.5 }, Integral::Shared));
+/// assert_eq!(own.control.law(), "scale_references+saturation=scale_references+floor=0.5+integral=shared");
 /// # Ok::<(), omni_config::Error>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
@@ -86,38 +158,22 @@ pub enum AntiWindupLaw {
 #[serde(deny_unknown_fields, default)]
 #[non_exhaustive]
 pub struct Control {
-    /// Name of a policy, one of [`POLICIES`]; `synchronised` if left out. It needs encoders on the wheels only.
+    /// Name of a policy, one of [`POLICIES`]; `scale_references` if left out. It needs encoders on the wheels only.
     #[garde(custom(known_policy))]
     #[cfg_attr(feature = "schema", schemars(extend("enum" = POLICIES)))]
     pub policy: String,
     /// How torques are brought within limits; that of the policy if left out.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[garde(skip)]
+    #[garde(dive)]
     pub saturation: Option<SaturationLaw>,
-    /// The least factor on the references where `saturation` is `scale_reference`, 0 to 1; 0.3 if left out.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[garde(inner(custom(within(PART))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = PART.min, max = PART.max)))]
-    pub floor: Option<f64>,
     /// Which error is integrated; that of the policy if left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[garde(skip)]
     pub integral: Option<IntegralLaw>,
-    /// Anti-windup, `none` if left out. Where `saturation` is `scale_reference`: `conditioned`
-    /// if left out, or `clamp` in addition.
+    /// Anti-windup, `none` if left out. With references that are scaled: `conditioned` if left out, or `clamp` in addition.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[garde(skip)]
+    #[garde(dive)]
     pub anti_windup: Option<AntiWindupLaw>,
-    /// Largest integral term of a loop where `anti_windup` is `clamp` \[N.m\], 0 to 1e6; the motor's stall torque if left out.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[garde(inner(custom(within(WINDUP_N_M))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = WINDUP_N_M.min, max = WINDUP_N_M.max)))]
-    pub integral_limit_n_m: Option<f64>,
-    /// Time constant where `anti_windup` is `back_calculation` \[s\], from the control period to 1e6; kp / ki of the vehicle if left out.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[garde(inner(custom(within(TRACKING_S))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = TRACKING_S.min, max = TRACKING_S.max)))]
-    pub tracking_time_s: Option<f64>,
     /// Integral zone \[rad/s\], 0 to 1e6: errors up to this are integrated, larger ones set the integrals to 0; every error
     /// counts if left out.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -129,18 +185,22 @@ pub struct Control {
     #[garde(inner(custom(within(WINDUP_N_M))))]
     #[cfg_attr(feature = "schema", schemars(range(min = WINDUP_N_M.min, max = WINDUP_N_M.max)))]
     pub proportional_limit_n_m: Option<f64>,
-    /// Retries at each row of wheels with `steady` and `reach`, 0 to 100; 8 if left out. With 0 a stuck vehicle stays stuck.
+    /// Retries at each row of wheels with `traction` and `traction_runup`, 0 to 100; 8 if left out. With 0 a stuck vehicle stays stuck.
     #[serde(
         skip_serializing_if = "Option::is_none",
-        deserialize_with = "crate::integers::tries"
+        deserialize_with = "crate::integers::max_retries"
     )]
-    #[garde(inner(custom(within(TRIES))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = TRIES.min, max = TRIES.max)))]
-    pub tries: Option<u32>,
-    /// Control period \[us\], a multiple of the physics step, 1 to 100000; 1000 if left out.
-    #[serde(deserialize_with = "crate::integers::period_us")]
-    #[garde(custom(within(PERIOD_US)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = PERIOD_US.min, max = PERIOD_US.max)))]
+    #[garde(inner(custom(within(MAX_RETRIES))))]
+    #[cfg_attr(feature = "schema", schemars(range(min = MAX_RETRIES.min, max = MAX_RETRIES.max)))]
+    pub max_retries: Option<u32>,
+    /// Control period \[us\], in files `period_s` \[s\]: whole microseconds, a multiple of the physics step, 1e-6 to 0.1; 0.001 if left out.
+    #[serde(
+        rename = "period_s",
+        deserialize_with = "crate::microseconds::period",
+        serialize_with = "crate::microseconds::write"
+    )]
+    #[garde(skip)]
+    #[cfg_attr(feature = "schema", schemars(with = "f64", range(min = crate::ranges::PERIOD_S.min, max = crate::ranges::PERIOD_S.max)))]
     pub period_us: u64,
     /// Scalar of the controller.
     #[garde(skip)]
@@ -154,16 +214,13 @@ impl Default for Control {
     /// The policy that asks for the least of a vehicle, encoders on its wheels, at 1 kHz.
     fn default() -> Self {
         Self {
-            policy: "synchronised".into(),
+            policy: "scale_references".into(),
             saturation: None,
-            floor: None,
             integral: None,
             anti_windup: None,
-            integral_limit_n_m: None,
-            tracking_time_s: None,
             integral_zone_rad_s: None,
             proportional_limit_n_m: None,
-            tries: None,
+            max_retries: None,
             period_us: 1000,
             precision: Precision::default(),
             rest: Rest::default(),
@@ -171,24 +228,31 @@ impl Default for Control {
     }
 }
 
-/// Names of every policy: the presets of [`Coordination`], then those of traction control ([`omni_core::Traction`]), the best last.
+/// Names of every policy: the presets of [`Coordination`], then those of traction control ([`omni_core::traction::Traction`]), the best last.
 ///
 /// ```
-/// assert_eq!(omni_config::POLICIES.last(), Some(&"steady"));
+/// assert_eq!(omni_config::POLICIES.last(), Some(&"traction"));
 /// ```
 pub const POLICIES: [&str; 6] = {
-    let [independent, paper, synchronised, load_sharing] = Coordination::<f64>::PRESETS;
-    [independent, paper, synchronised, load_sharing, REACH, STEADY]
+    let [independent, scale_torques, scale_references, shared_integral] = Coordination::<f64>::PRESETS;
+    [
+        independent,
+        scale_torques,
+        scale_references,
+        shared_integral,
+        TRACTION_RUNUP,
+        TRACTION,
+    ]
 };
 /// The presets of traction control.
-const STEADY: &str = "steady";
-const REACH: &str = "reach";
+const TRACTION: &str = "traction";
+const TRACTION_RUNUP: &str = "traction_runup";
 
 /// A preset of traction control.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum TractionPreset {
-    Steady,
-    Reach,
+    Traction,
+    TractionRunup,
 }
 
 /// What a policy does, in a line.
@@ -205,27 +269,34 @@ pub fn policy_in_a_line(policy: &str) -> &'static str {
         "independent" => {
             "plain PID: each wheel's torque is cut to its own limit, and each loop has its own integral"
         }
-        "paper" => {
+        "scale_torques" => {
             "the paper's eqs. (11) and (12): all torques are scaled by the factor of the most saturated wheel"
         }
-        "synchronised" => {
+        "scale_references" => {
             "all references are scaled together, down to 0.3, so that no wheel saturates: keeps the speed ratios"
         }
-        "load_sharing" => {
+        "shared_integral" => {
             "each wheel's torque is cut to its own limit, and the wheels share one integral: least heat of the loops"
         }
-        STEADY => {
+        TRACTION => {
             "traction control: the same thrust on all driven wheels, less where one slips, and retries if stuck: little slip and heat"
         }
-        REACH => {
-            "as steady, but every retry is faster and spins up the climbing row: highest steps, needs spare motor speed"
+        TRACTION_RUNUP => {
+            "as traction, but every retry is faster and spins up the climbing row: highest steps, needs spare motor speed"
         }
         _ => "",
     }
 }
 
-/// The floor of `scale_reference` where none is given, as of the preset `synchronised`.
-const FLOOR: f64 = 0.3;
+/// Keys that replace parts of a policy, in the order of its name.
+const PARTS: [&str; 6] = [
+    "saturation",
+    "integral",
+    "anti_windup",
+    "integral_zone_rad_s",
+    "proportional_limit_n_m",
+    "max_retries",
+];
 
 /// A key and what is wrong with it.
 type Refusal = (&'static str, String);
@@ -234,53 +305,58 @@ impl Control {
     /// The policy's name with everything that is chosen instead of its parts: what rows, tables and logs call it.
     #[must_use]
     pub fn law(&self) -> String {
-        let mut law = self.policy.clone();
-        let mut add = |key: &str, value: Option<String>| {
-            if let Some(value) = value {
-                law.push_str(&format!("+{key}={value}"));
-            }
-        };
-        add("saturation", self.saturation.map(name));
-        add("floor", self.floor.map(|floor| floor.to_string()));
-        add("integral", self.integral.map(name));
-        add("anti_windup", self.anti_windup.map(name));
-        add(
-            "integral_limit_n_m",
-            self.integral_limit_n_m.map(|x| x.to_string()),
-        );
-        add("tracking_time_s", self.tracking_time_s.map(|x| x.to_string()));
-        add(
-            "integral_zone_rad_s",
-            self.integral_zone_rad_s.map(|x| x.to_string()),
-        );
-        add(
-            "proportional_limit_n_m",
-            self.proportional_limit_n_m.map(|x| x.to_string()),
-        );
-        add("tries", self.tries.map(|x| x.to_string()));
-        law
+        let parts = self.parts().into_iter();
+        let parts = parts.map(|(key, value)| format!("+{key}={value}"));
+        self.policy.clone() + &parts.collect::<String>()
     }
 
     /// Is it a preset and nothing else?
     #[must_use]
     pub fn is_preset(&self) -> bool {
-        self.law() == self.policy
+        self.parts().is_empty()
+    }
+
+    /// Does a key of a scenario, as `control.integral`, say what the policy is?
+    ///
+    /// ```
+    /// use omni_config::Control;
+    /// let keys = ["control.policy", "control.saturation.scale_references.floor", "control.period_s", "seed"];
+    /// assert_eq!(keys.map(Control::is_of_policy), [true, true, false, false]);
+    /// ```
+    #[must_use]
+    pub fn is_of_policy(key: &str) -> bool {
+        let name = key
+            .strip_prefix("control.")
+            .and_then(|rest| rest.split('.').next());
+        name.is_some_and(|name| name == "policy" || PARTS.contains(&name))
+    }
+
+    /// What is chosen instead of the policy's parts, as it is written.
+    fn parts(&self) -> Vec<(&'static str, String)> {
+        // A table of numbers and names, which can be written.
+        let Ok(Value::Table(table)) = Value::try_from(self) else {
+            return Vec::new();
+        };
+        let of = |key: &'static str| Some((key, written(table.get(key)?)));
+        PARTS.into_iter().filter_map(of).collect()
     }
 
     /// Another preset, with nothing chosen instead of its parts.
     pub(crate) fn be_preset(&mut self, policy: &str) {
-        self.policy = policy.into();
-        (self.saturation, self.floor, self.integral) = (None, None, None);
-        (self.anti_windup, self.integral_limit_n_m, self.tracking_time_s) = (None, None, None);
-        (self.integral_zone_rad_s, self.proportional_limit_n_m) = (None, None);
-        self.tries = None;
+        *self = Self {
+            policy: policy.into(),
+            period_us: self.period_us,
+            precision: self.precision,
+            rest: self.rest,
+            ..Self::default()
+        };
     }
 
     /// The preset of traction control; none where the wheels have loops of their own.
     pub(crate) fn traction(&self) -> Option<TractionPreset> {
         match self.policy.as_str() {
-            STEADY => Some(TractionPreset::Steady),
-            REACH => Some(TractionPreset::Reach),
+            TRACTION => Some(TractionPreset::Traction),
+            TRACTION_RUNUP => Some(TractionPreset::TractionRunup),
             _ => None,
         }
     }
@@ -292,18 +368,13 @@ impl Control {
             return Some(Coordination::independent());
         }
         let preset = Coordination::<R>::preset(&self.policy)?;
-        let own_floor = match preset.saturation {
-            Saturation::ScaleReference { floor } => floor,
-            _ => R::of(FLOOR),
-        };
-        let floor = self.floor.map_or(own_floor, R::of);
-        let saturation = match (self.saturation, preset.saturation) {
-            (Some(SaturationLaw::Clip), _) => Saturation::Clip,
-            (Some(SaturationLaw::ScaleTorques), _) => Saturation::ScaleTorques,
-            (Some(SaturationLaw::ScaleReference), _) | (None, Saturation::ScaleReference { .. }) => {
-                Saturation::ScaleReference { floor }
+        let saturation = match self.saturation {
+            None => preset.saturation,
+            Some(SaturationLaw::Clip) => Saturation::Clip,
+            Some(SaturationLaw::ScaleTorques) => Saturation::ScaleTorques,
+            Some(SaturationLaw::ScaleReferences { floor }) => {
+                Saturation::ScaleReferences { floor: R::of(floor) }
             }
-            (None, other) => other,
         };
         let integral = match self.integral {
             Some(IntegralLaw::PerWheel) => Integral::PerWheel,
@@ -319,86 +390,58 @@ impl Control {
             None | Some(AntiWindupLaw::None) => AntiWindup::None,
             Some(AntiWindupLaw::Conditional) => AntiWindup::Conditional,
             Some(AntiWindupLaw::Conditioned) => AntiWindup::Conditioned,
-            Some(AntiWindupLaw::Clamp) => AntiWindup::Clamp {
-                limit_n_m: R::of(self.integral_limit_n_m.unwrap_or(stall_n_m)),
+            Some(AntiWindupLaw::Clamp { limit_n_m }) => AntiWindup::Clamp {
+                limit_n_m: R::of(limit_n_m.unwrap_or(stall_n_m)),
             },
-            Some(AntiWindupLaw::BackCalculation) => AntiWindup::BackCalculation {
-                tracking_time_s: R::of(self.tracking_time_s.unwrap_or(kp_over_ki_s)),
+            Some(AntiWindupLaw::BackCalculation { tracking_time_s }) => AntiWindup::BackCalculation {
+                tracking_time_s: R::of(tracking_time_s.unwrap_or(kp_over_ki_s)),
             },
         }
     }
 
-    /// A key that the law does not look at.
+    /// A key that the policy does not look at.
     pub(crate) fn refusal(&self) -> Option<Refusal> {
-        if self.traction().is_some() {
-            return self.refused_by_traction();
+        let has_loops = self.traction().is_none();
+        let other = |(key, _): &Refusal| (*key == "max_retries") == has_loops;
+        if let Some((key, value)) = self.parts().into_iter().find(other) {
+            let policies = Coordination::<f64>::PRESETS.join(", ");
+            let allowed = if has_loops {
+                format!("control.policy = \"{TRACTION}\" or \"{TRACTION_RUNUP}\"")
+            } else {
+                format!("a policy of wheel speed loops: {policies}")
+            };
+            return Some((key, format!("{value}, allowed: only with {allowed}")));
         }
-        if let Some(tries) = self.tries {
-            let message = format!("{tries}, allowed: only with control.policy = \"steady\" or \"reach\"");
-            return Some(("tries", message));
+        let saturation = self.coordination::<f64>()?.saturation;
+        let scales = matches!(saturation, Saturation::ScaleReferences { .. });
+        match self.anti_windup? {
+            AntiWindupLaw::Clamp { .. } | AntiWindupLaw::Conditioned => None,
+            law if scales => {
+                let name = Value::try_from(law).map_or_else(|_| String::new(), |law| written(&law));
+                let message = format!("{name}, allowed: conditioned or clamp where references are scaled");
+                Some(("anti_windup", message))
+            }
+            _ => None,
         }
-        let scales = matches!(
-            self.coordination::<f64>()?.saturation,
-            Saturation::ScaleReference { .. }
-        );
-        let law = self.anti_windup;
-        if let (Some(floor), false) = (self.floor, scales) {
-            let message = format!("{floor}, allowed: only with control.saturation = \"scale_reference\"");
-            return Some(("floor", message));
-        }
-        if let (Some(limit), false) = (self.integral_limit_n_m, law == Some(AntiWindupLaw::Clamp)) {
-            let message = format!("{limit}, allowed: only with control.anti_windup = \"clamp\"");
-            return Some(("integral_limit_n_m", message));
-        }
-        if let (Some(time), false) = (self.tracking_time_s, law == Some(AntiWindupLaw::BackCalculation)) {
-            let message = format!("{time}, allowed: only with control.anti_windup = \"back_calculation\"");
-            return Some(("tracking_time_s", message));
-        }
-        let kept = [None, Some(AntiWindupLaw::Clamp), Some(AntiWindupLaw::Conditioned)];
-        if scales && !kept.contains(&law) {
-            let name = law.map(name).unwrap_or_default();
-            let message = format!(
-                "{name:?}, allowed: \"conditioned\" or \"clamp\" where the saturation is \"scale_reference\""
-            );
-            return Some(("anti_windup", message));
-        }
-        None
-    }
-
-    /// A part of the wheels' loops, which traction control has not.
-    fn refused_by_traction(&self) -> Option<Refusal> {
-        let given = [
-            ("saturation", self.saturation.map(name)),
-            ("floor", self.floor.map(|x| x.to_string())),
-            ("integral", self.integral.map(name)),
-            ("anti_windup", self.anti_windup.map(name)),
-            (
-                "integral_limit_n_m",
-                self.integral_limit_n_m.map(|x| x.to_string()),
-            ),
-            ("tracking_time_s", self.tracking_time_s.map(|x| x.to_string())),
-            (
-                "integral_zone_rad_s",
-                self.integral_zone_rad_s.map(|x| x.to_string()),
-            ),
-            (
-                "proportional_limit_n_m",
-                self.proportional_limit_n_m.map(|x| x.to_string()),
-            ),
-        ];
-        let (key, value) = given.into_iter().find_map(|(key, value)| Some((key, value?)))?;
-        let policies = Coordination::<f64>::PRESETS.join(", ");
-        let message = format!("{value}, allowed: only with a policy of wheel speed loops: {policies}");
-        Some((key, message))
     }
 }
 
-/// A law's name as files have it.
-fn name(law: impl Serialize) -> String {
-    // A variant without fields is written as its name.
-    match toml::Value::try_from(law) {
-        Ok(toml::Value::String(name)) => name,
-        _ => String::new(),
+/// A value as names of laws have it: `clip`, `0.5`, or `clamp+limit_n_m=1` of a law with its keys.
+fn written(value: &Value) -> String {
+    match value {
+        Value::String(name) => name.clone(),
+        Value::Float(number) => number.to_string(),
+        Value::Table(law) => {
+            let inside = |keys: &Value| {
+                let keys = keys.as_table().into_iter().flatten();
+                keys.map(|(key, value)| format!("+{key}={}", written(value)))
+                    .collect::<String>()
+            };
+            law.iter()
+                .map(|(name, keys)| name.clone() + &inside(keys))
+                .collect()
+        }
+        other => other.to_string(),
     }
 }
 
@@ -414,153 +457,4 @@ fn known_policy(value: &str, _: &()) -> garde::Result {
 }
 
 #[cfg(test)]
-mod tests {
-    use omni_core::{AntiWindup, Coordination, Integral, Saturation};
-
-    use crate::{Override, Scenario};
-
-    fn load(keys: &[&str]) -> Result<Scenario, String> {
-        let overrides: Vec<_> = keys
-            .iter()
-            .map(|key| Override::parse(key).expect("key=value"))
-            .collect();
-        Scenario::load("step", &overrides).map_err(|error| error.to_string())
-    }
-
-    #[test]
-    fn every_pair_of_the_grid_is_reachable_from_every_policy() {
-        for policy in Coordination::<f64>::PRESETS {
-            for (name, saturation) in [
-                ("clip", Saturation::Clip),
-                ("scale_torques", Saturation::ScaleTorques),
-                ("scale_reference", Saturation::ScaleReference { floor: 0.3 }),
-            ] {
-                for (integral_name, integral) in
-                    [("per_wheel", Integral::PerWheel), ("shared", Integral::Shared)]
-                {
-                    let keys = [
-                        format!("control.policy={policy}"),
-                        format!("control.saturation={name}"),
-                        format!("control.integral={integral_name}"),
-                    ];
-                    let own = load(&keys.each_ref().map(String::as_str)).expect("every pair means something");
-                    assert_eq!(
-                        own.coordination::<f64>().expect("known"),
-                        Coordination::new(saturation, integral)
-                    );
-                    assert_eq!(
-                        own.control.law(),
-                        format!("{policy}+saturation={name}+integral={integral_name}")
-                    );
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn what_a_law_does_not_look_at_is_refused_by_key() {
-        for (keys, said) in [
-            (
-                vec!["control.policy=paper", "control.floor=0.5"],
-                "built-in step: control.floor: 0.5, allowed: only with control.saturation = \"scale_reference\"",
-            ),
-            (
-                vec!["control.floor=1.5"],
-                "built-in step: control.floor: 1.5, allowed: 0 to 1",
-            ),
-            (
-                vec!["control.policy=synchronised", "control.anti_windup=none"],
-                "built-in step: control.anti_windup: \"none\", allowed: \"conditioned\" or \"clamp\" where \
-                 the saturation is \"scale_reference\"",
-            ),
-            (
-                vec!["control.policy=independent", "control.tracking_time_s=1"],
-                "built-in step: control.tracking_time_s: 1, allowed: only with control.anti_windup = \"back_calculation\"",
-            ),
-            (
-                vec!["control.policy=independent", "control.integral_limit_n_m=1"],
-                "built-in step: control.integral_limit_n_m: 1, allowed: only with control.anti_windup = \"clamp\"",
-            ),
-            (
-                vec!["control.integral_zone_rad_s=-1"],
-                "built-in step: control.integral_zone_rad_s: -1, allowed: 0 to 1000000",
-            ),
-            (
-                vec!["control.policy=steady", "control.proportional_limit_n_m=1"],
-                "built-in step: control.proportional_limit_n_m: 1, allowed: only with a policy of wheel speed loops: independent, \
-                 paper, synchronised, load_sharing",
-            ),
-        ] {
-            assert_eq!(load(&keys).expect_err("refused"), said);
-        }
-        let unknown = load(&["control.saturation=clipp"]).expect_err("refused");
-        assert!(
-            unknown.starts_with("built-in step: control.saturation: ") && unknown.contains("`clip`"),
-            "{unknown}"
-        );
-    }
-
-    #[test]
-    fn how_torque_ends_at_rest_is_kept_under_another_policy() {
-        let paper = load(&["control.policy=paper", "control.rest.bleed_s=0.1"]).expect("a scenario");
-        let rest = |policy: &str| paper.with_policy(policy).expect("a preset").control.rest.bleed_s;
-        assert_eq!(["independent", "steady"].map(rest), [0.1, 0.1]);
-    }
-
-    #[test]
-    fn bounds_of_terms_reach_the_loops_and_the_name_of_the_law() {
-        let pid = |keys: &[&str]| {
-            let own = load(keys).expect("a scenario");
-            let pid = own.wheel_control::<f64, 7>().expect("its loops").pid;
-            (
-                own.control.law(),
-                pid.integral_zone_rad_s,
-                pid.proportional_limit_n_m,
-            )
-        };
-        let keys = [
-            "control.policy=paper",
-            "control.integral_zone_rad_s=2",
-            "control.proportional_limit_n_m=0.5",
-        ];
-        let name = "paper+integral_zone_rad_s=2+proportional_limit_n_m=0.5";
-        assert_eq!(pid(&keys), (name.to_owned(), 2.0, 0.5));
-        let none = f64::INFINITY;
-        assert_eq!(pid(&keys[..1]), ("paper".to_owned(), none, none));
-        let own = load(&keys).expect("a scenario");
-        assert!(
-            own.with_policy("independent")
-                .expect("a preset")
-                .control
-                .is_preset()
-        );
-    }
-
-    #[test]
-    fn anti_windup_takes_what_is_left_out_from_the_vehicle() {
-        let law = |keys: &[&str]| {
-            let keys = [&["control.policy=independent"], keys].concat();
-            let own = load(&keys).expect("a scenario");
-            own.wheel_control::<f64, 7>().expect("its loops").pid.anti_windup
-        };
-        let vehicle = load(&[]).expect("step").vehicle().clone();
-        let gains = vehicle.gains.expect("chugo7 has its own");
-        assert_eq!(law(&[]), AntiWindup::None);
-        assert_eq!(
-            law(&["control.anti_windup=back_calculation"]),
-            AntiWindup::BackCalculation {
-                tracking_time_s: gains.kp_n_m_s_rad / gains.ki_n_m_rad
-            }
-        );
-        assert_eq!(
-            law(&["control.anti_windup=clamp"]),
-            AntiWindup::Clamp {
-                limit_n_m: vehicle.motor.stall_torque_n_m
-            }
-        );
-        assert_eq!(
-            law(&["control.anti_windup=clamp", "control.integral_limit_n_m=0.5"]),
-            AntiWindup::Clamp { limit_n_m: 0.5 }
-        );
-    }
-}
+mod tests;

@@ -1,8 +1,8 @@
 //! A controller of omni-core, built from a file.
 
+use omni_core::shaping::{AxisLimits, TwistLimiter, TwistLimits};
 use omni_core::{
-    AxisLimits, ConfigError, Controller, Coordination, Kinematics, PidConfig, Real, TwistLimiter,
-    TwistLimits, WheelControlConfig, WheelLayout,
+    ConfigError, Controller, Coordination, Kinematics, PidConfig, Real, WheelControlConfig, WheelLayout,
 };
 
 use crate::{Error, Scenario, Vehicle};
@@ -99,7 +99,8 @@ impl Scenario {
     ///
     /// ```
     /// use omni_config::Scenario;
-    /// use omni_core::{BodyTwist, TwistLimiterState};
+    /// use omni_core::shaping::TwistLimiterState;
+    /// use omni_core::BodyTwist;
     /// let limiter = Scenario::load("step", &[])?.limiter::<f64>()?;
     /// let fast = BodyTwist { vx_m_s: 9.0, ..BodyTwist::ZERO };
     /// assert_eq!(limiter.step(&mut TwistLimiterState::default(), &fast).vx_m_s, 1.0); // a brisk walk is enough

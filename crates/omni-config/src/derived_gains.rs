@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::digits::digits;
 use crate::ranges::{Bounded, GAIN};
 use crate::{Error, Gains, Vehicle};
 
@@ -161,17 +162,5 @@ impl Vehicle {
             (Some(commanded), Some(no_load)) => Some(commanded.min(no_load)),
             (commanded, no_load) => commanded.or(no_load),
         }
-    }
-}
-
-/// A figure with three digits that count.
-pub(crate) fn digits(figure: f64) -> String {
-    let order = if figure > 0.0 { figure.log10().floor() } else { 0.0 };
-    let decimals = (2.0 - order).clamp(0.0, 12.0) as usize;
-    let text = format!("{figure:.decimals$}");
-    if text.contains('.') {
-        text.trim_end_matches('0').trim_end_matches('.').to_owned()
-    } else {
-        text
     }
 }

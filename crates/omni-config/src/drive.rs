@@ -1,10 +1,6 @@
 //! The firmware's whole step around the loops: shaping, time-out, faults, slip, odometry.
 
 use garde::Validate;
-use omni_core::{
-    ConfigError, Desaturation, DriveConfig, EmergencyDeceleration, FaultConfig, Kinematics, LEAST_REDUNDANCY,
-    OdometryNoise, Real, SlipConfig, SpeedLimits, TractionDrive,
-};
 #[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -13,13 +9,12 @@ use crate::ranges::{
     ACCELERATION_M_S2, ACCELERATION_RAD_S2, PERIODS, PERIODS_FROM_0, PERIODS_FROM_2, PLACE_M, RESIDUAL_GAIN,
     STALL_TORQUE_N_M, THRESHOLD_RAD_S, TIME_S, WHEEL_NOISE, within,
 };
-use crate::{EncoderVelocity, Error, Scenario, Vehicle, for_wheel_count};
 
 /// omni-core's `Drive` in the loop: what firmware runs instead of the bare loops. A table without keys has every default.
 ///
 /// ```
 /// use omni_config::{Override, Scenario};
-/// let scenario = Scenario::load("flat", &[Override::parse("drive.timeout_s=0.2")?])?;
+/// let scenario = Scenario::load("flat", &[Override::parse("drive.command_timeout_s=0.2")?])?;
 /// let config = scenario.drive_config::<f32, 7>()?.expect("it has a [drive]");
 /// assert_eq!((config.shaping.timeout_s, config.blind_periods), (Some(0.2), 10));
 /// assert!(Scenario::load("flat", &[])?.drive_config::<f32, 7>()?.is_none());
@@ -33,7 +28,7 @@ pub struct Drive {
     /// How old a command may become before the vehicle rests \[s\], 0 to 3600; 0.5 by default.
     #[garde(custom(within(TIME_S)))]
     #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
-    pub timeout_s: f64,
+    pub command_timeout_s: f64,
     /// Deceleration in an emergency stop and in a safe stop \[m/s^2\], 0.001 to 1e4; 2 by default.
     #[garde(custom(within(ACCELERATION_M_S2)))]
     #[cfg_attr(feature = "schema", schemars(range(min = ACCELERATION_M_S2.min, max = ACCELERATION_M_S2.max)))]
@@ -76,7 +71,7 @@ pub struct Drive {
 impl Default for Drive {
     fn default() -> Self {
         Self {
-            timeout_s: 0.5,
+            command_timeout_s: 0.5,
             stop_m_s2: 2.0,
             stop_rad_s2: 8.0,
             blind_periods: 10,
@@ -90,7 +85,7 @@ impl Default for Drive {
     }
 }
 
-/// When a wheel counts as slipping: [`SlipConfig`].
+/// When a wheel counts as slipping: [`omni_core::drive::SlipConfig`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
@@ -127,7 +122,7 @@ impl Default for DriveSlip {
     }
 }
 
-/// When an encoder's reading counts as faulty: [`FaultConfig`].
+/// When an encoder's reading counts as faulty: [`omni_core::drive::FaultConfig`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
@@ -192,7 +187,7 @@ impl Default for DriveFaults {
     }
 }
 
-/// Noise of the wheels: [`OdometryNoise`].
+/// Noise of the wheels: [`omni_core::estimate::OdometryNoise`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
@@ -217,68 +212,7 @@ impl Default for DriveNoise {
     }
 }
 
-/// Velocity and periods of `[drive.faults]` that make a constant reading stuck, where encoders are fine enough.
-const STUCK_RAD_S: f64 = 1.0;
-const STUCK_PERIODS: u32 = 100;
-
-/// A reading toggles between two counts at an edge, and another wheel's may do so at the same time: with 1.2 counts a standing wheel of chugo7
-/// was called stuck in each of four drives, with 1.5 counts in none.
-pub(crate) const LEAST_COUNTS: f64 = 2.0;
-
-/// A count that was checked to be no more than 65535.
-fn whole(count: u32) -> u16 {
-    u16::try_from(count).unwrap_or(u16::MAX)
-}
-
-impl DriveFaults {
-    fn config<R: Real>(&self) -> FaultConfig<R> {
-        let mut config = FaultConfig::unchecked();
-        if let Some(jump) = self.jump_rad_s {
-            config.jump_rad_s = R::of(jump);
-        }
-        if let Some(velocity) = self.stuck_rad_s {
-            config.stuck_rad_s = R::of(velocity);
-        }
-        if let Some(torque) = self.stuck_torque_n_m {
-            config.stuck_torque_n_m = R::of(torque);
-        }
-        if let Some(periods) = self.stuck_periods {
-            config.stuck_periods = whole(periods);
-        }
-        config.jump_periods = whole(self.jump_periods);
-        config.silent_periods = whole(self.silent_periods);
-        config.recovery_periods = whole(self.recovery_periods);
-        config
-    }
-}
-
 impl Drive {
-    /// Puts everything but the loops, the detection of faults and the vehicle's own limits into a configuration.
-    fn put_into<R: Real, const N: usize>(&self, config: &mut DriveConfig<R, N>) -> Result<(), ConfigError> {
-        config.shaping.timeout_s = Some(R::of(self.timeout_s));
-        config.shaping.emergency_deceleration = Some(EmergencyDeceleration {
-            linear_m_s2: R::of(self.stop_m_s2),
-            yaw_rad_s2: R::of(self.stop_rad_s2),
-        });
-        config.blind_periods = whole(self.blind_periods);
-        config.command_point_m = self.command_point_m.map(R::of);
-        config.discretize = self.discretize;
-        if let Some(limit) = self.speed_limit_rad_s {
-            config.speed_limits = Some(SpeedLimits::new([R::of(limit); N], Desaturation::Uniform)?);
-        }
-        config.slip = self.slip.map(|slip| SlipConfig {
-            enter_rad_s: R::of(slip.enter_rad_s),
-            leave_rad_s: R::of(slip.leave_rad_s),
-            enter_periods: whole(slip.enter_periods),
-            leave_periods: whole(slip.leave_periods),
-        });
-        config.noise = self.noise.map(|noise| OdometryNoise {
-            wheel_rad_per_sqrt_rad: R::of(noise.wheel_rad_per_sqrt_rad),
-            residual_gain: R::of(noise.residual_gain),
-        });
-        Ok(())
-    }
-
     /// A key and what is wrong with it that no single key shows.
     pub(crate) fn refusal(&self) -> Option<(&'static str, String)> {
         let slip = self.slip?;
@@ -290,139 +224,4 @@ impl Drive {
             ("slip.leave_rad_s", message)
         })
     }
-}
-
-impl Scenario {
-    /// What a [`omni_core::Drive`] of the scenario's vehicle is made of, in the scalar `R`; none where the scenario has no `[drive]`.
-    ///
-    /// # Errors
-    /// As [`Scenario::controller`].
-    pub fn drive_config<R: Real, const N: usize>(&self) -> Result<Option<DriveConfig<R, N>>, Error> {
-        let Some(drive) = &self.drive else {
-            return Ok(None);
-        };
-        let refuse = |error: &ConfigError| self.vehicle().refuse(error);
-        let layout = self.vehicle().layout().map_err(|error| refuse(&error))?;
-        let mut config = DriveConfig::new(layout, self.wheel_control()?);
-        config.rest = self.control.rest.rule();
-        if let Some(limits) = self.vehicle().limits {
-            config.shaping.limits = limits.of_twist();
-        }
-        config.faults = self.drive_faults().map(|faults| faults.config());
-        drive
-            .put_into(&mut config)
-            .map_err(|error| self.refuse_drive(&error))?;
-        Ok(Some(config))
-    }
-
-    /// `[drive.faults]` with everything in place of what is left out; none without `[drive]`.
-    pub(crate) fn drive_faults(&self) -> Option<DriveFaults> {
-        let mut faults = self.drive?.faults.unwrap_or_default();
-        let count_rad_s = self.encoder_step_rad_s().unwrap_or(0.0);
-        let half_n_m = 0.5 * self.vehicle().motor.peak_torque_n_m();
-        faults.stuck_torque_n_m.get_or_insert(half_n_m);
-        faults
-            .stuck_rad_s
-            .get_or_insert(STUCK_RAD_S.max(LEAST_COUNTS * count_rad_s));
-        let held = (self.held_s() / self.period_s()).ceil().min(65534.0) as u32;
-        faults.stuck_periods.get_or_insert(STUCK_PERIODS.max(held));
-        // From one way to the other at full speed in a period, and what single counts add to a reading.
-        if let Some(no_load_rad_s) = self.vehicle().no_load_rad_s() {
-            let jump_rad_s = 2.0 * no_load_rad_s + 3.0 * count_rad_s;
-            faults.jump_rad_s.get_or_insert(jump_rad_s);
-        }
-        Some(faults)
-    }
-
-    /// How long readings may show a motion that is over, or not yet of one that has begun \[s\]: until a counter is known to stand, and what
-    /// is left of an observer's transient, e^-3 of it.
-    fn held_s(&self) -> f64 {
-        // A loaded scenario's is one.
-        let Ok(Some(estimator)) = self.velocity_estimator::<f64>() else {
-            return 0.0;
-        };
-        match self.sensors.encoder_velocity {
-            Some(EncoderVelocity::Observer { bandwidth_rad_s }) => {
-                estimator.standing_s().max(3.0 / bandwidth_rad_s)
-            }
-            _ => estimator.standing_s(),
-        }
-    }
-
-    /// Places of the wheels whose motion the other wheels do not show.
-    pub(crate) fn unchecked_wheels(&self) -> Vec<usize> {
-        let vehicle = self.vehicle();
-        for_wheel_count!(vehicle.wheel.len(), unchecked[](vehicle), |_| Vec::new())
-    }
-
-    /// The firmware's whole step, in the scalar `R`; none where the scenario has no `[drive]`. Under traction control what is around the
-    /// loops: the whole is [`Scenario::traction_drive`].
-    ///
-    /// # Errors
-    /// As [`Scenario::controller`]; [`Error::Key`] where the drive's keys do not fit together.
-    ///
-    /// ```
-    /// use omni_config::{Override, Scenario};
-    /// use omni_core::{DriveInput, DriveMode, DriveState, WheelVelocities};
-    /// let scenario = Scenario::load("flat", &[Override::parse("drive.blind_periods=0")?])?;
-    /// let drive = scenario.drive::<f64, 7>()?.expect("it has a [drive]");
-    /// let mut silent = DriveInput::measured(&WheelVelocities::zero());
-    /// silent.readings_rad_s = [None; 7];
-    /// assert_eq!(drive.step(&mut DriveState::new(&drive), &silent).mode, DriveMode::SafeStop);
-    /// # Ok::<(), omni_config::Error>(())
-    /// ```
-    pub fn drive<R: Real, const N: usize>(&self) -> Result<Option<omni_core::Drive<R, N>>, Error> {
-        let Some(config) = self.drive_config()? else {
-            return Ok(None);
-        };
-        let built = omni_core::Drive::new(config);
-        built.map(Some).map_err(|error| self.refuse_drive(&error))
-    }
-
-    /// The firmware's whole step with traction control, in the scalar `R`; none where the scenario has no `[drive]` or its policy is one of the
-    /// wheels' loops.
-    ///
-    /// # Errors
-    /// As [`Scenario::drive`] and [`Scenario::traction`].
-    ///
-    /// ```
-    /// use omni_config::{Override, Scenario};
-    /// use omni_core::{BodyReadings, BodyTwist, DriveInput, TractionDriveState, WheelVelocities};
-    /// let keys = [Override::new("drive.timeout_s", 0.5), Override::new("control.policy", "steady")];
-    /// let drive = Scenario::load("step", &keys)?.traction_drive::<f64, 7>()?.expect("it has both");
-    /// let ahead = BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO };
-    /// let input = DriveInput::measured(&WheelVelocities::zero()).with_command(ahead);
-    /// let sample = drive.step(&mut TractionDriveState::new(&drive), &input, &BodyReadings::none());
-    /// assert!(sample.drive.wheels.applied.n_m[3] > 0.0); // wheel 4 points ahead
-    /// # Ok::<(), omni_config::Error>(())
-    /// ```
-    pub fn traction_drive<R: Real, const N: usize>(&self) -> Result<Option<TractionDrive<R, N>>, Error> {
-        let (Some(drive), Some((supervisor, traction))) = (self.drive()?, self.traction_parts()?) else {
-            return Ok(None);
-        };
-        let built = TractionDrive::new(drive, supervisor, traction);
-        built.map(Some).map_err(|error| self.refuse_drive(&error))
-    }
-
-    fn refuse_drive(&self, error: &ConfigError) -> Error {
-        Error::Key {
-            file: format!("scenario {}", self.name),
-            key: format!("drive.{}", error.parameter),
-            message: error.to_string(),
-        }
-    }
-}
-
-fn unchecked<const N: usize>(vehicle: &Vehicle) -> Vec<usize> {
-    let kinematics = vehicle
-        .layout()
-        .and_then(|layout| Kinematics::<f64, N>::new(&layout));
-    // A loaded vehicle's layout is one.
-    kinematics.map_or_else(
-        |_| Vec::new(),
-        |kinematics| {
-            let redundancy = kinematics.redundancy();
-            (0..N).filter(|i| redundancy[*i] < LEAST_REDUNDANCY).collect()
-        },
-    )
 }

@@ -1,8 +1,8 @@
 //! Notices about doubtful fault detection of a scenario's drive.
 
 use crate::command::CommandFrame;
-use crate::derived_gains::digits;
-use crate::drive::LEAST_COUNTS;
+use crate::digits::digits;
+use crate::drive_config::LEAST_COUNTS;
 use crate::{EncoderVelocity, Scenario};
 
 impl Scenario {

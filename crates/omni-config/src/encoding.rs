@@ -6,7 +6,7 @@ pub(crate) fn text(bytes: Vec<u8>, file: &str) -> Result<String, String> {
     let starts = |start: &[u8]| bytes.starts_with(start);
     if starts(b"\x89MCAP") {
         return Err(format!(
-            "this is an MCAP log, not TOML; use: omnistep inspect {file}"
+            "this is an MCAP log, not TOML; use: omnistep info {file}"
         ));
     }
     if starts(b"\x89PNG") {
@@ -78,7 +78,7 @@ mod tests {
         assert!(refused(b"\x00\x01\xff\xfe\x00").starts_with("this is not text"));
         assert_eq!(
             refused(b"\x89MCAP0\r\n"),
-            "this is an MCAP log, not TOML; use: omnistep inspect x.toml"
+            "this is an MCAP log, not TOML; use: omnistep info x.toml"
         );
         assert_eq!(
             text(b"name = \"gr\xc3\xbcn\"".to_vec(), "x.toml").as_deref(),

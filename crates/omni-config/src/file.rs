@@ -1,7 +1,7 @@
 //! A file of any kind.
 
 use crate::file_kind::FileKind;
-use crate::{Error, Scenario, Source, Study, Vehicle, WheelsExperiment};
+use crate::{Error, MotorBench, Scenario, Source, Study, Vehicle};
 
 /// A file that has been checked.
 #[derive(Clone, Debug)]
@@ -12,7 +12,7 @@ pub enum File {
     /// A scenario, with its vehicle.
     Scenario(Box<Scenario>),
     /// An experiment of section 3.3.
-    Experiment(Box<WheelsExperiment>),
+    Experiment(Box<MotorBench>),
     /// A study; its scenarios are checked by [`Study::points`].
     Study(Box<Study>),
 }
@@ -34,9 +34,7 @@ impl File {
         Ok(
             match FileKind::of(&source.table()?).unwrap_or(FileKind::Scenario) {
                 FileKind::Vehicle => Self::Vehicle(Box::new(Vehicle::from_source(&source, &[])?)),
-                FileKind::Experiment => {
-                    Self::Experiment(Box::new(WheelsExperiment::from_source(&source, &[])?))
-                }
+                FileKind::Experiment => Self::Experiment(Box::new(MotorBench::from_source(&source, &[])?)),
                 FileKind::Study => Self::Study(Box::new(Study::from_source(&source)?)),
                 FileKind::Scenario => Self::Scenario(Box::new(Scenario::from_source(&source, &[])?)),
             },

@@ -50,7 +50,7 @@ impl FileKind {
         let what = match self {
             Self::Vehicle => "a vehicle",
             Self::Scenario => "a scenario",
-            Self::Experiment => return "a wheels experiment".into(),
+            Self::Experiment => return "a motor bench experiment".into(),
             Self::Study => "a study",
         };
         let own = if file.contains(['.', '/', '\\']) {
@@ -66,7 +66,7 @@ impl FileKind {
         match self {
             Self::Vehicle => format!("omnistep {command} flat --set vehicle={file}"),
             Self::Scenario => format!("omnistep {command} {file}"),
-            Self::Experiment => format!("omnistep wheels {file}"),
+            Self::Experiment => format!("omnistep motor-bench {file}"),
             Self::Study => format!("omnistep study {file}"),
         }
     }
@@ -86,7 +86,7 @@ mod tests {
             ("scenario", include_str!("scenario.rs")),
             ("study", include_str!("study.rs")),
             ("vehicle", include_str!("vehicle.rs")),
-            ("wheels_experiment", include_str!("wheels_experiment.rs")),
+            ("motor_bench", include_str!("motor_bench.rs")),
         ] {
             assert!(text.contains("use crate::file_kind::FileKind;"), "{module}");
             assert!(!text.contains("crate::file::"), "{module} imports the top module");

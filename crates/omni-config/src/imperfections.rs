@@ -1,14 +1,14 @@
 //! Imperfections of sensors and actuators.
 
 use garde::Validate;
-use omni_core::HeadingHoldConfig;
+use omni_core::shaping::HeadingHoldConfig;
 #[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::encoder_velocity::EncoderVelocity;
 use crate::ranges::{
-    BIAS_RAD_S, DELAY_US, ENCODER_NOISE_RAD_S, GYRO_NOISE_RAD_S, HOLD_PER_S, LAG_S, SAG, SPEED_RAD_S,
+    BIAS_RAD_S, ENCODER_NOISE_RAD_S, GYRO_NOISE_RAD_S, HOLD_PER_S, LAG_S, SAG, SPEED_RAD_S,
     is_encoder_counts, within,
 };
 
@@ -32,10 +32,14 @@ pub struct Sensors {
     #[garde(custom(within(ENCODER_NOISE_RAD_S)))]
     #[cfg_attr(feature = "schema", schemars(range(min = ENCODER_NOISE_RAD_S.min, max = ENCODER_NOISE_RAD_S.max)))]
     pub encoder_noise_rad_s: f64,
-    /// Delay of all readings, gyro included, at the controller \[us\], a multiple of the control period, up to 100000.
-    #[serde(deserialize_with = "crate::integers::delay_us")]
-    #[garde(custom(within(DELAY_US)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = DELAY_US.min, max = DELAY_US.max)))]
+    /// Delay of all readings, gyro included, at the controller \[us\], in files `delay_s` \[s\]: a multiple of the control period, up to 0.1.
+    #[serde(
+        rename = "delay_s",
+        deserialize_with = "crate::microseconds::delay",
+        serialize_with = "crate::microseconds::write"
+    )]
+    #[garde(skip)]
+    #[cfg_attr(feature = "schema", schemars(with = "f64", range(min = crate::ranges::DELAY_S.min, max = crate::ranges::DELAY_S.max)))]
     pub delay_us: u64,
     /// Standard deviation of normal noise on the gyro's rate \[rad/s\], 0 to 10.
     #[garde(custom(within(GYRO_NOISE_RAD_S)))]

@@ -39,9 +39,8 @@ macro_rules! readers {
 readers! {
     axis_count: ranges::AXIS_COUNT;
     count: ranges::COUNT;
-    delay_us: ranges::DELAY_US;
     iterations: ranges::ITERATIONS;
-    period_us: ranges::PERIOD_US;
+    max_retries: ranges::MAX_RETRIES;
     periods: ranges::PERIODS;
     periods_from_0: ranges::PERIODS_FROM_0;
     periods_from_2: ranges::PERIODS_FROM_2;
@@ -50,7 +49,6 @@ readers! {
     seed_32: ranges::SEED;
     seed_64: ranges::SEED_64;
     substeps: ranges::SUBSTEPS;
-    tries: ranges::TRIES;
     window_periods: ranges::WINDOW_PERIODS;
 }
 
@@ -111,7 +109,7 @@ impl<T> Visitor<'_> for Reader<T> {
 
 #[cfg(test)]
 mod tests {
-    use crate::{Override, Scenario, Source, Study, WheelsExperiment};
+    use crate::{MotorBench, Override, Scenario, Source, Study};
 
     fn said(scenario: &str, keys: &[&str]) -> String {
         let keys: Vec<_> = keys
@@ -124,17 +122,14 @@ mod tests {
     #[test]
     fn what_does_not_fit_a_whole_number_is_answered_with_its_range() {
         for (key, value, allowed) in [
-            ("control.tries", "-1", "0 to 100"),
-            ("control.tries", "99999999999", "0 to 100"),
-            ("control.tries", "2.5", "a whole number, 0 to 100"),
-            ("control.tries", "8.0", "a whole number, 0 to 100"),
-            ("control.tries", "true", "a whole number, 0 to 100"),
-            ("control.tries", "\"many\"", "a whole number, 0 to 100"),
-            ("control.period_us", "-1", "1 to 100000"),
-            ("physics.step_us", "1.5", "a whole number, 1 to 100000"),
+            ("control.max_retries", "-1", "0 to 100"),
+            ("control.max_retries", "99999999999", "0 to 100"),
+            ("control.max_retries", "2.5", "a whole number, 0 to 100"),
+            ("control.max_retries", "8.0", "a whole number, 0 to 100"),
+            ("control.max_retries", "true", "a whole number, 0 to 100"),
+            ("control.max_retries", "\"many\"", "a whole number, 0 to 100"),
             ("physics.solver_iterations", "-1", "1 to 100"),
             ("physics.roller_substeps", "-1", "1 to 16"),
-            ("sensors.delay_us", "-2", "0 to 100000"),
             ("seed", "-1", "0 to 9223372036854775807"),
             ("drive.blind_periods", "-1", "0 to 65534"),
             ("drive.slip.enter_periods", "-1", "1 to 65535"),
@@ -154,9 +149,9 @@ mod tests {
             window,
             "built-in step: sensors.encoder_velocity.periods: -1, allowed: 1 to 32"
         );
-        let list = said("step", &["control.tries=[1]"]);
+        let list = said("step", &["control.max_retries=[1]"]);
         assert!(
-            list.ends_with("control.tries: invalid type: sequence, expected a whole number, 0 to 100"),
+            list.ends_with("control.max_retries: invalid type: sequence, expected a whole number, 0 to 100"),
             "{list}"
         );
     }
@@ -179,11 +174,11 @@ mod tests {
             said("step", &["vehicle.rollers.rows=-1"]),
             "built-in chugo7: rollers.rows: -1, allowed: 1 to 2"
         );
-        let period = [Override::new("period_us", -5)];
-        let error = WheelsExperiment::load("wheels", &period).expect_err("refused");
+        let period = [Override::new("period_s", -5)];
+        let error = MotorBench::load("motor_bench", &period).expect_err("refused");
         assert_eq!(
             error.to_string(),
-            "built-in wheels: period_us: -5, allowed: 1 to 100000"
+            "built-in motor_bench: period_s: -5, allowed: 0.000001 to 0.1"
         );
         let study = "schema_version = 1\nname = 's'\nscenario = 'flat'\nseeds = 1\n\
                      [[axis]]\nkey = 'terrain.friction'\nfrom = 0.5\nto = 0.9\ncount = -3\n";

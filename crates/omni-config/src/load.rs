@@ -57,12 +57,18 @@ impl Source {
         Self::find("study", FileKind::Study, STUDIES, name, None)
     }
 
-    /// The experiment of section 3.3 by built-in name (`wheels`) or path.
+    /// The experiment of section 3.3 by built-in name (`motor_bench`) or path.
     ///
     /// # Errors
     /// [`Error::UnknownName`], [`Error::Missing`] or [`Error::Io`].
     pub fn wheels(name: &str) -> Result<Self, Error> {
-        Self::find("wheels experiment", FileKind::Experiment, EXPERIMENTS, name, None)
+        Self::find(
+            "motor bench experiment",
+            FileKind::Experiment,
+            EXPERIMENTS,
+            name,
+            None,
+        )
     }
 
     /// A text that messages call `file`.

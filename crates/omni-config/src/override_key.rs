@@ -35,7 +35,7 @@ impl Override {
     /// ```
     /// use omni_config::Override;
     /// assert_eq!(Override::parse("terrain.friction=0.5")?, Override::new("terrain.friction", 0.5));
-    /// assert_eq!(Override::parse("control.policy=paper")?, Override::new("control.policy", "paper"));
+    /// assert_eq!(Override::parse("control.policy=scale_torques")?, Override::new("control.policy", "scale_torques"));
     /// assert!(Override::parse("friction").is_err());
     /// # Ok::<(), omni_config::Error>(())
     /// ```

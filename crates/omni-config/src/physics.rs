@@ -5,7 +5,9 @@ use garde::Validate;
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
 
-use crate::ranges::{CONTACT_DAMPING, CONTACT_HZ, GRAVITY_M_S2, ITERATIONS, PERIOD_US, SUBSTEPS, within};
+use crate::ranges::{
+    CONTACT_DAMPING_RATIO, CONTACT_FREQUENCY_HZ, GRAVITY_M_S2, ITERATIONS, SUBSTEPS, within,
+};
 use crate::rollers::WheelModel;
 
 /// What simulates the vehicle on the ground.
@@ -67,11 +69,15 @@ pub struct Physics {
     #[serde(deserialize_with = "of_file")]
     #[garde(skip)]
     pub engine: Engine,
-    /// Physics step \[us\], 1 to 100000; 500 if left out.
-    #[serde(deserialize_with = "crate::integers::period_us")]
-    #[garde(custom(within(PERIOD_US)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = PERIOD_US.min, max = PERIOD_US.max)))]
-    pub step_us: u64,
+    /// Physics step \[us\], in files `timestep_s` \[s\]: whole microseconds, 1e-6 to 0.1; 0.0005 if left out.
+    #[serde(
+        rename = "timestep_s",
+        deserialize_with = "crate::microseconds::period",
+        serialize_with = "crate::microseconds::write"
+    )]
+    #[garde(skip)]
+    #[cfg_attr(feature = "schema", schemars(with = "f64", range(min = crate::ranges::PERIOD_S.min, max = crate::ranges::PERIOD_S.max)))]
+    pub timestep_us: u64,
     /// Solver iterations per step of the engine, 1 to 100. Left out: 8, or with a step above
     /// 0.5 ms one per started 62.5 us; with fewer, vehicles climb more slowly. Only with `engine = "rapier"`: the other iterates until the contacts converge.
     #[serde(
@@ -82,13 +88,13 @@ pub struct Physics {
     #[cfg_attr(feature = "schema", schemars(range(min = ITERATIONS.min, max = ITERATIONS.max)))]
     pub solver_iterations: Option<usize>,
     /// Natural frequency of contacts \[Hz\], 1 to 100000; 200 if left out.
-    #[garde(custom(within(CONTACT_HZ)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = CONTACT_HZ.min, max = CONTACT_HZ.max)))]
-    pub contact_hz: f64,
+    #[garde(custom(within(CONTACT_FREQUENCY_HZ)))]
+    #[cfg_attr(feature = "schema", schemars(range(min = CONTACT_FREQUENCY_HZ.min, max = CONTACT_FREQUENCY_HZ.max)))]
+    pub contact_frequency_hz: f64,
     /// Damping ratio of contacts, 0.001 to 1000; 5 if left out.
-    #[garde(custom(within(CONTACT_DAMPING)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = CONTACT_DAMPING.min, max = CONTACT_DAMPING.max)))]
-    pub contact_damping: f64,
+    #[garde(custom(within(CONTACT_DAMPING_RATIO)))]
+    #[cfg_attr(feature = "schema", schemars(range(min = CONTACT_DAMPING_RATIO.min, max = CONTACT_DAMPING_RATIO.max)))]
+    pub contact_damping_ratio: f64,
     /// Gravity \[m/s^2\], downwards, 0 to 100; 9.81 if left out.
     #[garde(custom(within(GRAVITY_M_S2)))]
     #[cfg_attr(feature = "schema", schemars(range(min = GRAVITY_M_S2.min, max = GRAVITY_M_S2.max)))]
@@ -112,10 +118,10 @@ impl Default for Physics {
     fn default() -> Self {
         Self {
             engine: Engine::default(),
-            step_us: 500,
+            timestep_us: 500,
             solver_iterations: None,
-            contact_hz: 200.0,
-            contact_damping: 5.0,
+            contact_frequency_hz: 200.0,
+            contact_damping_ratio: 5.0,
             gravity_m_s2: 9.81,
             wheel_model: WheelModel::default(),
             roller_substeps: None,
@@ -157,18 +163,18 @@ impl Physics {
     ///
     /// ```
     /// use omni_config::{Override, Scenario};
-    /// let of = |step_us: i64| -> Result<usize, omni_config::Error> {
-    ///     let keys = [Override::new("physics.step_us", step_us), Override::new("control.period_us", 1000)];
+    /// let of = |timestep_s: f64| -> Result<usize, omni_config::Error> {
+    ///     let keys = [Override::new("physics.timestep_s", timestep_s), Override::new("control.period_s", 0.001)];
     ///     Ok(Scenario::load("step", &keys)?.physics.iterations(1))
     /// };
-    /// assert_eq!([of(1000)?, of(500)?, of(250)?], [16, 8, 8]);
+    /// assert_eq!([of(0.001)?, of(0.0005)?, of(0.00025)?], [16, 8, 8]);
     /// # Ok::<(), omni_config::Error>(())
     /// ```
     #[must_use]
     pub fn iterations(&self, parts: u64) -> usize {
         let derived = || {
-            let step_us = self.step_us.div_ceil(parts.max(1));
-            usize::try_from(2 * step_us).unwrap_or(usize::MAX).div_ceil(125)
+            let part_us = self.timestep_us.div_ceil(parts.max(1));
+            usize::try_from(2 * part_us).unwrap_or(usize::MAX).div_ceil(125)
         };
         self.solver_iterations
             .unwrap_or_else(|| derived().clamp(8, ITERATIONS.max as usize))

@@ -1,9 +1,11 @@
 //! A trajectory of omni-core, planned along a scenario's path.
 
-use omni_core::{
-    BodyTwist, ConfigError, FollowerConfig, HolonomicFollower, Kinematics, MotionLimits, PathLimits,
-    PathPiece, PathSegment, PlanarInertia, TorqueLimit, Trajectory, TrajectoryPlanner, Waypoint,
+use omni_core::path::{
+    FollowerConfig, HolonomicFollower, PathLimits, PathPiece, PathSegment, PlanarInertia, Trajectory,
+    TrajectoryPlanner, Waypoint,
 };
+use omni_core::shaping::MotionLimits;
+use omni_core::{BodyTwist, ConfigError, Kinematics, TorqueLimit};
 
 use crate::path::{PathFollow, PathPlan, PoseSource};
 use crate::{Error, Scenario, Vehicle, for_wheel_count, wheel_count_refused};

@@ -75,7 +75,7 @@ pub(crate) const RISER_M: Range = range(1e-3, 190.0);
 pub(crate) const BLEED_S: Range = range(0.0, 10.0);
 /// Of a whole.
 pub(crate) const PART: Range = range(0.0, 1.0);
-pub(crate) const TRIES: Range = range(0.0, 100.0);
+pub(crate) const MAX_RETRIES: Range = range(0.0, 100.0);
 /// Largest integral and proportional terms.
 pub(crate) const WINDUP_N_M: Range = range(0.0, 1e6);
 /// Integral zones.
@@ -125,12 +125,12 @@ pub(crate) const BANDWIDTH_RAD_S: Range = range(1e-4, 1e6);
 pub(crate) const ENCODER_NOISE_RAD_S: Range = range(0.0, 100.0);
 pub(crate) const GYRO_NOISE_RAD_S: Range = range(0.0, 10.0);
 pub(crate) const BIAS_RAD_S: Range = range(-1.0, 1.0);
-pub(crate) const DELAY_US: Range = range(0.0, 1e5);
+pub(crate) const DELAY_S: Range = range(0.0, 0.1);
 pub(crate) const LAG_S: Range = range(0.0, 1.0);
 pub(crate) const SAG: Range = range(0.0, 0.9);
 /// Gain of the heading loop.
 pub(crate) const HOLD_PER_S: Range = range(1e-3, 100.0);
-pub(crate) const WALL_CLOCK_S: Range = range(0.01, 1e6);
+pub(crate) const TIME_LIMIT_S: Range = range(0.01, 1e6);
 /// A path may turn by nearly a whole circle on one arc.
 pub(crate) const SWEEP_RAD: Range = range(-6.2, 6.2);
 pub(crate) const PATH_TIME_S: Range = range(1e-3, 3600.0);
@@ -143,8 +143,8 @@ pub(crate) const HEADING_RAD: Range = range(0.0, 3.2);
 pub(crate) const OFFSET_M: Range = range(0.0, 100.0);
 /// Messages a second.
 pub(crate) const LOG_HZ: Range = range(0.0, 1e6);
-/// A period in whole microseconds.
-pub(crate) const PERIOD_US: Range = range(1.0, 1e5);
+/// Of the controller, and steps of an engine.
+pub(crate) const PERIOD_S: Range = range(1e-6, 0.1);
 pub(crate) const ITERATIONS: Range = range(1.0, 100.0);
 /// Parts of a physics step.
 pub(crate) const SUBSTEPS: Range = range(1.0, 16.0);
@@ -158,11 +158,11 @@ pub(crate) const ROLLER_RADIUS_M: Range = range(1e-5, 5.0);
 pub(crate) const CROWN_M: Range = range(0.0, 10.0);
 /// From a bead to a barrel.
 pub(crate) const ROLLER_MASS_KG: Range = range(1e-6, 1e3);
-pub(crate) const CONTACT_HZ: Range = range(1.0, 1e5);
-pub(crate) const CONTACT_DAMPING: Range = range(1e-3, 1e3);
+pub(crate) const CONTACT_FREQUENCY_HZ: Range = range(1.0, 1e5);
+pub(crate) const CONTACT_DAMPING_RATIO: Range = range(1e-3, 1e3);
 /// From free fall to far more than on any planet.
 pub(crate) const GRAVITY_M_S2: Range = range(0.0, 100.0);
-/// A reference of a wheels experiment.
+/// A reference of a motor bench experiment.
 pub(crate) const SPEED_RPM: Range = range(1e-3, 1e5);
 
 /// A number or numbers, every one of them within bounds.

@@ -35,13 +35,13 @@ pub struct Rest {
 
 impl Default for Rest {
     fn default() -> Self {
-        let omni_core::Rest {
+        let omni_core::loops::Rest {
             bleed_s,
             hold_s,
             hold_heat_n2m2s,
             short_windings,
             ..
-        } = omni_core::Rest::default();
+        } = omni_core::loops::Rest::default();
         Self {
             bleed_s,
             hold_s,
@@ -66,8 +66,8 @@ impl Rest {
     }
 
     /// As omni-core has it.
-    pub(crate) fn rule<R: omni_core::Real>(&self) -> omni_core::Rest<R> {
-        let mut rule = omni_core::Rest::hold(R::of(self.hold_s), R::of(self.hold_heat_n2m2s));
+    pub(crate) fn rule<R: omni_core::Real>(&self) -> omni_core::loops::Rest<R> {
+        let mut rule = omni_core::loops::Rest::hold(R::of(self.hold_s), R::of(self.hold_heat_n2m2s));
         rule.bleed_s = R::of(self.bleed_s);
         rule.short_windings = self.short_windings;
         rule

@@ -42,6 +42,21 @@ thread_local! {
 const KEPT: usize = 16;
 
 impl Rollers {
+    /// Those of a wheel whose file gives none: nine as thick as a fifth of the wheel, two rows of them where their axes are across the
+    /// wheel, which close the gaps.
+    pub(crate) fn usual(wheel: &WheelSpec) -> Self {
+        Self {
+            count: 9,
+            rows: if wheel.roller_angle_rad == 0.0 { 2 } else { 1 },
+            row_gap_m: None,
+            radius_m: wheel.radius_m / 5.0,
+            length_m: None,
+            crown_m: None,
+            roller_mass_kg: None,
+            friction_n_m_s_rad: 0.0,
+        }
+    }
+
     /// These rollers on a wheel.
     pub(crate) fn on(&self, wheel: &WheelSpec) -> Result<RollerWheel, Misfit> {
         let wheel_parts = [

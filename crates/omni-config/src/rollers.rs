@@ -8,7 +8,6 @@ use serde::{Deserialize, Serialize};
 use crate::ranges::{
     BEARING_N_M_S_RAD, CROWN_M, ROLLER_COUNT, ROLLER_MASS_KG, ROLLER_RADIUS_M, ROLLER_ROWS, WIDTH_M, within,
 };
-use crate::wheel_spec::WheelSpec;
 
 /// How wheels are simulated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -72,23 +71,6 @@ pub struct Rollers {
     #[garde(custom(within(BEARING_N_M_S_RAD)))]
     #[cfg_attr(feature = "schema", schemars(range(min = BEARING_N_M_S_RAD.min, max = BEARING_N_M_S_RAD.max)))]
     pub friction_n_m_s_rad: f64,
-}
-
-impl Rollers {
-    /// Those of a wheel whose file gives none: nine as thick as a fifth of the wheel, two rows of them where their axes are across the
-    /// wheel, which close the gaps.
-    pub(crate) fn usual(wheel: &WheelSpec) -> Self {
-        Self {
-            count: 9,
-            rows: if wheel.roller_angle_rad == 0.0 { 2 } else { 1 },
-            row_gap_m: None,
-            radius_m: wheel.radius_m / 5.0,
-            length_m: None,
-            crown_m: None,
-            roller_mass_kg: None,
-            friction_n_m_s_rad: 0.0,
-        }
-    }
 }
 
 fn one_row() -> usize {

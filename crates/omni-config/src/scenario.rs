@@ -18,16 +18,18 @@ use crate::fault::Fault;
 use crate::file_kind::FileKind;
 use crate::height_map::HeightMap;
 use crate::imperfections::{Actuators, HeadingHold, Sensors};
+use crate::key_place::with_place;
 use crate::load::{Source, check_version, read};
 use crate::log_rates::LogRates;
+use crate::microseconds::seconds;
 use crate::override_key::Override;
 use crate::physics::{Engine, Physics, ROLLER_STEP_US};
 #[cfg(feature = "schema")]
 use crate::ranges::NAME;
-use crate::ranges::{DURATION_S, HEADING_RAD, OFFSET_M, SUBSTEPS, WALL_CLOCK_S, counted, is_name, within};
+use crate::ranges::{DURATION_S, HEADING_RAD, OFFSET_M, SUBSTEPS, TIME_LIMIT_S, counted, is_name, within};
 use crate::roller_wheel::RollerWheel;
 use crate::rollers::WheelModel;
-use crate::suggestion::{did_you_mean, with_place};
+use crate::suggestion::did_you_mean;
 use crate::terrain::{FrictionPatch, Terrain};
 use crate::vehicle::Vehicle;
 
@@ -60,9 +62,9 @@ pub struct Scenario {
     /// Longest time that a run may take on the clock \[s\], 0.01 to 1e6; it then ends with an error. Without effect where there is no clock:
     /// in `wasm32-unknown-unknown`.
     #[serde(default = "an_hour")]
-    #[garde(custom(within(WALL_CLOCK_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = WALL_CLOCK_S.min, max = WALL_CLOCK_S.max)))]
-    pub wall_clock_s: f64,
+    #[garde(custom(within(TIME_LIMIT_S)))]
+    #[cfg_attr(feature = "schema", schemars(range(min = TIME_LIMIT_S.min, max = TIME_LIMIT_S.max)))]
+    pub time_limit_s: f64,
     /// Seed of the perturbation and of the sensors' noise.
     #[serde(default, deserialize_with = "crate::integers::seed_64")]
     #[garde(skip)]
@@ -82,7 +84,7 @@ pub struct Scenario {
     /// The command of the vehicle.
     #[garde(dive)]
     pub command: Command,
-    /// The controller; `synchronised` at 1 kHz if left out.
+    /// The controller; `scale_references` at 1 kHz if left out.
     #[serde(default)]
     #[garde(dive)]
     pub control: Control,
@@ -302,24 +304,24 @@ impl Scenario {
 
     /// What no single key shows.
     fn check(&self, source: &Source) -> Result<(), Error> {
-        let multiple = |key: &str, value: u64, of: &str, divisor: u64| {
-            if value.is_multiple_of(divisor) {
-                Ok(())
-            } else {
-                Err(source.refuse(key, format!("{value}, allowed: a multiple of {of}, {divisor}")))
+        let multiple = |key: &str, us: u64, of: &str, divisor_us: u64| {
+            if us.is_multiple_of(divisor_us) {
+                return Ok(());
             }
+            let (value, divisor) = (seconds(us), seconds(divisor_us));
+            Err(source.refuse(key, format!("{value}, allowed: a multiple of {of}, {divisor}")))
         };
         let period_us = self.control.period_us;
         multiple(
-            "control.period_us",
+            "control.period_s",
             period_us,
-            "physics.step_us",
-            self.physics.step_us,
+            "physics.timestep_s",
+            self.physics.timestep_us,
         )?;
         multiple(
-            "sensors.delay_us",
+            "sensors.delay_s",
             self.sensors.delay_us,
-            "control.period_us",
+            "control.period_s",
             period_us,
         )?;
         if let Some((key, message)) = self.encoder_velocity_refusal() {
@@ -335,7 +337,7 @@ impl Scenario {
             return Err(source.refuse(format!("physics.{key}"), message));
         }
         for (i, wheel) in self.vehicle.wheel.iter().enumerate() {
-            let stiffness = wheel.contact_stiffness_n_m(self.physics.contact_hz);
+            let stiffness = wheel.contact_stiffness_n_m(self.physics.contact_frequency_hz);
             let most = LOWEST * wheel.contact_radius_m() * stiffness;
             if wheel.preload_n.abs() > most {
                 let message = format!(
@@ -410,7 +412,7 @@ impl Scenario {
                 "{}, allowed: more than {least:.3}, the farthest that a wheel may reach at the start",
                 obstacle.from_m
             );
-            return Err(source.refuse("terrain.at_m", message));
+            return Err(source.refuse("terrain.start_x_m", message));
         }
         Ok(())
     }
@@ -427,18 +429,21 @@ impl Scenario {
 
     /// The physics step resolves every coupling's spring.
     fn check_couplings(&self, source: &Source) -> Result<(), Error> {
-        let (vehicle, step_us) = (self.vehicle(), self.physics.step_us);
+        let (vehicle, timestep_us) = (self.vehicle(), self.physics.timestep_us);
         if self.physics.engine != Engine::Rapier {
             return Ok(()); // it takes springs as they are at the end of a step
         }
         for coupling in &vehicle.coupling {
             let longest_us = 1e6 * vehicle.coupling_spring(coupling).longest_step_s();
-            if step_us as f64 > longest_us {
+            if timestep_us as f64 > longest_us {
                 let message = format!(
-                    "{step_us}, allowed: up to {longest_us:.0} with the stiffness and damping of the coupling {:?} of {}",
-                    coupling.name, vehicle.name
+                    "{}, allowed: up to {} with the stiffness and damping of the coupling {:?} of {}",
+                    seconds(timestep_us),
+                    seconds(longest_us as u64),
+                    coupling.name,
+                    vehicle.name
                 );
-                return Err(source.refuse("physics.step_us", message));
+                return Err(source.refuse("physics.timestep_s", message));
             }
         }
         Ok(())
@@ -460,19 +465,21 @@ impl Scenario {
         if self.physics.engine != Engine::Rapier {
             return Ok(());
         }
-        let (step_us, parts) = (self.physics.step_us, self.physics.roller_parts());
-        let (least, most) = (step_us.div_ceil(ROLLER_STEP_US), SUBSTEPS.max as u64);
+        let (timestep_us, parts) = (self.physics.timestep_us, self.physics.roller_parts());
+        let (least, most) = (timestep_us.div_ceil(ROLLER_STEP_US), SUBSTEPS.max as u64);
         if rolling && least > most {
             let message = format!(
-                "{step_us}, allowed: up to {} where wheels have rollers",
-                most * ROLLER_STEP_US
+                "{}, allowed: up to {} where wheels have rollers",
+                seconds(timestep_us),
+                seconds(most * ROLLER_STEP_US)
             );
-            return Err(source.refuse("physics.step_us", message));
+            return Err(source.refuse("physics.timestep_s", message));
         }
         if rolling && parts < least {
             let message = format!(
-                "{parts}, allowed: {least} to {most} at physics.step_us = {step_us}: rollers vibrate in parts of more \
-                 than {ROLLER_STEP_US} us"
+                "{parts}, allowed: {least} to {most} at physics.timestep_s = {}: rollers vibrate in parts of more than {} s",
+                seconds(timestep_us),
+                seconds(ROLLER_STEP_US)
             );
             return Err(source.refuse("physics.roller_substeps", message));
         }
@@ -554,8 +561,8 @@ impl Scenario {
     ///
     /// ```
     /// use omni_config::{Override, Scenario};
-    /// let own = Scenario::load("flat", &[Override::new("control.floor", 0.5)])?;
-    /// assert_eq!(own.with_policy("paper")?.control.law(), "paper"); // torques are scaled: no floor
+    /// let own = Scenario::load("flat", &[Override::new("control.saturation.scale_references.floor", 0.5)])?;
+    /// assert_eq!(own.with_policy("scale_torques")?.control.law(), "scale_torques"); // nothing else chosen
     /// # Ok::<(), omni_config::Error>(())
     /// ```
     pub fn with_policy(&self, policy: &str) -> Result<Self, Error> {

@@ -5,7 +5,7 @@ use schemars::transform::{Transform, transform_subschemas};
 use schemars::{JsonSchema, Schema};
 use serde_json::Value;
 
-use crate::{FileKind, Scenario, Study, Vehicle, WheelsExperiment};
+use crate::{FileKind, MotorBench, Scenario, Study, Vehicle};
 
 impl FileKind {
     /// The JSON Schema (draft 2020-12) of files of this kind: their keys, with types, ranges and descriptions, for completion in
@@ -22,7 +22,7 @@ impl FileKind {
         match self {
             Self::Vehicle => of::<Vehicle>(),
             Self::Scenario => of::<Scenario>(),
-            Self::Experiment => of::<WheelsExperiment>(),
+            Self::Experiment => of::<MotorBench>(),
             Self::Study => of::<Study>(),
         }
     }

@@ -1,9 +1,5 @@
 //! Suggestions for a misspelt name.
 
-use toml::{Table, Value};
-
-use crate::Error;
-
 /// What something is called here, and what others call it.
 const ALIASES: [(&str, &[&str]); 6] = [
     ("independent", &["pid"]),
@@ -68,84 +64,6 @@ fn likeness(name: &str, known: &str) -> f64 {
 /// What likeness to a part of a name counts for, against likeness to the whole of it.
 const PART: f64 = 0.9;
 
-/// A refusal with what the whole file shows about it: the place of a key that is in another table, as `terrain.friction` for a `friction`
-/// at the top level, and an example of a key that is missing or whose value is of another type.
-pub(crate) fn with_place(mut error: Error, whole: impl FnOnce() -> Option<Table>) -> Error {
-    let Error::Key { key, message, .. } = &mut error else {
-        return error;
-    };
-    let named = |start: &str| Some(message.strip_prefix(start)?.split_once('`')?.0.to_owned());
-    let is_wrong_type = message.contains("expected") && message.starts_with("invalid ");
-    let (unknown, missing) = (named("unknown field `"), named("missing field `"));
-    if unknown.is_none() && missing.is_none() && !is_wrong_type {
-        return error;
-    }
-    let whole = Value::Table(whole().unwrap_or_default());
-    if let Some(name) = unknown {
-        let mut places = Vec::new();
-        collect(&whole, "", &mut places);
-        let of_table = |place: &&String| place.rsplit('.').next() == Some(&name) && !place.contains(".0.");
-        let found: Vec<_> = places.iter().filter(of_table).cloned().collect();
-        // That very name elsewhere is meant rather than one alike here; in a table of another kind it is no key at all.
-        if !found.is_empty() && found.iter().all(|place| place != key) {
-            *message = format!("unknown field `{name}`; use `{}`", found.join("` or `"));
-        }
-        return error;
-    }
-    let place = match (missing, key.as_str()) {
-        (Some(name), "top level") => name,
-        (Some(name), table) => format!("{table}.{name}"),
-        (None, key) => key.to_owned(),
-    };
-    if let Some(example) = example(&whole, &place) {
-        *message += &format!("; for example {example}");
-    }
-    error
-}
-
-/// What a file says at a place such as `body[1].mass_kg`, as it is written; nothing that is long.
-fn example(whole: &Value, place: &str) -> Option<String> {
-    let (mut value, mut name) = (whole, "");
-    for part in place.split(['.', '[']) {
-        value = match (value, part.strip_suffix(']')) {
-            (Value::Array(items), Some(index)) => items.get(index.parse::<usize>().ok()?).or(items.first())?,
-            (Value::Table(table), None) => table.get(part)?,
-            _ => return None,
-        };
-        name = if part.ends_with(']') { name } else { part };
-    }
-    let written = match value {
-        Value::Table(_) => format!("[{place}]"),
-        plain => format!("{name} = {plain}"),
-    };
-    (written.len() <= LONGEST_EXAMPLE).then_some(written)
-}
-
-/// Longest example in a message, in bytes.
-const LONGEST_EXAMPLE: usize = 60;
-
-/// The keys of a value and of what is in it, those in tables before those deeper inside.
-fn collect(value: &Value, before: &str, places: &mut Vec<String>) {
-    let inside: Vec<_> = match value {
-        Value::Table(table) => table.iter().map(|(key, inner)| (key.clone(), inner)).collect(),
-        // The elements of a list are alike.
-        Value::Array(items) => items
-            .iter()
-            .take(1)
-            .map(|inner| ("0".to_owned(), inner))
-            .collect(),
-        _ => return,
-    };
-    let path = |key: &str| match before {
-        "" => key.to_owned(),
-        before => format!("{before}.{key}"),
-    };
-    places.extend(inside.iter().map(|(key, _)| path(key)));
-    for (key, inner) in inside {
-        collect(inner, &path(&key), places);
-    }
-}
-
 /// Keys that are written out before serde reads a table, which lists only what it reads, by keys of that table.
 const WRITTEN_OUT: [(&str, &str); 3] = [
     ("`coupling`, `wheel`", ", `mecanum4`, `omni3`, `total_mass_kg`"),
@@ -184,16 +102,16 @@ mod tests {
     fn a_slip_of_a_key_is_answered_with_the_key_and_anything_else_with_what_there_is() {
         let said = |name: &str| {
             with_nearest(format!(
-                "unknown field `{name}`, expected one of `friction`, `height_m`, `at_m`"
+                "unknown field `{name}`, expected one of `friction`, `height_m`, `start_x_m`"
             ))
         };
         assert_eq!(
             said("hight_m"),
-            "unknown field `hight_m` (did you mean `height_m`?), expected one of `friction`, `height_m`, `at_m`"
+            "unknown field `hight_m` (did you mean `height_m`?), expected one of `friction`, `height_m`, `start_x_m`"
         );
         assert_eq!(
             said("colour"),
-            "unknown field `colour`, expected one of `friction`, `height_m`, `at_m`"
+            "unknown field `colour`, expected one of `friction`, `height_m`, `start_x_m`"
         );
         let alone = "unknown field `radios`, expected `radius`".to_owned();
         assert_eq!(
@@ -201,7 +119,7 @@ mod tests {
             "unknown field `radios` (did you mean `radius`?), expected `radius`"
         );
         assert!(said("friktion_coefficient").contains("did you mean `friction`"));
-        assert!(said("at").contains("did you mean `at_m`"));
+        assert!(said("start_m").contains("did you mean `start_x_m`"));
         let kind = with_nearest("unknown variant `Sill`, expected one of `step`, `bumps`".to_owned());
         assert!(kind.contains("did you mean `bumps`"), "{kind}");
         let other = "missing field `name`".to_owned();

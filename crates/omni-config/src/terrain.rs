@@ -14,7 +14,7 @@ use crate::ranges::{
     STEP_HEIGHT_M, TIME_S, TREAD_M, VELOCITY_M_S, WAVELENGTH_M, WIDTH_M, WORLD_M, within,
 };
 
-/// The ground ahead of the vehicle: a plane at z = 0 and, from world x = `at_m` on, an obstacle across the path. Every kind has
+/// The ground ahead of the vehicle: a plane at z = 0 and, from world x = `start_x_m` on, an obstacle across the path. Every kind has
 /// `friction`, the Coulomb coefficient between wheels and ground, 0 to 2.
 ///
 /// ```
@@ -37,7 +37,7 @@ pub enum Terrain {
         #[cfg_attr(feature = "schema", schemars(range(min = FRICTION.min, max = FRICTION.max)))]
         friction: f64,
     },
-    /// A higher plane from `at_m` on.
+    /// A higher plane from `start_x_m` on.
     Step {
         /// Coulomb friction coefficient between wheels and ground, 0 to 2.
         #[garde(custom(within(FRICTION)))]
@@ -50,9 +50,9 @@ pub enum Terrain {
         /// World x of the riser \[m\], 1e-3 to 1000.
         #[garde(custom(within(RISER_M)))]
         #[cfg_attr(feature = "schema", schemars(range(min = RISER_M.min, max = RISER_M.max)))]
-        at_m: f64,
+        start_x_m: f64,
     },
-    /// A lower plane from `at_m` on.
+    /// A lower plane from `start_x_m` on.
     StepDown {
         /// Coulomb friction coefficient between wheels and ground, 0 to 2.
         #[garde(custom(within(FRICTION)))]
@@ -65,7 +65,7 @@ pub enum Terrain {
         /// World x of the edge \[m\], 1e-3 to 1000.
         #[garde(custom(within(RISER_M)))]
         #[cfg_attr(feature = "schema", schemars(range(min = RISER_M.min, max = RISER_M.max)))]
-        at_m: f64,
+        start_x_m: f64,
     },
     /// Equal steps up, one after the other; the last one goes on as a plane.
     Stairs {
@@ -88,7 +88,7 @@ pub enum Terrain {
         /// World x of the first riser \[m\], 1e-3 to 1000.
         #[garde(custom(within(RISER_M)))]
         #[cfg_attr(feature = "schema", schemars(range(min = RISER_M.min, max = RISER_M.max)))]
-        at_m: f64,
+        start_x_m: f64,
     },
     /// A slope up to a higher plane.
     Ramp {
@@ -107,7 +107,7 @@ pub enum Terrain {
         /// World x of its foot \[m\], 1e-3 to 1000.
         #[garde(custom(within(RISER_M)))]
         #[cfg_attr(feature = "schema", schemars(range(min = RISER_M.min, max = RISER_M.max)))]
-        at_m: f64,
+        start_x_m: f64,
     },
     /// A step that only the left wheels meet: the higher plane lies at y > `left_of_m`.
     HalfStep {
@@ -127,7 +127,7 @@ pub enum Terrain {
         /// World x of the riser \[m\], 1e-3 to 1000.
         #[garde(custom(within(RISER_M)))]
         #[cfg_attr(feature = "schema", schemars(range(min = RISER_M.min, max = RISER_M.max)))]
-        at_m: f64,
+        start_x_m: f64,
     },
     /// A trench with upright walls.
     Ditch {
@@ -146,7 +146,7 @@ pub enum Terrain {
         /// World x of the near wall \[m\], 1e-3 to 1000.
         #[garde(custom(within(RISER_M)))]
         #[cfg_attr(feature = "schema", schemars(range(min = RISER_M.min, max = RISER_M.max)))]
-        at_m: f64,
+        start_x_m: f64,
     },
     /// Round bars across the path, sunk into the ground: cables and sills.
     Bumps {
@@ -173,7 +173,7 @@ pub enum Terrain {
         /// World x of the first bar's near side \[m\], 1e-3 to 1000.
         #[garde(custom(within(RISER_M)))]
         #[cfg_attr(feature = "schema", schemars(range(min = RISER_M.min, max = RISER_M.max)))]
-        at_m: f64,
+        start_x_m: f64,
     },
     /// A random surface: a sum of waves in all directions that fades into the plane at its borders.
     Rough {
@@ -205,7 +205,7 @@ pub enum Terrain {
         /// World x at which it begins \[m\], 1e-3 to 1000.
         #[garde(custom(within(RISER_M)))]
         #[cfg_attr(feature = "schema", schemars(range(min = RISER_M.min, max = RISER_M.max)))]
-        at_m: f64,
+        start_x_m: f64,
     },
     /// Heights from a grey picture: up in the picture is forward, its middle column lies at y = 0.
     HeightMap {
@@ -225,15 +225,15 @@ pub enum Terrain {
         #[serde(default)]
         #[garde(custom(within(LEVEL_M)))]
         #[cfg_attr(feature = "schema", schemars(range(min = LEVEL_M.min, max = LEVEL_M.max)))]
-        black_m: f64,
+        black_height_m: f64,
         /// Height of white \[m\], -10 to 10.
         #[garde(custom(within(LEVEL_M)))]
         #[cfg_attr(feature = "schema", schemars(range(min = LEVEL_M.min, max = LEVEL_M.max)))]
-        white_m: f64,
+        white_height_m: f64,
         /// World x of the picture's lower edge \[m\], 1e-3 to 1000.
         #[garde(custom(within(RISER_M)))]
         #[cfg_attr(feature = "schema", schemars(range(min = RISER_M.min, max = RISER_M.max)))]
-        at_m: f64,
+        start_x_m: f64,
     },
 }
 
@@ -246,12 +246,12 @@ enum TerrainByKind {
     Step {
         friction: f64,
         height_m: f64,
-        at_m: f64,
+        start_x_m: f64,
     },
     StepDown {
         friction: f64,
         height_m: f64,
-        at_m: f64,
+        start_x_m: f64,
     },
     Stairs {
         friction: f64,
@@ -259,26 +259,26 @@ enum TerrainByKind {
         tread_m: f64,
         #[serde(deserialize_with = "crate::integers::count")]
         count: u32,
-        at_m: f64,
+        start_x_m: f64,
     },
     Ramp {
         friction: f64,
         slope_rad: f64,
         length_m: f64,
-        at_m: f64,
+        start_x_m: f64,
     },
     HalfStep {
         friction: f64,
         height_m: f64,
         #[serde(default)]
         left_of_m: f64,
-        at_m: f64,
+        start_x_m: f64,
     },
     Ditch {
         friction: f64,
         width_m: f64,
         depth_m: f64,
-        at_m: f64,
+        start_x_m: f64,
     },
     Bumps {
         friction: f64,
@@ -287,7 +287,7 @@ enum TerrainByKind {
         spacing_m: f64,
         #[serde(deserialize_with = "crate::integers::count")]
         count: u32,
-        at_m: f64,
+        start_x_m: f64,
     },
     Rough {
         friction: f64,
@@ -297,16 +297,16 @@ enum TerrainByKind {
         width_m: f64,
         #[serde(default, deserialize_with = "crate::integers::seed_32")]
         seed: u32,
-        at_m: f64,
+        start_x_m: f64,
     },
     HeightMap {
         friction: f64,
         image: HeightMap,
         pixel_m: f64,
         #[serde(default)]
-        black_m: f64,
-        white_m: f64,
-        at_m: f64,
+        black_height_m: f64,
+        white_height_m: f64,
+        start_x_m: f64,
     },
 }
 deserialize_by_kind!(Terrain, TerrainByKind);

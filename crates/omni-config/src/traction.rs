@@ -1,10 +1,11 @@
 //! Traction control of a scenario's vehicle, built from its file.
 
 use omni_core::linkage::MAX_HINGES;
-use omni_core::{
-    CarriedWheel, ConfigError, Coordination, HingeGeometry, Kinematics, Linkage, Real, Supervisor,
-    SupervisorConfig, Traction, TractionConfig, TractionPolicy, TractionSensors, TractionWheel,
+use omni_core::linkage::{CarriedWheel, HingeGeometry, Linkage};
+use omni_core::traction::{
+    Supervisor, SupervisorConfig, Traction, TractionConfig, TractionPolicy, TractionSensors, TractionWheel,
 };
+use omni_core::{ConfigError, Coordination, Kinematics, Real};
 
 use crate::control::TractionPreset;
 use crate::{Error, Scenario, Vehicle};
@@ -20,12 +21,12 @@ const SPUN_PART: f64 = 0.9;
 const LEAST_SPIN_M_S: f64 = 0.33;
 
 impl Scenario {
-    /// Is the controller traction control (`steady`, `reach`), which has no loops of single wheels?
+    /// Is the controller traction control (`traction`, `traction_runup`), which has no loops of single wheels?
     ///
     /// ```
     /// use omni_config::Scenario;
     /// let step = Scenario::load("step", &[])?;
-    /// assert!(step.with_policy("steady")?.has_traction() && !step.with_policy("paper")?.has_traction());
+    /// assert!(step.with_policy("traction")?.has_traction() && !step.with_policy("scale_torques")?.has_traction());
     /// # Ok::<(), omni_config::Error>(())
     /// ```
     #[must_use]
@@ -37,14 +38,14 @@ impl Scenario {
     ///
     /// ```
     /// use omni_config::{Override, Scenario};
-    /// assert_eq!(Scenario::load("step", &[Override::new("control.tries", 3)])?.tries(), Some(3));
-    /// assert_eq!(Scenario::load("step", &[])?.with_policy("paper")?.tries(), None);
+    /// assert_eq!(Scenario::load("step", &[Override::new("control.max_retries", 3)])?.max_retries(), Some(3));
+    /// assert_eq!(Scenario::load("step", &[])?.with_policy("scale_torques")?.max_retries(), None);
     /// # Ok::<(), omni_config::Error>(())
     /// ```
     #[must_use]
-    pub fn tries(&self) -> Option<u32> {
+    pub fn max_retries(&self) -> Option<u32> {
         let preset = self.control.traction()?;
-        let given = self.control.tries;
+        let given = self.control.max_retries;
         Some(given.unwrap_or_else(|| preset.supervisor::<f64>(self.period_s()).retry.retries.into()))
     }
 
@@ -55,9 +56,9 @@ impl Scenario {
     ///
     /// ```
     /// use omni_config::Scenario;
-    /// let steady = Scenario::load("step", &[])?.with_policy("steady")?;
-    /// let error = steady.without_traction("in C").unwrap_err();
-    /// assert!(error.to_string().ends_with(": \"steady\", allowed in C: independent, paper, synchronised, load_sharing"));
+    /// let traction = Scenario::load("step", &[])?.with_policy("traction")?;
+    /// let error = traction.without_traction("in C").unwrap_err();
+    /// assert!(error.to_string().ends_with(": \"traction\", allowed in C: independent, scale_torques, scale_references, shared_integral"));
     /// # Ok::<(), omni_config::Error>(())
     /// ```
     pub fn without_traction(&self, place: &str) -> Result<(), Error> {
@@ -80,7 +81,7 @@ impl Scenario {
     /// ```
     /// use omni_config::Scenario;
     /// use omni_core::{BodyTwist, Policy, Readings};
-    /// let mut policy = Scenario::load("step", &[])?.with_policy("steady")?.traction::<f64, 7>()?.expect("steady");
+    /// let mut policy = Scenario::load("step", &[])?.with_policy("traction")?.traction::<f64, 7>()?.expect("traction");
     /// let ahead = BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO };
     /// let mut torques_n_m = [0.0; 7];
     /// policy.step(&Readings::new(ahead, &[0.0; 7]), &mut torques_n_m);
@@ -106,8 +107,8 @@ impl Scenario {
         let (gains, period) = (vehicle.gains_at(self.period_s())?, R::of(self.period_s()));
         let (kp, ki) = (R::of(gains.kp_n_m_s_rad), R::of(gains.ki_n_m_rad));
         let mut config = match preset {
-            TractionPreset::Steady => TractionConfig::steady(kp, ki, period),
-            TractionPreset::Reach => TractionConfig::reach(kp, ki, period),
+            TractionPreset::Traction => TractionConfig::traction(kp, ki, period),
+            TractionPreset::TractionRunup => TractionConfig::traction_runup(kp, ki, period),
         };
         config = config.with_sensors(self.traction_sensors());
         let supervisor = self.supervisor(preset.supervisor(self.period_s()));
@@ -152,8 +153,8 @@ impl Scenario {
             Some(limits) => [limits.vx_m_s, limits.vy_m_s].map(R::of),
             None => [R::of(MOST_M_S); 2],
         };
-        if let Some(tries) = self.control.tries {
-            config.retry.retries = u16::try_from(tries).unwrap_or(u16::MAX);
+        if let Some(retries) = self.control.max_retries {
+            config.retry.retries = u16::try_from(retries).unwrap_or(u16::MAX);
         }
         let spare = self.spin_to_spare_m_s(config.retry.run_up_m_s.as_f64());
         if spare < config.retry.spin_m_s.as_f64() {
@@ -180,11 +181,11 @@ impl Scenario {
     ///
     /// ```
     /// use omni_config::{Override, Scenario};
-    /// let keys = ["control.policy=reach", "vehicle.motor.slope_n_m_s_rad=0.1", "sensors.no_imu=true"];
+    /// let keys = ["control.policy=traction_runup", "vehicle.motor.slope_n_m_s_rad=0.1", "sensors.no_imu=true"];
     /// let keys = keys.iter().map(|key| Override::parse(key)).collect::<Result<Vec<_>, _>>()?;
     /// let notes = Scenario::load("step", &keys)?.traction_notes();
-    /// assert!(notes[0].starts_with("reach without an inertial measurement unit: "));
-    /// assert!(notes[1].starts_with("reach with motors of 20.0 rad/s without load: "));
+    /// assert!(notes[0].starts_with("traction_runup without an inertial measurement unit: "));
+    /// assert!(notes[1].starts_with("traction_runup with motors of 20.0 rad/s without load: "));
     /// # Ok::<(), omni_config::Error>(())
     /// ```
     #[must_use]
@@ -204,9 +205,9 @@ impl Scenario {
                 "{policy} without hinge encoders: it cannot tell a climbing row from slipping wheels"
             ));
         }
-        let wanted = SupervisorConfig::<f64>::reach(self.period_s()).retry;
+        let wanted = SupervisorConfig::<f64>::traction_runup(self.period_s()).retry;
         let spare = self.spin_to_spare_m_s(wanted.run_up_m_s);
-        if preset == TractionPreset::Reach && spare < wanted.spin_m_s {
+        if preset == TractionPreset::TractionRunup && spare < wanted.spin_m_s {
             let fastest = self.vehicle().no_load_rad_s().unwrap_or(f64::INFINITY);
             let spun = if spare < LEAST_SPIN_M_S {
                 "wheels are not spun up before a retry, which is weaker then".to_owned()
@@ -227,8 +228,8 @@ impl Scenario {
 impl TractionPreset {
     fn supervisor<R: Real>(self, period_s: f64) -> SupervisorConfig<R> {
         match self {
-            Self::Steady => SupervisorConfig::steady(R::of(period_s)),
-            Self::Reach => SupervisorConfig::reach(R::of(period_s)),
+            Self::Traction => SupervisorConfig::traction(R::of(period_s)),
+            Self::TractionRunup => SupervisorConfig::traction_runup(R::of(period_s)),
         }
     }
 }
@@ -256,7 +257,7 @@ impl Vehicle {
                 file: format!("vehicle {}", self.name),
                 key: "hinge".into(),
                 message: format!(
-                    "{} hinges, allowed: {MAX_HINGES} at most with steady and reach",
+                    "{} hinges, allowed: {MAX_HINGES} at most with traction and traction_runup",
                     self.hinge.len()
                 ),
             });

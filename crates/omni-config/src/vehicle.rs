@@ -2,13 +2,16 @@
 
 pub(crate) mod completion;
 mod coupling;
+mod coupling_spring;
 mod motor;
 mod shape;
 mod short_forms;
 mod validation;
 
 use garde::Validate;
-use omni_core::{AxisLimits, PidGains, TwistLimits, Wheel, WheelLayout};
+use omni_core::geometry::Wheel;
+use omni_core::shaping::{AxisLimits, TwistLimits};
+use omni_core::{PidGains, WheelLayout};
 #[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -16,6 +19,7 @@ use toml::Table;
 
 use crate::Error;
 use crate::file_kind::FileKind;
+use crate::key_place::with_place;
 use crate::load::{Source, read};
 use crate::override_key::Override;
 use crate::ranges::{
@@ -26,9 +30,9 @@ use crate::ranges::{
 use crate::ranges::{DIRECTION, NAME};
 use crate::roller_wheel::{Misfit, RollerWheel};
 use crate::rollers::{Rollers, WheelModel};
-use crate::suggestion::with_place;
 use crate::wheel_spec::{WheelContact, WheelSpec};
-pub use coupling::{Coupling, CouplingSpring};
+pub use coupling::Coupling;
+pub use coupling_spring::CouplingSpring;
 pub use motor::Motor;
 
 /// A vehicle file. Lengths are in the vehicle's frame on flat ground: x forward, y left, z up from the ground. The commanded
@@ -112,7 +116,7 @@ pub struct Body {
     /// ground reaches into its lower face has touched.
     #[garde(custom(within(EDGE_M)))]
     #[cfg_attr(feature = "schema", schemars(inner(range(min = EDGE_M.min, max = EDGE_M.max))))]
-    pub box_m: [f64; 3],
+    pub inertia_box_m: [f64; 3],
     /// Height of its lowest point above level ground with the vehicle at rest \[m\], 0.001 to 100. Left out: that of the box's lower face.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[garde(inner(custom(within(EDGE_M))))]
@@ -134,7 +138,7 @@ impl Body {
     /// ```
     #[must_use]
     pub fn underside_m(&self) -> Option<f64> {
-        let face_m = self.com_m[2] - self.box_m[2] / 2.0;
+        let face_m = self.com_m[2] - self.inertia_box_m[2] / 2.0;
         self.clearance_m.or((face_m > 0.0).then_some(face_m))
     }
 }

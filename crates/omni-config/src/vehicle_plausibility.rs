@@ -2,7 +2,7 @@
 
 use omni_core::{ConfigError, Kinematics};
 
-use crate::derived_gains::digits;
+use crate::digits::digits;
 use crate::{Error, Vehicle, WheelContact, WheelModel, WheelSpec, for_wheel_count, wheel_count_refused};
 
 mod effort;

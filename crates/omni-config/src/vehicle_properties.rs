@@ -15,7 +15,7 @@ impl Body {
     /// ```
     #[must_use]
     pub fn inertia_kg_m2(&self) -> [f64; 3] {
-        let [a, b, c] = self.box_m.map(|edge| edge * edge);
+        let [a, b, c] = self.inertia_box_m.map(|edge| edge * edge);
         [b + c, a + c, a + b].map(|sum| sum * (self.mass_kg / 12.0))
     }
 }

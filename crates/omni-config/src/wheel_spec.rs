@@ -94,7 +94,7 @@ pub struct WheelSpec {
     #[garde(custom(within(GEAR)))]
     #[cfg_attr(feature = "schema", schemars(range(min = GEAR.min, max = GEAR.max)))]
     pub gear: f64,
-    /// Stiffness of its contact with the ground \[N/m\], 100 to 1e10; left out: that of `physics.contact_hz` with the wheel's mass. On a
+    /// Stiffness of its contact with the ground \[N/m\], 100 to 1e10; left out: that of `physics.contact_frequency_hz` with the wheel's mass. On a
     /// rigid frame it sets how the wheels of a row share their load. Only with `physics.engine = "articulated"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[garde(inner(custom(within(CONTACT_N_M))))]
@@ -156,8 +156,8 @@ impl WheelSpec {
     /// # Ok::<(), omni_config::Error>(())
     /// ```
     #[must_use]
-    pub fn contact_stiffness_n_m(&self, contact_hz: f64) -> f64 {
-        let swing = std::f64::consts::TAU * contact_hz;
+    pub fn contact_stiffness_n_m(&self, contact_frequency_hz: f64) -> f64 {
+        let swing = std::f64::consts::TAU * contact_frequency_hz;
         self.contact_stiffness_n_m.unwrap_or(self.mass_kg * swing * swing)
     }
 

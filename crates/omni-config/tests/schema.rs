@@ -1,6 +1,6 @@
 //! The JSON Schemas say what the loader does, and no more: every bound, every name, every key.
 
-use omni_config::{FileKind, Override, Scenario, Source, Vehicle, WheelsExperiment};
+use omni_config::{FileKind, MotorBench, Override, Scenario, Source, Vehicle};
 use serde_json::Value;
 
 /// A file of that kind in which every table there is stands.
@@ -15,7 +15,7 @@ fn whole_file(kind: FileKind) -> String {
         FileKind::Scenario => {
             // Traction control takes no [drive].
             let step = FileKind::Scenario.template("step").expect("built in");
-            let text = step.replace("policy = \"steady\"", "policy = \"synchronised\"");
+            let text = step.replace("policy = \"traction\"", "policy = \"scale_references\"");
             let rest = r#"
 [[command.then]]
 at_s = 1.0
@@ -53,7 +53,7 @@ from_s = 0.0
             format!("{text}{rest}")
         }
         FileKind::Experiment => FileKind::Experiment
-            .template("wheels")
+            .template("motor_bench")
             .expect("built in")
             .to_owned(),
         _ => unreachable!("not among KINDS: most values of a study are those of any key"),
@@ -66,7 +66,7 @@ fn load(kind: FileKind, overrides: &[Override]) -> Result<(), String> {
     match kind {
         FileKind::Vehicle => Vehicle::from_source(&source, overrides).map(|_| ()),
         FileKind::Scenario => Scenario::from_source(&source, overrides).map(|_| ()),
-        FileKind::Experiment => WheelsExperiment::from_source(&source, overrides).map(|_| ()),
+        FileKind::Experiment => MotorBench::from_source(&source, overrides).map(|_| ()),
         _ => unreachable!("not among KINDS"),
     }
     .map_err(|error| error.to_string())
@@ -159,6 +159,15 @@ fn visit(root: &Value, mut place: Place, found: &mut Vec<Place>) {
                     (_, _, "body") => toml::Value::from("front"),
                     (_, _, "image") => toml::Value::from("hills"),
                     (_, _, "at_m") => toml::Value::from(vec![0.0; 3]),
+                    // A law with its keys inside.
+                    _ if schema["properties"].is_object() => {
+                        let keys = schema["properties"].as_object().into_iter().flatten();
+                        let least = |schema: &Value| schema["minimum"].as_f64().expect("a number");
+                        toml::Value::Table(
+                            keys.map(|(key, schema)| (key.clone(), least(schema).into()))
+                                .collect(),
+                        )
+                    }
                     _ => panic!("{}.{key}: this test cannot make a value for {schema}", place.key),
                 };
                 table.insert(key.clone(), value);
@@ -267,6 +276,18 @@ fn every_table_refuses_a_key_that_its_schema_does_not_know() {
                 continue;
             }
             assert_eq!(place.schema["additionalProperties"], false, "{}", place.key);
+            // A law with its keys inside is a table of one key, its name.
+            let of_law = |schema: &Value| schema["properties"].is_object() || schema["$ref"].is_string();
+            let mut laws = ["control.saturation", "control.anti_windup"].into_iter();
+            if laws.any(|law| place.key == law) {
+                let properties = place.schema["properties"].as_object().expect("a table");
+                assert!(
+                    properties.len() == 1 && properties.values().all(of_law),
+                    "{}",
+                    place.key
+                );
+                continue;
+            }
             let dot = if place.key.is_empty() { "" } else { "." };
             let mut overrides = place.before.clone();
             overrides.push(Override::new(format!("{}{dot}nonsense", place.key), 1));
@@ -330,8 +351,10 @@ fn every_key_is_described_in_plain_words() {
     for kind in KINDS {
         for place in places(kind).into_iter().filter(|p| !p.key.is_empty()) {
             let last = place.key.rsplit('.').next().unwrap_or_default();
-            if last == "kind" || last == "0" || last == "vehicle" {
-                continue; // the kinds are described, the elements by their list
+            let parent = place.key.strip_suffix(last).unwrap_or_default();
+            let is_law = ["control.saturation.", "control.anti_windup."].contains(&parent);
+            if last == "kind" || last == "0" || last == "vehicle" || is_law {
+                continue; // kinds and laws are described, the elements by their list
             }
             let Some(text) = place.schema["description"].as_str() else {
                 panic!("{} has no description", place.key)

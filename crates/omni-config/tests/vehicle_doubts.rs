@@ -211,16 +211,16 @@ fn each_value_with_which_a_vehicle_cannot_drive_gets_its_line() {
         ),
         (
             &["body[0].com_m=[0.0, 0.0, 1.2]"],
-            "body platform: com_m has the height 1.2, and box_m the edge 0.2: the box begins 1.1 m above the ground, and the wheels are 0.64 m \
+            "body platform: com_m has the height 1.2, and inertia_box_m the edge 0.2: the box begins 1.1 m above the ground, and the wheels are 0.64 m \
              apart; check both",
         ),
         (
-            &["body[0].box_m=[60.0, 40.0, 20.0]"],
-            "body platform: box_m = [60.0, 40.0, 20.0], but the wheels are 0.64 m apart; write box_m and position_m in metres",
+            &["body[0].inertia_box_m=[60.0, 40.0, 20.0]"],
+            "body platform: inertia_box_m = [60.0, 40.0, 20.0], but the wheels are 0.64 m apart; write inertia_box_m and position_m in metres",
         ),
         (
-            &["body[0].box_m=[0.006, 0.004, 0.002]"],
-            "body platform: box_m = [0.006, 0.004, 0.002], but",
+            &["body[0].inertia_box_m=[0.006, 0.004, 0.002]"],
+            "body platform: inertia_box_m = [0.006, 0.004, 0.002], but",
         ),
         (
             &["body[0].clearance_m=0.5"],
@@ -254,8 +254,11 @@ fn values_with_which_a_vehicle_drives_get_no_line() {
         &["body[0].clearance_m=0.065"],
         &["body[0].com_m=[0.0, 0.0, 0.4]"],
         // Boxes as the inertia of a tall and of a long body; the first reaches into the ground.
-        &["body[0].box_m=[0.5, 0.4, 0.6]", "body[0].clearance_m=0.07"],
-        &["body[0].box_m=[2.0, 0.4, 0.2]"],
+        &[
+            "body[0].inertia_box_m=[0.5, 0.4, 0.6]",
+            "body[0].clearance_m=0.07",
+        ],
+        &["body[0].inertia_box_m=[2.0, 0.4, 0.2]"],
         &["body[0].mass_kg=150"],
     ] {
         assert_eq!(doubts("mecanum4", keys), Vec::<String>::new(), "{keys:?}");

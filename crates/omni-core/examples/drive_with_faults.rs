@@ -1,16 +1,18 @@
 //! A whole drive while an encoder dies: command limits, fault detection, loops and odometry in one step a period.
 #![expect(clippy::print_stdout, reason = "an example speaks on standard output")]
 
+use omni_core::drive::{Fault, FaultConfig};
+use omni_core::shaping::{AxisLimits, TwistLimits};
 use omni_core::{
-    AxisLimits, BodyTwist, ConfigError, Coordination, Drive, DriveConfig, DriveInput, DriveState, Fault,
-    FaultConfig, PidConfig, PidGains, TorqueLimit, TwistLimits, WheelControlConfig, WheelLayout,
+    BodyTwist, ConfigError, Coordination, Drive, DriveConfig, DriveInput, DriveState, PidConfig, PidGains,
+    TorqueLimit, WheelControlConfig, WheelLayout,
 };
 
 fn main() -> Result<(), ConfigError> {
     let control = WheelControlConfig {
         pid: PidConfig::new(PidGains::pi(0.3, 2.0), 0.001),
         limits: [TorqueLimit::constant(2.0)?; 7],
-        coordination: Coordination::synchronised(),
+        coordination: Coordination::scale_references(),
     };
     let mut config = DriveConfig::new(WheelLayout::chugo7(0.30, 0.23, 0.066)?, control);
     let [vx, vy, wz] = [AxisLimits::symmetric(0.5, 0.5, 0.5, f64::INFINITY); 3]; // 0.5 m/s, reached in 1 s

@@ -3,7 +3,8 @@
 //! Drives a circle of 1 m radius to the left and prints the pose at every quarter; the last is where it began.
 #![expect(clippy::print_stdout, reason = "an example speaks on standard output")]
 
-use omni_core::{BodyTwist, ConfigError, Kinematics, Odometry, OdometryState, WheelLayout};
+use omni_core::estimate::{Odometry, OdometryState};
+use omni_core::{BodyTwist, ConfigError, Kinematics, WheelLayout};
 use std::f64::consts::TAU;
 
 const RAD_PER_COUNT: f64 = TAU / 4096.0;

@@ -1,11 +1,12 @@
 //! What wheels do together when one has more load than its motor can turn: two coordination policies.
 //!
-//! Under `independent` two of three wheels go on as commanded, and a vehicle on them would leave its course; under `synchronised`
+//! Under `independent` two of three wheels go on as commanded, and a vehicle on them would leave its course; under `scale_references`
 //! all slow down alike.
 #![expect(clippy::print_stdout, reason = "an example speaks on standard output")]
 
+use omni_core::loops::WheelController;
 use omni_core::{ConfigError, ControlState, Coordination, PidConfig, PidGains, TorqueLimit};
-use omni_core::{WheelControlConfig, WheelController, WheelVelocities};
+use omni_core::{WheelControlConfig, WheelVelocities};
 
 fn main() -> Result<(), ConfigError> {
     // A brake on each wheel [N.m per rad/s]. The second one needs 2 N.m at 10 rad/s, and the motors have 1 N.m.
@@ -14,7 +15,7 @@ fn main() -> Result<(), ConfigError> {
     let reference = WheelVelocities::from([10.0, 10.0, 5.0]);
     for (coordination, expected) in [
         (Coordination::independent(), [10.0_f64, 5.0, 5.0]),
-        (Coordination::synchronised(), [5.0, 5.0, 2.5]),
+        (Coordination::scale_references(), [5.0, 5.0, 2.5]),
     ] {
         println!("{coordination:?}");
         let wheels = WheelController::new(WheelControlConfig {

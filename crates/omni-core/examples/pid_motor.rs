@@ -4,7 +4,8 @@
 //! anti-windup the integral fills up meanwhile, and the speed shoots far over; with it the rest is the gains'.
 #![expect(clippy::print_stdout, reason = "an example speaks on standard output")]
 
-use omni_core::{AntiWindup, ConfigError, Pid, PidConfig, PidGains, PidState, TorqueLimit};
+use omni_core::loops::{AntiWindup, Pid, PidState};
+use omni_core::{ConfigError, PidConfig, PidGains, TorqueLimit};
 
 fn main() -> Result<(), ConfigError> {
     let (period_s, inertia_kg_m2, reference_rad_s) = (0.001, 0.02, 20.0);

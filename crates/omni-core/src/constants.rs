@@ -1,6 +1,6 @@
 //! Configured values as source code: checked on a computer, compiled into firmware bit for bit.
 //!
-//! A constructor such as [`crate::Controller::new`] checks its configuration, inverts a matrix, and in `f32` compares in
+//! A constructor such as [`crate::loops::Controller::new`] checks its configuration, inverts a matrix, and in `f32` compares in
 //! `f64`: a microcontroller without double precision pays for that in flash. Every configured value can instead describe
 //! itself to a [`Describe`]; what that writes (Rust in a build script, a C header) is a constant expression, so that nothing
 //! of the constructors is linked, nothing can fail at start, and the compiler sees the numbers. The crate `omni-config`
@@ -12,7 +12,7 @@ use core::fmt::Result;
 ///
 /// ```
 /// use omni_core::constants::{Constant, Describe, Piece};
-/// use omni_core::{AxisLimits, RateLimiter};
+/// use omni_core::shaping::{AxisLimits, RateLimiter};
 /// /// Adds up the numbers.
 /// struct Sum(f64);
 /// impl Describe for Sum {
@@ -86,7 +86,7 @@ pub type Fields<'a> = &'a [(&'static str, &'a dyn Constant)];
 ///
 /// ```
 /// use omni_core::constants::{Constant, Describe, Piece};
-/// use omni_core::Integral;
+/// use omni_core::loops::Integral;
 /// struct Variant(&'static str);
 /// impl Describe for Variant {
 ///     fn take(&mut self, piece: Piece<'_>) -> core::fmt::Result {

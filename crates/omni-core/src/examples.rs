@@ -1,12 +1,14 @@
 //! The set-up that examples of this documentation share. Not part of the interface: it may change at any time.
 
-use crate::{
-    AxisLimits, CarriedWheel, ConfigError, Coordination, DcMotorConfig, Drive, DriveConfig, Expectation,
-    FaultConfig, Kinematics, Linkage, MotionLimits, PathLimits, PidConfig, PidGains, PlanarInertia,
-    Supervisor, SupervisorConfig, ThermalConfig, TorqueLimit, Traction, TractionConfig, TractionDrive,
-    TractionWheel, TrajectoryPlanner, TwistLimiter, TwistLimits, WheelControlConfig, WheelLayout,
-    WheelVelocities,
-};
+use crate::ConfigError;
+use crate::drive::{Drive, DriveConfig, Expectation, FaultConfig, TractionDrive};
+use crate::geometry::{Kinematics, WheelLayout, WheelVelocities};
+use crate::linkage::{CarriedWheel, Linkage};
+use crate::loops::{Coordination, PidConfig, PidGains, WheelControlConfig};
+use crate::motor::{DcMotorConfig, ThermalConfig, TorqueLimit};
+use crate::path::{PathLimits, PlanarInertia, TrajectoryPlanner};
+use crate::shaping::{AxisLimits, MotionLimits, TwistLimiter, TwistLimits};
+use crate::traction::{Supervisor, SupervisorConfig, Traction, TractionConfig, TractionWheel};
 
 /// Where the wheels of [`layout`] stand: x, y \[m\].
 const PLACES_M: [[f64; 2]; 4] = [[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2], [-0.3, -0.2]];
@@ -29,9 +31,9 @@ pub fn loops<const N: usize>(
     })
 }
 
-/// Traction control `steady` of the vehicle of [`layout`], with motors of 2 N.m.
+/// Traction control `traction` of the vehicle of [`layout`], with motors of 2 N.m.
 pub fn traction() -> Result<Traction<f64, 4>, ConfigError> {
-    traction_with(TractionConfig::steady(0.3, 2.0, 1e-3))
+    traction_with(TractionConfig::traction(0.3, 2.0, 1e-3))
 }
 
 /// The same with another configuration.
@@ -57,7 +59,7 @@ pub fn traction_with(config: TractionConfig<f64>) -> Result<Traction<f64, 4>, Co
 
 /// The supervisor of [`traction`].
 pub fn supervisor() -> Result<Supervisor<f64, 4>, ConfigError> {
-    Supervisor::new(&PLACES_M, SupervisorConfig::steady(1e-3))
+    Supervisor::new(&PLACES_M, SupervisorConfig::traction(1e-3))
 }
 
 /// A drive of the same vehicle and motors.

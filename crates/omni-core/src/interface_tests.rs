@@ -1,12 +1,15 @@
 //! Tests of what the documentation of constructors and getters states without an example.
 
-use crate::{
-    AntiWindup, BodyTwist, ConfigError, Controller, ControllerPolicy, Drive, DriveConfig, DriveMode,
-    EncoderCounter, EstimatorConfig, Fault, GearFriction, Gearbox, HeadingHold, HeadingHoldConfig,
-    PathFactors, PathLimits, PathPiece, PathSegment, PidConfig, PidGains, PlanarInertia, Policy, Readings,
-    Rest, Supervisor, SupervisorConfig, SupervisorMode, TorqueTable, TractionConfig, TractionDrive,
-    TractionLoops, Trajectory, TrajectoryPlanner, WheelSample, examples,
-};
+use crate::drive::{Drive, DriveConfig, DriveMode, Fault, TractionDrive};
+use crate::estimate::{EncoderCounter, EstimatorConfig};
+use crate::geometry::{BodyTwist, PathFactors};
+use crate::loops::{AntiWindup, Controller, ControllerPolicy, PidConfig, PidGains, Rest, WheelSample};
+use crate::motor::{GearFriction, Gearbox, TorqueTable};
+use crate::path::{PathLimits, PathPiece, PathSegment, PlanarInertia, Trajectory, TrajectoryPlanner};
+use crate::policy::{Policy, Readings};
+use crate::shaping::{HeadingHold, HeadingHoldConfig};
+use crate::traction::{Supervisor, SupervisorConfig, SupervisorMode, TractionConfig, TractionLoops};
+use crate::{ConfigError, examples};
 use std::string::ToString;
 
 /// The parameter, the wheel or point, and the value that a constructor refused.
@@ -21,7 +24,7 @@ fn constructors_name_what_they_refuse() {
         refused(PathFactors::new([1.0, 0.0, 1.0])),
         ("path_factor", Some(1), 0.0)
     );
-    let mut config = SupervisorConfig::steady(1e-3);
+    let mut config = SupervisorConfig::traction(1e-3);
     config.retry.run_up_m_s = 0.0;
     assert_eq!(
         refused(Supervisor::new(&[[0.0; 2]; 4], config)),
@@ -32,7 +35,7 @@ fn constructors_name_what_they_refuse() {
         examples::drive().expect("valid"),
         examples::supervisor().expect("valid"),
     );
-    let slower = examples::traction_with(TractionConfig::steady(0.3, 2.0, 2e-3)).expect("valid");
+    let slower = examples::traction_with(TractionConfig::traction(0.3, 2.0, 2e-3)).expect("valid");
     assert_eq!(
         refused(TractionDrive::new(drive.0, drive.1, slower)),
         ("period_s", None, 2e-3)
@@ -95,7 +98,7 @@ fn configurations_begin_with_the_values_that_they_state() {
     assert_eq!((estimator.wheel_rad_s, estimator.slip_s), (0.1, 0.3));
     let limits = examples::path_limits().expect("valid");
     assert_eq!((limits.fastest.vx_m_s, limits.share), (f64::INFINITY, 0.9));
-    assert_eq!(SupervisorConfig::reach(1e-3_f64).retry.slow_retries, 1);
+    assert_eq!(SupervisorConfig::traction_runup(1e-3_f64).retry.slow_retries, 1);
     assert_eq!(WheelSample::<f32, 3>::zero().common_factor, 1.0);
 }
 

@@ -1,14 +1,15 @@
-//! The interface of a user's own controller, and the built-in controllers behind it.
+//! The interface of a user's own controller: readings in, torques out.
+//!
+//! The built-in controllers behind it are [`ControllerPolicy`](crate::loops::ControllerPolicy),
+//! [`DrivePolicy`](crate::drive::DrivePolicy) and [`TractionPolicy`](crate::traction::TractionPolicy).
 
-mod built_in;
-
-use crate::{BodyTwist, Real};
-pub use built_in::{ControllerPolicy, DrivePolicy};
+use crate::Real;
+use crate::geometry::BodyTwist;
 
 /// What an inertial measurement unit on the base says, in the base's axes: x forward, y left, z up.
 ///
 /// ```
-/// use omni_core::Imu;
+/// use omni_core::policy::Imu;
 /// let at_rest = Imu::<f32>::level();
 /// assert_eq!((at_rest.specific_force_m_s2, at_rest.pitch_rad), ([0.0, 0.0, 9.81], 0.0));
 /// ```
@@ -31,7 +32,7 @@ impl<R: Real> Imu<R> {
     /// At rest on level ground.
     ///
     /// ```
-    /// assert_eq!(omni_core::Imu::<f64>::level().rate_rad_s, [0.0; 3]);
+    /// assert_eq!(omni_core::policy::Imu::<f64>::level().rate_rad_s, [0.0; 3]);
     /// ```
     #[must_use]
     pub fn level() -> Self {
@@ -47,8 +48,8 @@ impl<R: Real> Imu<R> {
     /// No unit, or no reading of it: NaN throughout.
     ///
     /// ```
-    /// let valid = |imu: omni_core::Imu<f64>| imu.rate_rad_s.iter().filter(|rate| !rate.is_nan()).count();
-    /// assert_eq!((valid(omni_core::Imu::silent()), valid(omni_core::Imu::level())), (0, 3));
+    /// let valid = |imu: omni_core::policy::Imu<f64>| imu.rate_rad_s.iter().filter(|rate| !rate.is_nan()).count();
+    /// assert_eq!((valid(omni_core::policy::Imu::silent()), valid(omni_core::policy::Imu::level())), (0, 3));
     /// ```
     #[must_use]
     pub fn silent() -> Self {
@@ -65,7 +66,8 @@ impl<R: Real> Imu<R> {
 /// What a vehicle knows in one control period, and nothing else: its sensors, its own torques, its command.
 ///
 /// ```
-/// use omni_core::{BodyTwist, Imu, Readings};
+/// use omni_core::policy::Imu;
+/// use omni_core::{BodyTwist, Readings};
 /// let ahead = BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO };
 /// let readings = Readings::new(ahead, &[1.0, f64::NAN, -1.0]);
 /// assert!(readings.wheels_rad_s[1].is_nan() && readings.hinges_rad.is_empty()); // no reading of wheel 2

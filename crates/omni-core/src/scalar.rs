@@ -1,6 +1,6 @@
 //! The scalar of the library: `f32` in firmware, `f64` as the reference.
 
-use crate::trig;
+mod floats;
 
 mod sealed {
     /// Keeps [`super::Real`] closed, and nalgebra out of public signatures.
@@ -15,43 +15,6 @@ mod sealed {
         fn per_root(self) -> Self;
         /// The same bits: compared without the floating-point unit.
         fn same_bits(self, other: Self) -> bool;
-    }
-    impl Sealed for f32 {
-        const QUARTER_TURN: [Self; 3] = [1.570_312_5, 0.000_483_751_3, 7.549_79e-8];
-        const TURN_REST: Self = -1.748_455_5e-7;
-        const ROUNDER: Self = 12_582_912.0;
-        /// Processors without an operating system have a root in software only, of 50 instructions: this takes a third of that. Half of
-        /// the exponent and a line through the fraction are off by 3.4 %; each step of Newton's method squares that.
-        #[inline(always)]
-        fn per_root(self) -> Self {
-            let half = 0.5 * self;
-            let mut y = Self::from_bits(0x5f37_5a86_u32.wrapping_sub(self.to_bits() >> 1));
-            y *= 1.5 - half * y * y;
-            y *= 1.5 - half * y * y;
-            y *= 1.5 - half * y * y;
-            y
-        }
-        #[inline(always)]
-        fn same_bits(self, other: Self) -> bool {
-            self.to_bits() == other.to_bits()
-        }
-    }
-    impl Sealed for f64 {
-        const QUARTER_TURN: [Self; 3] = [
-            1.570_796_326_734_125_6,
-            6.077_100_506_303_966e-11,
-            2.022_266_248_795_950_6e-21,
-        ];
-        const TURN_REST: Self = 2.449_293_598_294_706_4e-16;
-        const ROUNDER: Self = 6_755_399_441_055_744.0;
-        #[inline(always)]
-        fn per_root(self) -> Self {
-            1.0 / nalgebra::ComplexField::sqrt(self)
-        }
-        #[inline(always)]
-        fn same_bits(self, other: Self) -> bool {
-            self.to_bits() == other.to_bits()
-        }
     }
 }
 
@@ -141,53 +104,41 @@ pub trait Real: sealed::Sealed {
     /// assert_eq!((-core::f32::consts::PI).wrapped_angle(), core::f32::consts::PI);
     /// ```
     #[must_use]
-    fn wrapped_angle(self) -> Self {
-        trig::wrapped_angle(self)
-    }
+    fn wrapped_angle(self) -> Self;
 }
 
-macro_rules! real {
-    ($t:ty, $sine_cosine:path) => {
-        impl Real for $t {
-            const ZERO: Self = 0.0;
-            const ONE: Self = 1.0;
-            #[inline(always)]
-            fn of(x: f64) -> Self {
-                x as $t
-            }
-            #[inline(always)]
-            fn as_f64(self) -> f64 {
-                self as f64
-            }
-            #[inline(always)]
-            fn is_finite_real(self) -> bool {
-                self.is_finite()
-            }
-            #[inline]
-            fn sine_cosine(self) -> (Self, Self) {
-                $sine_cosine(self)
-            }
-        }
-    };
+/// Finite and at most 1e6 in magnitude: what a sensor or a command can mean. NaN is not.
+#[inline]
+pub(crate) fn is_plausible<R: Real>(value: R) -> bool {
+    value.abs() <= R::of(1e6)
 }
-real!(f32, trig::sine_cosine_f32);
-real!(f64, nalgebra::ComplexField::sin_cos);
 
-#[cfg(test)]
-mod tests {
-    use super::sealed::Sealed;
-
-    #[test]
-    fn one_over_a_root_is_that_to_two_units_in_the_last_place() {
-        // Every exponent, and fractions on both sides of an even one.
-        for exponent in -126..=127 {
-            for part in 0..1000_u16 {
-                let x = (1.0 + f32::from(part) / 1000.0) * 2.0_f32.powi(exponent);
-                let exact = 1.0 / f64::from(x).sqrt();
-                let off = (f64::from(x.per_root()) / exact - 1.0).abs();
-                assert!(off < 2.0 * f64::from(f32::EPSILON), "{x}: {off}");
-                assert!((f64::from(x).per_root() / exact - 1.0).abs() < 3e-16);
-            }
-        }
+/// Every number is something a sensor or a command can mean.
+#[inline]
+pub(crate) fn all_plausible<R: Real, const N: usize>(values: &[R; N]) -> bool {
+    let mut all = true;
+    for &value in values {
+        all &= is_plausible(value);
     }
+    all
+}
+
+/// Follows what is read with this part of the gap.
+pub(crate) fn follow<R: Real>(held: &mut R, now: R, part: R) {
+    *held += part * (now - *held);
+}
+
+/// The larger one; `b` where `a` is NaN.
+pub(crate) fn max<R: Real>(a: R, b: R) -> R {
+    if a > b { a } else { b }
+}
+
+/// The smaller one; `b` where `a` is NaN.
+pub(crate) fn min<R: Real>(a: R, b: R) -> R {
+    if a < b { a } else { b }
+}
+
+/// The largest of sizes, which are >= 0; 0 where there are none.
+pub(crate) fn largest<R: Real, const N: usize>(sizes: [R; N]) -> R {
+    sizes.into_iter().fold(R::zero(), max)
 }

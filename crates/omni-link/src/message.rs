@@ -1,7 +1,9 @@
 //! The messages between both sides of a link.
 
+use omni_core::drive::BodyReadings;
 use omni_core::linkage::MAX_HINGES;
-use omni_core::{BodyReadings, BodyTwist, ControlSample, DriveMode, WheelVelocities};
+use omni_core::loops::ControlSample;
+use omni_core::{BodyTwist, DriveMode, WheelVelocities};
 use serde::{Deserialize, Serialize};
 
 use crate::wire::{Sample, Twist, each, plain};
@@ -158,7 +160,7 @@ impl Bodies {
         }
     }
 
-    /// As a [`TractionDrive`](omni_core::TractionDrive) takes it.
+    /// As a [`TractionDrive`](omni_core::drive::TractionDrive) takes it.
     ///
     /// ```
     /// assert_eq!(omni_link::Bodies::none().readings().hinges_rad.len(), 8);
@@ -251,7 +253,8 @@ pub struct Answer<const N: usize> {
 /// [`DriveReport::of_loops`].
 ///
 /// ```
-/// use omni_core::{DriveMode, Fault};
+/// use omni_core::drive::Fault;
+/// use omni_core::DriveMode;
 /// use omni_link::DriveReport;
 /// let report = DriveReport::<4> { mode: 1, faults: [0, 4, 0, 0], ..DriveReport::of_loops() };
 /// assert_eq!((report.mode, report.faults[1]), (DriveMode::Degraded.number(), Fault::Silent.number()));
@@ -260,7 +263,7 @@ pub struct Answer<const N: usize> {
 pub struct DriveReport<const N: usize> {
     /// [`DriveMode::number`](omni_core::DriveMode::number): 0 normal, 1 degraded, 2 safe stop, 3 emergency stop.
     pub mode: u8,
-    /// [`Fault::number`](omni_core::Fault::number) of each wheel: 0 none, 1 not a number, 2 jump, 3 stuck, 4 silent, 5 lost.
+    /// [`Fault::number`](omni_core::drive::Fault::number) of each wheel: 0 none, 1 not a number, 2 jump, 3 stuck, 4 silent, 5 lost.
     #[serde(with = "each")]
     pub faults: [u8; N],
     /// Enough wheels determine the motion.
@@ -306,11 +309,12 @@ impl<const N: usize> Answer<N> {
         }
     }
 
-    /// Motors whose windings shall be shorted, as [`DriveSample::brake`](omni_core::DriveSample::brake). It follows from the rest and is
+    /// Motors whose windings shall be shorted, as [`DriveSample::brake`](omni_core::drive::DriveSample::brake). It follows from the rest and is
     /// not in a frame.
     ///
     /// ```
-    /// use omni_core::{DriveMode, Fault};
+    /// use omni_core::drive::Fault;
+    /// use omni_core::DriveMode;
     /// use omni_link::{Answer, DriveReport};
     /// let faults = [0, Fault::Silent.number(), 0, 0];
     /// let in_mode = |mode: DriveMode| {

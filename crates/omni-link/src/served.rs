@@ -1,9 +1,8 @@
 //! What runs behind a link: the bare loops, or a whole `Drive`.
 
-use omni_core::{
-    ControlState, Controller, Drive, DriveInput, DriveSample, DriveState, Fault, TractionDrive,
-    TractionDriveState, TwistLimiter, TwistLimiterState,
-};
+use omni_core::drive::{DriveSample, Fault, TractionDrive, TractionDriveState};
+use omni_core::shaping::{TwistLimiter, TwistLimiterState};
+use omni_core::{ControlState, Controller, Drive, DriveInput, DriveState};
 
 use crate::{Answer, Bodies, DriveReport, Request};
 
@@ -48,7 +47,8 @@ pub trait Served<const N: usize> {
 /// The bare loops, with the limits that the command goes through.
 ///
 /// ```
-/// use omni_core::{AxisLimits, BodyTwist, Controller, TwistLimiter, TwistLimits, WheelLayout};
+/// use omni_core::shaping::{AxisLimits, TwistLimiter, TwistLimits};
+/// use omni_core::{BodyTwist, Controller, WheelLayout};
 /// use omni_link::{Answer, Bodies, Loops, Request, Served};
 /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
 /// # let gains = PidGains { kp_n_m_s_rad: 0.25_f32, ki_n_m_rad: 0.0, kd_n_m_s2_rad: 0.0 };

@@ -3,7 +3,8 @@
 #[cfg(test)]
 mod tests;
 
-use omni_core::{ControlSample, WheelTorques};
+use omni_core::geometry::WheelTorques;
+use omni_core::loops::ControlSample;
 
 use crate::{
     Action, Answer, Bodies, DriveReport, FromController, Greeting, Guard, PROTOCOL_VERSION, Request, Served,
@@ -14,7 +15,8 @@ use crate::{
 /// answer, with [`Loops`](crate::Loops) at most 76 `N` + 120 bytes. Needs no buffers but the two it is given.
 ///
 /// ```
-/// use omni_core::{AxisLimits, BodyTwist, Controller, TwistLimiter, TwistLimits, WheelLayout};
+/// use omni_core::shaping::{AxisLimits, TwistLimiter, TwistLimits};
+/// use omni_core::{BodyTwist, Controller, WheelLayout};
 /// use omni_link::{Action, Answer, FromController, Loops, Receiver, Request, Server, ToController};
 /// use omni_link::{answer_frame, decode, encode, request_frame};
 /// # use omni_core::{Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};

@@ -2,7 +2,10 @@
 //!
 //! So each message has one length, and lost bytes are seen as such.
 
-use omni_core::{BodyTwist, TorqueRanges, WheelSample, WheelTorques, WheelVelocities};
+use omni_core::geometry::WheelTorques;
+use omni_core::loops::WheelSample;
+use omni_core::motor::TorqueRanges;
+use omni_core::{BodyTwist, WheelVelocities};
 use serde::{Deserialize, Serialize};
 
 /// A number of 4 bytes; postcard's own would be of 1 to 5.
@@ -77,10 +80,10 @@ pub(crate) mod each {
 /// The types whose fields are written out below, with the one parameter left that the derivation hands on.
 mod of_f32 {
     pub(super) type WheelVelocities<const N: usize> = omni_core::WheelVelocities<f32, N>;
-    pub(super) type WheelTorques<const N: usize> = omni_core::WheelTorques<f32, N>;
-    pub(super) type TorqueRanges<const N: usize> = omni_core::TorqueRanges<f32, N>;
-    pub(super) type WheelSample<const N: usize> = omni_core::WheelSample<f32, N>;
-    pub(super) type ControlSample<const N: usize> = omni_core::ControlSample<f32, N>;
+    pub(super) type WheelTorques<const N: usize> = omni_core::geometry::WheelTorques<f32, N>;
+    pub(super) type TorqueRanges<const N: usize> = omni_core::motor::TorqueRanges<f32, N>;
+    pub(super) type WheelSample<const N: usize> = omni_core::loops::WheelSample<f32, N>;
+    pub(super) type ControlSample<const N: usize> = omni_core::loops::ControlSample<f32, N>;
 }
 
 #[derive(Serialize, Deserialize)]

@@ -3,8 +3,7 @@
 use omni_core::BodyTwist;
 use omni_sim::observation::Observation;
 
-use crate::messages::{quaternion, twist};
-use crate::ros2::{Header, Odometry, Point, Pose, PoseWithCovariance, TwistWithCovariance};
+use crate::ros2::{Header, Odometry, Pose, PoseWithCovariance, TwistWithCovariance};
 #[cfg(feature = "ros2")]
 use crate::rotation::after;
 use crate::rotation::{about, rotate};
@@ -65,34 +64,34 @@ pub(crate) fn odometry(seen: &Observation) -> Odometry {
         ODOM_LINK,
         (at, turn),
         covariance,
-        &seen.odometry.twist,
+        seen.odometry.twist,
     )
 }
 
 /// What is so.
 pub(crate) fn ground_truth(seen: &Observation) -> Odometry {
     let pose = (seen.pose.position_m, seen.pose.rotation_xyzw);
-    located(seen.time_ns, WORLD_LINK, pose, [[0.0; 6]; 6], &seen.twist)
+    located(seen.time_ns, WORLD_LINK, pose, [[0.0; 6]; 6], seen.twist)
 }
 
 /// The base in a frame: the place \[m\], the turn, how sure that is, and the twist.
 fn located(
     time_ns: u64,
     frame: &str,
-    ([x, y, z], turn): BasePose,
+    (at, turn): BasePose,
     covariance: [[f64; 6]; 6],
-    moves: &BodyTwist<f64>,
+    moves: BodyTwist<f64>,
 ) -> Odometry {
     let pose = Pose {
-        position: Point { x, y, z },
-        orientation: quaternion(turn),
+        position: at.into(),
+        orientation: turn.into(),
     };
     Odometry {
         header: Header::new(time_ns, frame),
         child_frame_id: BASE_LINK.into(),
         pose: PoseWithCovariance { pose, covariance },
         twist: TwistWithCovariance {
-            twist: twist(moves),
+            twist: moves.into(),
             covariance: [[0.0; 6]; 6],
         },
     }

@@ -5,6 +5,7 @@
 mod client;
 mod guard;
 mod http;
+mod hub;
 mod options;
 mod pacer;
 mod page;
@@ -54,7 +55,7 @@ type Warn = Arc<dyn Fn(&str) + Send + Sync>;
 ///
 /// Connections come from programs that send no `Origin` and from pages of Foxglove, of Lichtblick, of this machine and of
 /// [`Live::origins`]; their `Host` is this machine. Others are refused with status 403 and a reason. A handshake may take 10 s, and 16
-/// clients may be there at a time. With [`Live::steer`] clients may set the parameters `command.vx_m_s`, `command.vy_m_s`,
+/// clients may be there at a time. With [`Live::allow_control`] clients may set the parameters `command.vx_m_s`, `command.vy_m_s`,
 /// `command.wz_rad_s` or publish a twist on `/cmd_vel`. `control.policy` and `vehicle.motor.stall_torque_n_m` are settings:
 /// they stay when the client goes; the controller goes on from the state that it has. What is not allowed changes nothing, and the
 /// client gets the reason.
@@ -74,7 +75,7 @@ type Warn = Arc<dyn Fn(&str) + Send + Sync>;
 /// use omni_log::{Error, Live, Opened, run_live};
 /// use omni_sim::config::{Override, Scenario};
 /// let mut live = Live::new(0); // a free port
-/// live.speed = f64::INFINITY;
+/// live.real_time_factor = f64::INFINITY;
 /// let scenario = Scenario::load("flat", &[Override::new("duration_s", 0.1)])?;
 /// let mut periods = 0;
 /// let opened = |opened: &Opened| assert!(matches!(opened, Opened::Port(address) if address.starts_with("ws://127.0.0.1:")));
@@ -114,7 +115,7 @@ pub fn run_live<E: From<omni_sim::Error> + From<Error>>(
     }
     outlets.describe();
     let start = Instant::now();
-    let mut pacer = Pacer::new(live.speed, start);
+    let mut pacer = Pacer::new(live.real_time_factor, start);
     let mut periods = 0;
     let outlets = RefCell::new(outlets);
     let steer = |simulation: &mut Simulation| outlets.borrow_mut().command(scenario, simulation);
@@ -129,9 +130,9 @@ pub fn run_live<E: From<omni_sim::Error> + From<Error>>(
             if watch(Some(simulation), part)?.is_break() || end == Some(periods) {
                 return Ok(ControlFlow::Break(()));
             }
-            if live.until == Until::Scenario && (now - start).as_secs_f64() > scenario.wall_clock_s {
-                let wall_clock_s = scenario.wall_clock_s;
-                return Err(omni_sim::Error::OutOfTime { time_s, wall_clock_s }.into());
+            if live.until == Until::Scenario && (now - start).as_secs_f64() > scenario.time_limit_s {
+                let time_limit_s = scenario.time_limit_s;
+                return Err(omni_sim::Error::OutOfTime { time_s, time_limit_s }.into());
             }
             match pacer.wait(time_s, now) {
                 Some(wait) => std::thread::sleep(wait.min(LOOK)),
@@ -165,25 +166,29 @@ pub fn run_live<E: From<omni_sim::Error> + From<Error>>(
 fn check(live: &Live) -> Result<(), Error> {
     let refuse =
         |name, value: String, allowed| Err(Error::from(omni_sim::Error::Argument { name, value, allowed }));
-    if live.speed.is_nan() || live.speed < SLOWEST {
-        return refuse("--speed", live.speed.to_string(), "at least 0.001");
+    if live.real_time_factor.is_nan() || live.real_time_factor < SLOWEST {
+        return refuse(
+            "--real-time-factor",
+            live.real_time_factor.to_string(),
+            "at least 0.001",
+        );
     }
     if let Until::Seconds(seconds) = live.until
         && !(seconds > 0.0 && seconds <= LONGEST_S)
     {
-        return refuse("--for", seconds.to_string(), "above 0, at most 1e9 s");
+        return refuse("--duration", seconds.to_string(), "above 0, at most 1e9 s");
     }
-    if live.steer && live.log.is_some() {
+    if live.allow_control && live.log.is_some() {
         return refuse(
-            "--steer",
+            "--allow-control",
             "true".into(),
             "only without --log, because a log has one policy from start to end",
         );
     }
     #[cfg(feature = "ros2")]
-    if live.steer && live.ros2.as_ref().is_some_and(|ros2| ros2.joints.is_some()) {
+    if live.allow_control && live.ros2.as_ref().is_some_and(|ros2| ros2.joints.is_some()) {
         return refuse(
-            "--steer",
+            "--allow-control",
             "true".into(),
             "only where no client drives single wheels",
         );

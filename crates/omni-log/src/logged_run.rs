@@ -6,20 +6,19 @@ use std::path::Path;
 use omni_config::Scenario;
 use omni_core::BodyTwist;
 use omni_sim::controller::MOST_SIGNALS;
-use omni_sim::{LOGGED_SIGNALS, Outcome, Rows, Trace, WheelSignal};
+use omni_sim::{LOGGED_SIGNALS, Outcome, Rows, Sensed, Trace, WheelSignal};
 
 use crate::frames::Frames;
 use crate::reader::read_log_watched;
-use crate::ros2::{ControllerSignals, Twist, VehicleState, WheelState};
+use crate::ros2::{ControllerSignals, Sensors, Twist, VehicleState, WheelState};
 use crate::{Error, LogError, LogFile, LogMessage, Track, topic};
 
 /// Columns of a log that every vehicle has, named as in [`Trace`].
-const COMMON: [&str; 9] = [
+const COMMON: [&str; 8] = [
     "time_s",
     "asked_vx_m_s",
     "asked_vy_m_s",
     "asked_wz_rad_s",
-    "gyro_rad_s",
     "estimated_vx_m_s",
     "estimated_vy_m_s",
     "estimated_wz_rad_s",
@@ -32,8 +31,8 @@ const COMMON: [&str; 9] = [
 pub struct LoggedRun {
     /// What the log says of itself.
     pub file: LogFile,
-    /// `/vehicle_state` and `/controller_signals` as columns, one row a message, named as in the run's own [`Trace`]; with what was
-    /// asked for and the gyro, without what the log does not hold at that rate: poses, hinges, energies.
+    /// `/vehicle_state`, `/sensors` and `/controller_signals` as columns, one row a message, named as in the run's own [`Trace`]; with
+    /// what was asked for, without what the log does not hold at that rate: poses, hinges, energies.
     pub trace: Trace,
     /// Times of the messages on `/tf` \[s\].
     pub frame_time_s: Vec<f64>,
@@ -80,7 +79,7 @@ impl LoggedRun {
     /// As [`read_log`](super::read_log), and [`LogError::Stopped`].
     pub fn read_watched(path: impl AsRef<Path>, mut watch: impl FnMut(f64) -> bool) -> Result<Self, Error> {
         // The columns need the vehicle, which a finished log names at its end too, but messages come before.
-        let mut states = Vec::new();
+        let (mut states, mut sensors) = (Vec::new(), Vec::<(u64, Sensors)>::new());
         let mut own = Own::default();
         let mut frames = Frames::default();
         let [mut odometry, mut ground_truth] = [Track::default(), Track::default()];
@@ -93,6 +92,7 @@ impl LoggedRun {
         let file = read_log_watched(path, &mut watch, |time_ns, message| {
             match message {
                 LogMessage::VehicleState(state) => states.push((time_ns, state)),
+                LogMessage::Sensors(read) => sensors.push((time_ns, read)),
                 LogMessage::ControllerSignals(signals) => own.add(time_ns, signals).map_err(damaged)?,
                 LogMessage::Tf(message) => frames.add(time_ns, message).map_err(damaged)?,
                 LogMessage::Odom(message) => odometry.add(time_ns, &message),
@@ -103,30 +103,40 @@ impl LoggedRun {
             }
             Ok(())
         })?;
-        let times = states.iter().map(|(time_ns, _)| *time_ns);
-        own.fits(times, file.complete).map_err(damaged)?;
+        let vehicle = file.scenario.vehicle();
+        let states_ns: Vec<_> = states.iter().map(|(time_ns, _)| *time_ns).collect();
+        let sensors_ns: Vec<_> = sensors.iter().map(|(time_ns, _)| *time_ns).collect();
+        for (topic, times_ns) in [
+            (topic::SENSORS, &sensors_ns),
+            (topic::CONTROLLER_SIGNALS, &own.times_ns),
+        ] {
+            one_a_state(topic, times_ns, &states_ns, file.complete).map_err(damaged)?;
+        }
+        let sensed_names = Sensed::names(vehicle);
+        if let Some(taken) = own.names.iter().find(|name| sensed_names.contains(name)) {
+            let topic = topic::CONTROLLER_SIGNALS;
+            return Err(damaged(format!("{topic}: {taken}, allowed: names of no sensor")).into());
+        }
+        let unknown = vec![f64::NAN; sensed_names.len()];
+        let common = COMMON.map(String::from).into_iter();
         let mut rows = Rows::new(
-            file.scenario.vehicle(),
-            COMMON
-                .map(String::from)
-                .into_iter()
-                .chain(own.names.clone())
-                .collect(),
+            vehicle,
+            common.chain(sensed_names).chain(own.names.clone()).collect(),
             WheelSignal::logged().map(|signal| signal.name).into(),
         );
         for (i, (time_ns, state)) in states.iter().enumerate() {
             if i % ROWS_PER_LOOK == 0 && !watch(1.0) {
                 return Err(LogError::Stopped { path: file.path }.into());
             }
-            push(
-                &mut rows,
-                *time_ns,
-                state,
-                own.row(i),
-                file.scenario.vehicle().wheel.len(),
-            );
+            push_state(&mut rows, *time_ns, state);
+            match sensors.get(i) {
+                Some((_, sensors)) => rows.push(sensors.sensed(vehicle).map_err(damaged)?.values()),
+                None => rows.push(unknown.iter().copied()),
+            }
+            rows.push(own.row(i));
+            push_wheels(&mut rows, state, vehicle.wheel.len());
         }
-        let (frame_time_s, frames) = frames.of(file.scenario.vehicle()).map_err(damaged)?;
+        let (frame_time_s, frames) = frames.of(vehicle).map_err(damaged)?;
         // A run that was killed has none.
         let outcome = file
             .outcome
@@ -196,20 +206,6 @@ impl Own {
         Ok(())
     }
 
-    /// One message a state, or none at all: else there would be columns out of nothing. Of a run that was killed the last may be missing.
-    fn fits(&self, states_ns: impl ExactSizeIterator<Item = u64>, complete: bool) -> Result<(), String> {
-        let (own, states) = (self.times_ns.len(), states_ns.len());
-        let all = own == states || (!complete && own + 1 == states);
-        if own == 0 || all && self.times_ns.iter().copied().eq(states_ns.take(own)) {
-            return Ok(());
-        }
-        let topics = [topic::CONTROLLER_SIGNALS, topic::VEHICLE_STATE];
-        Err(format!(
-            "{own} messages on {}, but {states} on {}",
-            topics[0], topics[1]
-        ))
-    }
-
     /// A number a name; NaN where the message is missing.
     fn row(&self, i: usize) -> impl Iterator<Item = f64> + '_ {
         let count = self.names.len();
@@ -217,7 +213,18 @@ impl Own {
     }
 }
 
-fn push(rows: &mut Rows, time_ns: u64, state: &VehicleState, own: impl Iterator<Item = f64>, wheels: usize) {
+/// One message a state, or none at all: else there would be columns out of nothing. Of a run that was killed the last may be missing.
+fn one_a_state(topic: &str, times_ns: &[u64], states_ns: &[u64], complete: bool) -> Result<(), String> {
+    let (found, states) = (times_ns.len(), states_ns.len());
+    let all = found == states || (!complete && found + 1 == states);
+    if found == 0 || all && times_ns == &states_ns[..found] {
+        return Ok(());
+    }
+    let state = topic::VEHICLE_STATE;
+    Err(format!("{found} messages on {topic}, but {states} on {state}"))
+}
+
+fn push_state(rows: &mut Rows, time_ns: u64, state: &VehicleState) {
     let planar = |t: &Twist| {
         let (vx_m_s, vy_m_s, wz_rad_s) = (t.linear.x, t.linear.y, t.angular.z);
         BodyTwist {
@@ -229,10 +236,11 @@ fn push(rows: &mut Rows, time_ns: u64, state: &VehicleState, own: impl Iterator<
     };
     rows.push([time_ns as f64 * 1e-9]);
     rows.push(planar(&state.asked_twist));
-    rows.push([state.gyro_rad_s]);
     rows.push(planar(&state.estimated_twist));
     rows.push([state.common_factor]);
-    rows.push(own);
+}
+
+fn push_wheels(rows: &mut Rows, state: &VehicleState, wheels: usize) {
     for k in 0..LOGGED_SIGNALS {
         // As many as the vehicle has, whatever a message holds.
         let signal = |i| {
@@ -389,11 +397,13 @@ mod tests {
         own.add(1, message(&["a", "b"], &[1.0, 2.0])).expect("the first");
         assert!(own.add(2, message(&["a"], &[1.0])).is_err());
         assert!(own.add(2, message(&["a", "b"], &[1.0])).is_err());
-        assert!(own.fits([1].into_iter(), true).is_ok());
-        assert!(own.fits([2].into_iter(), true).is_err()); // another time
-        assert!(own.fits([1, 2].into_iter(), true).is_err());
-        assert!(own.fits([1, 2].into_iter(), false).is_ok()); // killed between the two
-        assert!(own.fits([1, 2, 3].into_iter(), false).is_err());
+        let fits =
+            |states_ns: &[u64], complete| one_a_state("/x", &own.times_ns, states_ns, complete).is_ok();
+        assert!(fits(&[1], true));
+        assert!(!fits(&[2], true)); // another time
+        assert!(!fits(&[1, 2], true));
+        assert!(fits(&[1, 2], false)); // killed between the two
+        assert!(!fits(&[1, 2, 3], false));
         assert!(own.row(1).all(f64::is_nan) && own.row(0).eq([1.0, 2.0]));
     }
 }

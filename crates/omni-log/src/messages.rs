@@ -2,8 +2,9 @@
 //!
 //! | topic | type | rate unless the scenario's `[log]` says otherwise |
 //! |---|---|---|
-//! | `/vehicle_state` | `omni_msgs/msg/VehicleState` | every control period |
-//! | `/controller_signals` | `omni_msgs/msg/ControllerSignals` | as `/vehicle_state`; only of a controller with signals of its own |
+//! | `/vehicle_state` | `omnistep_msgs/msg/VehicleState` | every control period |
+//! | `/sensors` | `omnistep_msgs/msg/Sensors` | as `/vehicle_state`: what the controller read |
+//! | `/controller_signals` | `omnistep_msgs/msg/ControllerSignals` | as `/vehicle_state`; only of a controller with signals of its own |
 //! | `/tf` | `tf2_msgs/msg/TFMessage` | 50 Hz |
 //! | `/joint_states` | `sensor_msgs/msg/JointState` | 50 Hz |
 //! | `/odom` | `nav_msgs/msg/Odometry` | 50 Hz: what the wheels say, with its covariance |
@@ -13,53 +14,21 @@
 //! | `/robot_description`, `/terrain/robot_description` | `std_msgs/msg/String` | once: URDF of vehicle and ground |
 
 use omni_config::Scenario;
-use omni_core::BodyTwist;
 use omni_sim::controller::{AnyController, ControlSample};
 use omni_sim::observation::Observation;
-use omni_sim::{Period, WheelSignal};
+use omni_sim::{Period, ReportColumns, WheelSignal};
 
 use crate::base_pose;
 use crate::message_rates::Rates;
 use crate::ros2::{
-    ColorRgba, ControllerSignals, Header, JointState, Marker, MarkerArray, Point, Quaternion, RosMessage,
-    StringMessage, TfMessage, Twist, TwistStamped, Vector3, VehicleState, WheelState,
+    ColorRgba, ControllerSignals, Header, JointState, Marker, MarkerArray, RosMessage, Sensors,
+    StringMessage, TfMessage, TwistStamped, VehicleState, WheelState,
 };
+use crate::topic;
 use crate::tree::{Placement, Roots, transforms};
 use crate::urdf::{
     BASE_LINK, JointInterface, WORLD_LINK, ground_urdf, ros2_control_urdf, vehicle_urdf, wheel_link,
 };
-
-/// Topics, by what they carry.
-pub mod topic {
-    /// What the controller saw and did.
-    pub const VEHICLE_STATE: &str = "/vehicle_state";
-    /// What only this run's controller says.
-    pub const CONTROLLER_SIGNALS: &str = "/controller_signals";
-    /// Frames.
-    pub const TF: &str = "/tf";
-    /// Hinges and wheels.
-    pub const JOINT_STATES: &str = "/joint_states";
-    /// Pose and twist by what the wheels turned, with the pose's covariance.
-    pub const ODOM: &str = "/odom";
-    /// True pose and twist; of a recording where somebody saw the vehicle from outside.
-    pub const GROUND_TRUTH: &str = "/ground_truth/odom";
-    /// The command.
-    pub const CMD_VEL: &str = "/cmd_vel";
-    /// Forces of the ground.
-    pub const MARKERS: &str = "/markers";
-    /// The vehicle as URDF.
-    pub const ROBOT_DESCRIPTION: &str = "/robot_description";
-    /// The ground as URDF.
-    pub const TERRAIN: &str = "/terrain/robot_description";
-    /// Frames that do not move; live on ROS 2 alone.
-    pub const TF_STATIC: &str = "/tf_static";
-    /// Simulated time; live on ROS 2 alone.
-    pub const CLOCK: &str = "/clock";
-    /// The inertial measurement unit; live on ROS 2 alone.
-    pub const IMU: &str = "/imu";
-    /// Commands of the wheels by a foreign controller; live on ROS 2 alone.
-    pub const JOINT_COMMANDS: &str = "/joint_commands";
-}
 
 /// Length of the arrow of a force \[m/N\].
 const ARROW_M_PER_N: f64 = 0.005;
@@ -82,8 +51,8 @@ pub(crate) trait Sink {
 pub(crate) struct Messages {
     scenario: Scenario,
     policy: String,
-    /// Names of the controller's own signals.
-    signals: Vec<String>,
+    /// What the controller reports.
+    report: ReportColumns,
     period_s: f64,
     wheel_angles: Vec<f64>,
     rates: Rates,
@@ -110,7 +79,7 @@ impl Messages {
             rates,
             roots,
             policy: controller.policy().into(),
-            signals: controller.signal_names().to_vec(),
+            report: controller.columns().clone(),
             scenario: scenario.clone(),
         }
     }
@@ -150,8 +119,13 @@ impl Messages {
         let time = seen.time_ns;
         if self.rates.vehicle_state.due(time) {
             sink.send(topic::VEHICLE_STATE, time, &self.vehicle_state(sample, seen))?;
-            if !self.signals.is_empty() {
-                sink.send(topic::CONTROLLER_SIGNALS, time, &self.own_signals(sample, time))?;
+            sink.send(topic::SENSORS, time, &Sensors::new(time, &period.sensed))?;
+            if !self.report.names().is_empty() {
+                sink.send(
+                    topic::CONTROLLER_SIGNALS,
+                    time,
+                    &self.controller_signals(sample, time),
+                )?;
             }
         }
         if self.rates.tf.due(time) {
@@ -167,7 +141,7 @@ impl Messages {
         if self.rates.cmd_vel.due(time) {
             let command = TwistStamped {
                 header: Header::new(time, BASE_LINK),
-                twist: twist(&sample.command),
+                twist: sample.command.into(),
             };
             sink.send(topic::CMD_VEL, time, &command)?;
         }
@@ -187,13 +161,11 @@ impl Messages {
         }
     }
 
-    /// As many values as names; none is known of a period that the controller had no part in.
-    fn own_signals(&self, sample: &ControlSample, time_ns: u64) -> ControllerSignals {
-        let value = (0..self.signals.len()).map(|i| sample.own.get(i).copied().unwrap_or(f64::NAN));
+    fn controller_signals(&self, sample: &ControlSample, time_ns: u64) -> ControllerSignals {
         ControllerSignals {
             header: Header::new(time_ns, ""),
-            name: self.signals.clone(),
-            value: value.collect(),
+            name: self.report.names().to_vec(),
+            value: self.report.values(&sample.report),
         }
     }
 
@@ -207,10 +179,9 @@ impl Messages {
         VehicleState {
             header: Header::new(seen.time_ns, BASE_LINK),
             policy: self.policy.clone(),
-            asked_twist: twist(&sample.asked),
-            gyro_rad_s: sample.gyro_rad_s,
+            asked_twist: sample.asked.into(),
             common_factor: sample.common_factor,
-            estimated_twist: twist(&sample.estimated),
+            estimated_twist: sample.estimated.into(),
             wheels: wheels
                 .map(|(spec, (signals, wheel))| WheelState {
                     name: spec.name.clone(),
@@ -268,7 +239,6 @@ fn forces(seen: &Observation) -> MarkerArray {
     let arrow = |(id, wheel): (usize, &omni_sim::observation::WheelObservation)| {
         let [from, force] = [wheel.contact_m, wheel.force_n];
         let end = [0, 1, 2].map(|k| from[k] + ARROW_M_PER_N * force[k]);
-        let point = |[x, y, z]: [f64; 3]| Point { x, y, z };
         Marker {
             header: Header::new(seen.time_ns, WORLD_LINK),
             ns: "ground_force".into(),
@@ -279,34 +249,19 @@ fn forces(seen: &Observation) -> MarkerArray {
             } else {
                 Marker::DELETE
             },
-            scale: vector([0.01, 0.02, 0.03]),
+            scale: [0.01, 0.02, 0.03].into(),
             color: ColorRgba {
                 r: 0.1,
                 g: 0.6,
                 b: 0.9,
                 a: 1.0,
             },
-            points: vec![point(from), point(end)],
+            points: vec![from.into(), end.into()],
             ..Marker::default()
         }
     };
     MarkerArray {
         markers: seen.wheels.iter().enumerate().map(arrow).collect(),
-    }
-}
-
-pub(crate) fn vector([x, y, z]: [f64; 3]) -> Vector3 {
-    Vector3 { x, y, z }
-}
-
-pub(crate) fn quaternion([x, y, z, w]: [f64; 4]) -> Quaternion {
-    Quaternion { x, y, z, w }
-}
-
-pub(crate) fn twist(t: &BodyTwist<f64>) -> Twist {
-    Twist {
-        linear: vector([t.vx_m_s, t.vy_m_s, 0.0]),
-        angular: vector([0.0, 0.0, t.wz_rad_s]),
     }
 }
 

@@ -6,36 +6,28 @@
 mod contact;
 mod ground;
 mod mobility;
+mod numbers;
 mod roller_shape;
 mod vehicle;
+mod wheel;
 
 use std::collections::BTreeSet;
 use std::io;
 
-use omni_config::{Error, RollerWheel, Scenario, WheelModel, WheelSpec};
+use omni_config::{Error, Scenario, WheelModel};
 
 use crate::urdf::wheel_link;
 use crate::xml::{Xml, comment, document, element, leaf};
 use contact::Contact;
 use mobility::mobilities_per_kg;
-use roller_shape::{Piece, RollerShape};
+use numbers::{number, numbers};
+use roller_shape::RollerShape;
+use wheel::{FREE, Wheel, class, mesh, roller_name};
 
 /// Ratio of the resistances of the soft constraints along and across a contact.
 const IMPRATIO: f64 = 10.0;
-/// The base's joint.
-const FREE: &str = "free";
 /// Tolerance and iterations of finding the points where curved shapes meet.
 const CCD: (f64, u32) = (1e-10, 100);
-
-/// A wheel as it is written.
-struct Wheel<'a> {
-    spec: &'a WheelSpec,
-    rollers: RollerWheel,
-    contact: Contact,
-    shape: RollerShape,
-    /// How much lower than on the radius alone it is mounted \[m\].
-    lower_m: f64,
-}
 
 /// A scenario's vehicle at its start, on its ground, as MJCF: the rollers of the vehicle file on every wheel, whatever
 /// `physics.wheel_model` says.
@@ -97,13 +89,13 @@ fn wheels(scenario: &Scenario) -> Result<Vec<Wheel<'_>>, Error> {
         vehicle.rollers(i, WheelModel::Rollers).ok_or_else(missing)
     });
     let rollers = rollers.collect::<Result<Vec<_>, _>>()?;
-    let step_s = scenario.physics.step_us as f64 * 1e-6;
+    let step_s = scenario.physics.timestep_us as f64 * 1e-6;
     let mobilities = mobilities_per_kg(vehicle, &rollers);
     let wheels = vehicle.wheel.iter().zip(rollers).zip(mobilities);
     Ok(wheels
         .map(|((spec, rollers), mobility)| {
-            let stiffness = spec.contact_stiffness_n_m(scenario.physics.contact_hz);
-            let damping = 2.0 * scenario.physics.contact_damping * (stiffness * spec.mass_kg).sqrt();
+            let stiffness = spec.contact_stiffness_n_m(scenario.physics.contact_frequency_hz);
+            let damping = 2.0 * scenario.physics.contact_damping_ratio * (stiffness * spec.mass_kg).sqrt();
             Wheel {
                 spec,
                 contact: Contact::new([stiffness, damping], mobility, step_s),
@@ -146,11 +138,6 @@ fn check_names(scenario: &Scenario, wheels: &[Wheel<'_>]) -> Result<(), Error> {
     Ok(())
 }
 
-/// The name of a roller's body and joint.
-fn roller_name(wheel: &WheelSpec, index: usize) -> String {
-    format!("{}_roller_{index}", wheel_link(&wheel.name))
-}
-
 fn options(xml: &mut Xml, scenario: &Scenario) -> io::Result<()> {
     comment(
         xml,
@@ -169,7 +156,7 @@ fn options(xml: &mut Xml, scenario: &Scenario) -> io::Result<()> {
         xml,
         "option",
         &[
-            ("timestep", &number(scenario.physics.step_us as f64 * 1e-6)),
+            ("timestep", &number(scenario.physics.timestep_us as f64 * 1e-6)),
             ("gravity", &numbers(&[0.0, 0.0, -scenario.physics.gravity_m_s2])),
             ("integrator", &"implicitfast"),
             ("cone", &"elliptic"),
@@ -230,16 +217,6 @@ fn defaults(xml: &mut Xml, wheels: &[Wheel<'_>], friction: f64) -> io::Result<()
     })
 }
 
-/// The class of a wheel's rollers.
-fn class(wheel: &WheelSpec) -> String {
-    format!("rollers_{}", wheel.name)
-}
-
-/// The name of a wheel's mesh, where its rollers are one.
-fn mesh(wheel: &WheelSpec) -> String {
-    format!("roller_{}", wheel.name)
-}
-
 fn meshes(xml: &mut Xml, wheels: &[Wheel<'_>]) -> io::Result<()> {
     for wheel in wheels {
         if let RollerShape::Mesh(points) = &wheel.shape {
@@ -257,38 +234,4 @@ fn meshes(xml: &mut Xml, wheels: &[Wheel<'_>]) -> io::Result<()> {
         }
     }
     Ok(())
-}
-
-/// The shapes of one roller; its axis is x.
-fn roller_geoms(xml: &mut Xml, wheel: &Wheel<'_>) -> io::Result<()> {
-    match &wheel.shape {
-        RollerShape::Mesh(_) => leaf(xml, "geom", &[("type", &"mesh"), ("mesh", &mesh(wheel.spec))]),
-        RollerShape::Pieces(pieces, ends) => {
-            pieces.iter().try_for_each(|Piece { along_m, across_m }| {
-                let size = numbers(&[*along_m, *across_m, *across_m]);
-                leaf(xml, "geom", &[("type", &"ellipsoid"), ("size", &size)])
-            })?;
-            ends.iter().try_for_each(|ends| {
-                let size = numbers(&[ends.radius_m, ends.half_length_m]);
-                let shape: [(&str, &dyn std::fmt::Display); 3] =
-                    [("type", &"cylinder"), ("zaxis", &"1 0 0"), ("size", &size)];
-                leaf(xml, "geom", &shape)
-            })
-        }
-    }
-}
-
-/// A number to twelve digits: without the rounding of sums.
-fn number(value: f64) -> String {
-    let rounded: f64 = format!("{value:.11e}").parse().unwrap_or(value);
-    if rounded == 0.0 {
-        "0".into()
-    } else {
-        rounded.to_string()
-    }
-}
-
-fn numbers(values: &[f64]) -> String {
-    let texts: Vec<_> = values.iter().map(|value| number(*value)).collect();
-    texts.join(" ")
 }

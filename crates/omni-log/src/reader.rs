@@ -13,8 +13,8 @@ use omni_sim::Outcome;
 use serde::de::DeserializeOwned;
 
 use crate::ros2::{
-    ControllerSignals, JointState, MarkerArray, Odometry, RosMessage, StringMessage, TfMessage, TwistStamped,
-    VehicleState,
+    ControllerSignals, JointState, MarkerArray, Odometry, RosMessage, Sensors, StringMessage, TfMessage,
+    TwistStamped, VehicleState,
 };
 use crate::run_log::{OUTCOME, OWN_CONTROLLER, RECORDED, RUN, SCENARIO};
 use crate::{Error, LogError, WORLD_LINK, size_limits, topic};
@@ -30,6 +30,8 @@ const FOOTER_BYTES: usize = 20;
 pub enum LogMessage {
     /// `/vehicle_state`.
     VehicleState(VehicleState),
+    /// `/sensors`.
+    Sensors(Sensors),
     /// `/controller_signals`.
     ControllerSignals(ControllerSignals),
     /// `/tf`.
@@ -362,6 +364,7 @@ impl Seen {
                 self.wheels = Some(found);
                 LogMessage::VehicleState(state)
             }
+            topic::SENSORS => LogMessage::Sensors(decode(data)?),
             topic::CONTROLLER_SIGNALS => LogMessage::ControllerSignals(decode(data)?),
             topic::TF => LogMessage::Tf(decode(data)?),
             topic::JOINT_STATES => LogMessage::JointStates(decode(data)?),

@@ -5,14 +5,14 @@ use std::path::Path;
 
 use omni_config::{Scenario, shortened};
 use omni_core::BodyTwist;
-use omni_sim::{LOGGED_SIGNALS, WheelSignal};
+use omni_sim::{LOGGED_SIGNALS, Sensed, WheelSignal};
 
 use crate::base_pose::{BasePose, unknown_covariance};
 use crate::logged_run::check_names;
 use crate::message_rates::Pace;
-use crate::messages::{Sink, quaternion, twist};
+use crate::messages::Sink;
 use crate::ros2::{
-    ControllerSignals, Header, JointState, Odometry, Point, Pose, PoseWithCovariance, StringMessage,
+    ControllerSignals, Header, JointState, Odometry, Point, Pose, PoseWithCovariance, Sensors, StringMessage,
     TwistStamped, TwistWithCovariance, VehicleState, WheelState,
 };
 use crate::run_log::{MAP, RECORDED, RUN, SCENARIO};
@@ -21,11 +21,10 @@ use crate::urdf::{BASE_LINK, ODOM_LINK, WORLD_LINK, ground_urdf, vehicle_urdf, w
 use crate::{Error, FinishedLog, LogError, LogWriter, topic};
 
 /// Columns of the whole vehicle that `/vehicle_state` has a place for.
-const STATE: [&str; 7] = [
+const STATE: [&str; 6] = [
     "asked_vx_m_s",
     "asked_vy_m_s",
     "asked_wz_rad_s",
-    "gyro_rad_s",
     "estimated_vx_m_s",
     "estimated_vy_m_s",
     "estimated_wz_rad_s",
@@ -38,8 +37,6 @@ const TRUTH: [&str; 4] = ["pose_x_m", "pose_y_m", "pose_z_m", "pose_yaw_rad"];
 const ATTITUDE: [&str; 4] = ["pose_qx", "pose_qy", "pose_qz", "pose_qw"];
 /// Where the vehicle took itself to be: x, y \[m\], heading \[rad\].
 const ODOMETRY: [&str; 3] = ["odom_x_m", "odom_y_m", "odom_yaw_rad"];
-/// The sensed angle of a hinge \[rad\], in front of its name.
-const HINGE: &str = "sensed_angle_rad_";
 
 /// What was measured on a vehicle in every control period, by the names that columns of a [`Trace`](omni_sim::Trace) have.
 #[derive(Clone, Debug)]
@@ -49,9 +46,9 @@ pub struct Recording {
     pub facts: BTreeMap<String, String>,
     /// How it was read: the attachment `map.toml`.
     pub map: String,
-    /// One number a control period each, NaN where nothing is known: `asked_*`, `gyro_rad_s`, `estimated_*` and of wheels
-    /// `reference_rad_s`, `measured_rad_s`, `applied_n_m`, `torque_n_m`. Others go to `/controller_signals`; of these `pose_*` are
-    /// on `/ground_truth/odom` too and `odom_*` on `/odom`.
+    /// One number a control period each, NaN where nothing is known: `asked_*`, `estimated_*`, of wheels `reference_rad_s`,
+    /// `measured_rad_s`, `applied_n_m`, `torque_n_m`, and what the sensors said ([`Sensed::names`]). Others go to
+    /// `/controller_signals`; of these `pose_*` are on `/ground_truth/odom` too and `odom_*` on `/odom`.
     pub columns: BTreeMap<String, Vec<f64>>,
 }
 
@@ -130,8 +127,8 @@ struct Columns<'a> {
     somebody_saw: bool,
     attitude: [Option<&'a [f64]>; ATTITUDE.len()],
     odometry: [Option<&'a [f64]>; ODOMETRY.len()],
-    /// Of each hinge in the vehicle's order.
-    hinges: Vec<Option<&'a [f64]>>,
+    /// In the order of [`Sensed::names`].
+    sensed: Vec<Option<&'a [f64]>>,
     own: Vec<(String, &'a [f64])>,
 }
 
@@ -147,7 +144,9 @@ impl<'a> Columns<'a> {
         let of = |name: &str| columns.get(name).map(Vec::as_slice);
         let wheels = &scenario.vehicle().wheel;
         let of_wheel = |wheel: &str, signal: &str| format!("wheel_{wheel}_{signal}");
+        let sensed = Sensed::names(scenario.vehicle());
         let mut known: Vec<String> = STATE.map(String::from).into();
+        known.extend(sensed.iter().cloned());
         for wheel in wheels {
             known.extend(WHEEL.map(|signal| of_wheel(&wheel.name, signal)));
         }
@@ -176,12 +175,7 @@ impl<'a> Columns<'a> {
             somebody_saw: of(TRUTH[0]).is_some_and(|column| column.iter().any(|x| x.is_finite())),
             attitude: ATTITUDE.map(of),
             odometry: ODOMETRY.map(of),
-            hinges: scenario
-                .vehicle()
-                .hinge
-                .iter()
-                .map(|hinge| of(&format!("{HINGE}{}", hinge.name)))
-                .collect(),
+            sensed: sensed.iter().map(|name| of(name)).collect(),
             own,
         })
     }
@@ -196,7 +190,8 @@ impl<'a> Columns<'a> {
         ]
         .map(Pace::hz);
         let mut angles_rad = vec![0.0; self.wheels.len()];
-        let mut hinges_rad = vec![0.0; self.hinges.len()];
+        let mut hinges_rad = vec![0.0; scenario.vehicle().hinge.len()];
+        let mut sensed = Sensed::at_rest(scenario.vehicle());
         for row in 0..self.rows {
             let time = (row as u64 + 1) * scenario.control.period_us * 1000;
             let state = self.vehicle_state(row, time, scenario);
@@ -207,13 +202,18 @@ impl<'a> Columns<'a> {
                     *angle += measured_rad_s * scenario.period_s();
                 }
             }
-            for (angle, column) in hinges_rad.iter_mut().zip(&self.hinges) {
-                let sensed = at(*column, row);
+            let values: Vec<_> = self.sensed.iter().map(|column| at(*column, row)).collect();
+            sensed.set_values(&values);
+            for (read, wheel) in sensed.wheels_rad_s.iter_mut().zip(&state.wheels) {
+                *read = wheel.signal("measured_rad_s");
+            }
+            for (angle, sensed) in hinges_rad.iter_mut().zip(&sensed.hinges_rad) {
                 if sensed.is_finite() {
-                    *angle = sensed;
+                    *angle = *sensed;
                 }
             }
             log.send(topic::VEHICLE_STATE, time, &state)?;
+            log.send(topic::SENSORS, time, &Sensors::new(time, &sensed))?;
             if !self.own.is_empty() {
                 log.send(topic::CONTROLLER_SIGNALS, time, &self.own_signals(row, time))?;
             }
@@ -258,16 +258,15 @@ impl<'a> Columns<'a> {
     }
 
     fn vehicle_state(&self, row: usize, time: u64, scenario: &Scenario) -> VehicleState {
-        let [vx, vy, wz, gyro_rad_s, e_vx, e_vy, e_wz] = self.state.map(|column| at(column, row));
+        let [vx, vy, wz, e_vx, e_vy, e_wz] = self.state.map(|column| at(column, row));
         let unknown = f64::NAN;
         let wheels = scenario.vehicle().wheel.iter().zip(&self.wheels);
         VehicleState {
             header: Header::new(time, BASE_LINK),
             policy: RECORDED.1.into(),
-            asked_twist: twist(&BodyTwist::from_array([vx, vy, wz])),
-            gyro_rad_s,
+            asked_twist: BodyTwist::from_array([vx, vy, wz]).into(),
             common_factor: unknown,
-            estimated_twist: twist(&BodyTwist::from_array([e_vx, e_vy, e_wz])),
+            estimated_twist: BodyTwist::from_array([e_vx, e_vy, e_wz]).into(),
             wheels: wheels
                 .map(|(wheel, columns)| WheelState {
                     name: wheel.name.clone(),
@@ -327,7 +326,7 @@ fn known<const N: usize>(values: [f64; N]) -> Option<[f64; N]> {
 
 /// A pose whose twist was not measured.
 fn placed(time: u64, frame: &str, ([x, y, z], turn): BasePose) -> Odometry {
-    let orientation = quaternion(turn);
+    let orientation = turn.into();
     let unknown = BodyTwist::from_array([f64::NAN; 3]);
     Odometry {
         header: Header::new(time, frame),
@@ -340,7 +339,7 @@ fn placed(time: u64, frame: &str, ([x, y, z], turn): BasePose) -> Odometry {
             covariance: unknown_covariance(),
         },
         twist: TwistWithCovariance {
-            twist: twist(&unknown),
+            twist: unknown.into(),
             covariance: unknown_covariance(),
         },
     }

@@ -157,4 +157,14 @@ fn replay_feeds_the_controller_and_compares_torques_where_the_log_has_them() {
     assert_eq!((wheel_1.compared, wheel_2.compared), (0, 150));
     assert_eq!((wheel_2.logged_rms_n_m, wheel_2.replayed_rms_n_m), (0.5, 0.0));
     assert_eq!((wheel_2.largest_n_m, wheel_2.largest_at_ns), (0.5, 51_000_000));
+    // Traction control needs what nobody measured.
+    let traction = omni_config::Override::new("control.policy", "traction");
+    let said = replay(&path, &[traction]).expect_err("refused").to_string();
+    assert!(
+        said.ends_with(
+            "no readings of hinges and inertial measurement unit, but traction needs them, allowed: a recording with both, \
+             or a policy of wheel speed loops"
+        ),
+        "{said}"
+    );
 }

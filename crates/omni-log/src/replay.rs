@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use omni_config::Override;
+use omni_config::{Override, Sensors};
 use omni_core::BodyTwist;
 use omni_sim::controller::{AnyController, ControlSample};
 use omni_sim::{ControlLoop, Sensed, WheelSignal};
 
 use crate::ros2::{Twist, VehicleState};
-use crate::{Error, LogError, LogFile, LogMessage, read_log};
+use crate::{Error, LogError, LogFile, LogMessage, read_log, topic};
 
 /// Where the controller of today says something else than the log.
 #[derive(Clone, Debug, PartialEq)]
@@ -73,106 +73,106 @@ pub struct Replay {
 /// what the controller would have commanded. Of a [`Recording`](crate::Recording) only torques are compared, where it has them.
 ///
 /// # Errors
-/// As [`read_log`]; [`LogError::Lacks`] where the log has no `/vehicle_state` every control period, or its controller was one of
-/// somebody's own; as [`AnyController::new`].
+/// As [`read_log`]; [`LogError::Lacks`] where the log has not both `/vehicle_state` and `/sensors` every control period, or its
+/// controller was one of somebody's own; as [`AnyController::new`].
 pub fn replay(path: impl AsRef<Path>, overrides: &[Override]) -> Result<Replay, Error> {
     let path = path.as_ref();
-    let (mut states, mut signals) = (Vec::new(), Vec::new());
+    let lacks = |what: String| LogError::Lacks {
+        path: path.to_path_buf(),
+        what,
+    };
+    let damaged = |reason: String| LogError::Damaged {
+        path: path.to_path_buf(),
+        reason,
+    };
+    let (mut states, mut sensors) = (Vec::new(), Vec::new());
     let file = read_log(path, |time_ns, message| {
         match message {
             LogMessage::VehicleState(state) => states.push((time_ns, state)),
-            LogMessage::ControllerSignals(message) => signals.push((time_ns, message)),
+            LogMessage::Sensors(read) => sensors.push((time_ns, read)),
             _ => {}
         }
         Ok(())
     })?;
     if file.own_controller {
         let policy = file.run.get("policy").map_or("a custom one", String::as_str);
-        let what = format!(
+        return Err(lacks(format!(
             "its controller, {}, is not in the log, allowed: logs of omnistep's own controllers",
             omni_config::shortened(policy)
-        );
-        return Err(LogError::Lacks {
-            path: path.to_path_buf(),
-            what,
-        }
+        ))
         .into());
     }
     let period_ns = file.scenario.control.period_us * 1000;
-    let missing = (1..)
-        .map(|k| k * period_ns)
-        .zip(states.iter().map(|(time_ns, _)| Some(*time_ns)).chain([None]))
-        .find(|(expected, time_ns)| *time_ns != Some(*expected))
-        .map_or(0, |(expected, _)| expected);
-    // The first period that is missing is the one after the last message of all, and there is one before it.
-    if missing <= file.until_ns || states.is_empty() {
-        let what = format!(
-            "no /vehicle_state at t = {} s, but replay needs one every control period: record the run without log.vehicle_state_hz",
-            missing as f64 / 1e9
-        );
-        return Err(LogError::Lacks {
-            path: path.to_path_buf(),
-            what,
-        }
+    let mut until_ns = file.until_ns;
+    if !file.complete && states.len() == sensors.len() + 1 {
+        // Of a run that was killed the last message may be missing.
+        states.pop();
+        until_ns = until_ns.saturating_sub(period_ns);
+    }
+    if sensors.is_empty() && !states.is_empty() {
+        let topic = topic::SENSORS;
+        return Err(lacks(format!(
+            "no {topic}, which has what the controller read, allowed: a log of this version"
+        ))
         .into());
+    }
+    for (topic, times_ns) in [
+        (
+            topic::VEHICLE_STATE,
+            states.iter().map(|(time_ns, _)| *time_ns).collect(),
+        ),
+        (
+            topic::SENSORS,
+            sensors.iter().map(|(time_ns, _)| *time_ns).collect(),
+        ),
+    ] {
+        if let Some(missing_ns) = first_missing(times_ns, period_ns, until_ns) {
+            return Err(lacks(format!(
+                "no {topic} at t = {} s, but replay needs one every control period: record the run without log.vehicle_state_hz",
+                missing_ns as f64 / 1e9
+            ))
+            .into());
+        }
     }
     let scenario = file.scenario.with(&path.display().to_string(), overrides)?;
     let mut control = ControlLoop::new(&scenario, AnyController::new(&scenario)?);
     let mut sample = ControlSample::default();
-    let mut measured = Vec::new();
-    let mut sensed = Sensed::at_rest(scenario.vehicle());
+    let sensed: Result<Vec<_>, _> = sensors
+        .iter()
+        .map(|(_, read)| read.sensed(scenario.vehicle()))
+        .collect();
+    let sensed = sensed.map_err(damaged)?;
+    if file.recorded && scenario.has_traction() && !knows_the_body(&sensed, &scenario.sensors) {
+        return Err(lacks(format!(
+            "no readings of hinges and inertial measurement unit, but {} needs them, allowed: a recording with both, or a \
+             policy of wheel speed loops",
+            scenario.control.law()
+        ))
+        .into());
+    }
     let (mut differing, mut first) = (0, None);
     let (mut without_command, mut without_measurement) = (0, 0);
     let mut asked = BodyTwist::ZERO;
     let names = scenario.vehicle().wheel.iter().map(|wheel| wheel.name.clone());
     let mut wheels: Vec<_> = names.map(Sums::new).collect();
-    for (period, (time_ns, state)) in states.iter().enumerate() {
+    for (period, ((time_ns, state), sensed)) in states.iter().zip(&sensed).enumerate() {
         if state.wheels.len() != wheels.len() {
-            return Err(LogError::Damaged {
-                path: path.to_path_buf(),
-                reason: format!(
-                    "{} wheels in /vehicle_state, {} in the scenario",
-                    state.wheels.len(),
-                    wheels.len()
-                ),
-            }
+            return Err(damaged(format!(
+                "{} wheels in /vehicle_state, {} in the scenario",
+                state.wheels.len(),
+                wheels.len()
+            ))
             .into());
         }
-        measured.clear();
-        measured.extend(state.wheels.iter().map(|wheel| wheel.signal("measured_rad_s")));
-        sensed.wheels_rad_s.clone_from(&measured);
-        sensed.gyro_rad_s = state.gyro_rad_s;
-        if scenario.has_traction() {
-            let found = signals.get(period).filter(|(at_ns, _)| at_ns == time_ns);
-            if !found
-                .is_some_and(|(_, found)| sensed.take_signals(scenario.vehicle(), &found.name, &found.value))
-            {
-                let what = format!(
-                    "no readings of hinges and inertial measurement unit at t = {} s, but {} needs them, \
-                     allowed: a log of steady or reach, or a policy of wheel speed loops",
-                    *time_ns as f64 / 1e9,
-                    scenario.control.law()
-                );
-                return Err(LogError::Lacks {
-                    path: path.to_path_buf(),
-                    what,
-                }
-                .into());
-            }
-        }
         if file.recorded {
-            if scenario.heading_hold.is_some() && state.gyro_rad_s.is_nan() {
-                let what = format!(
+            if scenario.heading_hold.is_some() && sensed.gyro_rad_s.is_nan() {
+                return Err(lacks(format!(
                     "no gyro reading at t = {} s, but control.heading_hold needs one, allowed: a log with gyro readings throughout, or no heading hold",
                     *time_ns as f64 / 1e9
-                );
-                return Err(LogError::Lacks {
-                    path: path.to_path_buf(),
-                    what,
-                }
+                ))
                 .into());
             }
-            without_measurement += u64::from(measured.iter().any(|measured| measured.is_nan()));
+            without_measurement += u64::from(sensed.wheels_rad_s.iter().any(|measured| measured.is_nan()));
         }
         let commanded = planar(&state.asked_twist);
         // A recording may not know; the controller gets its last command.
@@ -181,7 +181,7 @@ pub fn replay(path: impl AsRef<Path>, overrides: &[Override]) -> Result<Replay, 
         } else {
             asked = commanded;
         }
-        control.step(&asked, &sensed, &mut sample)?;
+        control.step(&asked, sensed, &mut sample)?;
         let differs = if file.recorded {
             None
         } else {
@@ -219,6 +219,32 @@ pub fn replay(path: impl AsRef<Path>, overrides: &[Override]) -> Result<Replay, 
         wheels: wheels.into_iter().map(Sums::finish).collect(),
         file,
     })
+}
+
+/// The end of the first control period without a message, if there is one before the log's end \[ns\].
+fn first_missing(times_ns: Vec<u64>, period_ns: u64, until_ns: u64) -> Option<u64> {
+    let mut found = times_ns.into_iter();
+    let missing = (1..)
+        .map(|k| k * period_ns)
+        .find(|expected| found.next() != Some(*expected))?;
+    // The first period that is missing is the one after the last message of all, and there is one before it.
+    (missing <= until_ns.max(period_ns)).then_some(missing)
+}
+
+/// Has every sensor that traction control reads, and that the scenario has, a reading at some time?
+fn knows_the_body(sensed: &[Sensed], sensors: &Sensors) -> bool {
+    let some = |value: &dyn Fn(&Sensed) -> f64| sensed.iter().any(|sensed| value(sensed).is_finite());
+    let hinges = sensed.first().map_or(0, |first| first.hinges_rad.len());
+    let imu: [fn(&Sensed) -> f64; 5] = [
+        |s| s.imu.rate_rad_s[0],
+        |s| s.imu.rate_rad_s[1],
+        |s| s.imu.rate_rad_s[2],
+        |s| s.imu.roll_rad,
+        |s| s.imu.pitch_rad,
+    ];
+    (sensors.no_imu || imu.iter().all(|value| some(value)))
+        && (sensors.no_hinge_encoders
+            || (0..hinges).all(|i| some(&|s| s.hinges_rad[i]) && some(&|s| s.hinges_rad_s[i])))
 }
 
 fn planar(twist: &Twist) -> BodyTwist<f64> {

@@ -3,11 +3,18 @@
 //! Lengths are in metres, angles in radians, times in nanoseconds of simulated time. x is forward, y is left,
 //! z is up, counter-clockwise is positive.
 
+mod geometry;
 mod inertial;
+mod sensors;
 
 use byteorder::LittleEndian;
+pub use geometry::{
+    Header, Point, Pose, PoseWithCovariance, Quaternion, Time, Transform, TransformStamped, Twist,
+    TwistStamped, TwistWithCovariance, Vector3,
+};
 pub use inertial::{Clock, Imu};
 use omni_sim::{LOGGED_SIGNALS, WheelSignal};
+pub use sensors::Sensors;
 use serde::{Deserialize, Serialize};
 
 /// Encapsulation header of little-endian plain CDR; alignment counts from behind it.
@@ -81,161 +88,11 @@ ros_messages! {
     Odometry => "nav_msgs/msg/Odometry", "Odometry.msg";
     StringMessage => "std_msgs/msg/String", "String.msg";
     MarkerArray => "visualization_msgs/msg/MarkerArray", "MarkerArray.msg";
-    VehicleState => "omni_msgs/msg/VehicleState", "VehicleState.msg";
-    ControllerSignals => "omni_msgs/msg/ControllerSignals", "ControllerSignals.msg";
+    VehicleState => "omnistep_msgs/msg/VehicleState", "VehicleState.msg";
+    Sensors => "omnistep_msgs/msg/Sensors", "Sensors.msg";
+    ControllerSignals => "omnistep_msgs/msg/ControllerSignals", "ControllerSignals.msg";
     Clock => "rosgraph_msgs/msg/Clock", "Clock.msg";
     Imu => "sensor_msgs/msg/Imu", "Imu.msg";
-}
-
-/// `builtin_interfaces/msg/Time`: simulated time since the start of the run.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Time {
-    /// Whole seconds \[s\].
-    pub sec: i32,
-    /// Nanoseconds behind the second \[ns\], below 1e9.
-    pub nanosec: u32,
-}
-
-impl Time {
-    /// The time `time_ns` \[ns\] after the start; held at the last second of an `i32` (68 years) beyond it.
-    #[must_use]
-    pub fn from_ns(time_ns: u64) -> Self {
-        let nanosec = (time_ns % 1_000_000_000) as u32; // below 1e9, so nothing is cut off
-        Self {
-            sec: i32::try_from(time_ns / 1_000_000_000).unwrap_or(i32::MAX),
-            nanosec,
-        }
-    }
-}
-
-/// `std_msgs/msg/Header`: when and in which frame.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Header {
-    /// Simulated time of the content.
-    pub stamp: Time,
-    /// Frame the content is expressed in.
-    pub frame_id: String,
-}
-
-impl Header {
-    /// The header of something at `time_ns` \[ns\] of simulated time, expressed in `frame_id`.
-    pub fn new(time_ns: u64, frame_id: impl Into<String>) -> Self {
-        Self {
-            stamp: Time::from_ns(time_ns),
-            frame_id: frame_id.into(),
-        }
-    }
-}
-
-/// `geometry_msgs/msg/Vector3`: a free vector, in the unit of its owner.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Vector3 {
-    /// Along x (forward is +).
-    pub x: f64,
-    /// Along y (left is +).
-    pub y: f64,
-    /// Along z (up is +).
-    pub z: f64,
-}
-
-/// `geometry_msgs/msg/Quaternion`: a rotation of unit norm; the default is no rotation.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Quaternion {
-    /// Axis along x times the sine of half the angle.
-    pub x: f64,
-    /// Axis along y times the sine of half the angle.
-    pub y: f64,
-    /// Axis along z times the sine of half the angle.
-    pub z: f64,
-    /// Cosine of half the angle.
-    pub w: f64,
-}
-
-impl Default for Quaternion {
-    fn default() -> Self {
-        Self {
-            x: 0.0,
-            y: 0.0,
-            z: 0.0,
-            w: 1.0,
-        }
-    }
-}
-
-/// `geometry_msgs/msg/Point`: a place \[m\].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Point {
-    /// Along x \[m\] (forward is +).
-    pub x: f64,
-    /// Along y \[m\] (left is +).
-    pub y: f64,
-    /// Along z \[m\] (up is +).
-    pub z: f64,
-}
-
-/// `geometry_msgs/msg/Pose`: place and attitude of a body in the frame of the header.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Pose {
-    /// Origin of the body \[m\].
-    pub position: Point,
-    /// Rotation from the body's frame to the header's.
-    pub orientation: Quaternion,
-}
-
-/// `geometry_msgs/msg/Twist`: linear and angular velocity.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Twist {
-    /// Linear velocity \[m/s\].
-    pub linear: Vector3,
-    /// Angular velocity \[rad/s\] (counter-clockwise is +).
-    pub angular: Vector3,
-}
-
-/// `geometry_msgs/msg/TwistStamped`: a twist with its time and frame.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct TwistStamped {
-    /// Time, and the frame of the twist.
-    pub header: Header,
-    /// The twist.
-    pub twist: Twist,
-}
-
-/// `geometry_msgs/msg/Transform`: maps points of the child frame to the parent frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Transform {
-    /// Origin of the child in the parent \[m\].
-    pub translation: Vector3,
-    /// Rotation from child to parent.
-    pub rotation: Quaternion,
-}
-
-/// `geometry_msgs/msg/TransformStamped`: a transform between two named frames.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct TransformStamped {
-    /// Time, and the parent frame.
-    pub header: Header,
-    /// The child frame.
-    pub child_frame_id: String,
-    /// Child to parent.
-    pub transform: Transform,
-}
-
-/// `geometry_msgs/msg/PoseWithCovariance`: a pose and how well it is known.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct PoseWithCovariance {
-    /// The pose.
-    pub pose: Pose,
-    /// Covariance, rows and columns x, y, z \[m\], then about x, y, z \[rad\]; 0 is unknown.
-    pub covariance: [[f64; 6]; 6],
-}
-
-/// `geometry_msgs/msg/TwistWithCovariance`: a twist and how well it is known.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct TwistWithCovariance {
-    /// The twist.
-    pub twist: Twist,
-    /// Covariance, rows and columns x, y, z \[m/s\], then about x, y, z \[rad/s\]; 0 is unknown.
-    pub covariance: [[f64; 6]; 6],
 }
 
 /// `tf2_msgs/msg/TFMessage`: transforms of one moment.
@@ -345,7 +202,7 @@ pub struct MarkerArray {
     pub markers: Vec<Marker>,
 }
 
-/// `omni_msgs/msg/WheelState`: one wheel and its controller, a `float64` for each signal of
+/// `omnistep_msgs/msg/WheelState`: one wheel and its controller, a `float64` for each signal of
 /// [`WheelSignal::logged`](omni_sim::WheelSignal::logged).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
@@ -367,7 +224,7 @@ impl WheelState {
     }
 }
 
-/// `omni_msgs/msg/VehicleState`: what the controller saw and did in one control period.
+/// `omnistep_msgs/msg/VehicleState`: what was asked of the controller and what it did in one control period.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct VehicleState {
@@ -377,8 +234,6 @@ pub struct VehicleState {
     pub policy: String,
     /// Twist that was asked for, in the body frame \[m/s, rad/s\], before heading hold and limits.
     pub asked_twist: Twist,
-    /// Yaw rate by the gyro \[rad/s\].
-    pub gyro_rad_s: f64,
     /// Common factor put on all wheels \[1\], 0 to 1; 1 where no wheel holds the others back.
     pub common_factor: f64,
     /// Twist by odometry in the body frame \[m/s, rad/s\].
@@ -387,7 +242,7 @@ pub struct VehicleState {
     pub wheels: Vec<WheelState>,
 }
 
-/// `omni_msgs/msg/ControllerSignals`: signals that only this run's controller has, in one control period.
+/// `omnistep_msgs/msg/ControllerSignals`: signals that only this run's controller has, in one control period.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct ControllerSignals {

@@ -3,6 +3,7 @@
 //! Parameters, the order of wheels and the sense of their turning are those of ros2_controllers 4.42 (Jazzy), 5.17 (Kilted) and 6.9
 //! (Rolling). Nothing is written that would drive the vehicle otherwise than its own kinematics do.
 
+mod comparison;
 mod mecanum;
 mod omni;
 
@@ -11,11 +12,10 @@ use std::fmt::Write;
 use omni_config::{Error, Limits, Vehicle};
 
 use crate::urdf::{BASE_LINK, ODOM_LINK, wheel_link};
+use comparison::{PART, refused};
 use mecanum::Mecanum;
 use omni::Omni;
 
-/// How far a wheel may be from where a controller has it, as a part of what is compared: what is left of files of three or four digits.
-const PART: f64 = 1e-3;
 /// How often the controllers run and the plant sends its joints \[Hz\].
 const UPDATE_HZ: u32 = 100;
 /// Age at which a command is dropped \[s\]; the plant's own is the same.
@@ -60,45 +60,6 @@ pub fn ros2_controllers(vehicle: &Vehicle) -> Result<String, Error> {
 
 /// What the two controllers drive.
 const KINDS: &str = "either omni wheels evenly spaced on a circle (omni_wheel_drive_controller) or four mecanum wheels (mecanum_drive_controller)";
-
-fn refused(vehicle: &Vehicle, wheel: usize, key: &str, value: &str, allowed: &str) -> Error {
-    Error::Key {
-        file: format!("vehicle {}", vehicle.name),
-        key: format!("wheel[{wheel}].{key}"),
-        message: format!("{value}, allowed: {allowed}"),
-    }
-}
-
-/// A wheel's radius, which each of the controllers has once for all.
-fn common_radius_m(vehicle: &Vehicle) -> Result<f64, Error> {
-    let radius_m = vehicle.wheel[0].radius_m;
-    let other = |wheel: &omni_config::WheelSpec| (wheel.radius_m - radius_m).abs() > PART * radius_m;
-    match vehicle.wheel.iter().position(other) {
-        None => Ok(radius_m),
-        Some(i) => {
-            let found = vehicle.wheel[i].radius_m.to_string();
-            let allowed =
-                format!("{radius_m}, that of wheel[0]: the controllers use one radius for all wheels");
-            Err(refused(vehicle, i, "radius_m", &found, &allowed))
-        }
-    }
-}
-
-/// A direction with length 1.
-fn unit([x, y]: [f64; 2]) -> [f64; 2] {
-    let length = x.hypot(y);
-    [x / length, y / length]
-}
-
-fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
-    (a[0] - b[0]).hypot(a[1] - b[1])
-}
-
-/// A vector as files have it, to six digits.
-fn shown(vector: [f64; 2]) -> String {
-    let [x, y] = vector.map(|part| (part * 1e6).round() / 1e6 + 0.0);
-    format!("[{x}, {y}]")
-}
 
 /// A number that ROS takes for a double: with a point, without an exponent.
 fn double(value: f64) -> String {

@@ -168,7 +168,7 @@ pub(crate) fn scene(scenario: &Scenario) -> Scene<'_> {
         Block {
             frame: of_body(&body.name),
             at_m: [0, 1, 2].map(|k| (body.com_m[k] - origin[k]) as f32),
-            edges_m: body.box_m.map(|edge| edge as f32),
+            edges_m: body.inertia_box_m.map(|edge| edge as f32),
         }
     });
     let wheels = vehicle.wheel.iter().enumerate().map(|(k, wheel)| {

@@ -5,7 +5,6 @@ use omni_config::{Vehicle, WheelSpec};
 #[cfg(feature = "ros2")]
 use crate::base_pose::chained;
 use crate::base_pose::{BasePose, inverse};
-use crate::messages::{quaternion, vector};
 use crate::ros2::{Header, TfMessage, Transform, TransformStamped};
 use crate::rotation::about;
 #[cfg(feature = "ros2")]
@@ -49,8 +48,8 @@ pub(crate) fn transforms(
         header: Header::new(time_ns, parent),
         child_frame_id: child.to_owned(),
         transform: Transform {
-            translation: vector(at),
-            rotation: quaternion(turn),
+            translation: at.into(),
+            rotation: turn.into(),
         },
     };
     // A link's frame is at the joint that carries it.

@@ -27,7 +27,7 @@ fn five_minutes_more_of_a_logged_run_add_less_than_a_mebibyte() {
     // As many messages as at the default rates: VehicleState at 1 kHz, the rest at 50 Hz. Coarse physics, to be quick.
     let keys = [
         "duration_s=360",
-        "physics.step_us=1000",
+        "physics.timestep_s=0.001",
         "physics.solver_iterations=1",
         "command.vx_m_s=0.01",
         "control.policy=independent",

@@ -26,16 +26,16 @@ use crate::scenario::{Scenario, ScenarioArg, load, warn_of};
 ///     overrides: keys to replace, as in :func:`omnistep.run`; ``{"control.precision": "f32"}`` gives firmware's bits.
 ///
 /// Raises:
-///     ConfigError: a name, key or value is wrong, or the policy is ``steady`` or ``reach``, which read hinges and an
-///         inertial unit too: step them in a :class:`Simulation`.
+///     ConfigError: a name, key or value is wrong, or the policy is ``traction`` or ``traction_runup``, which read
+///         hinges and an inertial unit too: step them in a :class:`Simulation`.
 ///
 /// Warns:
 ///     UserWarning: one encoder count reads as a velocity of which the gains make more torque than the motor has.
 ///
 /// Example:
 ///     >>> import omnistep
-///     >>> controller = omnistep.Controller("step", policy="synchronised")
-///     >>> trace = omnistep.run("step", policy="synchronised", overrides={"duration_s": 0.2})
+///     >>> controller = omnistep.Controller("step", policy="scale_references")
+///     >>> trace = omnistep.run("step", policy="scale_references", overrides={"duration_s": 0.2})
 ///     >>> commands = list(zip(*(trace[f"command_{axis}"] for axis in ("vx_m_s", "vy_m_s", "wz_rad_s"))))
 ///     >>> again = controller.step(commands, trace.wheels("measured_rad_s"))
 ///     >>> bool((again.applied_n_m == trace.wheels("applied_n_m")).all())

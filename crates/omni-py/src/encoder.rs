@@ -1,6 +1,6 @@
 //! Encoders over arrays: counters that wrap, velocities out of counts.
 
-use omni_core::{CounterState, VelocityConfig, VelocityMethod, VelocityState};
+use omni_core::estimate::{CounterState, VelocityConfig, VelocityMethod, VelocityState};
 use pyo3::prelude::*;
 
 use crate::arrays::{Array, Rows, array, choice, each_row, floats};
@@ -85,7 +85,7 @@ impl Beside {
 ///     ([0, 4, 4, -3], 5)
 #[pyclass(module = "omnistep")]
 pub(crate) struct EncoderCounter {
-    inner: omni_core::EncoderCounter<f64>,
+    inner: omni_core::estimate::EncoderCounter<f64>,
     beside: Beside,
     states: Vec<CounterState>,
 }
@@ -95,7 +95,7 @@ impl EncoderCounter {
     #[new]
     #[pyo3(signature = (*, counts_per_turn, bits, wheels = None))]
     fn new(counts_per_turn: f64, bits: u32, wheels: Option<usize>) -> PyResult<Self> {
-        let inner = omni_core::EncoderCounter::new(counts_per_turn, bits)
+        let inner = omni_core::estimate::EncoderCounter::new(counts_per_turn, bits)
             .map_err(|error| of_core(error.parameter, &error))?;
         let beside = Beside::new(wheels)?;
         Ok(Self {
@@ -194,7 +194,7 @@ impl EncoderCounter {
 ///     [4.363, 4.363, 4.363, 4.363]
 #[pyclass(module = "omnistep")]
 pub(crate) struct VelocityEstimator {
-    inner: omni_core::VelocityEstimator<f64>,
+    inner: omni_core::estimate::VelocityEstimator<f64>,
     config: VelocityConfig<f64>,
     beside: Beside,
     states: Vec<VelocityState<f64>>,
@@ -248,8 +248,8 @@ impl VelocityEstimator {
             count_rad,
             period_s,
         };
-        let inner =
-            omni_core::VelocityEstimator::new(config).map_err(|error| of_core(error.parameter, &error))?;
+        let inner = omni_core::estimate::VelocityEstimator::new(config)
+            .map_err(|error| of_core(error.parameter, &error))?;
         let beside = Beside::new(wheels)?;
         Ok(Self {
             inner,

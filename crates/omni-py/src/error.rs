@@ -19,8 +19,8 @@ fn build(py: Python<'_>, error: &Error) -> PyResult<PyErr> {
         Error::Simulation(error) | Error::Study(OfStudy::Simulation(error)) => of_simulation(error),
         Error::Log(omni_log::Error::Simulation(error)) => of_simulation(error),
         Error::Log(omni_log::Error::Log(error)) => ("LogError", None, error.path().to_str()),
-        Error::Bound(omni_bound::Error::Argument { name, .. }) => ("ConfigError", Some(*name), None),
-        Error::Bound(omni_bound::Error::Vehicle { .. }) => ("ConfigError", Some("vehicle"), None),
+        Error::ClimbLimits(omni_bound::Error::Argument { name, .. }) => ("ConfigError", Some(*name), None),
+        Error::ClimbLimits(omni_bound::Error::Vehicle { .. }) => ("ConfigError", Some("vehicle"), None),
         // The folder of results is an argument of that name.
         Error::Study(OfStudy::Study { folder, .. }) => ("ConfigError", Some("out"), folder.to_str()),
         Error::Study(OfStudy::Io { path, .. }) => ("StudyError", None, path.to_str()),

@@ -1,8 +1,8 @@
 //! The estimator of any wheel count, over rows of numbers.
 
-use omni_core::{
-    EstimatorConfig, EstimatorInput, EstimatorState, PlanarPose, PoseCovariance, WheelVelocities,
-};
+use omni_core::WheelVelocities;
+use omni_core::estimate::{EstimatorConfig, EstimatorInput, EstimatorState, PoseCovariance};
+use omni_core::geometry::PlanarPose;
 use pyo3::prelude::*;
 
 use crate::error::of_core;
@@ -35,7 +35,7 @@ pub(crate) trait Estimate: Send + Sync {
 }
 
 struct Filter<const N: usize> {
-    estimator: omni_core::Estimator<f64, N>,
+    estimator: omni_core::estimate::Estimator<f64, N>,
     state: EstimatorState<f64, N>,
 }
 
@@ -44,8 +44,8 @@ pub(crate) fn estimate<const N: usize>(
     kinematics: &omni_core::Kinematics<f64, N>,
     config: EstimatorConfig<f64>,
 ) -> PyResult<Box<dyn Estimate>> {
-    let estimator =
-        omni_core::Estimator::new(config, kinematics).map_err(|error| of_core(error.parameter, &error))?;
+    let estimator = omni_core::estimate::Estimator::new(config, kinematics)
+        .map_err(|error| of_core(error.parameter, &error))?;
     let state = estimator.start();
     Ok(Box::new(Filter { estimator, state }))
 }

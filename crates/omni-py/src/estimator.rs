@@ -1,6 +1,6 @@
 //! The estimator over arrays.
 
-use omni_core::EstimatorConfig;
+use omni_core::estimate::EstimatorConfig;
 use pyo3::prelude::*;
 
 use crate::arrays::{Array, Rows, STEPS_PER_LOOK, array, as_many_or_one, fixed, flags, floats};

@@ -1,7 +1,8 @@
 //! Following a trajectory, over arrays.
 
 use numpy::PyArrayDyn;
-use omni_core::{FollowerConfig, PlanarPose};
+use omni_core::geometry::PlanarPose;
+use omni_core::path::FollowerConfig;
 use pyo3::prelude::*;
 
 use crate::arrays::{Rows, array, each_row, together};
@@ -32,11 +33,11 @@ use crate::trajectory::TrajectorySample;
 ///     [0.0, -0.1, 0.0]
 #[pyclass(frozen, module = "omnistep")]
 pub(crate) struct HolonomicFollower {
-    inner: omni_core::HolonomicFollower<f64>,
+    inner: omni_core::path::HolonomicFollower<f64>,
 }
 
 impl HolonomicFollower {
-    pub(crate) fn of(inner: omni_core::HolonomicFollower<f64>) -> Self {
+    pub(crate) fn of(inner: omni_core::path::HolonomicFollower<f64>) -> Self {
         Self { inner }
     }
 }
@@ -46,7 +47,7 @@ impl HolonomicFollower {
     #[new]
     #[pyo3(signature = (*, gain_per_s, heading_gain_per_s, limit_m_s, limit_rad_s))]
     fn new(gain_per_s: f64, heading_gain_per_s: f64, limit_m_s: f64, limit_rad_s: f64) -> PyResult<Self> {
-        let inner = omni_core::HolonomicFollower::new(FollowerConfig {
+        let inner = omni_core::path::HolonomicFollower::new(FollowerConfig {
             gain_per_s,
             heading_gain_per_s,
             limit_m_s,

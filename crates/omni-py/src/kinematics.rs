@@ -1,7 +1,8 @@
 //! The linear maps of a layout over arrays of twists and of wheel velocities.
 
 use numpy::PyArrayDyn;
-use omni_core::{Desaturation, EstimatorConfig, ForwardMap};
+use omni_core::estimate::EstimatorConfig;
+use omni_core::geometry::{Desaturation, ForwardMap};
 use omni_sim::config::for_wheel_count;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};

@@ -34,7 +34,7 @@ use crate::wheel_count::{self, unusable};
 #[pyclass(frozen, eq, from_py_object, module = "omnistep")]
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) struct Wheel {
-    inner: omni_core::Wheel<f64>,
+    inner: omni_core::geometry::Wheel<f64>,
 }
 
 #[pymethods]
@@ -55,7 +55,7 @@ impl Wheel {
             Some(direction) => fixed("rolling_direction", direction, "two numbers, x and y")?,
             None => [1.0, 0.0],
         };
-        let inner = omni_core::Wheel {
+        let inner = omni_core::geometry::Wheel {
             position_m: fixed("position_m", position_m, "two numbers, x and y [m]")?,
             rolling_direction,
             roller_angle_rad,
@@ -147,7 +147,7 @@ impl Wheel {
 #[pyclass(frozen, eq, module = "omnistep")]
 #[derive(PartialEq)]
 pub(crate) struct Layout {
-    wheels: Vec<omni_core::Wheel<f64>>,
+    wheels: Vec<omni_core::geometry::Wheel<f64>>,
     condition_number: f64,
 }
 
@@ -174,7 +174,7 @@ impl Layout {
     }
 }
 
-fn of_wheels<const N: usize>(wheels: &[omni_core::Wheel<f64>]) -> PyResult<WheelLayout<f64, N>> {
+fn of_wheels<const N: usize>(wheels: &[omni_core::geometry::Wheel<f64>]) -> PyResult<WheelLayout<f64, N>> {
     let wheels = wheels.try_into().map_err(|_| unusable(wheels.len()))?;
     WheelLayout::new(wheels).map_err(|error| {
         let key = match error.index {
@@ -185,7 +185,7 @@ fn of_wheels<const N: usize>(wheels: &[omni_core::Wheel<f64>]) -> PyResult<Wheel
     })
 }
 
-fn checked_wheels<const N: usize>(wheels: &[omni_core::Wheel<f64>]) -> PyResult<Layout> {
+fn checked_wheels<const N: usize>(wheels: &[omni_core::geometry::Wheel<f64>]) -> PyResult<Layout> {
     Layout::checked::<N>(&of_wheels(wheels)?).map_err(|error| of_core("wheels", &error))
 }
 
@@ -193,7 +193,7 @@ fn checked_wheels<const N: usize>(wheels: &[omni_core::Wheel<f64>]) -> PyResult<
 ///
 /// Example:
 ///     >>> import omnistep
-///     >>> omnistep.vehicles()
+///     >>> omnistep.list_vehicles()
 ///     ['chugo7', 'omni3', 'mecanum4', 'rocker_bogie6']
 fn vehicles<const N: usize>(vehicle: &Vehicle) -> PyResult<Layout> {
     preset(vehicle.layout::<f64, N>(), |same| same)

@@ -3,8 +3,8 @@
 
 mod arrays;
 mod arrow;
-mod bound;
 mod cli;
+mod climb_limits;
 mod controller;
 mod elements;
 mod encoder;
@@ -23,6 +23,7 @@ mod maps;
 mod metrics;
 mod motion;
 mod motor;
+mod motor_bench;
 mod nested;
 mod odometry;
 mod outcome;
@@ -45,15 +46,14 @@ mod vehicle;
 mod waypoint;
 mod wheel_count;
 mod wheel_rows;
-mod wheels;
 
 /// Control and simulation of omni-directional vehicles that climb steps.
 #[pyo3::pymodule]
 mod _omnistep {
     #[pymodule_export]
-    use crate::bound::{Bound, bound};
-    #[pymodule_export]
     use crate::cli::cli;
+    #[pymodule_export]
+    use crate::climb_limits::{ClimbLimits, climb_limits};
     #[pymodule_export]
     use crate::controller::{ControlSample, Controller};
     #[pymodule_export]
@@ -81,6 +81,8 @@ mod _omnistep {
     #[pymodule_export]
     use crate::motor::{DcMotor, MotorDuty, torque_duty};
     #[pymodule_export]
+    use crate::motor_bench::{MotorBenchTrace, run_motor_bench};
+    #[pymodule_export]
     use crate::odometry::Odometry;
     #[pymodule_export]
     use crate::outcome::{Outcome, figures};
@@ -95,7 +97,7 @@ mod _omnistep {
     #[pymodule_export]
     use crate::sample::Sample;
     #[pymodule_export]
-    use crate::scenario::{Scenario, policies, scenarios, vehicles};
+    use crate::scenario::{Scenario, list_policies, list_scenarios, list_vehicles};
     #[pymodule_export]
     use crate::shaping::{CommandShaper, ShapedCommands};
     #[pymodule_export]
@@ -112,8 +114,6 @@ mod _omnistep {
     use crate::vehicle::Vehicle;
     #[pymodule_export]
     use crate::waypoint::Waypoint;
-    #[pymodule_export]
-    use crate::wheels::{WheelsTrace, wheels};
 
     #[pymodule_init]
     fn init(module: &pyo3::Bound<'_, pyo3::types::PyModule>) -> pyo3::PyResult<()> {

@@ -34,7 +34,7 @@ pub(crate) struct Log {
     /// Every control period: the columns of the run's trace that its log has, and the commands before limits.
     ///
     /// These are the controller's inputs, estimates and outputs, and the torques and forces at the wheels; ``asked_*``
-    /// and ``gyro_rad_s`` are there in addition. A log does not hold, and so this trace lacks: ``command_*``,
+    /// are there in addition. A log does not hold, and so this trace lacks: ``command_*``,
     /// ``twist_*``, ``pose_*``, ``body_*``, ``hinge_*``, ``row_*``, ``force_*_n``, the energies (``*_j``) and
     /// ``newton_residual_n``; of the wheels ``residual_rad_s``, ``rim_m_s``, ``along_m_s``, ``normal_*``, ``contact_*``
     /// and their positions ``x_m``, ``y_m``, ``z_m``. Poses are in :attr:`frames`; figures that show positions take the
@@ -185,7 +185,7 @@ impl Log {
     /// Every control period: the columns of the run's trace that its log has, and the commands before limits.
     ///
     /// These are the controller's inputs, estimates and outputs, and the torques and forces at the wheels; ``asked_*``
-    /// and ``gyro_rad_s`` are there in addition. A log does not hold, and so this trace lacks: ``command_*``,
+    /// are there in addition. A log does not hold, and so this trace lacks: ``command_*``,
     /// ``twist_*``, ``pose_*``, ``body_*``, ``hinge_*``, ``row_*``, ``force_*_n``, the energies (``*_j``) and
     /// ``newton_residual_n``; of the wheels ``residual_rad_s``, ``rim_m_s``, ``along_m_s``, ``normal_*``, ``contact_*``
     /// and their positions ``x_m``, ``y_m``, ``z_m``. Poses are in :attr:`frames`; figures that show positions take the

@@ -1,6 +1,8 @@
 //! The linear maps of a layout of any wheel count, over rows of numbers.
 
-use omni_core::{BodyTwist, Desaturation, EstimatorConfig, ForwardMap, SpeedLimits, WheelVelocities};
+use omni_core::estimate::EstimatorConfig;
+use omni_core::geometry::{Desaturation, ForwardMap, SpeedLimits};
+use omni_core::{BodyTwist, WheelVelocities};
 use pyo3::prelude::*;
 
 use crate::arrays::sized;

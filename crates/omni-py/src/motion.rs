@@ -1,6 +1,7 @@
 //! Motions in the plane over arrays: commands held for a period, and where they lead.
 
-use omni_core::{BodyDisplacement, BodyTwist, PlanarPose, WorldTwist};
+use omni_core::BodyTwist;
+use omni_core::geometry::{BodyDisplacement, PlanarPose, WorldTwist};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 

@@ -1,7 +1,8 @@
 //! A DC motor over arrays: torques, duties, currents.
 
 use numpy::PyArrayDyn;
-use omni_core::{DcMotorConfig, TorqueLimit};
+use omni_core::TorqueLimit;
+use omni_core::motor::DcMotorConfig;
 use pyo3::prelude::*;
 
 use crate::arrays::{Array, array};
@@ -33,7 +34,7 @@ use crate::error::of_core;
 ///     ([0.516667, 0.5], [0.045, 0.15], [False, True])
 #[pyclass(frozen, module = "omnistep")]
 pub(crate) struct DcMotor {
-    inner: omni_core::DcMotor<f64>,
+    inner: omni_core::motor::DcMotor<f64>,
 }
 
 const TORQUE: &str = "torque_n_m";
@@ -44,7 +45,7 @@ impl DcMotor {
         &self,
         torque_n_m: &Bound<'py, PyAny>,
         velocity_rad_s: &Bound<'py, PyAny>,
-        of: impl Fn(&omni_core::DcMotor<f64>, f64, f64) -> f64,
+        of: impl Fn(&omni_core::motor::DcMotor<f64>, f64, f64) -> f64,
     ) -> PyResult<Array<'py, f64>> {
         Pairs::read((TORQUE, torque_n_m), (VELOCITY, velocity_rad_s))?
             .map(torque_n_m.py(), |torque, velocity| {
@@ -73,7 +74,8 @@ impl DcMotor {
             supply_v,
             current_limit_a,
         };
-        let inner = omni_core::DcMotor::new(config).map_err(|error| of_core(error.parameter, &error))?;
+        let inner =
+            omni_core::motor::DcMotor::new(config).map_err(|error| of_core(error.parameter, &error))?;
         Ok(Self { inner })
     }
 
@@ -120,7 +122,7 @@ impl DcMotor {
         let py = torque_n_m.py();
         let pairs = Pairs::read((TORQUE, torque_n_m), (VELOCITY, velocity_rad_s))?;
         let given = pairs.each(|torque, velocity| self.inner.duty(torque, velocity));
-        let column = |of: fn(&omni_core::MotorDuty<f64>) -> f64| -> PyResult<_> {
+        let column = |of: fn(&omni_core::motor::MotorDuty<f64>) -> f64| -> PyResult<_> {
             Ok(array(py, pairs.shape(), given.iter().map(of).collect())?.unbind())
         };
         let limited = given.iter().map(|each| each.limited).collect();
@@ -143,7 +145,7 @@ impl DcMotor {
         torque_n_m: &Bound<'py, PyAny>,
         velocity_rad_s: &Bound<'py, PyAny>,
     ) -> PyResult<Array<'py, f64>> {
-        self.map(torque_n_m, velocity_rad_s, omni_core::DcMotor::current_a)
+        self.map(torque_n_m, velocity_rad_s, omni_core::motor::DcMotor::current_a)
     }
 
     /// Voltage [V] at the terminals for a torque [N.m] at a velocity [rad/s].
@@ -157,7 +159,7 @@ impl DcMotor {
         torque_n_m: &Bound<'py, PyAny>,
         velocity_rad_s: &Bound<'py, PyAny>,
     ) -> PyResult<Array<'py, f64>> {
-        self.map(torque_n_m, velocity_rad_s, omni_core::DcMotor::voltage_v)
+        self.map(torque_n_m, velocity_rad_s, omni_core::motor::DcMotor::voltage_v)
     }
 
     /// Electrical power [W] for a torque [N.m] at a velocity [rad/s]; negative flows back into the supply.
@@ -171,7 +173,11 @@ impl DcMotor {
         torque_n_m: &Bound<'py, PyAny>,
         velocity_rad_s: &Bound<'py, PyAny>,
     ) -> PyResult<Array<'py, f64>> {
-        self.map(torque_n_m, velocity_rad_s, omni_core::DcMotor::electrical_power_w)
+        self.map(
+            torque_n_m,
+            velocity_rad_s,
+            omni_core::motor::DcMotor::electrical_power_w,
+        )
     }
 
     /// Heat of the winding [W] for a torque [N.m] at a velocity [rad/s]; never negative.
@@ -185,7 +191,7 @@ impl DcMotor {
         torque_n_m: &Bound<'py, PyAny>,
         velocity_rad_s: &Bound<'py, PyAny>,
     ) -> PyResult<Array<'py, f64>> {
-        self.map(torque_n_m, velocity_rad_s, omni_core::DcMotor::heat_w)
+        self.map(torque_n_m, velocity_rad_s, omni_core::motor::DcMotor::heat_w)
     }
 
     fn __repr__(&self) -> String {

@@ -63,7 +63,7 @@ impl Outcome {
         Ok(Self::new(inner))
     }
 
-    /// Result of the run; `driven` on flat ground, `unfinished` where `duration_s` cut it off.
+    /// Result of the run; `completed` on flat ground, `unfinished` where `duration_s` cut it off.
     ///
     /// docs/conventions.md defines each of them.
     #[getter]
@@ -195,28 +195,28 @@ impl Outcome {
         self.inner.slip_rms
     }
 
-    /// Root mean square of the disturbed ratio over driven wheels.
+    /// Root mean square of the relative speed error (the disturbed ratio) over driven wheels.
     #[getter]
-    fn disturbed_rms(&self) -> f64 {
-        self.inner.disturbed_rms
+    fn speed_error_rms(&self) -> f64 {
+        self.inner.speed_error_rms
     }
 
-    /// Root mean square of the disturbed ratio against the reference as the policy reduced it.
+    /// The same against the reference as the policy reduced it.
     #[getter]
-    fn disturbed_realised_rms(&self) -> f64 {
-        self.inner.disturbed_realised_rms
+    fn speed_error_realised_rms(&self) -> f64 {
+        self.inner.speed_error_realised_rms
     }
 
-    /// Root mean square of the spread of velocity over reference.
+    /// Standard deviation over driven wheels of velocity over reference, root mean square over time.
     #[getter]
-    fn spread_rms(&self) -> f64 {
-        self.inner.spread_rms
+    fn speed_ratio_std(&self) -> f64 {
+        self.inner.speed_ratio_std
     }
 
-    /// Spread of the slip speeds of driven wheels over their commanded speed: 0 where all roll, on an edge too.
+    /// Standard deviation over driven wheels of slip speed, over commanded speed: 0 where all roll.
     #[getter]
-    fn linkage_spread(&self) -> f64 {
-        self.inner.linkage_spread
+    fn slip_speed_std(&self) -> f64 {
+        self.inner.slip_speed_std
     }
 
     /// Root mean square of the part of the velocities that no common factor on the references explains [rad/s].
@@ -227,26 +227,8 @@ impl Outcome {
 
     /// Sum over wheels of the time integral of torque squared [N^2.m^2.s].
     #[getter]
-    fn heat_n2m2s(&self) -> f64 {
-        self.inner.heat_n2m2s
-    }
-
-    /// ``disturbed_rms`` under its name in control engineering.
-    #[getter]
-    fn relative_speed_error_rms(&self) -> f64 {
-        self.inner.disturbed_rms
-    }
-
-    /// ``spread_rms`` under the name of its quantity.
-    #[getter]
-    fn speed_ratio_spread_rms(&self) -> f64 {
-        self.inner.spread_rms
-    }
-
-    /// ``heat_n2m2s`` under its exact name: heat is proportional to it.
-    #[getter]
     fn torque_squared_n2m2s(&self) -> f64 {
-        self.inner.heat_n2m2s
+        self.inner.torque_squared_n2m2s
     }
 
     /// Work of the motors [J].
@@ -332,12 +314,12 @@ impl Outcome {
         dict.set_item("nose_down_peak_deg", self.inner.nose_down_peak_deg)?;
         dict.set_item("yaw_error_deg", self.inner.yaw_error_deg)?;
         dict.set_item("slip_rms", self.inner.slip_rms)?;
-        dict.set_item("disturbed_rms", self.inner.disturbed_rms)?;
-        dict.set_item("disturbed_realised_rms", self.inner.disturbed_realised_rms)?;
-        dict.set_item("spread_rms", self.inner.spread_rms)?;
-        dict.set_item("linkage_spread", self.inner.linkage_spread)?;
+        dict.set_item("speed_error_rms", self.inner.speed_error_rms)?;
+        dict.set_item("speed_error_realised_rms", self.inner.speed_error_realised_rms)?;
+        dict.set_item("speed_ratio_std", self.inner.speed_ratio_std)?;
+        dict.set_item("slip_speed_std", self.inner.slip_speed_std)?;
         dict.set_item("shape_error_rms_rad_s", self.inner.shape_error_rms_rad_s)?;
-        dict.set_item("heat_n2m2s", self.inner.heat_n2m2s)?;
+        dict.set_item("torque_squared_n2m2s", self.inner.torque_squared_n2m2s)?;
         dict.set_item("work_j", self.inner.work_j)?;
         dict.set_item("cost_of_transport", self.inner.cost_of_transport)?;
         dict.set_item("e_over_mgh", self.inner.e_over_mgh)?;
@@ -368,13 +350,13 @@ impl Outcome {
     fn __repr__(&self) -> String {
         let o = &self.inner;
         format!(
-            "<omnistep.Outcome: {}, pitch {:.2} deg, slip {:.3}, disturbed {:.3}, spread {:.3}, heat {:.1} N2m2s>",
+            "<omnistep.Outcome: {}, pitch {:.2} deg, slip rms {:.3}, speed error rms {:.3}, speed ratio std {:.3}, torque squared {:.1} N2m2s>",
             self.summary(),
             o.pitch_peak_deg,
             o.slip_rms,
-            o.disturbed_rms,
-            o.spread_rms,
-            o.heat_n2m2s
+            o.speed_error_rms,
+            o.speed_ratio_std,
+            o.torque_squared_n2m2s
         )
     }
 }

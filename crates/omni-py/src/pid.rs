@@ -1,7 +1,9 @@
 //! One PID loop, step by step and over arrays.
 
 use numpy::PyArrayDyn;
-use omni_core::{AntiWindup, FeedForward, IntegrationOrder, PidConfig, PidGains, PidState, TorqueRange};
+use omni_core::loops::{AntiWindup, FeedForward, IntegrationOrder, PidState};
+use omni_core::motor::TorqueRange;
+use omni_core::{PidConfig, PidGains};
 use pyo3::prelude::*;
 
 use crate::arrays::{array, choice, each_row, floats, together};
@@ -45,7 +47,7 @@ use crate::error::{of_core, refused};
 #[pyclass(module = "omnistep")]
 pub(crate) struct Pid {
     config: PidConfig<f64>,
-    inner: omni_core::Pid<f64>,
+    inner: omni_core::loops::Pid<f64>,
     state: PidState<f64>,
 }
 
@@ -151,7 +153,7 @@ impl Pid {
             upper_n_m: output_n_m.1,
         };
         let inner =
-            omni_core::Pid::new(config).map_err(|error| of_core(argument(error.parameter), &error))?;
+            omni_core::loops::Pid::new(config).map_err(|error| of_core(argument(error.parameter), &error))?;
         Ok(Self {
             config,
             inner,

@@ -1,9 +1,8 @@
 //! Planners of any wheel count.
 
-use omni_core::{
-    BodyTwist, ConfigError, Kinematics, MotionLimits, PathLimits, PathPiece, PathSegment, PlanarInertia,
-    TorqueLimit, TrajectorySample, Waypoint,
-};
+use omni_core::path::{PathLimits, PathPiece, PathSegment, PlanarInertia, TrajectorySample, Waypoint};
+use omni_core::shaping::MotionLimits;
+use omni_core::{BodyTwist, ConfigError, Kinematics, TorqueLimit};
 use pyo3::prelude::*;
 
 use crate::arrays::sized;
@@ -35,11 +34,11 @@ pub(crate) trait Plan: Send + Sync {
     fn torques(&self, samples: &[TrajectorySample<f64>]) -> Vec<f64>;
 }
 
-struct Planner<const N: usize>(omni_core::TrajectoryPlanner<f64, N>);
+struct Planner<const N: usize>(omni_core::path::TrajectoryPlanner<f64, N>);
 
 impl<const N: usize> Plan for Planner<N> {
     fn plan(&self, waypoints: &[Waypoint<f64>]) -> Result<Parts, ConfigError> {
-        let [segments, pieces] = omni_core::TrajectoryPlanner::<f64, N>::room(waypoints);
+        let [segments, pieces] = omni_core::path::TrajectoryPlanner::<f64, N>::room(waypoints);
         let mut parts = (vec![PathSegment::EMPTY; segments], vec![PathPiece::EMPTY; pieces]);
         self.0.plan(waypoints, &mut parts.0, &mut parts.1)?;
         Ok(parts)
@@ -100,7 +99,7 @@ pub(crate) fn planner<const N: usize>(
     within.quickest = BodyTwist::from_array(limits.quickest);
     within.wheel_kg_m2 = *sized("wheel_kg_m2", &limits.wheel_kg_m2)?;
     within.share = limits.share;
-    match omni_core::TrajectoryPlanner::new(kinematics, within) {
+    match omni_core::path::TrajectoryPlanner::new(kinematics, within) {
         Ok(planner) => Ok(Box::new(Planner(planner))),
         Err(error) => {
             let name = argument(&error);

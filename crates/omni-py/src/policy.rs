@@ -21,20 +21,6 @@ use crate::scenario::{Scenario, ScenarioArg, load};
 
 const ALLOWED: &str = "a name, an object with reset(info) and step(observation), or a function";
 
-/// Keys that say what a coordination policy is: without effect on a controller of one's own.
-const OF_A_LAW: [&str; 10] = [
-    "control.policy",
-    "control.saturation",
-    "control.floor",
-    "control.integral",
-    "control.anti_windup",
-    "control.integral_limit_n_m",
-    "control.tracking_time_s",
-    "control.integral_zone_rad_s",
-    "control.proportional_limit_n_m",
-    "control.tries",
-];
-
 /// A coordination policy by name, or a controller of one's own.
 pub(crate) enum PolicyArg {
     Preset(String),
@@ -61,11 +47,14 @@ pub(crate) fn load_with(
 ) -> PyResult<(config::Scenario, Option<OwnPolicy>)> {
     match policy {
         Some(PolicyArg::Own(own)) => {
-            let in_overrides =
-                |key: &&&str| overrides.is_some_and(|given| given.contains(**key).unwrap_or_default());
-            if let Some(key) = OF_A_LAW.iter().find(in_overrides) {
-                let message = format!("policy is given and overrides has {key}, allowed: one of the two");
-                return Err(refused(key, &message));
+            let keys = overrides.map(|given| given.keys()).transpose()?;
+            for key in keys.iter().flatten() {
+                // What is no text, or no key at all, is said where the overrides are read.
+                let key = key.to_string();
+                if config::Control::is_of_policy(&key) {
+                    let message = format!("policy is given and overrides has {key}, allowed: one of the two");
+                    return Err(refused(&key, &message));
+                }
             }
             Ok((load(scenario, None, overrides, seed)?, Some(own)))
         }

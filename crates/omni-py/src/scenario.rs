@@ -21,8 +21,8 @@ use crate::vehicle::{Vehicle, VehicleArg};
 /// ``scenario["terrain.height_m"]`` and ``scenario["vehicle.wheel.0.radius_m"]`` are values of the file.
 ///
 /// Args:
-///     scenario: a built-in name (see :func:`scenarios`), the path of a .toml file or another :class:`Scenario`.
-///     policy: coordination policy instead of the scenario's (see :func:`policies`).
+///     scenario: a built-in name (see :func:`list_scenarios`), the path of a .toml file or another :class:`Scenario`.
+///     policy: coordination policy instead of the scenario's (see :func:`list_policies`).
 ///     vehicle: a vehicle instead of the scenario's: a name, a path or a :class:`Vehicle`.
 ///     overrides: keys to replace, as in :func:`omnistep.run`.
 ///     seed: seed of perturbation and noise, 0 to 2**63 - 1.
@@ -33,9 +33,9 @@ use crate::vehicle::{Vehicle, VehicleArg};
 ///
 /// Example:
 ///     >>> import omnistep
-///     >>> low = omnistep.Scenario("step", policy="paper", overrides={"terrain.height_m": 0.03})
+///     >>> low = omnistep.Scenario("step", policy="scale_torques", overrides={"terrain.height_m": 0.03})
 ///     >>> low["terrain.height_m"], low.vehicle.name, low.policy
-///     (0.03, 'chugo7', 'paper')
+///     (0.03, 'chugo7', 'scale_torques')
 ///     >>> omnistep.Scenario.from_dict(low.to_dict()) == low
 ///     True
 #[pyclass(frozen, eq, module = "omnistep")]
@@ -132,7 +132,7 @@ fn read(
             return Err(refused(key, &message));
         }
     }
-    // Keys that only some policies take, as `control.tries` or `drive`, are with the policy that is asked for, not with the file's.
+    // Keys that only some policies take, as `control.max_retries` or `drive`, are with the policy that is asked for, not with the file's.
     let (mut overrides, mut policy) = (overrides, policy);
     if let Some(name) = policy
         && !overrides.is_empty()
@@ -382,10 +382,10 @@ impl Scenario {
 ///
 /// Example:
 ///     >>> import omnistep
-///     >>> omnistep.policies()
-///     ['independent', 'paper', 'synchronised', 'load_sharing', 'reach', 'steady']
+///     >>> omnistep.list_policies()
+///     ['independent', 'scale_torques', 'scale_references', 'shared_integral', 'traction_runup', 'traction']
 #[pyfunction]
-pub(crate) fn policies() -> Vec<&'static str> {
+pub(crate) fn list_policies() -> Vec<&'static str> {
     omni_sim::config::POLICIES.to_vec()
 }
 
@@ -393,10 +393,10 @@ pub(crate) fn policies() -> Vec<&'static str> {
 ///
 /// Example:
 ///     >>> import omnistep
-///     >>> "step" in omnistep.scenarios()
+///     >>> "step" in omnistep.list_scenarios()
 ///     True
 #[pyfunction]
-pub(crate) fn scenarios() -> Vec<&'static str> {
+pub(crate) fn list_scenarios() -> Vec<&'static str> {
     config::builtin_scenarios()
 }
 
@@ -404,9 +404,9 @@ pub(crate) fn scenarios() -> Vec<&'static str> {
 ///
 /// Example:
 ///     >>> import omnistep
-///     >>> omnistep.vehicles()
+///     >>> omnistep.list_vehicles()
 ///     ['chugo7', 'omni3', 'mecanum4', 'rocker_bogie6']
 #[pyfunction]
-pub(crate) fn vehicles() -> Vec<&'static str> {
+pub(crate) fn list_vehicles() -> Vec<&'static str> {
     config::builtin_vehicles()
 }

@@ -1,8 +1,9 @@
 //! Commands made followable: limits of speed, acceleration and jerk, a time-out, an emergency stop.
 
 use numpy::PyArrayDyn;
-use omni_core::{
-    AxisLimits, BodyTwist, EmergencyDeceleration, MotionLimits, ShaperState, ShapingConfig, TwistLimits,
+use omni_core::BodyTwist;
+use omni_core::shaping::{
+    AxisLimits, EmergencyDeceleration, MotionLimits, ShaperState, ShapingConfig, TwistLimits,
 };
 use pyo3::prelude::*;
 
@@ -38,7 +39,7 @@ use crate::error::{of_core, refused};
 ///     ([0.5, 1.0, 0.0, 0.0], [2, 2, 3, 3])
 #[pyclass(module = "omnistep")]
 pub(crate) struct CommandShaper {
-    inner: omni_core::CommandShaper<f64>,
+    inner: omni_core::shaping::CommandShaper<f64>,
     state: ShaperState<f64>,
     period_s: f64,
 }
@@ -131,7 +132,7 @@ impl CommandShaper {
                     linear_m_s2,
                     yaw_rad_s2,
                 });
-        let inner = omni_core::CommandShaper::new(config, period_s)
+        let inner = omni_core::shaping::CommandShaper::new(config, period_s)
             .map_err(|error| of_core(error.parameter, &error))?;
         Ok(Self {
             inner,

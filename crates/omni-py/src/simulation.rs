@@ -6,7 +6,7 @@ use std::sync::Arc;
 use omni_core::BodyTwist;
 use omni_log::RunLog;
 use omni_sim::config::{Scenario, Source};
-use omni_sim::{Error, Period, outcome_of, trace_of};
+use omni_sim::{Error, Period, ReportColumns, outcome_of, trace_of};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyMapping};
@@ -39,7 +39,7 @@ use crate::values::Pickled;
 ///
 /// Warns:
 ///     UserWarning: one encoder count reads as a velocity for which the gains request more torque than the motor has;
-///         or ``steady`` or ``reach`` lacks sensors or motor speed that it uses.
+///         or ``traction`` or ``traction_runup`` lacks sensors or motor speed that it uses.
 ///
 /// Example:
 ///     >>> import omnistep
@@ -49,7 +49,7 @@ use crate::values::Pickled;
 ///     >>> simulation.time_s, bool(abs(sample.twist[0] - 0.2) < 0.01)
 ///     (1.0, True)
 ///     >>> len(simulation.trace), simulation.outcome.verdict
-///     (1000, 'driven')
+///     (1000, 'completed')
 #[pyclass(frozen, module = "omnistep")]
 pub(crate) struct Simulation {
     scenario: Scenario,
@@ -393,15 +393,15 @@ impl Simulation {
         Ok(Sample::new(self.scenario.vehicle(), period))
     }
 
-    /// Names of the controller's own signals, its name, and every period so far.
-    fn recorded(&self, py: Python<'_>) -> PyResult<(Vec<String>, String, Vec<Arc<Period>>)> {
+    /// What the controller reports, its name, and every period so far.
+    fn recorded(&self, py: Python<'_>) -> PyResult<(ReportColumns, String, Vec<Arc<Period>>)> {
         let recorded = self.with(py, |inner| {
             let controller = inner.simulation.controller();
-            let names = controller.signal_names().to_vec();
+            let report = controller.columns().clone();
             inner
                 .kept
                 .clone()
-                .map(|kept| (names, controller.policy().to_owned(), kept))
+                .map(|kept| (report, controller.policy().to_owned(), kept))
         })?;
         let message =
             "record = False: no period was recorded, allowed: record=True for trace, outcome and finish";

@@ -396,13 +396,13 @@ impl Rows {
         &self,
         py: Python<'py>,
         key: &str,
-        against: &Bound<'py, PyAny>,
+        baseline: &Bound<'py, PyAny>,
         figure: &str,
     ) -> PyResult<Bound<'py, PyList>> {
         let plan = &self.plan.get().inner;
-        let against = Override::new(key, values::from_python("against", "against", against)?);
+        let baseline = Override::new(key, values::from_python("baseline", "baseline", baseline)?);
         let list = PyList::empty(py);
-        for cell in omni_study::paired(plan, &self.rows, &against, &[figure.into()]).map_err(exception)? {
+        for cell in omni_study::paired(plan, &self.rows, &baseline, &[figure.into()]).map_err(exception)? {
             let dict = PyDict::new(py);
             for (column, axis) in plan.columns().axes.iter().zip(&cell.axes) {
                 dict.set_item(&column.name, value(py, axis)?)?;

@@ -1,6 +1,7 @@
 //! Torques within limits, over arrays: eqs. (11) to (13) of the paper.
 
-use omni_core::{TorqueLimit, TorqueRanges, coordination};
+use omni_core::motor::TorqueRanges;
+use omni_core::{TorqueLimit, loops};
 use omni_sim::config::for_wheel_count;
 use pyo3::prelude::*;
 
@@ -15,7 +16,7 @@ fn ranges<const N: usize>(lower_n_m: [f64; N], upper_n_m: [f64; N]) -> TorqueRan
 
 fn factors<const N: usize>(py: Python<'_>, rows: &[Rows]) -> PyResult<Vec<f64>> {
     every::<3, N, 1>(py, rows, |[requested, lower, upper]| {
-        let factor = coordination::torque_factor(&requested, &ranges(lower, upper));
+        let factor = loops::torque_factor(&requested, &ranges(lower, upper));
         [factor]
     })
 }
@@ -74,12 +75,12 @@ fn about_zero(lower: &Rows, upper: &Rows) -> PyResult<()> {
 fn references<const N: usize>(py: Python<'_>, rows: &[Rows], floor: f64) -> PyResult<Vec<f64>> {
     every::<4, N, 1>(py, rows, |[requested, slopes, lower, upper]| {
         let ranges = ranges(lower, upper);
-        let factor = coordination::reference_factor(&requested, &slopes, &ranges, floor);
+        let factor = loops::reference_factor(&requested, &slopes, &ranges, floor);
         [factor]
     })
 }
 
-/// The common factor on the references of ``synchronised``: the largest that keeps every torque short of its limit.
+/// The common factor on the references of ``scale_references``: the largest with which no torque meets its limit.
 ///
 /// Args:
 ///     requested_n_m: torques for the whole references [N.m], (N,) or (T, N) of 3 to 8 wheels.

@@ -99,7 +99,7 @@ impl Trace {
         )
     }
 
-    /// The ground: ``kind``, ``friction``, and for a step ``height_m`` and ``at_m``.
+    /// The ground: ``kind``, ``friction``, and for a step ``height_m`` and ``start_x_m``.
     #[getter]
     fn terrain<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         // The terrain as a file would say it. Plain data: it can be written as JSON.

@@ -1,6 +1,8 @@
 //! Dead reckoning of any wheel count, over rows of numbers.
 
-use omni_core::{BodyDisplacement, OdometryState, PlanarPose, WheelAngles, WheelVelocities};
+use omni_core::WheelVelocities;
+use omni_core::estimate::OdometryState;
+use omni_core::geometry::{BodyDisplacement, PlanarPose, WheelAngles};
 use pyo3::prelude::*;
 
 use crate::error::of_core;
@@ -18,7 +20,7 @@ pub(crate) trait Track: Send + Sync {
 
 struct Tracker<const N: usize> {
     kinematics: omni_core::Kinematics<f64, N>,
-    odometry: omni_core::Odometry<f64, N>,
+    odometry: omni_core::estimate::Odometry<f64, N>,
     state: OdometryState<f64, N>,
 }
 
@@ -29,7 +31,8 @@ pub(crate) fn track<const N: usize>(
 ) -> PyResult<Box<dyn Track>> {
     Ok(Box::new(Tracker {
         kinematics: *kinematics,
-        odometry: omni_core::Odometry::new(period_s).map_err(|error| of_core(error.parameter, &error))?,
+        odometry: omni_core::estimate::Odometry::new(period_s)
+            .map_err(|error| of_core(error.parameter, &error))?,
         state: OdometryState::new(),
     }))
 }

@@ -1,6 +1,7 @@
 //! Trajectories over arrays of times.
 
-use omni_core::{MotionLimits, PathPiece, PathSegment, PlanarInertia};
+use omni_core::path::{PathPiece, PathSegment, PlanarInertia};
+use omni_core::shaping::MotionLimits;
 use omni_sim::config::PlannedPath;
 use pyo3::prelude::*;
 
@@ -216,8 +217,8 @@ impl Trajectory {
         }
     }
 
-    fn inner(&self) -> omni_core::Trajectory<'_, f64> {
-        omni_core::Trajectory::new(&self.segments, &self.pieces)
+    fn inner(&self) -> omni_core::path::Trajectory<'_, f64> {
+        omni_core::path::Trajectory::new(&self.segments, &self.pieces)
     }
 }
 
@@ -277,7 +278,7 @@ impl Trajectory {
 /// A :class:`Trajectory` at one time, or at each of many.
 #[pyclass(frozen, module = "omnistep")]
 pub(crate) struct TrajectorySample {
-    pub(crate) samples: Vec<omni_core::TrajectorySample<f64>>,
+    pub(crate) samples: Vec<omni_core::path::TrajectorySample<f64>>,
     /// How many; none for a single one without a dimension of its own.
     pub(crate) count: Option<usize>,
 }
@@ -290,7 +291,7 @@ impl TrajectorySample {
     fn one<'py, T: numpy::Element>(
         &self,
         py: Python<'py>,
-        of: impl Fn(&omni_core::TrajectorySample<f64>) -> T,
+        of: impl Fn(&omni_core::path::TrajectorySample<f64>) -> T,
     ) -> PyResult<Array<'py, T>> {
         array(py, self.shape(None), self.samples.iter().map(of).collect())
     }
@@ -298,7 +299,7 @@ impl TrajectorySample {
     fn three<'py>(
         &self,
         py: Python<'py>,
-        of: impl Fn(&omni_core::TrajectorySample<f64>) -> [f64; 3],
+        of: impl Fn(&omni_core::path::TrajectorySample<f64>) -> [f64; 3],
     ) -> PyResult<Array<'py, f64>> {
         array(
             py,

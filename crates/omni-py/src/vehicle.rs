@@ -19,7 +19,7 @@ use crate::values::{self, Pickled};
 /// ``vehicle["motor.stall_torque_n_m"]`` and ``vehicle["wheel.0.radius_m"]`` are values of the file.
 ///
 /// Args:
-///     vehicle: a built-in name (see :func:`vehicles`), the path of a .toml file or another :class:`Vehicle`.
+///     vehicle: a built-in name (see :func:`list_vehicles`), the path of a .toml file or another :class:`Vehicle`.
 ///     overrides: keys to replace, ``{"motor.stall_torque_n_m": 1.0}``.
 ///
 /// Raises:

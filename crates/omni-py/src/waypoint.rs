@@ -1,6 +1,6 @@
 //! Places of a path, as Python names them.
 
-use omni_core::WayShape;
+use omni_core::path::WayShape;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
@@ -34,7 +34,7 @@ use crate::values::{Pickled, rebuilt};
 #[pyclass(frozen, eq, from_py_object, module = "omnistep")]
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) struct Waypoint {
-    inner: omni_core::Waypoint<f64>,
+    inner: omni_core::path::Waypoint<f64>,
 }
 
 #[pymethods]
@@ -71,7 +71,7 @@ impl Waypoint {
             );
             return Err(refused("sweep_rad", &message));
         }
-        let mut inner = omni_core::Waypoint::at(x_m, y_m);
+        let mut inner = omni_core::path::Waypoint::at(x_m, y_m);
         (inner.shape, inner.heading_rad, inner.speed_m_s, inner.time_s) =
             (shape, heading_rad, speed_m_s, time_s);
         Ok(Self { inner })
@@ -158,7 +158,7 @@ impl Waypoint {
 }
 
 /// Waypoints, or rows of x and y.
-pub(crate) fn waypoints(given: &Bound<'_, PyAny>) -> PyResult<Vec<omni_core::Waypoint<f64>>> {
+pub(crate) fn waypoints(given: &Bound<'_, PyAny>) -> PyResult<Vec<omni_core::path::Waypoint<f64>>> {
     const ALLOWED: &str = "waypoints, or pairs of x and y [m]";
     let py = given.py();
     let refuse = |_| PyTypeError::new_err(format!("waypoints: {}, allowed: {ALLOWED}", given.get_type()));
@@ -170,7 +170,7 @@ pub(crate) fn waypoints(given: &Bound<'_, PyAny>) -> PyResult<Vec<omni_core::Way
             Err(_) => {
                 let pair = fixed::<2>("waypoints", &each, ALLOWED);
                 let [x_m, y_m] = pair.map_err(|error| about(py, &format!("waypoint {i}"), error))?;
-                omni_core::Waypoint::at(x_m, y_m)
+                omni_core::path::Waypoint::at(x_m, y_m)
             }
         });
         // No more than is allowed, and one: an endless iterator is refused.

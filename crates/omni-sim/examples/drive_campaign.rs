@@ -131,7 +131,7 @@ pub fn scenario(seed: u64) -> Result<Scenario, omni_sim::config::Error> {
         Override::new("duration_s", DURATION_S),
         Override::new("sensors.encoder_counts", counts),
         Override::new("sensors.encoder_noise_rad_s", dice.within(0.0, 0.05)),
-        Override::new("sensors.delay_us", dice.one_of(&[0, 1000, 2000])),
+        Override::new("sensors.delay_s", dice.one_of(&[0.0, 0.001, 0.002])),
         Override::new("control.precision", dice.one_of(&["f32", "f64"])),
         Override::new("control.policy", policy),
     ];
@@ -195,7 +195,7 @@ pub fn judge(scenario: &Scenario, trace: &Trace) -> Found {
     found.rolls = speed(trace, last) > 1.0;
     found.broken[3] = found.rolls && flat && nothing_is_broken(scenario) && !has_ice(scenario);
     found.broken[4] = flat && trace.outcome().verdict == Verdict::Tipped;
-    let plain = matches!(trace.outcome().verdict, Verdict::Driven | Verdict::Unfinished);
+    let plain = matches!(trace.outcome().verdict, Verdict::Completed | Verdict::Unfinished);
     found.broken[5] = plain && (pushes(scenario, trace) || goes_against(scenario, trace));
     found
 }

@@ -3,7 +3,7 @@
 //! Prints where the vehicle is, twice a second. An omni-directional vehicle goes straight there without turning.
 #![expect(clippy::print_stdout, reason = "an example speaks on standard output")]
 
-use omni_core::{PlanarPose, WorldTwist};
+use omni_core::geometry::{PlanarPose, WorldTwist};
 use omni_sim::{Error, Simulation, config::Scenario};
 
 const GOAL_M: [f64; 2] = [0.6, 0.8];

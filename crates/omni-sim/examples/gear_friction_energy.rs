@@ -40,7 +40,10 @@ fn main() -> Result<ExitCode, Error> {
                     format!("vehicle.motor.gear_friction_n_m={friction}"),
                     format!("vehicle.motor.efficiency={efficiency}"),
                     // Half of them slip for seconds, half climb.
-                    format!("control.policy={}", ["independent", "steady"][seed as usize % 2]),
+                    format!(
+                        "control.policy={}",
+                        ["independent", "traction"][seed as usize % 2]
+                    ),
                     "perturbation.yaw_rad=0.03".to_owned(),
                     "perturbation.start_m=0.02".to_owned(),
                     "duration_s=12".to_owned(),

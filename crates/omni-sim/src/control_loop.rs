@@ -2,13 +2,13 @@
 
 use std::ops::Range;
 
-use omni_core::{BodyTwist, HeadingHold, HeadingHoldState};
+use omni_core::BodyTwist;
+use omni_core::shaping::{HeadingHold, HeadingHoldState};
 use serde::{Deserialize, Serialize};
 
 use crate::config::{Fault, PlannedPath, Scenario};
 use crate::controller::{AnyController, ControlSample};
-use crate::following::SIGNALS;
-use crate::sensing::Sensed;
+use crate::sensed::Sensed;
 use crate::{Error, state_bytes};
 
 /// A scenario's controller with its heading hold.
@@ -29,7 +29,7 @@ use crate::{Error, state_bytes};
 pub struct ControlLoop {
     hold: Option<Hold>,
     controller: AnyController,
-    /// The path that is followed, whose reference is among the signals.
+    /// The path that is followed, whose reference is in the report.
     path: Option<PlannedPath>,
     /// From when to when no command arrives, and the emergency stop is pressed \[s\].
     lost: Vec<Range<f64>>,
@@ -116,14 +116,10 @@ impl ControlLoop {
         let mut readings = sensed.readings(command);
         (readings.new_command, readings.torques_n_m) = (arrived, &memory.torques_n_m);
         let controlled = self.controller.step_readings(&readings, sample);
-        (sample.asked, sample.gyro_rad_s) = (asked, sensed.gyro_rad_s);
-        if let Some(path) = &self.path {
-            // At the end of the period, as what is observed is.
-            let wanted = path.trajectory().at(memory.periods as f64 * self.period_s).pose;
-            let controllers = self.controller.signal_names().len() - SIGNALS.len();
-            sample.own.resize(controllers, f64::NAN);
-            sample.own.extend([wanted.x_m, wanted.y_m, wanted.yaw_rad]);
-        }
+        sample.asked = asked;
+        // At the end of the period, as what is observed is.
+        let end_s = memory.periods as f64 * self.period_s;
+        sample.report.path = self.path.as_ref().map(|path| path.trajectory().at(end_s).pose);
         memory.torques_n_m.clear();
         memory
             .torques_n_m

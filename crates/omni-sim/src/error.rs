@@ -38,7 +38,7 @@ pub enum Error {
         /// Why.
         reason: String,
         /// What was lost until then.
-        counters: crate::controller::LinkCounters,
+        counters: crate::link_counters::LinkCounters,
     },
     /// A controller of one's own gave something that is no torque.
     #[error(
@@ -118,34 +118,34 @@ pub enum Error {
     /// The contacts of too many steps did not come to rest: what they pushed with is not known.
     #[error(
         "the contacts did not converge in more than 1 % of the steps until t = {time_s:.3} s: no figure of this \
-         run is valid; use a physics.step_us below {step_us}"
+         run is valid; use a physics.timestep_s below {timestep_s}"
     )]
     Unsettled {
         /// Simulated time \[s\].
         time_s: f64,
-        /// The physics step \[us\].
-        step_us: u64,
+        /// The physics step \[s\].
+        timestep_s: f64,
     },
     /// The physics gave back more energy than was put in, beyond what is their error.
     #[error(
         "the physics gained {gained_j:.1} J while {through_j:.1} J went through the vehicle: no figure of \
-         this run is valid; use a physics.step_us below {step_us}"
+         this run is valid; use a physics.timestep_s below {timestep_s}"
     )]
     GainedEnergy {
         /// So much energy from nowhere \[J\].
         gained_j: f64,
         /// While so much went through the motors, and came of falling \[J\].
         through_j: f64,
-        /// The physics step \[us\].
-        step_us: u64,
+        /// The physics step \[s\].
+        timestep_s: f64,
     },
     /// The run took longer on the clock than it may; not where there is no clock.
-    #[error("stopped at t = {time_s:.3} s: the run took longer than wall_clock_s, {wall_clock_s} s")]
+    #[error("stopped at t = {time_s:.3} s: the run took longer than time_limit_s, {time_limit_s} s")]
     OutOfTime {
         /// Simulated time \[s\].
         time_s: f64,
         /// The time allowed \[s\].
-        wall_clock_s: f64,
+        time_limit_s: f64,
     },
     /// A snapshot does not belong to the scenario.
     #[error("the snapshot cannot be resumed: {}", shortened(reason))]

@@ -1,13 +1,11 @@
 //! Path following: the command from the scenario's path and the estimated pose.
 
-use omni_core::{BodyTwist, PlanarPose};
+use omni_core::BodyTwist;
+use omni_core::geometry::PlanarPose;
 
 use crate::Error;
 use crate::config::{PlannedPath, PoseSource, Scenario};
 use crate::observation::Observation;
-
-/// Signals of a run that follows a path: where it should be at the end of the period.
-pub(crate) const SIGNALS: [&str; 3] = ["path_x_m", "path_y_m", "path_yaw_rad"];
 
 /// A path, and who follows it.
 pub(crate) struct Following {

@@ -102,71 +102,75 @@ impl Ground {
         let ground = self;
         match terrain {
             Terrain::Flat { .. } => ground.slab([-far, far], [-far, far], 0.0),
-            Terrain::Step { height_m, at_m, .. } => {
+            Terrain::Step {
+                height_m, start_x_m, ..
+            } => {
                 ground.slab([-far, far], [-far, far], 0.0);
-                ground.slab([*at_m, far], [-far, far], *height_m);
+                ground.slab([*start_x_m, far], [-far, far], *height_m);
             }
-            Terrain::StepDown { height_m, at_m, .. } => {
+            Terrain::StepDown {
+                height_m, start_x_m, ..
+            } => {
                 ground.slab([-far, far], [-far, far], -height_m);
-                ground.slab([-far, *at_m], [-far, far], 0.0);
+                ground.slab([-far, *start_x_m], [-far, far], 0.0);
             }
             Terrain::Stairs {
                 height_m,
                 tread_m,
                 count,
-                at_m,
+                start_x_m,
                 ..
             } => {
                 ground.slab([-far, far], [-far, far], 0.0);
                 for k in 0..*count {
                     let k = f64::from(k);
-                    ground.slab([at_m + k * tread_m, far], [-far, far], (k + 1.0) * height_m);
+                    ground.slab([start_x_m + k * tread_m, far], [-far, far], (k + 1.0) * height_m);
                 }
             }
             Terrain::Ramp {
                 slope_rad,
                 length_m,
-                at_m,
+                start_x_m,
                 ..
             } => {
                 let height = length_m * libm::tan(*slope_rad);
                 ground.slab([-far, far], [-far, far], 0.0);
-                ground.slab([at_m + length_m, far], [-far, far], height);
-                ground.wedge(*at_m, *length_m, height);
+                ground.slab([start_x_m + length_m, far], [-far, far], height);
+                ground.wedge(*start_x_m, *length_m, height);
             }
             Terrain::HalfStep {
                 height_m,
                 left_of_m,
-                at_m,
+                start_x_m,
                 ..
             } => {
                 ground.slab([-far, far], [-far, far], 0.0);
-                ground.slab([*at_m, far], [*left_of_m, far], *height_m);
+                ground.slab([*start_x_m, far], [*left_of_m, far], *height_m);
             }
             Terrain::Ditch {
                 width_m,
                 depth_m,
-                at_m,
+                start_x_m,
                 ..
             } => {
-                ground.slab([-far, *at_m], [-far, far], 0.0);
-                ground.slab([at_m + width_m, far], [-far, far], 0.0);
+                ground.slab([-far, *start_x_m], [-far, far], 0.0);
+                ground.slab([start_x_m + width_m, far], [-far, far], 0.0);
                 // The bottom lies between the walls, so that these are all one face.
-                ground.slab([*at_m, at_m + width_m], [-far, far], -depth_m);
+                ground.slab([*start_x_m, start_x_m + width_m], [-far, far], -depth_m);
             }
             Terrain::Bumps {
                 height_m,
                 width_m,
                 spacing_m,
                 count,
-                at_m,
+                start_x_m,
                 ..
             } => {
                 ground.slab([-far, far], [-far, far], 0.0);
                 // A circle through both feet and the top.
                 let radius = (width_m * width_m / 4.0 + height_m * height_m) / (2.0 * height_m);
                 for k in 0..*count {
-                    let x = at_m + width_m / 2.0 + f64::from(k) * spacing_m;
+                    let x = start_x_m + width_m / 2.0 + f64::from(k) * spacing_m;
                     ground.bar(x, height_m - radius, radius);
                 }
             }
@@ -176,7 +180,7 @@ impl Ground {
                 length_m,
                 width_m,
                 seed,
-                at_m,
+                start_x_m,
                 ..
             } => {
                 let waves = waves(*seed, *wavelength_m);
@@ -194,21 +198,22 @@ impl Ground {
                     // Each of the waves has a mean square of a half.
                     rms_m * fade * sum / (WAVES as f64 / 2.0).sqrt()
                 };
-                ground.field(*at_m, [*length_m, *width_m], [rows, columns], heights);
+                ground.field(*start_x_m, [*length_m, *width_m], [rows, columns], heights);
             }
             Terrain::HeightMap {
                 image,
                 pixel_m,
-                black_m,
-                white_m,
-                at_m,
+                black_height_m,
+                white_height_m,
+                start_x_m,
                 ..
             } => {
                 let (rows, columns) = (image.rows(), image.columns());
                 let extent = [rows, columns].map(|n| pixel_m * (n - 1) as f64);
-                let heights =
-                    |i: usize, j: usize| black_m + (white_m - black_m) * image.level(rows - 1 - i, j);
-                ground.field(*at_m, extent, [rows, columns], heights);
+                let heights = |i: usize, j: usize| {
+                    black_height_m + (white_height_m - black_height_m) * image.level(rows - 1 - i, j)
+                };
+                ground.field(*start_x_m, extent, [rows, columns], heights);
             }
             _ => {}
         }

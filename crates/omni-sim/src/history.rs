@@ -2,7 +2,7 @@
 
 use crate::config::Scenario;
 use crate::outcome::Meter;
-use crate::{Outcome, Period, Trace, TraceBuilder};
+use crate::{Outcome, Period, ReportColumns, Trace, TraceBuilder};
 
 /// The figures of a scenario's run up to its last period here. `periods` are all of them, from the start.
 ///
@@ -27,15 +27,16 @@ pub fn outcome_of<'a>(scenario: &Scenario, periods: impl IntoIterator<Item = &'a
     meter.outcome(false)
 }
 
-/// [`outcome_of`] with every signal. `signals` are the names of those that only the controller has
-/// ([`crate::controller::AnyController::signal_names`]); where it had no part in a period they are NaN.
+/// [`outcome_of`] with every signal. `report` is what the controller reports beside the wheels' signals
+/// ([`crate::controller::AnyController::columns`]); where it had no part in a period it is NaN.
 ///
 /// ```
-/// use omni_sim::{Simulation, config::Scenario, trace_of};
+/// use omni_sim::{ReportColumns, Simulation, config::Scenario, trace_of};
 /// let scenario = Scenario::load("flat", &[])?;
 /// let mut simulation = Simulation::new(&scenario)?;
 /// simulation.step_torques(&[0.5; 7])?;
-/// let trace = trace_of(&scenario, &["effort_n_m".into()], [simulation.period()]);
+/// let report = ReportColumns::own(vec!["effort_n_m".into()]);
+/// let trace = trace_of(&scenario, &report, [simulation.period()]);
 /// assert_eq!((trace.rows(), trace.wheel("applied_n_m", 6)), (1, Some([0.5].as_slice())));
 /// assert!(trace.column("effort_n_m").is_some_and(|effort| effort[0].is_nan()));
 /// # Ok::<(), omni_sim::Error>(())
@@ -43,11 +44,11 @@ pub fn outcome_of<'a>(scenario: &Scenario, periods: impl IntoIterator<Item = &'a
 #[must_use]
 pub fn trace_of<'a>(
     scenario: &Scenario,
-    signals: &[String],
+    report: &ReportColumns,
     periods: impl IntoIterator<Item = &'a Period>,
 ) -> Trace {
     let mut meter = Meter::new(scenario);
-    let mut trace = TraceBuilder::with_signals(scenario.vehicle(), signals);
+    let mut trace = TraceBuilder::with_report(scenario.vehicle(), report);
     for period in periods {
         meter.push(period);
         trace.push(period);

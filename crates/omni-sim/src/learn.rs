@@ -5,6 +5,7 @@
 
 mod drive;
 mod episodes;
+mod rules;
 mod step_climb;
 
 use rand_chacha::ChaCha8Rng;
@@ -12,7 +13,9 @@ use rand_chacha::rand_core::{RngCore, SeedableRng};
 
 use crate::config::Scenario;
 use crate::{Error, Simulation, control_periods};
-pub use episodes::{Autoreset, Episodes, Turn};
+pub use episodes::{Autoreset, Episodes};
+pub use rules::Draw;
+use rules::Rules;
 
 /// What is to be learnt.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,49 +44,22 @@ impl Task {
     }
 }
 
-/// A quantity that differs between episodes, drawn uniformly from a range.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Draw {
-    /// What it is, with its unit, as `height_m`.
-    pub name: &'static str,
-    /// Lowest and highest value drawn.
-    pub range: [f64; 2],
-    /// Lowest and highest value that may be asked for, and the same in words.
-    within: ([f64; 2], &'static str),
-}
-
-impl Draw {
-    fn check(&self, value: f64) -> Result<(), Error> {
-        let ([low, high], allowed) = self.within;
-        if (low..=high).contains(&value) {
-            return Ok(());
-        }
-        Err(Error::Argument {
-            name: self.name,
-            value: value.to_string(),
-            allowed,
-        })
-    }
-}
-
-/// A task's own part in an episode.
-trait Rules: Send + Sync {
-    /// What differs between episodes.
-    fn draws(&self) -> Vec<Draw>;
-    /// Numbers in an action.
-    fn actions(&self) -> usize;
-    /// A new episode with what was drawn, in the order of [`Rules::draws`].
-    fn begin(&mut self, drawn: &[f64], scenario: &mut Scenario);
-    /// One control period under an action, each of its numbers within -1 to 1.
-    fn control(&mut self, simulation: &mut Simulation, action: &[f64]) -> Result<(), Error>;
-    /// What the time since the last call is worth, and whether the task is over. `failed` where the physics ended it.
-    fn judge(&mut self, simulation: &Simulation, action: &[f64], failed: bool) -> (f64, bool);
-    /// Readings of the sensors, before scaling: pairs of value and scale.
-    fn observe(&self, simulation: &Simulation, seen: &mut Vec<(f64, f64)>);
-    /// Figures for people; the first is 1 for a success and 0 else.
-    fn info(&self, simulation: &Simulation) -> Vec<f64>;
-    /// Their names.
-    fn info_names(&self) -> &'static [&'static str];
+/// What a step, or a reset, of one environment gives.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct Turn {
+    /// Readings of the sensors, each number within -1 to 1.
+    pub observation: Vec<f32>,
+    /// What the step is worth.
+    pub reward: f64,
+    /// The task is over: done, or failed.
+    pub terminated: bool,
+    /// The time is up.
+    pub truncated: bool,
+    /// Figures for people ([`Episode::info_names`]); NaN for what is not known, or not yet.
+    pub info: Vec<f64>,
+    /// Observation and figures at the end of an episode where this turn also began the next: [`Autoreset::SameStep`].
+    pub last: Option<(Vec<f32>, Vec<f64>)>,
 }
 
 /// One environment: episodes of a task, one after the other.

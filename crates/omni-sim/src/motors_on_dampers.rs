@@ -1,13 +1,14 @@
 //! Section 3.3 of the paper: three motors on dampers under a coordination policy, without a physics engine.
 
-use omni_core::{ControlState, Coordination, PidConfig, TorqueLimit, WheelControlConfig, WheelController};
+use omni_core::loops::WheelController;
+use omni_core::{ControlState, Coordination, PidConfig, TorqueLimit, WheelControlConfig};
 use serde::Serialize;
 
 use crate::Error;
-use crate::config::{self, WheelsExperiment};
+use crate::config::{self, MotorBench};
 
-/// The policies that make sense without a vehicle: `load_sharing` needs one.
-pub const WHEEL_POLICIES: [&str; 3] = ["independent", "paper", "synchronised"];
+/// The policies that make sense without a vehicle: `shared_integral` needs one.
+pub const MOTOR_BENCH_POLICIES: [&str; 3] = ["independent", "scale_torques", "scale_references"];
 
 /// rad/s per rpm.
 const RPM: f64 = std::f64::consts::PI / 30.0;
@@ -18,7 +19,7 @@ const RECORD_US: u64 = 100_000;
 /// Speeds and loads of wheels A, B and C, a row every 0.1 s (or every control period where that is longer).
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
-pub struct WheelsTrace {
+pub struct MotorBenchTrace {
     /// The coordination policy.
     pub policy: String,
     /// Time \[s\].
@@ -61,7 +62,7 @@ impl ByWheel {
     }
 }
 
-impl WheelsTrace {
+impl MotorBenchTrace {
     /// Speeds \[rpm\] of A, B, C in the row nearest to a time \[s\].
     ///
     /// # Panics
@@ -81,19 +82,19 @@ impl WheelsTrace {
 /// Runs the experiment under a policy, torque limited by eq. (13) in four quadrants.
 ///
 /// # Errors
-/// [`config::Error::UnknownName`] for a policy that is not one of [`WHEEL_POLICIES`]; [`config::Error::Key`] for gains that are out
+/// [`config::Error::UnknownName`] for a policy that is not one of [`MOTOR_BENCH_POLICIES`]; [`config::Error::Key`] for gains that are out
 /// of range.
 ///
 /// ```
-/// use omni_sim::{config::WheelsExperiment, run_wheels};
-/// let trace = run_wheels(&WheelsExperiment::load("wheels", &[])?, "synchronised")?;
+/// use omni_sim::{config::MotorBench, run_motor_bench};
+/// let trace = run_motor_bench(&MotorBench::load("motor_bench", &[])?, "scale_references")?;
 /// let [a, b, c] = trace.speeds_at(20.0); // load B alone is too much: all slow down to what B can keep
 /// assert!([a, b, c].iter().all(|speed| (speed - 92.0).abs() < 0.2));
 /// # Ok::<(), omni_sim::Error>(())
 /// ```
-pub fn run_wheels(experiment: &WheelsExperiment, policy: &str) -> Result<WheelsTrace, Error> {
-    let coordination = Coordination::preset(policy).filter(|_| WHEEL_POLICIES.contains(&policy));
-    let known = || WHEEL_POLICIES.join(", ");
+pub fn run_motor_bench(experiment: &MotorBench, policy: &str) -> Result<MotorBenchTrace, Error> {
+    let coordination = Coordination::preset(policy).filter(|_| MOTOR_BENCH_POLICIES.contains(&policy));
+    let known = || MOTOR_BENCH_POLICIES.join(", ");
     let coordination = coordination.ok_or_else(|| config::Error::UnknownName {
         kind: "policy",
         name: policy.into(),
@@ -114,7 +115,7 @@ pub fn run_wheels(experiment: &WheelsExperiment, policy: &str) -> Result<WheelsT
     let reference = [experiment.speed_rpm * RPM; 3];
     let mut velocity = reference;
     let mut state = ControlState::default();
-    let mut trace = WheelsTrace {
+    let mut trace = MotorBenchTrace {
         policy: policy.into(),
         t_s: Vec::new(),
         speed_rpm: ByWheel::default(),

@@ -1,11 +1,11 @@
 //! The observed state of a simulated vehicle after a control period.
 
 use omni_core::BodyTwist;
+use omni_core::geometry::PlanarPose;
 use omni_core::metrics::{SLIP_FLOOR_M_S, slip_ratio};
 use serde::{Deserialize, Serialize};
 
 use crate::config::Vehicle;
-use crate::odometry::OdometryEstimate;
 
 /// A place and an orientation in the world.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -97,10 +97,45 @@ pub struct Observation {
     pub odometry: OdometryEstimate,
 }
 
+/// Where a vehicle is by what its wheels turned, and how sure that is, at the end of a control period.
+///
+/// ```
+/// use omni_sim::{Simulation, config::Scenario};
+/// let mut simulation = Simulation::new(&Scenario::load("flat", &[])?)?;
+/// for _ in 0..2000 {
+///     simulation.step(&simulation.scenario_command())?;
+/// }
+/// let (odometry, truth) = (simulation.observation().odometry, simulation.observation().pose.position_m);
+/// assert!(truth[0] > 0.3 && (odometry.pose.x_m - truth[0]).abs() < 0.005); // its wheels roll
+/// assert!(odometry.covariance[0][0] > 0.0);
+/// # Ok::<(), omni_sim::Error>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct OdometryEstimate {
+    /// Pose of the origin in the world \[m, m, rad\], yaw in (-pi, pi]. It begins at the true pose of the start.
+    pub pose: PlanarPose<f64>,
+    /// Twist of the origin that the wheels last amounted to.
+    pub twist: BodyTwist<f64>,
+    /// Covariance of the pose: rows and columns x, y, yaw, world axes \[m^2, m rad, rad^2\]. 0 at the start.
+    pub covariance: [[f64; 3]; 3],
+}
+
+impl Default for OdometryEstimate {
+    fn default() -> Self {
+        Self {
+            pose: PlanarPose::origin(),
+            twist: BodyTwist::ZERO,
+            covariance: [[0.0; 3]; 3],
+        }
+    }
+}
+
 /// The energy balance since the start of a run.
 ///
 /// ```
 /// use omni_sim::{Simulation, config::Scenario};
+/// use omni_core::geometry::PlanarPose;
 /// use omni_core::BodyTwist;
 /// let mut simulation = Simulation::new(&Scenario::load("flat", &[])?)?;
 /// for _ in 0..1000 {
@@ -149,6 +184,7 @@ impl Energy {
     ///
     /// ```
     /// use omni_sim::{Simulation, config::Scenario};
+    /// use omni_core::geometry::PlanarPose;
     /// use omni_core::BodyTwist;
     /// let mut simulation = Simulation::new(&Scenario::load("flat", &[])?)?;
     /// for _ in 0..1000 {

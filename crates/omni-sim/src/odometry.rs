@@ -1,14 +1,14 @@
 //! The odometry of a run, with its covariance.
 
-use omni_core::{
-    BodyTwist, CovarianceGrowth, Kinematics, Odometry, OdometryNoise, OdometryState, PlanarPose,
-    PoseCovariance, WheelAngles,
-};
+use omni_core::estimate::{CovarianceGrowth, Odometry, OdometryNoise, OdometryState, PoseCovariance};
+use omni_core::geometry::{PlanarPose, WheelAngles};
+use omni_core::{BodyTwist, Kinematics};
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
 use crate::config::{self, DriveNoise, Scenario, Vehicle, for_wheel_count};
-use crate::controller::{AnyController, ControlSample};
+use crate::control_sample::ControlSample;
+use crate::observation::OdometryEstimate;
 
 /// Most wheels of a vehicle: what has fewer has columns of zeros, so that how many there are does not matter.
 const WHEELS: usize = 8;
@@ -21,40 +21,6 @@ const FASTEST: f64 = 100.0;
 
 /// Dead reckoning by twists: how many wheels there are does not matter to it.
 type ByTwists = Odometry<f64, 1>;
-
-/// Where a vehicle is by what its wheels turned, and how sure that is, at the end of a control period.
-///
-/// ```
-/// use omni_sim::{Simulation, config::Scenario};
-/// let mut simulation = Simulation::new(&Scenario::load("flat", &[])?)?;
-/// for _ in 0..2000 {
-///     simulation.step(&simulation.scenario_command())?;
-/// }
-/// let (odometry, truth) = (simulation.observation().odometry, simulation.observation().pose.position_m);
-/// assert!(truth[0] > 0.3 && (odometry.pose.x_m - truth[0]).abs() < 0.005); // its wheels roll
-/// assert!(odometry.covariance[0][0] > 0.0);
-/// # Ok::<(), omni_sim::Error>(())
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[non_exhaustive]
-pub struct OdometryEstimate {
-    /// Pose of the origin in the world \[m, m, rad\], yaw in (-pi, pi]. It begins at the true pose of the start.
-    pub pose: PlanarPose<f64>,
-    /// Twist of the origin that the wheels last amounted to.
-    pub twist: BodyTwist<f64>,
-    /// Covariance of the pose: rows and columns x, y, yaw, world axes \[m^2, m rad, rad^2\]. 0 at the start.
-    pub covariance: [[f64; 3]; 3],
-}
-
-impl Default for OdometryEstimate {
-    fn default() -> Self {
-        Self {
-            pose: PlanarPose::origin(),
-            twist: BodyTwist::ZERO,
-            covariance: [[0.0; 3]; 3],
-        }
-    }
-}
 
 /// What a snapshot keeps.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -73,13 +39,6 @@ pub(crate) struct State {
     drift_speed: [f64; 2],
 }
 
-/// Where the pose of a drive and the wheels that it leaves out are among the controller's own signals.
-#[derive(Clone, Copy)]
-struct OfDrive {
-    pose: usize,
-    left_out: usize,
-}
-
 /// The odometry of a vehicle, with what it remembers.
 pub(crate) struct Odometer {
     vehicle: Vehicle,
@@ -93,7 +52,8 @@ pub(crate) struct Odometer {
     /// Periods after which the covariance grows.
     window: u32,
     start: PlanarPose<f64>,
-    drive: Option<OfDrive>,
+    /// The controller is a drive, whose own pose counts.
+    drive: bool,
     /// None where too few wheels determine the motion.
     maps: Option<Maps>,
     state: State,
@@ -136,12 +96,8 @@ fn maps<const N: usize>(
 }
 
 impl Odometer {
-    /// Of a scenario whose vehicle starts at a true pose, with a controller that was made for it.
-    pub(crate) fn new(
-        scenario: &Scenario,
-        controller: &AnyController,
-        start: PlanarPose<f64>,
-    ) -> Result<Self, Error> {
+    /// Of a scenario whose vehicle starts at a true pose.
+    pub(crate) fn new(scenario: &Scenario, start: PlanarPose<f64>) -> Result<Self, Error> {
         let refuse = |error: omni_core::ConfigError| config::Error::Key {
             file: format!("scenario {}", scenario.name),
             key: error.parameter.into(),
@@ -167,14 +123,6 @@ impl Odometer {
         });
         let [ahead, aside, about] = scenario.vehicle().top_speeds()?;
         let period_s = scenario.period_s();
-        let own = controller.signal_names();
-        let place = |signal: &str| own.iter().position(|name| name == signal);
-        let first = scenario
-            .vehicle()
-            .wheel
-            .first()
-            .map_or("", |wheel| wheel.name.as_str());
-        let drive = place("drive_pose_x_m").zip(place(&format!("drive_left_out_{first}")));
         let left_out = [false; WHEELS];
         let mut reckoned = OdometryState::new();
         reckoned.reset(&start);
@@ -188,7 +136,7 @@ impl Odometer {
             period_s,
             window: (WINDOW_S / period_s).round().max(1.0) as u32,
             start,
-            drive: drive.map(|(pose, left_out)| OfDrive { pose, left_out }),
+            drive: scenario.drive.is_some(),
             state: State {
                 from: reckoned.pose(),
                 reckoned,
@@ -205,27 +153,26 @@ impl Odometer {
 
     /// The encoders were read \[rad/s\] at the end of a period. A drive that has not read it yet keeps its pose.
     pub(crate) fn read(&mut self, wheels_rad_s: &[f64]) {
-        if self.drive.is_none() {
+        if !self.drive {
             self.turn(wheels_rad_s.iter().copied(), |_| false);
         }
     }
 
     /// The controller did its step: where it is a drive, its own pose counts, and which wheels it excludes.
     pub(crate) fn stepped(&mut self, sample: &ControlSample) {
-        let Some(OfDrive { pose, left_out }) = self.drive else {
+        let Some(drive) = &sample.report.drive else {
             return;
         };
-        let flag = |wheel: usize| sample.own.get(left_out + wheel).is_some_and(|flag| *flag != 0.0);
-        self.turn(sample.wheels.iter().map(|wheel| wheel.measured_rad_s), flag);
-        if let Some([x, y, yaw]) = sample.own.get(pose..).and_then(|own| own.first_chunk()) {
-            let (sin, cos) = omni_core::Real::sine_cosine(self.start.yaw_rad);
-            // Of nonsense over a link nothing is taken.
-            self.state.reckoned.reset(&PlanarPose {
-                x_m: self.start.x_m + cos * x - sin * y,
-                y_m: self.start.y_m + sin * x + cos * y,
-                yaw_rad: self.start.yaw_rad + yaw,
-            });
-        }
+        let left_out = |wheel: usize| drive.wheels.get(wheel).is_some_and(|wheel| wheel.left_out);
+        self.turn(sample.wheels.iter().map(|wheel| wheel.measured_rad_s), left_out);
+        let PlanarPose { x_m, y_m, yaw_rad } = drive.pose;
+        let (sin, cos) = omni_core::Real::sine_cosine(self.start.yaw_rad);
+        // Of nonsense over a link nothing is taken.
+        self.state.reckoned.reset(&PlanarPose {
+            x_m: self.start.x_m + cos * x_m - sin * y_m,
+            y_m: self.start.y_m + sin * x_m + cos * y_m,
+            yaw_rad: self.start.yaw_rad + yaw_rad,
+        });
     }
 
     /// The wheels turned with these velocities \[rad/s\] for a period. One without a reading is excluded.

@@ -5,10 +5,11 @@ mod criteria;
 mod effort;
 mod figures;
 mod friction_use;
-mod linkage_spread;
+mod mean;
 mod meter;
 mod obedience;
 mod pose_errors;
+mod slip_speed_std;
 mod standstill;
 mod undersides;
 
@@ -32,12 +33,12 @@ pub enum Verdict {
     /// The obstacle was not passed, but the vehicle was still on its way: give it more time.
     Unfinished,
     /// There is no obstacle, the run went to its end, and none of the others fits.
-    Driven,
-    /// The base leaned by more than 60 degrees.
+    Completed,
+    /// The base tilted by more than 60 degrees.
     Tipped,
     /// For half a second the vehicle went more than half as fast again as commanded, and 0.1 m/s more than that. Yaw counts as the speed of the
     /// farthest wheel about the origin; a vehicle that is commanded to slow down may take 0.5 m/s^2 for it.
-    RanAway,
+    Overspeed,
     /// For half a second, and by 5 cm, the vehicle moved or turned against its command. Traction control that backs off for another try does so
     /// on purpose.
     WrongWay,
@@ -52,9 +53,9 @@ pub enum Verdict {
     /// There is no obstacle, and the vehicle covered less than half of the commanded distance and turning; of less than 10 cm in all this is not
     /// said.
     FellShort,
-    /// Some body leaned by 30 degrees more than the ground asks: more than the heights under two neighbouring rows or tracks of wheels explain.
+    /// Some body tilted by 30 degrees more than the ground asks: more than the heights under two neighbouring rows or tracks of wheels explain.
     /// Or for half a second it was at its hinge's stop, where the ground does not turn it so far.
-    Leaned,
+    Tilted,
     /// The underside of a body was more than 2 mm below the ground. The run went on, because no body is a contact of the physics: what came after
     /// that is no real vehicle's.
     Touched,
@@ -76,15 +77,15 @@ impl Verdict {
             Self::Climbed => "climbed",
             Self::Stalled => "stalled",
             Self::Unfinished => "unfinished",
-            Self::Driven => "driven",
+            Self::Completed => "completed",
             Self::Tipped => "tipped",
-            Self::RanAway => "ran_away",
+            Self::Overspeed => "overspeed",
             Self::WrongWay => "wrong_way",
             Self::DroveOn => "drove_on",
             Self::RolledOn => "rolled_on",
             Self::OffCourse => "off_course",
             Self::FellShort => "fell_short",
-            Self::Leaned => "leaned",
+            Self::Tilted => "tilted",
             Self::Touched => "touched",
             Self::GainedEnergy => "gained_energy",
             Self::Diverged => "diverged",
@@ -106,9 +107,9 @@ impl Verdict {
             Self::Unfinished => {
                 "The vehicle was still moving when duration_s ended. A longer duration_s shows whether it climbs."
             }
-            Self::Driven => "There is no obstacle, and the vehicle moved as commanded to the run's end.",
-            Self::Tipped => "The base leaned by more than 60 degrees.",
-            Self::RanAway => "For half a second the vehicle was more than 1.5 times as fast as commanded.",
+            Self::Completed => "There is no obstacle, and the vehicle moved as commanded to the run's end.",
+            Self::Tipped => "The base tilted by more than 60 degrees.",
+            Self::Overspeed => "For half a second the vehicle was more than 1.5 times as fast as commanded.",
             Self::WrongWay => "For half a second the vehicle moved or turned against its command.",
             Self::DroveOn => {
                 "The motors drove wheels although rest was commanded and their torque should have ended."
@@ -120,16 +121,16 @@ impl Verdict {
                 "The vehicle turned unasked, so that its heading was more than 45 degrees off the commanded one."
             }
             Self::FellShort => "The vehicle covered less than half of the commanded distance.",
-            Self::Leaned => {
-                "A body leaned by 30 degrees more than the ground requires, or it fell to its hinge's stop."
+            Self::Tilted => {
+                "A body tilted by 30 degrees more than the ground requires, or it fell to its hinge's stop."
             }
             Self::Touched => {
                 "A body met the ground. In the simulation it passes through; a real vehicle would be stopped or scrape."
             }
             Self::GainedEnergy => {
-                "The physics created energy, so no figure is valid. Use a shorter physics.step_us."
+                "The physics created energy, so no figure is valid. Use a shorter physics.timestep_s."
             }
-            Self::Diverged => "The physics failed: no figure is valid. Use a shorter physics.step_us.",
+            Self::Diverged => "The physics failed: no figure is valid. Use a shorter physics.timestep_s.",
         }
     }
 }
@@ -191,7 +192,7 @@ pub struct Outcome {
     /// How far it was below the ground \[m\].
     #[serde(default)]
     pub touched_depth_m: Option<f64>,
-    /// Times that traction control (`steady`, `reach`) backed off for another try, from the start to the end of the crossing; none of a
+    /// Times that traction control (`traction`, `traction_runup`) backed off for another try, from the start to the end of the crossing; none of a
     /// controller that does not try again.
     #[serde(default)] // logs of before do not say it
     pub retries: Option<u32>,
@@ -214,28 +215,28 @@ pub struct Outcome {
     /// Root mean square of the slip ratio over driven wheels that touch the ground.
     #[serde(deserialize_with = "or_nan")]
     pub slip_rms: f64,
-    /// Root mean square of the disturbed ratio over driven wheels.
+    /// Root mean square of the relative speed error (the disturbed ratio) over driven wheels.
     #[serde(deserialize_with = "or_nan")]
-    pub disturbed_rms: f64,
+    pub speed_error_rms: f64,
     /// The same against the reference as the policy reduced it: where it multiplies all references by a common factor, against
-    /// that many times the reference, else the same as `disturbed_rms`.
+    /// that many times the reference, else the same as `speed_error_rms`.
     #[serde(default = "not_measured", deserialize_with = "or_nan")] // logs of before do not say it
-    pub disturbed_realised_rms: f64,
-    /// Root mean square of the spread of velocity over reference: standard deviation over driven wheels.
+    pub speed_error_realised_rms: f64,
+    /// Standard deviation over driven wheels of velocity over reference, root mean square over time.
     #[serde(deserialize_with = "or_nan")]
-    pub spread_rms: f64,
+    pub speed_ratio_std: f64,
     /// How differently driven wheels slip: root mean square over time of the standard deviation over driven wheels of rim speed less
     /// velocity of the centre ([`WheelObservation`](crate::observation::WheelObservation), each the way its reference turns), over the root mean square of the speeds that
-    /// their references ask of them. What the linkage makes of wheels that roll is not in it, as it is in `spread_rms`.
+    /// their references ask of them. What the linkage makes of wheels that roll is not in it, as it is in `speed_ratio_std`.
     #[serde(default = "not_measured", deserialize_with = "or_nan")]
-    pub linkage_spread: f64,
+    pub slip_speed_std: f64,
     /// Root mean square over wheels and time of the shape error \[rad/s\]: what of their velocities no common factor on the
     /// references explains.
     #[serde(deserialize_with = "or_nan")]
     pub shape_error_rms_rad_s: f64,
     /// Sum over wheels of the time integral of torque squared \[N^2.m^2.s\]: proportional to the motors' heat.
     #[serde(deserialize_with = "or_nan")]
-    pub heat_n2m2s: f64,
+    pub torque_squared_n2m2s: f64,
     /// Work of the motors \[J\].
     #[serde(deserialize_with = "or_nan")]
     pub work_j: f64,
@@ -270,26 +271,6 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// What others call a figure, and its name here, which files, logs and tables keep: a study's `map.figures` and Python's
-    /// outcomes take either.
-    pub const ALIASES: [(&'static str, &'static str); 3] = [
-        ("relative_speed_error_rms", "disturbed_rms"),
-        ("speed_ratio_spread_rms", "spread_rms"),
-        ("torque_squared_n2m2s", "heat_n2m2s"),
-    ];
-
-    /// The name here of a figure that may be called by one of [`Outcome::ALIASES`]; any other name is returned as it is.
-    ///
-    /// ```
-    /// assert_eq!(omni_sim::Outcome::figure("torque_squared_n2m2s"), "heat_n2m2s");
-    /// assert_eq!(omni_sim::Outcome::figure("work_j"), "work_j");
-    /// ```
-    #[must_use]
-    pub fn figure(name: &str) -> &str {
-        let alias = Self::ALIASES.iter().find(|(alias, _)| *alias == name);
-        alias.map_or(name, |(_, figure)| figure)
-    }
-
     /// The outcome of a run of which nothing is known but its scenario: unfinished, nothing measured.
     ///
     /// ```
@@ -322,12 +303,12 @@ impl Outcome {
             nose_down_peak_deg: f64::NAN,
             yaw_error_deg: f64::NAN,
             slip_rms: f64::NAN,
-            disturbed_rms: f64::NAN,
-            disturbed_realised_rms: f64::NAN,
-            spread_rms: f64::NAN,
-            linkage_spread: f64::NAN,
+            speed_error_rms: f64::NAN,
+            speed_error_realised_rms: f64::NAN,
+            speed_ratio_std: f64::NAN,
+            slip_speed_std: f64::NAN,
             shape_error_rms_rad_s: f64::NAN,
-            heat_n2m2s: f64::NAN,
+            torque_squared_n2m2s: f64::NAN,
             work_j: f64::NAN,
             cost_of_transport: None,
             e_over_mgh: None,

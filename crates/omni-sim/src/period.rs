@@ -2,10 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::controller::ControlSample;
+use crate::control_sample::ControlSample;
 use crate::observation::Observation;
+use crate::sensed::Sensed;
 
-/// A control period: what the controller did in it, and what came of it at its end.
+/// A control period: what the sensors said at its start, what the controller did, and what came of it at its end.
 ///
 /// ```
 /// use omni_sim::{Simulation, config::Scenario};
@@ -18,7 +19,9 @@ use crate::observation::Observation;
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Period {
-    /// What the controller was given, and what it did.
+    /// What the sensors said at its start.
+    pub sensed: Sensed,
+    /// What was asked of the controller, and what it did.
     pub control: ControlSample,
     /// The vehicle at the end of the period.
     pub observed: Observation,

@@ -56,7 +56,7 @@ pub struct Run<'a, E = Error> {
     physics: Option<Box<dyn ExternalPhysics>>,
     command: Box<Commanding<'a>>,
     watch: Box<Watch<'a, E>>,
-    /// Does it end with the scenario's `duration_s`, and within its `wall_clock_s`?
+    /// Does it end with the scenario's `duration_s`, and within its `time_limit_s`?
     ends: bool,
 }
 
@@ -149,7 +149,7 @@ impl<'a, E: From<Error> + 'a> Run<'a, E> {
         self.and_watch(move |simulation, part| watch(simulation, part).map(ControlFlow::Continue))
     }
 
-    /// Goes on until `watch` breaks, beyond the scenario's `duration_s` and `wall_clock_s`. Where `stop_when_done` is set the run
+    /// Goes on until `watch` breaks, beyond the scenario's `duration_s` and `time_limit_s`. Where `stop_when_done` is set the run
     /// ends, too, as soon as the vehicle is across.
     ///
     /// ```
@@ -178,7 +178,7 @@ impl<'a, E: From<Error> + 'a> Run<'a, E> {
     /// Runs, and keeps every signal.
     ///
     /// A run whose physics gained energy is returned like any other: its verdict says so.
-    /// Where there is no clock (`wasm32-unknown-unknown`), `wall_clock_s` never runs out.
+    /// Where there is no clock (`wasm32-unknown-unknown`), `time_limit_s` never runs out.
     ///
     /// # Errors
     /// As [`Simulation::new`], [`Simulation::with_physics`] and [`Simulation::step`]; [`Error::OutOfTime`]; whatever a watch returns.
@@ -203,8 +203,8 @@ impl<'a, E: From<Error> + 'a> Run<'a, E> {
     /// As [`Run::outcome`].
     pub fn trace_and_end(mut self) -> Result<(Trace, Option<Error>), E> {
         let simulation = self.start()?;
-        let signals = simulation.controller().signal_names();
-        let mut trace = TraceBuilder::with_signals(self.scenario.vehicle(), signals);
+        let report = simulation.controller().columns();
+        let mut trace = TraceBuilder::with_report(self.scenario.vehicle(), report);
         let (outcome, ended) = self.periods(simulation, |simulation| trace.push(simulation.period()))?;
         Ok((trace.finish(outcome), ended))
     }
@@ -263,7 +263,7 @@ impl<'a, E: From<Error> + 'a> Run<'a, E> {
         let scenario = self.scenario;
         let mut run = SteppedRun::of(scenario, simulation);
         let periods = self.ends.then(|| control_periods(scenario));
-        let clock = self.ends.then(|| WallClock::start(scenario.wall_clock_s));
+        let clock = self.ends.then(|| WallClock::start(scenario.time_limit_s));
         for k in 0..periods.unwrap_or(u64::MAX) {
             let command = (self.command)(run.simulation_mut())?;
             if !run.step(&command)? {
@@ -282,7 +282,7 @@ impl<'a, E: From<Error> + 'a> Run<'a, E> {
             if k % PERIODS_PER_LOOK == 0 && clock.as_ref().is_some_and(WallClock::has_expired) {
                 return Err(E::from(Error::OutOfTime {
                     time_s: run.simulation().time_ns() as f64 * 1e-9,
-                    wall_clock_s: scenario.wall_clock_s,
+                    time_limit_s: scenario.time_limit_s,
                 }));
             }
         }

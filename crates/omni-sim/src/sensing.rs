@@ -3,126 +3,15 @@
 use std::collections::VecDeque;
 use std::ops::Range;
 
-use omni_core::{BodyTwist, Imu, Readings, VelocityEstimator, VelocityState};
+use omni_core::estimate::{VelocityEstimator, VelocityState};
+use omni_core::policy::Imu;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
 use serde::{Deserialize, Serialize};
 
-use crate::config::{Fault, Scenario, Sensors, Vehicle};
+use crate::config::{Fault, Scenario, Sensors};
 use crate::observation::Observation;
-
-/// Columns of what the inertial measurement unit says, and of each hinge: a log is enough to replay a controller that read it.
-pub(crate) const SENSED: [&str; 5] = [
-    "sensed_roll_rate_rad_s",
-    "sensed_pitch_rate_rad_s",
-    "sensed_yaw_rate_rad_s",
-    "sensed_roll_rad",
-    "sensed_pitch_rad",
-];
-pub(crate) const SENSED_HINGE: [&str; 2] = ["sensed_angle_rad", "sensed_rate_rad_s"];
-
-/// What a vehicle's sensors say in one control period.
-///
-/// ```
-/// use omni_sim::{Simulation, config::Scenario};
-/// let mut simulation = Simulation::new(&Scenario::load("flat", &[])?)?;
-/// for _ in 0..1500 {
-///     simulation.step(&simulation.scenario_command())?;
-/// }
-/// let sensed = simulation.sensed();
-/// assert_eq!((sensed.wheels_rad_s.len(), sensed.hinges_rad.len()), (7, 2));
-/// assert!((sensed.imu.specific_force_m_s2[2] - 9.81).abs() < 0.1); // it drives steadily on flat ground
-/// # Ok::<(), omni_sim::Error>(())
-/// ```
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[non_exhaustive]
-pub struct Sensed {
-    /// Actuator velocities \[rad/s\], one a wheel; NaN where no reading arrived.
-    pub wheels_rad_s: Vec<f64>,
-    /// Angles of the hinges \[rad\], one a hinge; NaN where they have no encoders.
-    pub hinges_rad: Vec<f64>,
-    /// Rates of the hinges \[rad/s\], one a hinge.
-    pub hinges_rad_s: Vec<f64>,
-    /// Yaw rate about the vertical by the gyro \[rad/s\], counter-clockwise positive.
-    pub gyro_rad_s: f64,
-    /// The inertial measurement unit on the base.
-    pub imu: Imu<f64>,
-}
-
-impl Sensed {
-    /// A vehicle at rest on level ground.
-    #[must_use]
-    pub fn at_rest(vehicle: &Vehicle) -> Self {
-        let hinges = vehicle.hinge.len();
-        Self {
-            wheels_rad_s: vec![0.0; vehicle.wheel.len()],
-            hinges_rad: vec![0.0; hinges],
-            hinges_rad_s: vec![0.0; hinges],
-            gyro_rad_s: 0.0,
-            imu: Imu::level(),
-        }
-    }
-
-    /// Takes what hinges and inertial measurement unit said out of the signals of a controller that read it (`steady`, `reach`): their
-    /// names and values in one control period. Says whether everything was there.
-    ///
-    /// ```
-    /// use omni_sim::{Sensed, Simulation, config::Scenario};
-    /// let scenario = Scenario::load("step", &[])?.with_policy("steady")?;
-    /// let mut simulation = Simulation::new(&scenario)?;
-    /// let sensed = simulation.sensed().clone();
-    /// simulation.step(&simulation.scenario_command())?;
-    /// let (names, values) = (simulation.controller().signal_names(), &simulation.sample().own);
-    /// let mut again = Sensed::at_rest(scenario.vehicle());
-    /// assert!(again.take_signals(scenario.vehicle(), names, values));
-    /// assert_eq!((again.imu.pitch_rad, &again.hinges_rad), (sensed.imu.pitch_rad, &sensed.hinges_rad));
-    /// assert!(!again.take_signals(scenario.vehicle(), &names[1..], values)); // the names of other values
-    /// # Ok::<(), omni_sim::Error>(())
-    /// ```
-    #[must_use]
-    pub fn take_signals(&mut self, vehicle: &Vehicle, names: &[String], values: &[f64]) -> bool {
-        if names.len() != values.len() {
-            return false;
-        }
-        let value = |name: &str| {
-            let at = names.iter().position(|each| each == name)?;
-            values.get(at).copied()
-        };
-        let take = |to: &mut f64, name: &str| value(name).map(|value| *to = value).is_some();
-        let Imu {
-            rate_rad_s: [roll_rate, pitch_rate, yaw_rate],
-            roll_rad,
-            pitch_rad,
-            ..
-        } = &mut self.imu;
-        let mut there = true;
-        for (to, name) in [roll_rate, pitch_rate, yaw_rate, roll_rad, pitch_rad]
-            .into_iter()
-            .zip(SENSED)
-        {
-            there &= take(to, name);
-        }
-        for (readings, signal) in [&mut self.hinges_rad, &mut self.hinges_rad_s]
-            .into_iter()
-            .zip(SENSED_HINGE)
-        {
-            for (to, hinge) in readings.iter_mut().zip(&vehicle.hinge) {
-                there &= take(to, &format!("{signal}_{}", hinge.name));
-            }
-        }
-        there
-    }
-
-    /// With a new command: what a controller gets.
-    #[must_use]
-    pub fn readings(&self, command: BodyTwist<f64>) -> Readings<'_, f64> {
-        let mut readings = Readings::new(command, &self.wheels_rad_s);
-        readings.hinges_rad = &self.hinges_rad;
-        readings.hinges_rad_s = &self.hinges_rad_s;
-        readings.imu = self.imu;
-        readings
-    }
-}
+use crate::sensed::Sensed;
 
 /// What happens to an encoder.
 #[derive(Clone, Copy, PartialEq)]

@@ -10,7 +10,8 @@ use crate::controller::{AnyController, ControlSample};
 use crate::following::{Following, true_pose};
 use crate::observation::Observation;
 use crate::odometry::Odometer;
-use crate::sensing::{Sensed, Sensing};
+use crate::sensed::Sensed;
+use crate::sensing::Sensing;
 use crate::world::{AnyPlant, ExternalPhysics, external, plant};
 use crate::{Error, Period};
 
@@ -88,12 +89,13 @@ impl Simulation {
         world.observe(&mut observation);
         world.start_energy_balance(&mut observation);
         let following = Following::new(scenario)?;
-        let odometer = Odometer::new(scenario, &controller, true_pose(&observation))?;
+        let odometer = Odometer::new(scenario, true_pose(&observation))?;
         let mut simulation = Self {
             world,
             sensing: Sensing::new(scenario),
             control: ControlLoop::new(scenario, controller),
             period: Period {
+                sensed: Sensed::at_rest(scenario.vehicle()),
                 control: ControlSample::default(),
                 observed: observation,
             },
@@ -193,6 +195,7 @@ impl Simulation {
     }
 
     fn control_and_advance(&mut self, command: &BodyTwist<f64>, added_n_m: &[f64]) -> Result<(), Error> {
+        self.period.sensed.clone_from(&self.sensed);
         let controlled = self.control.step(command, &self.sensed, &mut self.period.control);
         for (wheel, added_n_m) in self.period.control.wheels.iter_mut().zip(added_n_m) {
             let (lower, upper) = (wheel.limit_lower_n_m, wheel.limit_upper_n_m);
@@ -226,6 +229,7 @@ impl Simulation {
             });
         }
         self.control.passed_by(torques_n_m);
+        self.period.sensed.clone_from(&self.sensed);
         self.period.control = ControlSample::past_the_controller(torques_n_m);
         self.world.brake(&[]);
         self.world.step(torques_n_m, &mut self.period.observed)?;

@@ -5,10 +5,10 @@ use serde::{Deserialize, Serialize};
 use crate::control_loop::LoopState;
 use crate::controller::AnyController;
 use crate::odometry;
-use crate::{Error, Period, Simulation, config::Scenario, sensing, state_bytes};
+use crate::{Error, Period, Sensed, Simulation, config::Scenario, sensing, state_bytes};
 
 /// The layout of the bytes below: another number, another layout.
-const FORMAT: u32 = 8;
+const FORMAT: u32 = 9;
 
 /// What comes first, so that a wrong file is named rather than misread.
 #[derive(PartialEq, Serialize, Deserialize)]
@@ -38,7 +38,7 @@ struct Saved<'a> {
     sensing: &'a sensing::State,
     control: LoopState,
     period: &'a Period,
-    sensed: &'a sensing::Sensed,
+    sensed: &'a Sensed,
     odometry: &'a odometry::State,
 }
 
@@ -48,7 +48,7 @@ struct Resumed {
     sensing: sensing::State,
     control: LoopState,
     period: Period,
-    sensed: sensing::Sensed,
+    sensed: Sensed,
     odometry: odometry::State,
 }
 
@@ -172,6 +172,11 @@ impl Simulation {
         let damaged = |error| refuse(format!("it is damaged: {error}"));
         simulation.world.restore(&resumed.world).map_err(damaged)?;
         simulation.sensing.restore(resumed.sensing);
+        for sensed in [&resumed.period.sensed, &resumed.sensed] {
+            if !sensed.is_of(scenario.vehicle()) {
+                return Err(refuse("it is damaged: sensors of another vehicle"));
+            }
+        }
         simulation.period = resumed.period;
         simulation.sensed = resumed.sensed;
         simulation.odometer.restore(resumed.odometry);

@@ -23,7 +23,7 @@ use crate::{Error, Outcome, Simulation};
 pub struct SteppedRun {
     simulation: Simulation,
     meter: Meter,
-    step_us: u64,
+    timestep_s: f64,
     failed: Option<Error>,
 }
 
@@ -48,7 +48,7 @@ impl SteppedRun {
         Self {
             simulation,
             meter,
-            step_us: scenario.physics.step_us,
+            timestep_s: scenario.physics.timestep_us as f64 / 1e6,
             failed: None,
         }
     }
@@ -110,7 +110,7 @@ impl SteppedRun {
             self.meter.gained().map(|gained| Error::GainedEnergy {
                 gained_j: gained.gained_j,
                 through_j: gained.through_j,
-                step_us: self.step_us,
+                timestep_s: self.timestep_s,
             })
         };
         (outcome, self.failed.or_else(gained))

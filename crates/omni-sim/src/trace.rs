@@ -1,10 +1,11 @@
 //! A run as columns, one row for each control period.
 
-use omni_core::PlanarPose;
 use serde::{Deserialize, Serialize};
 
 use crate::config::Vehicle;
-use crate::following::{SIGNALS, error_of};
+use crate::following::error_of;
+use crate::report::ReportColumns;
+use crate::sensed::Sensed;
 use crate::{Outcome, Period, WheelSignal};
 
 /// Columns that every vehicle has, in order.
@@ -58,7 +59,8 @@ const PATH_ERRORS: [&str; 2] = ["path_error_m", "path_error_rad"];
 /// Columns: `time_s` (end of the period; the controller measured at its start), the command, the twist estimated from
 /// the encoders, `common_factor`, pose and twist of the base, the pose by odometry with its covariance, the total ground force, Newton's residual and the energy balance
 /// ([`crate::observation::Energy`]); `row_1_load_n`, the front row's, and so on; `body_NAME_nose_up_rad`;
-/// `hinge_NAME_angle_rad`, `hinge_NAME_rate_rad_s`; and for each signal of [`Trace::wheel_signals`] one column a wheel,
+/// `hinge_NAME_angle_rad`, `hinge_NAME_rate_rad_s`; what the sensors said at the start of the period ([`Sensed::names`]); what the
+/// controller reports of itself ([`ReportColumns`]); and for each signal of [`Trace::wheel_signals`] one column a wheel,
 /// `wheel_NAME_SIGNAL`, side by side. Ratios are the safe forms of [`omni_core::metrics`]; a wheel in the air slips 0.
 ///
 /// ```
@@ -283,23 +285,21 @@ impl Rows {
 /// ```
 pub struct TraceBuilder {
     rows: Rows,
-    /// Signals that only its controller has.
-    own: usize,
-    /// Where a path's reference begins among them.
-    path: Option<usize>,
+    /// What its controller reports.
+    report: ReportColumns,
 }
 
 impl TraceBuilder {
-    /// No rows yet; of a controller without signals of its own.
+    /// No rows yet; of a controller that reports nothing beside the wheels' signals.
     #[must_use]
     pub fn new(vehicle: &Vehicle) -> Self {
-        Self::with_signals(vehicle, &[])
+        Self::with_report(vehicle, &ReportColumns::default())
     }
 
-    /// No rows yet; `own` are the names of those that only its controller has ([`crate::controller::AnyController::signal_names`]),
-    /// columns before those of the wheels.
+    /// No rows yet; `report` is what the controller reports ([`crate::controller::AnyController::columns`]), columns before those of the
+    /// wheels.
     #[must_use]
-    pub fn with_signals(vehicle: &Vehicle, own: &[String]) -> Self {
+    pub fn with_report(vehicle: &Vehicle, report: &ReportColumns) -> Self {
         let mut names: Vec<String> = COMMON.map(String::from).into();
         names.extend((1..=vehicle.rows().len()).map(|row| format!("row_{row}_load_n")));
         names.extend(
@@ -314,16 +314,15 @@ impl TraceBuilder {
                 format!("hinge_{}_rate_rad_s", hinge.name),
             ]);
         }
-        names.extend_from_slice(own);
-        let path = own.iter().position(|name| name == SIGNALS[0]);
-        if path.is_some() {
+        names.extend(Sensed::names(vehicle));
+        names.extend_from_slice(report.names());
+        if report.follows_a_path() {
             names.extend(PATH_ERRORS.map(String::from));
         }
         let signals = WheelSignal::all().map(|signal| signal.name).collect();
         Self {
             rows: Rows::new(vehicle, names, signals),
-            own: own.len(),
-            path,
+            report: report.clone(),
         }
     }
 
@@ -365,19 +364,11 @@ impl TraceBuilder {
         for hinge in &seen.hinges {
             rows.extend([hinge.angle_rad, hinge.rate_rad_s]);
         }
-        // None of them is known of a period that the controller had no part in.
-        rows.extend((0..self.own).map(|i| sample.own.get(i).copied().unwrap_or(f64::NAN)));
-        if let Some(path) = self.path {
-            let wanted = sample
-                .own
-                .get(path..path + SIGNALS.len())
-                .unwrap_or(&[f64::NAN; 3]);
-            let wanted = PlanarPose {
-                x_m: wanted[0],
-                y_m: wanted[1],
-                yaw_rad: wanted[2],
-            };
-            rows.extend(error_of(&wanted, seen));
+        rows.extend(period.sensed.values());
+        rows.extend(self.report.values(&sample.report));
+        if self.report.follows_a_path() {
+            let path = sample.report.path.as_ref();
+            rows.extend(path.map_or([f64::NAN; 2], |wanted| error_of(wanted, seen)));
         }
         for signal in WheelSignal::all() {
             let wheels = sample.wheels.iter().zip(&seen.wheels);

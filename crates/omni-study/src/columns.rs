@@ -17,7 +17,6 @@ pub(crate) fn columns(
 ) -> Result<Columns, Error> {
     let figures = figures()?;
     for figure in &study.map.figures {
-        let figure = Outcome::figure(figure);
         if !figures
             .iter()
             .any(|column| column.name == *figure && column.kind != Kind::Text)

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use omni_sim::{Outcome, Verdict};
+use omni_sim::Verdict;
 
 use crate::plan::refuse;
 use crate::statistics::{mean_interval, wilson};
@@ -125,24 +125,23 @@ pub fn cells_of(plan: &Plan, rows: &[Row], figures: &[String]) -> Result<Vec<Map
     Ok(cells)
 }
 
-/// Which column a figure is, also by an alias; it must be a number, or yes and no.
+/// Which column a figure is; it must be a number, or yes and no.
 pub(crate) fn column_of(plan: &Plan, figure: &str) -> Result<usize, Error> {
     let columns = &plan.columns().figures;
-    let name = Outcome::figure(figure);
     let found = columns
         .iter()
-        .position(|column| column.name == name && column.kind != Kind::Text);
+        .position(|column| column.name == figure && column.kind != Kind::Text);
     found.ok_or_else(|| {
         let known: Vec<_> = columns
             .iter()
             .filter(|column| column.kind != Kind::Text)
             .map(|column| column.name.as_str())
             .collect();
-        let meant = omni_config::did_you_mean(name, known.iter().copied());
+        let meant = omni_config::did_you_mean(figure, known.iter().copied());
         refuse(
             plan.study(),
             "figures",
-            format!("{name:?}{meant}, allowed: {}", known.join(", ")),
+            format!("{figure:?}{meant}, allowed: {}", known.join(", ")),
         )
     })
 }

@@ -33,7 +33,7 @@ pub struct PairedFigure {
     pub only: Option<[usize; 2]>,
 }
 
-/// Compares every combination with the one that differs from it in the key of `against` alone, seed by seed: what both have of a
+/// Compares every combination with the one that differs from it in the key of `baseline` alone, seed by seed: what both have of a
 /// start, chance in it too, is not in the differences. Combinations that have that value are not in the list, nor are those
 /// that have no such fellow.
 ///
@@ -45,8 +45,8 @@ pub struct PairedFigure {
 /// use omni_study::{Plan, paired, rows};
 /// let plan = Plan::new(&Study::load("ensemble")?, &[Override::new("duration_s", 0.1)])?;
 /// let rows = rows(plan.runs(), &false.into());
-/// let against = Override::parse("control.policy=independent")?;
-/// let cells = paired(&plan, &rows, &against, &["climbed".into()])?;
+/// let baseline = Override::parse("control.policy=independent")?;
+/// let cells = paired(&plan, &rows, &baseline, &["climbed".into()])?;
 /// assert_eq!(cells.len(), 4); // the other policies
 /// assert_eq!((cells[0].figures[0].pairs, cells[0].figures[0].only), (24, Some([0, 0]))); // a tenth of a second is for none
 /// # Ok::<(), omni_study::Error>(())
@@ -54,21 +54,24 @@ pub struct PairedFigure {
 pub fn paired(
     plan: &Plan,
     rows: &[Row],
-    against: &Override,
+    baseline: &Override,
     figures: &[String],
 ) -> Result<Vec<PairedCell>, Error> {
     let columns = figures.iter().map(|name| column_of(plan, name));
     let columns = columns.collect::<Result<Vec<_>, _>>()?;
     let keys: Vec<_> = plan.study().axis.iter().map(|axis| axis.key.as_str()).collect();
-    let axis = keys.iter().position(|key| *key == against.key()).ok_or_else(|| {
-        let meant = omni_config::did_you_mean(against.key(), keys.iter().copied());
-        refuse(
-            plan.study(),
-            "against",
-            format!("{:?}{meant}, allowed: {}", against.key(), keys.join(", ")),
-        )
-    })?;
-    let wanted = Cell::from(against.value());
+    let axis = keys
+        .iter()
+        .position(|key| *key == baseline.key())
+        .ok_or_else(|| {
+            let meant = omni_config::did_you_mean(baseline.key(), keys.iter().copied());
+            refuse(
+                plan.study(),
+                "baseline",
+                format!("{:?}{meant}, allowed: {}", baseline.key(), keys.join(", ")),
+            )
+        })?;
+    let wanted = Cell::from(baseline.value());
     let is_it = |cell: &Cell| match (cell.number(), wanted.number()) {
         (Some(one), Some(other)) => one == other,
         _ => *cell == wanted,
@@ -86,8 +89,8 @@ pub fn paired(
                 values.push(value);
             }
         }
-        let message = format!("{} = {wanted}, allowed: {}", against.key(), values.join(", "));
-        return Err(refuse(plan.study(), "against", message));
+        let message = format!("{} = {wanted}, allowed: {}", baseline.key(), values.join(", "));
+        return Err(refuse(plan.study(), "baseline", message));
     }
     let by_key: BTreeMap<&str, &Row> = rows.iter().map(|row| (row.key.as_str(), row)).collect();
     let measured = |run: &Run, column: usize| {

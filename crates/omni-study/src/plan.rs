@@ -5,7 +5,6 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use omni_config::{self as config, Axis, Override, Scenario, Seeds, Study};
-use omni_sim::Outcome;
 use omni_sim::controller::AnyController;
 use toml::Value;
 
@@ -340,12 +339,8 @@ impl Plan {
             };
             study.axis.iter().any(of)
         };
-        let mut study = study.clone();
-        for figure in &mut study.map.figures {
-            *figure = Outcome::figure(figure).into();
-        }
         Ok(Self {
-            study,
+            study: study.clone(),
             columns,
             runs,
             shared: lines(&first)

@@ -12,7 +12,7 @@ impl Plan {
     /// use omni_config::{Override, Study};
     /// use omni_study::Plan;
     /// let plan = Plan::new(&Study::load("ensemble")?, &[Override::new("duration_s", 0.5)])?;
-    /// let said = plan.said_of(|scenario| (scenario.control.policy == "paper").then(|| "by the paper".into()));
+    /// let said = plan.said_of(|scenario| (scenario.control.policy == "scale_torques").then(|| "by the paper".into()));
     /// assert_eq!(said.as_deref(), Some("24 of 120 runs: by the paper")); // 24 seeds, five policies
     /// # Ok::<(), omni_study::Error>(())
     /// ```
@@ -35,7 +35,7 @@ impl Plan {
     /// use omni_study::Plan;
     /// let plan = Plan::new(&Study::load("ensemble")?, &[Override::new("sensors.no_imu", true)])?;
     /// let said = plan.traction_notes().expect("there is something");
-    /// assert!(said.starts_with("24 of 120 runs: steady without an inertial measurement unit: "));
+    /// assert!(said.starts_with("24 of 120 runs: traction without an inertial measurement unit: "));
     /// # Ok::<(), omni_study::Error>(())
     /// ```
     #[must_use]

@@ -1,6 +1,8 @@
 //! The arguments of the command line.
 
+mod command_interface;
 mod drive;
+mod export;
 mod study;
 
 use std::ffi::OsString;
@@ -12,7 +14,9 @@ use omni_sim::controller::DEFAULT_FIRMWARE;
 
 use crate::Error;
 use crate::list::Listed;
+pub(crate) use command_interface::CommandInterface;
 pub(crate) use drive::DriveArgs;
+pub(crate) use export::{ExportArgs, Format};
 pub(crate) use study::StudyArgs;
 
 /// Simulates omni-directional vehicles over steps and compares their control policies.
@@ -48,7 +52,7 @@ pub(crate) enum Command {
     Run {
         #[command(flatten)]
         args: RunArgs,
-        /// Coordination policy instead of the scenario's: independent, paper, synchronised, load_sharing, reach or steady.
+        /// Coordination policy instead of the scenario's: independent, scale_torques, scale_references, shared_integral, traction_runup or traction.
         #[arg(long)]
         policy: Option<String>,
         /// Where the controller runs: on this machine, or as firmware in an emulated Cortex-M4F (QEMU), in lock-step
@@ -65,10 +69,12 @@ pub(crate) enum Command {
     ///
     /// Ctrl-C ends the run and prints its table.
     Drive(DriveArgs),
-    /// Runs section 3.3 of the paper: three motors on dampers, three policies.
-    Wheels {
+    /// Simulates a bench test, three motors on dampers, under three policies.
+    ///
+    /// It is section 3.3 of the paper.
+    MotorBench {
         /// The built-in experiment or a .toml file.
-        #[arg(default_value = "wheels")]
+        #[arg(default_value = "motor_bench")]
         experiment: String,
         /// Replaces a key of the experiment, such as friction_n_m_s_rad=2e-4; may be repeated.
         #[arg(long = "set", value_name = "KEY=VALUE")]
@@ -81,23 +87,8 @@ pub(crate) enum Command {
     ///
     /// Writes one Parquet row for each run and prints a map. The same command resumes a study that was stopped.
     Study(StudyArgs),
-    /// Prints a scenario's controller as constants for firmware, in Rust or C.
-    Constants {
-        /// A built-in scenario or a .toml file: its vehicle, policy and control period.
-        #[arg(default_value = "step")]
-        scenario: String,
-        /// A vehicle instead of the scenario's: a built-in one or a .toml file; short for --set vehicle=VEHICLE.
-        #[arg(long)]
-        vehicle: Option<String>,
-        /// Replaces a key, such as control.policy=paper or vehicle.gains.kp_n_m_s_rad=0.5; may be repeated.
-        #[arg(long = "set", value_name = "KEY=VALUE")]
-        overrides: Vec<String>,
-        /// Language of the constants.
-        #[arg(long, value_enum, default_value = "rust")]
-        language: ConstantsLanguage,
-    },
-    /// Prints how round roller wheels are: axle height and rolling radius.
-    Ripple {
+    /// Prints the ripple of roller wheels: axle height and rolling radius.
+    WheelRipple {
         /// A built-in vehicle or a .toml file.
         #[arg(default_value = "chugo7")]
         vehicle: String,
@@ -108,11 +99,11 @@ pub(crate) enum Command {
         #[arg(long)]
         json: bool,
     },
-    /// Prints the least torque and run-up that a step needs, without simulation.
+    /// Prints the minimum torque and run-up for a step, without simulation.
     ///
     /// The figures come from the balance of forces, for each row of wheels. Verdict `torque`: the motors' torque suffices at any
     /// speed; `run_up`: the row needs the run-up in the last column; `open`: it may need it; `impossible`: less run-up than it needs.
-    Bound {
+    ClimbLimits {
         /// A built-in scenario or a .toml file, with a step; or a vehicle, on the built-in step.
         #[arg(default_value = "step")]
         scenario: String,
@@ -127,7 +118,7 @@ pub(crate) enum Command {
         json: bool,
     },
     /// Reads logs, checks every checksum, prints their topics and figures.
-    Inspect {
+    Info {
         /// MCAP files, finished or not.
         #[arg(required = true)]
         logs: Vec<PathBuf>,
@@ -144,49 +135,17 @@ pub(crate) enum Command {
     Replay {
         /// An MCAP file.
         log: PathBuf,
-        /// Prints what another policy would have commanded: independent, paper, synchronised, load_sharing, reach or steady.
+        /// Prints what another policy would have commanded: independent, scale_torques, scale_references, shared_integral, traction_runup or traction.
         #[arg(long)]
         policy: Option<String>,
         /// Replaces a key of the logged scenario, such as vehicle.gains.kp_n_m_s_rad=0.5; may be repeated.
         #[arg(long = "set", value_name = "KEY=VALUE")]
         overrides: Vec<String>,
     },
-    /// Writes a vehicle or a scenario for MuJoCo, URDF readers or ros2_control.
+    /// Writes a vehicle or a scenario for MuJoCo, URDF, ros2_control or firmware.
     ///
-    /// MJCF for MuJoCo has every roller as a separate body, and the ground of a scenario. URDF describes the vehicle. The yaml configures the
-    /// controllers of ros2_control.
-    Export {
-        /// A built-in vehicle or a .toml file; with --format mjcf also a scenario. A vehicle alone stands on the ground of the scenario flat.
-        #[arg(default_value = "chugo7")]
-        name: String,
-        /// Format to write.
-        #[arg(long, value_enum)]
-        format: Format,
-        /// A vehicle instead of the scenario's: a built-in one or a .toml file.
-        #[arg(long)]
-        vehicle: Option<String>,
-        /// Replaces a key of the vehicle; with --format mjcf of the scenario, so vehicle.rollers.count=9 for its vehicle; may be repeated.
-        #[arg(long = "set", value_name = "KEY=VALUE")]
-        overrides: Vec<String>,
-        /// File to write; standard output if left out.
-        #[arg(short, long, value_name = "FILE")]
-        out: Option<PathBuf>,
-    },
-    /// Prints a vehicle as URDF.
-    ///
-    /// Short for export --format urdf.
-    Urdf {
-        /// A built-in vehicle or a .toml file.
-        #[arg(default_value = "chugo7")]
-        vehicle: String,
-        /// Adds a block for ros2_control. Its controllers command this interface of each wheel over /joint_commands; velocity
-        /// if no value is given.
-        #[arg(long, value_enum, value_name = "INTERFACE", num_args = 0..=1, default_missing_value = "velocity")]
-        ros2_control: Option<CommandInterface>,
-        /// Replaces a key of the vehicle; may be repeated.
-        #[arg(long = "set", value_name = "KEY=VALUE")]
-        overrides: Vec<String>,
-    },
+    /// NAME is a vehicle; with --format mjcf, rust and c also a scenario, and a vehicle alone stands on the ground of the scenario flat.
+    Export(ExportArgs),
     /// Makes a log from measurements on a vehicle: CSV, Parquet, rosbag2 [Python].
     ///
     /// Part of the Python package with its extra "import".
@@ -195,14 +154,14 @@ pub(crate) enum Command {
     ///
     /// Compares the two. Part of the Python package with its extra "plot".
     Resimulate(PythonArgs),
-    /// Makes a film or pictures of a logged run [Python].
+    /// Makes a video or pictures of a logged run [Python].
     ///
     /// Part of the Python package with its extra "view".
-    Film(PythonArgs),
+    Video(PythonArgs),
     /// Draws a logged run from the side [Python].
     ///
     /// Part of the Python package with its extra "plot".
-    Strip(PythonArgs),
+    Plot(PythonArgs),
     /// Makes one HTML page of logged runs, with a player and plots [Python].
     ///
     /// Part of the Python package with its extra "view".
@@ -229,8 +188,8 @@ pub(crate) enum Command {
     },
     /// Writes a commented file to start from: a vehicle, a scenario, a study.
     ///
-    /// `omnistep new vehicle my_robot` makes my_robot.toml. A manoeuvre is a scenario that excites all that `omnistep identify` estimates. A map
-    /// tells `omnistep import` which column of a real log is which signal.
+    /// `omnistep new vehicle my_robot` makes my_robot.toml. An excitation is a scenario that excites all that `omnistep identify` estimates. An
+    /// import-map says which column of a real log is which signal, for `omnistep import`.
     New {
         /// What the file describes.
         kind: NewKind,
@@ -239,8 +198,8 @@ pub(crate) enum Command {
         /// What to start from: a built-in vehicle, a robot of omnistep list robots or a .toml file of a vehicle; a built-in scenario or study.
         /// If left out: chugo7, step or climb_map.
         #[arg(long)]
-        like: Option<String>,
-        /// The vehicle of a scenario, a manoeuvre or a map: a built-in one or a .toml file. If left out: that of the scenario to start from, else
+        template: Option<String>,
+        /// The vehicle of a scenario, an excitation or an import-map: a built-in one or a .toml file. If left out: that of the scenario to start from, else
         /// chugo7.
         #[arg(long)]
         vehicle: Option<String>,
@@ -267,28 +226,13 @@ pub(crate) enum FileKindArg {
     Study,
 }
 
-#[derive(Clone, Copy, clap::ValueEnum)]
-pub(crate) enum ConstantsLanguage {
-    Rust,
-    C,
-}
-
-/// Files of other simulators.
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Format {
-    Mjcf,
-    Urdf,
-    /// Parameters of a controller manager, for omni_wheel_drive_controller or mecanum_drive_controller.
-    Ros2Control,
-}
-
 #[derive(Clone, Copy, ValueEnum)]
 pub(crate) enum NewKind {
     Vehicle,
     Scenario,
     Study,
-    Manoeuvre,
-    Map,
+    Excitation,
+    ImportMap,
 }
 
 /// Where the controller of a run is.
@@ -341,37 +285,37 @@ pub(crate) struct LiveArgs {
     /// Port of --live; 0 for any free port.
     #[arg(long, default_value_t = 8765, requires = "live")]
     pub(crate) port: u16,
-    /// Simulated seconds per second with --live and --ros2; inf for as fast as possible.
+    /// Simulated seconds per second of real time with --live and --ros2; inf for as fast as possible.
     #[arg(
         long,
         default_value_t = 1.0,
         requires = "shown",
         allow_negative_numbers = true
     )]
-    pub(crate) speed: f64,
+    pub(crate) real_time_factor: f64,
     /// Starts when the first client of --live, or the first node of --ros2, subscribes to something.
     #[arg(long, requires = "shown")]
     pub(crate) wait: bool,
     /// Ends --live or --ros2 after this many simulated seconds. Without it --live ends with the scenario, --ros2 with Ctrl-C.
     #[arg(
-        long = "for",
+        long,
         value_name = "SECONDS",
         requires = "shown",
         allow_negative_numbers = true
     )]
-    pub(crate) seconds: Option<f64>,
+    pub(crate) duration: Option<f64>,
     /// Also writes the log of --live or --ros2 to this file, such as out/drive.mcap.
     #[arg(
         long = "log",
         value_name = "FILE",
         requires = "shown",
-        conflicts_with = "steer"
+        conflicts_with = "allow_control"
     )]
     pub(crate) log: Option<PathBuf>,
     /// Lets clients of --live change command, policy and torque limit. A command expires 0.5 s after the last message, or when
     /// its client disconnects: the vehicle is then commanded to stop.
     #[arg(long, requires = "live")]
-    pub(crate) steer: bool,
+    pub(crate) allow_control: bool,
     /// Lets web pages from another origin connect to --live, such as https://viewer.example; may be repeated. Pages of Foxglove, of
     /// Lichtblick and of this machine are always allowed.
     #[arg(long = "allow-origin", value_name = "ORIGIN", requires = "live")]
@@ -398,21 +342,14 @@ pub(crate) struct Ros2Args {
     pub(crate) namespace: String,
     /// Rate of a topic of --ros2 in simulated time, such as odom=100; 0 turns it off; may be repeated. The defaults are 100 Hz for clock and imu, 50 Hz for
     /// odom, tf, joint_states and vehicle_state.
-    #[arg(long = "rate", value_name = "TOPIC=HZ", requires = "ros2")]
-    pub(crate) rates: Vec<String>,
+    #[arg(long = "topic-rate", value_name = "TOPIC=HZ", requires = "ros2")]
+    pub(crate) topic_rates: Vec<String>,
     /// Also publishes the frame map, like a localisation without error.
     #[arg(long, requires = "ros2")]
-    pub(crate) map: bool,
+    pub(crate) publish_map_frame: bool,
     /// Acts as the hardware of ros2_control: takes velocities or torques of the wheels on /joint_commands instead of /cmd_vel.
     #[arg(long, value_enum, value_name = "INTERFACE", requires = "ros2")]
     pub(crate) ros2_control: Option<CommandInterface>,
-}
-
-/// What ros2_control commands of a wheel.
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum CommandInterface {
-    Velocity,
-    Effort,
 }
 
 /// Whatever follows a subcommand that is not here.

@@ -318,9 +318,9 @@ fn balls_ahead(vehicle: &Vehicle) -> String {
 }
 
 /// The body that reaches farthest ahead, where its clearance is less than the height of a step.
-#[cfg(feature = "bound")]
+#[cfg(feature = "climb-limits")]
 fn too_low(vehicle: &Vehicle, height_m: f64) -> Option<String> {
-    let front = |body: &&omni_config::Body| body.com_m[0] + body.box_m[0] / 2.0;
+    let front = |body: &&omni_config::Body| body.com_m[0] + body.inertia_box_m[0] / 2.0;
     let first = vehicle.body.iter().max_by(|a, b| front(a).total_cmp(&front(b)))?;
     let clearance_m = first.underside_m()?;
     (clearance_m < height_m).then(|| {
@@ -332,7 +332,7 @@ fn too_low(vehicle: &Vehicle, height_m: f64) -> Option<String> {
 }
 
 /// What a step of a height takes of a vehicle, as one of [`facts`]; doubtful is what its motors do not have.
-#[cfg(feature = "bound")]
+#[cfg(feature = "climb-limits")]
 fn on_step(
     vehicle: &Vehicle,
     step_m: Option<f64>,
@@ -353,7 +353,7 @@ fn on_step(
         Ok(linkage) => linkage,
         Err(omni_bound::Error::Vehicle { .. }) => {
             let Some(rows) = omni_bound::touch(vehicle, &step)? else {
-                let text = "no bound for this vehicle: a bound needs two rows of wheels on one frame or three rows on two frames";
+                let text = "no climb limits for this vehicle: they need two rows of wheels on one frame or three rows on two frames";
                 return Ok(format!("\n  {:<8} {text}", "step"));
             };
             let mut needs = Vec::new();
@@ -381,29 +381,29 @@ fn on_step(
         }
         Err(other) => return Err(other.into()),
     };
-    let bound = linkage.bound(&step, has, speed_m_s)?;
-    if !bound.possible() {
-        let rows = bound
+    let limits = linkage.climb_limits(&step, has, speed_m_s)?;
+    if !limits.possible() {
+        let rows = limits
             .rows
             .iter()
             .filter(|row| row.verdict == omni_bound::Verdict::Impossible);
         let rows = rows.map(|row| row.row).collect::<Vec<_>>().join(", ");
         report.warn([format!(
-            "{where_}: impossible at {speed_m_s} m/s with the motor's {has} N.m, for these rows: {rows}; use omnistep bound for details"
+            "{where_}: impossible at {speed_m_s} m/s with the motor's {has} N.m, for these rows: {rows}; use omnistep climb-limits for details"
         )]);
     }
-    let rows = bound
+    let rows = limits
         .rows
         .iter()
         .map(|row| format!("{} {}", row.row, row.verdict.name()));
     let rows = rows.collect::<Vec<_>>().join(", ");
     Ok(format!(
-        "\n  {:<8} {where_} at {speed_m_s} m/s: {rows} (omnistep bound)",
+        "\n  {:<8} {where_} at {speed_m_s} m/s: {rows} (omnistep climb-limits)",
         "step"
     ))
 }
 
-#[cfg(not(feature = "bound"))]
+#[cfg(not(feature = "climb-limits"))]
 fn on_step(
     _: &Vehicle,
     step_m: Option<f64>,
@@ -415,7 +415,7 @@ fn on_step(
     match step_m {
         Some(_) => Err(Error::NotBuilt {
             what: "check --step",
-            feature: "bound",
+            feature: "climb-limits",
         }),
         None => Ok(String::new()),
     }

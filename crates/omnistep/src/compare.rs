@@ -301,8 +301,8 @@ fn one(
         Some(firmware) => AnyController::in_qemu(scenario, firmware)?,
         None => AnyController::new(scenario)?,
     };
-    let mut notes = FaultMessages::new(controller.signal_names());
-    let mut trying = RetryState::new(scenario, controller.signal_names());
+    let mut notes = FaultMessages::new(controller.columns().wheels());
+    let mut trying = RetryState::new(scenario);
     let start = Instant::now();
     let mut log = RunLog::create(path, scenario, &controller)?;
     let mut simulated = 0.0;
@@ -316,8 +316,9 @@ fn one(
         .watch(|simulation, part| {
             simulated = simulation.time_ns() as f64 * 1e-9;
             progress(part);
-            notes.look(simulation.time_ns(), &simulation.sample().own);
-            trying.look(simulation);
+            let report = &simulation.sample().report;
+            notes.look(simulation.time_ns(), report);
+            trying.look(report);
             if stop.load(Ordering::SeqCst) {
                 Err(interrupted(simulated, None))
             } else {
@@ -337,7 +338,7 @@ fn one(
         policy: scenario.control.law(),
         trying: trying.note(&record.outcome),
         outcome: record.outcome,
-        steps_per_s: simulated * 1e6 / scenario.physics.step_us as f64 / seconds,
+        steps_per_s: simulated * 1e6 / scenario.physics.timestep_us as f64 / seconds,
         realtime_factor: simulated / seconds,
         mcap: log.path().to_owned(),
         _log: log,

@@ -45,8 +45,8 @@ pub(super) fn drive(args: DriveArgs, out: &mut dyn Write) -> Result<(), Error> {
     announce_vehicle(&scenario);
     let pilot = Pilot::new();
     let mut live = Live::new(args.port);
-    (live.until, live.stands, live.steer) = (Until::Stopped, true, true);
-    (live.speed, live.origins) = (args.speed, args.origins);
+    (live.until, live.stands, live.allow_control) = (Until::Stopped, true, true);
+    (live.real_time_factor, live.origins) = (args.real_time_factor, args.origins);
     live.pilot = Some(pilot.clone());
     live.own_page = true;
     let no_keys = args.no_keys;
@@ -108,7 +108,7 @@ fn ground_for(vehicle: &Vehicle) -> (&'static str, Vec<Override>) {
     let bumps = vec![
         Override::new("terrain.height_m", height_m),
         Override::new("terrain.width_m", 2.0 * height_m), // half round
-        Override::new("terrain.at_m", obstacle_at_m(vehicle, NEAREST_M)),
+        Override::new("terrain.start_x_m", obstacle_at_m(vehicle, NEAREST_M)),
     ];
     ("bumps", bumps)
 }

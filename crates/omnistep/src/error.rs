@@ -18,10 +18,10 @@ pub enum Error {
     #[cfg(feature = "study")]
     #[error(transparent)]
     Study(#[from] omni_study::Error),
-    /// What a climb takes at least.
-    #[cfg(feature = "bound")]
+    /// Minimum torque and run-up of a climb.
+    #[cfg(feature = "climb-limits")]
     #[error(transparent)]
-    Bound(omni_bound::Error),
+    ClimbLimits(omni_bound::Error),
     /// An argument is not usable.
     #[error("{name} = {}, allowed: {allowed}", shortened(value))]
     Argument {
@@ -90,12 +90,12 @@ impl From<omni_config::Error> for Error {
     }
 }
 
-#[cfg(feature = "bound")]
+#[cfg(feature = "climb-limits")]
 impl From<omni_bound::Error> for Error {
     fn from(error: omni_bound::Error) -> Self {
         match error {
             omni_bound::Error::Config(error) => error.into(),
-            other => Self::Bound(other),
+            other => Self::ClimbLimits(other),
         }
     }
 }
@@ -122,8 +122,8 @@ impl Error {
             Self::Log(error) => error.is_bad_input(),
             #[cfg(feature = "study")]
             Self::Study(error) => error.is_bad_input(),
-            #[cfg(feature = "bound")]
-            Self::Bound(error) => error.is_bad_input(),
+            #[cfg(feature = "climb-limits")]
+            Self::ClimbLimits(error) => error.is_bad_input(),
             Self::StudyInterrupted { .. } | Self::RunInterrupted { .. } => false,
             _ => true,
         }

@@ -1,53 +1,63 @@
-//! `omnistep export`, and `omnistep urdf`.
+//! `omnistep export`.
 
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use omni_config::{Override, Scenario, Source, Vehicle};
+use omni_config::{Language, Scenario, Source, Vehicle};
 use omni_log::{JointInterface, mjcf, ros2_control_urdf, ros2_controllers, vehicle_urdf};
 
 use crate::Error;
-use crate::args::{CommandInterface, Format, parse_overrides, with_vehicle};
-use crate::output::{print, write_file};
+use crate::args::{CommandInterface, ExportArgs, Format, parse_overrides, with_vehicle};
+use crate::notices::announce_assumed;
+use crate::output::{print, warn, write_file};
 use crate::scenario_or_vehicle::scenario_or_vehicle;
 
-/// Writes a vehicle, or a scenario with its own vehicle or another `instead`, into a file or to standard output.
-pub(super) fn export(
-    name: &str,
-    format: Format,
-    instead: Option<&str>,
-    overrides: &[String],
-    file: Option<&Path>,
-    out: &mut dyn Write,
-) -> Result<(), Error> {
-    let text = match format {
-        Format::Mjcf => mjcf(&scenario(name, with_vehicle(instead, overrides)?)?)? + "\n",
-        Format::Urdf => vehicle_urdf(&vehicle(instead.unwrap_or(name), overrides)?) + "\n",
-        Format::Ros2Control => ros2_controllers(&vehicle(instead.unwrap_or(name), overrides)?)?,
+/// Writes a vehicle, or a scenario with its own vehicle or another, into a file or to standard output.
+pub(super) fn export(args: &ExportArgs, out: &mut dyn Write) -> Result<(), Error> {
+    check(args)?;
+    let text = match args.format {
+        Format::Mjcf => mjcf(&scenario(args)?)? + "\n",
+        Format::Urdf => match args.ros2_control {
+            None => vehicle_urdf(&vehicle(args)?) + "\n",
+            Some(interface) => ros2_control_urdf(&vehicle(args)?, interface.into()) + "\n",
+        },
+        Format::Ros2Control => ros2_controllers(&vehicle(args)?)?,
+        Format::Rust => constants(args, Language::Rust)?,
+        Format::C => constants(args, Language::C)?,
     };
-    match file {
+    match &args.out {
         None => print(out, &text),
-        Some(path) => write_file(
-            path,
-            &text,
-            &read_for(name, instead, &parse_overrides(overrides)?),
-        ),
+        Some(path) => write_file(path, &text, &read_for(args)?),
     }
 }
 
-/// Prints a vehicle as URDF, with a block for ros2_control where it is commanded by something.
-pub(super) fn urdf(
-    name: &str,
-    commanded: Option<CommandInterface>,
-    overrides: &[String],
-    out: &mut dyn Write,
-) -> Result<(), Error> {
-    let vehicle = vehicle(name, overrides)?;
-    let text = match commanded {
-        None => vehicle_urdf(&vehicle),
-        Some(interface) => ros2_control_urdf(&vehicle, interface.into()),
-    };
-    print(out, &(text + "\n"))
+/// Options of one format are refused with another.
+fn check(args: &ExportArgs) -> Result<(), Error> {
+    if let (Some(vehicle), Format::Urdf | Format::Ros2Control) = (&args.vehicle, args.format) {
+        return Err(Error::Argument {
+            name: "--vehicle",
+            value: vehicle.clone(),
+            allowed: "only with --format mjcf, rust and c; for urdf and ros2-control NAME is the vehicle",
+        });
+    }
+    match args.ros2_control {
+        Some(interface) if args.format != Format::Urdf => Err(Error::Argument {
+            name: "--ros2-control",
+            value: JointInterface::from(interface).name().to_owned(),
+            allowed: "only with --format urdf",
+        }),
+        _ => Ok(()),
+    }
+}
+
+/// A scenario's controller as constants for firmware, with notes on what its vehicle's file leaves open.
+fn constants(args: &ExportArgs, language: Language) -> Result<String, Error> {
+    let scenario = scenario(args)?;
+    announce_assumed(scenario.vehicle(), scenario.period_s(), scenario.derived_gains());
+    if let Some(text) = scenario.unseen_encoders() {
+        warn(&format!("{}: {text}", scenario.name));
+    }
+    Ok(scenario.constants(language)?)
 }
 
 impl From<CommandInterface> for JointInterface {
@@ -59,28 +69,28 @@ impl From<CommandInterface> for JointInterface {
     }
 }
 
-/// The files that were read for a scenario or a vehicle, with another vehicle `instead` and some keys replaced.
-fn read_for(name: &str, instead: Option<&str>, overrides: &[Override]) -> Vec<PathBuf> {
-    let mut files = Scenario::files(name).unwrap_or_default();
+/// The files that were read for a scenario or a vehicle, with another vehicle and some keys replaced.
+fn read_for(args: &ExportArgs) -> Result<Vec<PathBuf>, Error> {
+    let mut files = Scenario::files(&args.name).unwrap_or_default();
     // What is built in names no file; where such a file is all the same, it is kept too. So is every text of an override.
+    let overrides = parse_overrides(&args.overrides)?;
     let replaced = overrides.iter().filter_map(|each| each.value().as_str());
-    files.extend(
-        [name]
-            .into_iter()
-            .chain(instead)
-            .chain(replaced)
-            .map(PathBuf::from),
-    );
-    files
+    let named = [args.name.as_str()].into_iter().chain(args.vehicle.as_deref());
+    files.extend(named.chain(replaced).map(PathBuf::from));
+    Ok(files)
 }
 
-fn vehicle(name: &str, overrides: &[String]) -> Result<Vehicle, Error> {
-    let overrides = parse_overrides(overrides)?;
-    Ok(Vehicle::from_source(&Source::vehicle(name, None)?, &overrides)?)
+fn vehicle(args: &ExportArgs) -> Result<Vehicle, Error> {
+    let overrides = parse_overrides(&args.overrides)?;
+    Ok(Vehicle::from_source(
+        &Source::vehicle(&args.name, None)?,
+        &overrides,
+    )?)
 }
 
 /// A scenario by its name, or a vehicle by its name on level ground.
-fn scenario(name: &str, overrides: Vec<Override>) -> Result<Scenario, Error> {
-    scenario_or_vehicle(name, overrides, || Ok(("flat", Vec::new())))
+fn scenario(args: &ExportArgs) -> Result<Scenario, Error> {
+    let overrides = with_vehicle(args.vehicle.as_deref(), &args.overrides)?;
+    scenario_or_vehicle(&args.name, overrides, || Ok(("flat", Vec::new())))
         .map_err(|error| error.to_command("export").into())
 }

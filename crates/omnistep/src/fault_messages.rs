@@ -1,102 +1,105 @@
 //! Messages about what a scenario's `[drive]` found in a run.
 
 use omni_config::shortened_line;
+use omni_core::DriveMode;
+use omni_core::drive::Fault;
+use omni_core::shaping::CommandStatus;
+use omni_sim::Report;
 
 /// Lines at most: what comes after them is counted.
 const MOST: usize = 12;
-/// What is wrong with a wheel, by [`omni_core::Fault::number`].
-const FAULTS: [&str; 6] = [
-    "is used again",
-    "reports a value that is not a number",
-    "reports an impossible jump",
-    "reports a stuck value",
-    "does not report",
-    "is declared lost",
-];
 
-/// Something that is reported when it changes: its column, and what its values mean; nothing where that is not reported.
-struct Watched {
-    column: usize,
-    last: f64,
-    said: Box<dyn Fn(f64) -> Option<String>>,
-    /// Which of them stop the vehicle, and as what.
-    stops: &'static [(f64, &'static str)],
-    /// As what and since when \[s\] it does now.
-    stopped: Option<(f64, &'static str)>,
-}
+/// Why the vehicle stands, and since when \[s\].
+type Stop = Option<(f64, &'static str)>;
 
 /// Notes of a run.
-#[derive(Default)]
 pub(crate) struct FaultMessages {
-    watched: Vec<Watched>,
+    wheels: Vec<String>,
+    mode: DriveMode,
+    command: CommandStatus,
+    faults: Vec<Option<Fault>>,
+    /// By the mode, and by the command.
+    stopped: [Stop; 2],
     lines: Vec<String>,
     more: usize,
 }
 
+/// What is said of a wheel.
+fn fault_message(fault: Option<Fault>) -> &'static str {
+    match fault {
+        None => "is used again",
+        Some(Fault::NotANumber) => "reports a value that is not a number",
+        Some(Fault::Jump) => "reports an impossible jump",
+        Some(Fault::Stuck) => "reports a stuck value",
+        Some(Fault::Silent) => "does not report",
+        Some(Fault::Lost) => "is declared lost",
+        Some(_) => "is faulty",
+    }
+}
+
 impl FaultMessages {
-    /// For a controller with these signals of its own; without a drive's there is nothing to note.
-    pub(crate) fn new(signals: &[String]) -> Self {
-        let watched = signals.iter().enumerate().filter_map(|(column, name)| {
-            let said: Box<dyn Fn(f64) -> Option<String>> = match name.as_str() {
-                "drive_mode" => Box::new(|mode| match mode {
-                    2.0 => Some("safe stop: too few usable wheels to measure the vehicle's motion".into()),
-                    3.0 => Some("emergency stop".into()),
-                    _ => None,
-                }),
-                "drive_command_status" => {
-                    Box::new(|status| (status == 3.0).then(|| "the command timed out".into()))
-                }
-                name => {
-                    let wheel = name.strip_prefix("drive_fault_")?.to_owned();
-                    Box::new(move |fault| Some(format!("wheel {wheel} {}", FAULTS.get(fault as usize)?)))
-                }
-            };
-            let stops: &[_] = match name.as_str() {
-                "drive_mode" => &[(2.0, "safe stop"), (3.0, "emergency stop")],
-                "drive_command_status" => &[(3.0, "time-out")],
-                _ => &[],
-            };
-            Some(Watched {
-                column,
-                last: 0.0,
-                said,
-                stops,
-                stopped: None,
-            })
-        });
+    /// For a drive of wheels of these names; without a drive there is nothing to note.
+    pub(crate) fn new(wheels: &[String]) -> Self {
         Self {
-            watched: watched.collect(),
-            ..Self::default()
+            wheels: wheels.to_vec(),
+            mode: DriveMode::Normal,
+            command: CommandStatus::Idle,
+            faults: vec![None; wheels.len()],
+            stopped: [None; 2],
+            lines: Vec::new(),
+            more: 0,
         }
     }
 
-    /// Looks at what the controller's own signals were at a time \[ns\]; NaN where one is not known.
-    pub(crate) fn look(&mut self, time_ns: u64, signals: &[f64]) {
-        for watched in &mut self.watched {
-            let Some(&now) = signals.get(watched.column) else {
-                continue;
+    /// Looks at what the controller reported at a time \[ns\].
+    pub(crate) fn look(&mut self, time_ns: u64, report: &Report) {
+        let Some(drive) = &report.drive else {
+            return;
+        };
+        let time_s = time_ns as f64 * 1e-9;
+        if drive.mode != self.mode {
+            self.mode = drive.mode;
+            let (stop, said) = match drive.mode {
+                DriveMode::SafeStop => (
+                    Some((time_s, "safe stop")),
+                    Some("safe stop: too few usable wheels to measure the vehicle's motion"),
+                ),
+                DriveMode::EmergencyStop => (Some((time_s, "emergency stop")), Some("emergency stop")),
+                _ => (None, None),
             };
-            if now == watched.last || now.is_nan() {
-                continue;
+            self.stopped[0] = stop;
+            if let Some(said) = said {
+                self.say(time_s, said);
             }
-            watched.last = now;
-            let stop = watched.stops.iter().find(|(value, _)| *value == now);
-            watched.stopped = stop.map(|(_, name)| (time_ns as f64 * 1e-9, *name));
-            if let Some(said) = (watched.said)(now) {
-                if self.lines.len() < MOST {
-                    let time_s = time_ns as f64 * 1e-9;
-                    self.lines.push(format!("{time_s:.3} s: {said}"));
-                } else {
-                    self.more += 1;
-                }
+        }
+        if let Some(command) = drive.command.filter(|command| *command != self.command) {
+            self.command = command;
+            self.stopped[1] = None;
+            if command == CommandStatus::TimedOut {
+                self.stopped[1] = Some((time_s, "time-out"));
+                self.say(time_s, "the command timed out");
             }
+        }
+        for (i, wheel) in drive.wheels.iter().enumerate().take(self.faults.len()) {
+            if wheel.fault != self.faults[i] {
+                self.faults[i] = wheel.fault;
+                let said = format!("wheel {} {}", self.wheels[i], fault_message(wheel.fault));
+                self.say(time_s, &said);
+            }
+        }
+    }
+
+    fn say(&mut self, time_s: f64, said: &str) {
+        if self.lines.len() < MOST {
+            self.lines.push(format!("{time_s:.3} s: {said}"));
+        } else {
+            self.more += 1;
         }
     }
 
     /// What has stopped the vehicle for good, as far as the run went; of several what did it first.
     pub(crate) fn stopped(&self) -> Option<String> {
-        let stops = self.watched.iter().filter_map(|watched| watched.stopped);
-        let first = stops.min_by(|a, b| a.0.total_cmp(&b.0));
+        let first = self.stopped.iter().flatten().min_by(|a, b| a.0.total_cmp(&b.0));
         first.map(|(time_s, name)| format!("{name} at {time_s:.2} s"))
     }
 

@@ -5,7 +5,7 @@ use omni_sim::{Figure, LimitedBy, Outcome};
 use crate::output::{BEYOND_BALLS, aligned, marked};
 
 /// Columns of characters that a table takes at most, unless one run alone needs more.
-const WIDTH: usize = 100;
+const WIDTH: usize = 80;
 
 /// What a table shows of one run.
 pub(super) struct Run<'a> {
@@ -196,7 +196,7 @@ mod tests {
     fn runs_that_do_not_fit_beside_one_another_follow_below_and_no_line_is_too_long() {
         let scenario = omni_config::Scenario::load("flat", &[]).expect("built in");
         let outcome = Outcome::unfinished(&scenario);
-        let names = (0..14).map(|k| format!("step-synchronised-seed{k}.mcap"));
+        let names = (0..14).map(|k| format!("step-scale_references-seed{k}.mcap"));
         let runs: Vec<_> = names.map(|name| Run::new(name, &outcome)).collect();
         let text = results("log", &runs, 1);
         assert!(text.lines().all(|line| line.chars().count() <= WIDTH), "{text}");

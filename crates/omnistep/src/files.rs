@@ -10,7 +10,7 @@ use crate::Error;
 use crate::args::{FileKindArg, NewKind};
 use crate::output::print;
 use crate::room::{behind_m, obstacle_at_m};
-use crate::{log_map, manoeuvre, robots};
+use crate::{excitation, import_map, robots};
 
 /// Prints the JSON Schema of a kind of file.
 #[cfg(feature = "schema")]
@@ -38,38 +38,38 @@ pub(super) fn schema(_: FileKindArg, _: &mut dyn Write) -> Result<(), Error> {
 pub(super) fn new(
     kind: NewKind,
     name: &str,
-    like: Option<&str>,
+    template: Option<&str>,
     vehicle: Option<&str>,
     out: &mut dyn Write,
 ) -> Result<(), Error> {
-    let of_a_vehicle = matches!(kind, NewKind::Manoeuvre | NewKind::Map);
+    let of_a_vehicle = matches!(kind, NewKind::Excitation | NewKind::ImportMap);
     if let (Some(vehicle), NewKind::Vehicle | NewKind::Study) = (vehicle, kind) {
         return Err(Error::Argument {
             name: "--vehicle",
             value: vehicle.to_owned(),
-            allowed: "only with new scenario, new manoeuvre and new map",
+            allowed: "only with new scenario, new excitation and new import-map",
         });
     }
-    if let (Some(like), true) = (like, of_a_vehicle) {
+    if let (Some(template), true) = (template, of_a_vehicle) {
         return Err(Error::Argument {
-            name: "--like",
-            value: like.to_owned(),
+            name: "--template",
+            value: template.to_owned(),
             allowed: "only with new vehicle, new scenario and new study; use --vehicle to set the vehicle",
         });
     }
     let kind_of_new = kind;
-    let (kind, like) = match kind {
-        NewKind::Vehicle => (FileKind::Vehicle, like.unwrap_or("chugo7")),
-        NewKind::Scenario => (FileKind::Scenario, like.unwrap_or("step")),
-        NewKind::Study => (FileKind::Study, like.unwrap_or("climb_map")),
-        NewKind::Manoeuvre => (FileKind::Scenario, vehicle.unwrap_or("chugo7")),
-        NewKind::Map => return new_map(name, vehicle.unwrap_or("chugo7"), out),
+    let (kind, template) = match kind {
+        NewKind::Vehicle => (FileKind::Vehicle, template.unwrap_or("chugo7")),
+        NewKind::Scenario => (FileKind::Scenario, template.unwrap_or("step")),
+        NewKind::Study => (FileKind::Study, template.unwrap_or("climb_map")),
+        NewKind::Excitation => (FileKind::Scenario, vehicle.unwrap_or("chugo7")),
+        NewKind::ImportMap => return new_import_map(name, vehicle.unwrap_or("chugo7"), out),
     };
     let text = match kind_of_new {
-        NewKind::Manoeuvre => manoeuvre::text(name, like)?,
-        NewKind::Vehicle => robots::like(like, name)?,
-        NewKind::Scenario => driven(named(kind, like, name)?, like, vehicle)?,
-        _ => named(kind, like, name)?,
+        NewKind::Excitation => excitation::text(name, template)?,
+        NewKind::Vehicle => robots::like(template, name)?,
+        NewKind::Scenario => driven(named(kind, template, name)?, template, vehicle)?,
+        _ => named(kind, template, name)?,
     };
     // What would be refused when it is read is not written.
     let source = Source::text(format!("new {name}"), &*text);
@@ -89,30 +89,37 @@ pub(super) fn new(
     };
     let path = written(name, &format!("{}{text}", schema_line(kind)))?;
     let started = match kind_of_new {
-        NewKind::Manoeuvre => "a manoeuvre for",
+        NewKind::Excitation => "an excitation for",
         _ => "started from",
     };
-    print(out, &format!("{path}: {started} {like}; run it with: {hint}\n"))
+    print(
+        out,
+        &format!("{path}: {started} {template}; run it with: {hint}\n"),
+    )
 }
 
 /// Writes a map for `omnistep import`. There is no name in it; the file's is what a scenario's may be.
-fn new_map(name: &str, vehicle: &str, out: &mut dyn Write) -> Result<(), Error> {
+fn new_import_map(name: &str, vehicle: &str, out: &mut dyn Write) -> Result<(), Error> {
     let scenario = named(FileKind::Scenario, "flat", name)?;
     Scenario::from_source(&Source::text(format!("new {name}"), scenario), &[])?;
-    let path = written(name, &log_map::text(vehicle)?)?;
+    let path = written(name, &import_map::text(vehicle)?)?;
     let hint =
         format!("write the names of your log's columns into it, then: omnistep import LOG --map {path}");
-    print(out, &format!("{path}: a map for {vehicle}; {hint}\n"))
+    print(out, &format!("{path}: an import map for {vehicle}; {hint}\n"))
 }
 
 /// The text of a built-in file with another name in it.
-fn named(kind: FileKind, like: &str, name: &str) -> Result<String, Error> {
-    let text = kind.template(like)?;
-    Ok(text.replacen(&format!("name = \"{like}\""), &format!("name = \"{name}\""), 1))
+fn named(kind: FileKind, template: &str, name: &str) -> Result<String, Error> {
+    let text = kind.template(template)?;
+    Ok(text.replacen(
+        &format!("name = \"{template}\""),
+        &format!("name = \"{name}\""),
+        1,
+    ))
 }
 
 /// The text of a scenario with another vehicle in it, if one is named.
-fn driven(text: String, like: &str, vehicle: Option<&str>) -> Result<String, Error> {
+fn driven(text: String, template: &str, vehicle: Option<&str>) -> Result<String, Error> {
     let Some(vehicle) = vehicle else {
         return Ok(text);
     };
@@ -122,9 +129,10 @@ fn driven(text: String, like: &str, vehicle: Option<&str>) -> Result<String, Err
     let source = Source::vehicle(vehicle, None)?;
     let other = Vehicle::from_source(&source, &[])?;
     let wheels = other.wheel.len();
-    let text = with_room(&text, like, &other)?.replacen(own, &format!("vehicle = {}", toml_text(vehicle)), 1);
+    let text =
+        with_room(&text, template, &other)?.replacen(own, &format!("vehicle = {}", toml_text(vehicle)), 1);
     // Balls where they are a valid wheel model, else the rollers of the vehicle's file if it has them.
-    let scenario = Scenario::from_source(&Source::text(like, &*text), &[])?;
+    let scenario = Scenario::from_source(&Source::text(template, &*text), &[])?;
     let has_rollers = |i| scenario.vehicle().rollers(i, WheelModel::Rollers).is_some();
     if scenario.beyond_balls().is_none() || !(0..wheels).all(has_rollers) {
         return Ok(text);
@@ -138,8 +146,8 @@ fn driven(text: String, like: &str, vehicle: Option<&str>) -> Result<String, Err
 }
 
 /// The text of a built-in scenario with its obstacle as far ahead as a long vehicle needs it, and time for the longer way.
-fn with_room(text: &str, like: &str, vehicle: &Vehicle) -> Result<String, Error> {
-    let usual = Scenario::from_source(&Source::text(like, text), &[])?;
+fn with_room(text: &str, template: &str, vehicle: &Vehicle) -> Result<String, Error> {
+    let usual = Scenario::from_source(&Source::text(template, text), &[])?;
     let Some(obstacle) = usual.terrain.obstacle() else {
         return Ok(text.into());
     };
@@ -150,7 +158,7 @@ fn with_room(text: &str, like: &str, vehicle: &Vehicle) -> Result<String, Error>
     let longer_m = (behind_m(vehicle) - behind_m(usual.vehicle())).max(0.0) + at_m - obstacle.from_m;
     let speed_m_s = usual.command.vx_m_s.abs().max(0.1);
     let duration_s = (usual.duration_s + longer_m / speed_m_s).ceil();
-    let text = with_value(text, "at_m", &format!("{at_m:.1}"));
+    let text = with_value(text, "start_x_m", &format!("{at_m:.1}"));
     Ok(with_value(&text, "duration_s", &format!("{duration_s:.1}")))
 }
 

@@ -8,28 +8,28 @@
 #![forbid(unsafe_code)]
 
 mod args;
-#[cfg(feature = "bound")]
-mod bound;
 mod check;
+#[cfg(feature = "climb-limits")]
+mod climb_limits;
 mod compare;
 #[cfg(feature = "live")]
 mod drive;
 mod error;
+mod excitation;
 mod export;
 mod fault_messages;
 mod figures;
 mod files;
+mod import_map;
 mod list;
 #[cfg(feature = "live")]
 mod live;
-mod log_map;
 mod logs;
-mod manoeuvre;
+mod motor_bench;
 mod notices;
 mod output;
 mod reasons;
 mod retry_state;
-mod ripple;
 mod robots;
 mod room;
 #[cfg(feature = "ros2")]
@@ -38,18 +38,17 @@ mod scenario_or_vehicle;
 mod signals;
 #[cfg(feature = "study")]
 mod study;
-mod wheels;
+mod wheel_ripple;
 
 use std::ffi::OsString;
 use std::io::Write;
 
-use args::{Cli, Command, ConstantsLanguage, Place, RunArgs, with_vehicle};
+use args::{Cli, Command, Place, RunArgs};
 use clap::{CommandFactory, Parser};
 use compare::Policies;
-use notices::announce_assumed;
-use omni_config::{Engine, Language, Override, Scenario};
+use omni_config::Engine;
 use omni_sim::controller::Firmware;
-use output::{each, print, say, say_error, warn};
+use output::{each, print, say, say_error};
 
 pub use error::Error;
 
@@ -89,7 +88,7 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<u8, Error> {
         return print(out, &Cli::command().render_help().to_string()).map(|()| 0);
     };
     let done = match command {
-        Command::Inspect { logs, json, explain } => return logs::inspect(&logs, json, explain, out),
+        Command::Info { logs, json, explain } => return logs::info(&logs, json, explain, out),
         Command::Check { files, step, strict } => {
             let mut doubtful = false;
             let code = each(&files, |file| {
@@ -121,84 +120,64 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<u8, Error> {
                 out,
             )
         }
-        Command::Drive(args) => run_drive(args, out),
-        Command::Wheels {
+        #[cfg(feature = "live")]
+        Command::Drive(args) => drive::drive(args, out),
+        #[cfg(not(feature = "live"))]
+        Command::Drive(_) => Err(Error::NotBuilt {
+            what: "drive",
+            feature: "live",
+        }),
+        Command::MotorBench {
             experiment,
             overrides,
             json,
-        } => wheels::wheels(&experiment, &overrides, json, out),
-        Command::Study(args) => run_study(&args, out),
-        Command::Constants {
+        } => motor_bench::motor_bench(&experiment, &overrides, json, out),
+        #[cfg(feature = "study")]
+        Command::Study(args) => study::study(&args, out),
+        #[cfg(not(feature = "study"))]
+        Command::Study(_) => Err(Error::NotBuilt {
+            what: "study",
+            feature: "study",
+        }),
+        Command::WheelRipple {
+            vehicle,
+            overrides,
+            json,
+        } => wheel_ripple::wheel_ripple(&vehicle, &overrides, json, out),
+        #[cfg(feature = "climb-limits")]
+        Command::ClimbLimits {
             scenario,
             vehicle,
             overrides,
-            language,
+            json,
         } => {
-            let language = match language {
-                ConstantsLanguage::Rust => Language::Rust,
-                ConstantsLanguage::C => Language::C,
-            };
-            let scenario = Scenario::load(&scenario, &with_vehicle(vehicle.as_deref(), &overrides)?)
-                .map_err(|error| error.to_command("constants"))?;
-            announce_assumed(scenario.vehicle(), scenario.period_s(), scenario.derived_gains());
-            if let Some(text) = scenario.unseen_encoders() {
-                warn(&format!("{}: {text}", scenario.name));
-            }
-            print(out, &scenario.constants(language)?)
+            let overrides = args::with_vehicle(vehicle.as_deref(), &overrides)?;
+            climb_limits::climb_limits(&scenario, overrides, json, out)
         }
-        Command::Ripple {
-            vehicle,
-            overrides,
-            json,
-        } => ripple::ripple(&vehicle, &overrides, json, out),
-        Command::Bound {
-            scenario,
-            vehicle,
-            overrides,
-            json,
-        } => run_bound(
-            &scenario,
-            with_vehicle(vehicle.as_deref(), &overrides)?,
-            json,
-            out,
-        ),
+        #[cfg(not(feature = "climb-limits"))]
+        Command::ClimbLimits { .. } => Err(Error::NotBuilt {
+            what: "climb-limits",
+            feature: "climb-limits",
+        }),
         Command::Replay {
             log,
             policy,
             overrides,
         } => logs::replayed(&log, policy.as_deref(), &overrides, out),
-        Command::Export {
-            name,
-            format,
-            vehicle,
-            overrides,
-            out: file,
-        } => export::export(
-            &name,
-            format,
-            vehicle.as_deref(),
-            &overrides,
-            file.as_deref(),
-            out,
-        ),
-        Command::Urdf {
-            vehicle,
-            ros2_control,
-            overrides,
-        } => export::urdf(&vehicle, ros2_control, &overrides, out),
+        Command::Export(args) => export::export(&args, out),
         Command::Import(_) => Err(in_python("import", "import")),
         Command::Resimulate(_) => Err(in_python("resimulate", "plot")),
-        Command::Film(_) => Err(in_python("film", "view")),
-        Command::Strip(_) => Err(in_python("strip", "plot")),
+        Command::Video(_) => Err(in_python("video", "view")),
+        Command::Plot(_) => Err(in_python("plot", "plot")),
         Command::Report(_) => Err(in_python("report", "view")),
         Command::Identify(_) => Err(in_python("identify", "identify")),
         Command::Calibrate(_) => Err(in_python("calibrate", "identify")),
         Command::New {
             kind,
             name,
-            like,
+            template,
             vehicle,
-        } => files::new(kind, &name, like.as_deref(), vehicle.as_deref(), out),
+        } => files::new(kind, &name, template.as_deref(), vehicle.as_deref(), out),
         Command::Schema { kind } => files::schema(kind, out),
         Command::List { kind } => list::list(kind, out),
     };
@@ -230,48 +209,6 @@ fn run_live(_: &RunArgs, _: Option<&str>, live: args::LiveArgs, _: &mut dyn Writ
         ("run --live", "live")
     };
     Err(Error::NotBuilt { what, feature })
-}
-
-/// `omnistep drive`.
-#[cfg(feature = "live")]
-fn run_drive(args: args::DriveArgs, out: &mut dyn Write) -> Result<(), Error> {
-    drive::drive(args, out)
-}
-
-#[cfg(not(feature = "live"))]
-fn run_drive(_: args::DriveArgs, _: &mut dyn Write) -> Result<(), Error> {
-    Err(Error::NotBuilt {
-        what: "drive",
-        feature: "live",
-    })
-}
-
-/// `omnistep study`.
-#[cfg(feature = "study")]
-fn run_study(args: &args::StudyArgs, out: &mut dyn Write) -> Result<(), Error> {
-    study::study(args, out)
-}
-
-#[cfg(not(feature = "study"))]
-fn run_study(_: &args::StudyArgs, _: &mut dyn Write) -> Result<(), Error> {
-    Err(Error::NotBuilt {
-        what: "study",
-        feature: "study",
-    })
-}
-
-/// `omnistep bound`.
-#[cfg(feature = "bound")]
-fn run_bound(scenario: &str, overrides: Vec<Override>, json: bool, out: &mut dyn Write) -> Result<(), Error> {
-    bound::bound(scenario, overrides, json, out)
-}
-
-#[cfg(not(feature = "bound"))]
-fn run_bound(_: &str, _: Vec<Override>, _: bool, _: &mut dyn Write) -> Result<(), Error> {
-    Err(Error::NotBuilt {
-        what: "bound",
-        feature: "bound",
-    })
 }
 
 /// A subcommand that the Python package's `omnistep` has and this program has not.

@@ -30,7 +30,7 @@ impl Listed {
             Self::Robots => ROBOTS.map(|(name, _)| name).to_vec(),
             Self::Policies => POLICIES.to_vec(),
             Self::Studies => builtin_studies(),
-            Self::Experiments => vec!["wheels"],
+            Self::Experiments => vec!["motor_bench"],
         }
     }
 
@@ -64,14 +64,14 @@ pub(super) fn list(kind: Option<Listed>, out: &mut dyn Write) -> Result<(), Erro
         (
             "robots:     ",
             Listed::Robots,
-            " (make a vehicle: `omnistep new vehicle NAME --like ROBOT`)",
+            " (make a vehicle: `omnistep new vehicle NAME --template ROBOT`)",
         ),
         ("policies:   ", Listed::Policies, ""),
         ("studies:    ", Listed::Studies, ""),
         (
             "experiments:",
             Listed::Experiments,
-            " (run with `omnistep wheels`)",
+            " (run with `omnistep motor-bench`)",
         ),
     ] {
         print(out, &format!("{title} {}{note}\n", kind.names().join(", ")))?;

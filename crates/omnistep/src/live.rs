@@ -30,7 +30,7 @@ pub(super) fn live(
     }
     let scenario = Scenario::load(&args.scenario, &overrides)?;
     announce(&scenario);
-    let seconds = live.seconds;
+    let seconds = live.duration;
     let live = asked(live)?;
     let opened = |opened: &Opened| match opened {
         Opened::Port(address) => say(&format!(
@@ -86,7 +86,7 @@ fn headline_of(scenario: &Scenario, live: &Live) -> String {
     if live.ros2.is_some() {
         return headline_for(scenario, "driven over ROS 2");
     }
-    if live.steer {
+    if live.allow_control {
         return headline_for(scenario, "driven by viewers");
     }
     headline(scenario)
@@ -133,10 +133,11 @@ fn asked(args: LiveArgs) -> Result<Live, Error> {
         live = Live::on_ros2(crate::ros2::ros2(args.on_ros2)?);
         live.port = args.live.then_some(args.port);
     }
-    if let Some(seconds) = args.seconds {
+    if let Some(seconds) = args.duration {
         live.until = Until::Seconds(seconds);
     }
-    (live.speed, live.wait, live.steer) = (args.speed, args.wait, args.steer);
+    (live.real_time_factor, live.wait) = (args.real_time_factor, args.wait);
+    live.allow_control = args.allow_control;
     (live.origins, live.log) = (args.origins, args.log);
     Ok(live)
 }

@@ -1,4 +1,4 @@
-//! `omnistep inspect` and `omnistep replay`.
+//! `omnistep info` and `omnistep replay`.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use omni_config::Override;
 use omni_log::{LogFile, LogMessage, Replay, read_log, replay};
-use omni_sim::Outcome;
+use omni_sim::{Outcome, ReportColumns};
 
 use crate::Error;
 use crate::args::parse_overrides;
@@ -29,20 +29,20 @@ struct Inspected<'a> {
 }
 
 /// Reads logs from start to end, every checksum included, and prints what is in them. The exit code is that of the worst.
-pub(super) fn inspect(
-    paths: &[PathBuf],
-    json: bool,
-    explain: bool,
-    out: &mut dyn Write,
-) -> Result<u8, Error> {
+pub(super) fn info(paths: &[PathBuf], json: bool, explain: bool, out: &mut dyn Write) -> Result<u8, Error> {
     let mut files = Vec::new();
     let code = each(paths, |path| {
-        let mut notes = None;
+        let mut notes: Option<(ReportColumns, FaultMessages)> = None;
         let file = read_log(path, |time_ns, message| {
             if let LogMessage::ControllerSignals(signals) = message {
-                notes
-                    .get_or_insert_with(|| FaultMessages::new(&signals.name))
-                    .look(time_ns, &signals.value);
+                let (columns, notes) = notes.get_or_insert_with(|| {
+                    let columns = ReportColumns::named(&signals.name);
+                    let notes = FaultMessages::new(columns.wheels());
+                    (columns, notes)
+                });
+                if let Some(report) = columns.report(&signals.value) {
+                    notes.look(time_ns, &report);
+                }
             }
             Ok(())
         })?;
@@ -64,7 +64,7 @@ pub(super) fn inspect(
             print(out, &described(&file))?;
             // A controller of somebody's own may call its signals as it likes.
             notes = notes.filter(|_| file.scenario.drive.is_some() && !file.own_controller);
-            if let Some(notes) = &notes {
+            if let Some((_, notes)) = &notes {
                 print(out, &notes.text(""))?;
             }
             for line in file
@@ -75,7 +75,7 @@ pub(super) fn inspect(
                 print(out, &format!("{line}\n"))?;
             }
         }
-        files.push((file, notes.and_then(|notes| notes.stopped())));
+        files.push((file, notes.and_then(|(_, notes)| notes.stopped())));
         Ok(())
     });
     if json || files.is_empty() {

@@ -1,4 +1,4 @@
-//! Vehicle files of public robots, to start from: `omnistep new vehicle NAME --like ROBOT`.
+//! Vehicle files of public robots, to start from: `omnistep new vehicle NAME --template ROBOT`.
 
 use omni_config::{Error, Source, Vehicle, builtin_vehicles};
 use serde::Deserialize;
@@ -77,5 +77,5 @@ pub(crate) fn in_a_line(name: &str) -> &'static str {
 
 /// How to drive a robot whose name is taken for that of a vehicle; nothing for other names.
 pub(crate) fn hint(name: &str) -> Option<String> {
-    robot(name).map(|_| format!("omnistep new vehicle my_{name} --like {name}"))
+    robot(name).map(|_| format!("omnistep new vehicle my_{name} --template {name}"))
 }

@@ -14,9 +14,9 @@ pub(super) fn ros2(args: Ros2Args) -> Result<Ros2, Error> {
     let domain = env::var_os("ROS_DOMAIN_ID").map(|value| value.to_string_lossy().into_owned());
     let mut ros2 = Ros2::from_domain_id(domain.as_deref())?;
     ros2.namespace = args.namespace;
-    ros2.map = args.map;
-    ros2.rates = args
-        .rates
+    ros2.publish_map_frame = args.publish_map_frame;
+    ros2.topic_rates = args
+        .topic_rates
         .iter()
         .map(|text| rate(text))
         .collect::<Result<_, _>>()?;
@@ -28,7 +28,7 @@ fn rate(text: &str) -> Result<(String, f64), Error> {
     let parts = text.split_once('=');
     let parts = parts.and_then(|(topic, rate)| Some((topic.into(), rate.parse().ok()?)));
     parts.ok_or_else(|| Error::Argument {
-        name: "--rate",
+        name: "--topic-rate",
         value: text.into(),
         allowed: "TOPIC=HZ, such as odom=100",
     })

@@ -30,9 +30,9 @@ pub(super) fn study(args: &StudyArgs, out: &mut dyn Write) -> Result<(), Error> 
         overrides.push(Override::new("stop_when_done", true));
     }
     let plan = Plan::new(&study, &overrides)?;
-    let against = args.against.as_deref().map(Override::parse).transpose()?;
-    let compared = |rows: &[_]| match &against {
-        Some(against) => paired(&plan, rows, against, &plan.study().map.figures),
+    let baseline = args.baseline.as_deref().map(Override::parse).transpose()?;
+    let compared = |rows: &[_]| match &baseline {
+        Some(baseline) => paired(&plan, rows, baseline, &plan.study().map.figures),
         None => Ok(Vec::new()),
     };
     compared(&[])?; // what is wrong with it is said before hours of runs
@@ -86,8 +86,8 @@ pub(super) fn study(args: &StudyArgs, out: &mut dyn Write) -> Result<(), Error> 
         return json(&plan, &map, &compared(&rows)?, out);
     }
     print(out, &tables::tables(&plan, &map))?;
-    if let Some(against) = &against {
-        print(out, &tables::against(&plan, against, &compared(&rows)?))?;
+    if let Some(baseline) = &baseline {
+        print(out, &tables::baseline(&plan, baseline, &compared(&rows)?))?;
     }
     if map.iter().any(|cell| cell.beyond_balls > 0) {
         print(out, &format!("{BEYOND_BALLS}\n"))?;

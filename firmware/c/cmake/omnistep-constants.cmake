@@ -1,4 +1,4 @@
-# omnistep_constants(TARGET SCENARIO [KEY=VALUE...]): constants.h for TARGET, written by `omnistep constants` from a scenario
+# omnistep_constants(TARGET SCENARIO [KEY=VALUE...]): constants.h for TARGET, written by `omnistep export` from a scenario
 # file (or a built-in scenario), with keys replaced as by --set. Looked at in every build, because a scenario names other files;
 # where the numbers are the same, nothing is compiled anew.
 function(omnistep_constants target scenario)

@@ -1,6 +1,6 @@
 /* The whole Drive from C, through commands, a time-out, a silent encoder, a slipping wheel, an emergency stop and a safe stop: the
  * same steps as crates/omni-config/examples/c_drive_reference.rs, the same bits. */
-#include "drive_constants.h" /* written by `omnistep constants firmware/scenarios/drive.toml --language c` */
+#include "drive_constants.h" /* written by `omnistep export firmware/scenarios/drive.toml --format c` */
 #include "omnistep.h"
 #include "startup.h"
 

@@ -1,7 +1,7 @@
 /* The seven-wheel controller from C: the same steps as crates/omni-config/examples/c_reference.rs, the same bits.
  *
  * No C library: start-up code and the console (semihosting) are in startup.c. */
-#include "constants.h" /* written by `omnistep constants step --language c` */
+#include "constants.h" /* written by `omnistep export step --format c` */
 #include "omnistep.h"
 #include "startup.h"
 

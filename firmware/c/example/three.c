@@ -1,5 +1,5 @@
 #include "omnistep.h"
-#include "constants.h" /* omnistep constants base.toml --language c > constants.h */
+#include "constants.h" /* omnistep export base.toml --format c > constants.h */
 
 /* The board: these are yours. */
 bool read_counter(int wheel, uint32_t *counter); /* of a timer in encoder mode; false where it cannot be read */

@@ -1,6 +1,6 @@
 #include <omnistep.hpp>
 
-#include "constants.h" // omnistep constants base.toml --language c > constants.h
+#include "constants.h" // omnistep export base.toml --format c > constants.h
 
 // The board: these are yours.
 extern "C" {

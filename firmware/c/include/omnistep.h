@@ -1,6 +1,6 @@
 /* omnistep: control of omni-directional vehicles, in single precision. C11 and C++11; neither heap nor C library needed.
  *
- * A controller is a constant that `omnistep constants` writes from a vehicle file; what changes is in a state. Units are
+ * A controller is a constant that `omnistep export` writes from a vehicle file; what changes is in a state. Units are
  * SI: m, m/s, rad/s, N.m, s. Fill in constants by that command only: their flags and tags have to be valid. Comments that name
  * `Types` mean those of the Rust library, which has them documented in full. Generated from the Rust sources by cbindgen; not to be edited. */
 
@@ -215,7 +215,7 @@ typedef struct {
   // `ended` no wheel is controlled.
   bool active[3];
   // Proportional term, formed with the reference as reduced by `common_factor` under
-  // `Saturation::ScaleReference`.
+  // `Saturation::ScaleReferences`.
   float p_n_m[3];
   // Integral term, likewise.
   float i_n_m[3];
@@ -232,7 +232,7 @@ typedef struct {
   // The requested torque is outside the limits.
   bool saturated[3];
   // What all torques (`Saturation::ScaleTorques`) or all references
-  // (`Saturation::ScaleReference`) were multiplied by, 0 to 1; 1 under
+  // (`Saturation::ScaleReferences`) were multiplied by, 0 to 1; 1 under
   // `Saturation::Clip`.
   float common_factor;
   // Every reference has been 0 for long enough that all torque has ended: see `Rest`. Bridges that are driven by
@@ -378,7 +378,7 @@ enum omni_saturation_tag
   // All references are multiplied by one factor s, as large as keeps every wheel within its limit, and the loops see
   // the error against the reduced reference (a conditioned controller shared by the wheels). Ratios of velocities are
   // kept and nothing winds up.
-  OMNI_SATURATION_SCALE_REFERENCE,
+  OMNI_SATURATION_SCALE_REFERENCES,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -391,12 +391,12 @@ typedef uint8_t omni_saturation_tag;
 typedef struct {
   // The factor never falls below this, 0 to 1: a wheel may then saturate. 0 lets one blocked wheel stop all.
   float floor;
-} omni_saturation_ScaleReference_body;
+} omni_saturation_ScaleReferences_body;
 
 typedef struct {
   omni_saturation_tag tag;
   union {
-    omni_saturation_ScaleReference_body SCALE_REFERENCE;
+    omni_saturation_ScaleReferences_body SCALE_REFERENCES;
   };
 } omni_saturation;
 
@@ -430,359 +430,11 @@ typedef struct {
 
 // A vehicle's controller: kinematics and wheel loops. Immutable; what changes is in `ControlState`.
 //
-// The bare loop. `crate::Drive` puts shaping, faults, slip and odometry around it.
+// The bare loop. `Drive` puts shaping, faults, slip and odometry around it.
 typedef struct {
   omni3_kinematics kinematics;
   omni3_loops wheels;
 } omni3_controller;
-
-// What the loops remember between steps; `default` is a fresh start.
-typedef struct {
-  // Integral term of each wheel [N.m].
-  float integral_n_m[4];
-  // Derivative term of each wheel [N.m], after its filter.
-  float derivative_n_m[4];
-  // Reference of the step before, as realised [rad/s].
-  float last_reference_rad_s[4];
-  // Measurement of the step before [rad/s].
-  float last_measured_rad_s[4];
-  // There was a step before.
-  bool started[4];
-  // Which wheels are overloaded, and for how long the others have been beyond a limit.
-  omni_overload overload;
-  // How far the torque has ended while every reference was 0.
-  omni_rest_state rest;
-} omni4_state;
-
-// Actuator velocities, one a wheel in the layout's order: what kinematics maps and loops control.
-typedef struct {
-  // Velocity of each actuator [rad/s] (positive as the wheel's rolling direction says), any finite number.
-  float rad_s[4];
-} omni4_velocities;
-
-// Actuator torques, one a wheel in the layout's order: what a controller asks of motors. Not a wheel velocity.
-typedef struct {
-  // Torque of each actuator [N.m] (positive drives the wheel in its rolling direction), any finite number.
-  float n_m[4];
-} omni4_torques;
-
-// Torque limits of `N` wheels at their present velocities [N.m], in the layout's order.
-typedef struct {
-  // Lowest torque of each, <= 0.
-  float lower_n_m[4];
-  // Highest torque of each, >= 0.
-  float upper_n_m[4];
-} omni4_torque_ranges;
-
-// Every signal of one control step, per wheel in the layout's order. Velocities [rad/s] and torques [N.m] are the
-// actuators'. Nothing in it is ever NaN.
-typedef struct {
-  // Reference r as commanded, before any reduction.
-  omni4_velocities reference;
-  // Measurement y; 0 for a released wheel.
-  omni4_velocities measured;
-  // The wheel was controlled. One without a usable measurement is released: no torque, its loop starts afresh. When the torque has
-  // `ended` no wheel is controlled.
-  bool active[4];
-  // Proportional term, formed with the reference as reduced by `common_factor` under
-  // `Saturation::ScaleReference`.
-  float p_n_m[4];
-  // Integral term, likewise.
-  float i_n_m[4];
-  // Derivative term, likewise.
-  float d_n_m[4];
-  // Feed-forward, likewise.
-  float ff_n_m[4];
-  // Torque the loops ask for with the whole reference: what would be applied had the actuators no limit.
-  omni4_torques requested;
-  // Torque to apply, always within the limits.
-  omni4_torques applied;
-  // Limits at the present velocities.
-  omni4_torque_ranges range;
-  // The requested torque is outside the limits.
-  bool saturated[4];
-  // What all torques (`Saturation::ScaleTorques`) or all references
-  // (`Saturation::ScaleReference`) were multiplied by, 0 to 1; 1 under
-  // `Saturation::Clip`.
-  float common_factor;
-  // Every reference has been 0 for long enough that all torque has ended: see `Rest`. Bridges that are driven by
-  // voltage are then opened or shorted, because the voltage for no torque follows from a velocity that may be measured wrongly.
-  bool ended;
-  // And the windings of all motors are to be shorted: `Rest::short_windings`.
-  bool shorted;
-} omni4_wheel_sample;
-
-// Every signal of one step of a `Controller`.
-typedef struct {
-  // The command; rest where the one given was not finite, or beyond 1e6.
-  omni_twist command;
-  // The wheels' signals.
-  omni4_wheel_sample wheels;
-} omni4_sample;
-
-// The two linear maps of one layout. Immutable, no allocation.
-typedef struct {
-  float inverse[4][3];
-  float forward[3][4];
-  float weights[4];
-} omni4_kinematics;
-
-// The limits of `N` actuators, their numbers side by side: loops over them run several at a time where the processor can.
-typedef struct {
-  float stall[4];
-  float slope[4];
-  float cap[4];
-  // No limit depends on the velocity.
-  bool constant;
-} omni4_torque_limits;
-
-// PID loops of `N` wheels with a coordination policy, without a vehicle around them.
-typedef struct {
-  omni_pid pid;
-  omni4_torque_limits limits;
-  omni_coordination coordination;
-  omni_rest_rule rest;
-} omni4_loops;
-
-// A vehicle's controller: kinematics and wheel loops. Immutable; what changes is in `ControlState`.
-//
-// The bare loop. `crate::Drive` puts shaping, faults, slip and odometry around it.
-typedef struct {
-  omni4_kinematics kinematics;
-  omni4_loops wheels;
-} omni4_controller;
-
-// What the loops remember between steps; `default` is a fresh start.
-typedef struct {
-  // Integral term of each wheel [N.m].
-  float integral_n_m[6];
-  // Derivative term of each wheel [N.m], after its filter.
-  float derivative_n_m[6];
-  // Reference of the step before, as realised [rad/s].
-  float last_reference_rad_s[6];
-  // Measurement of the step before [rad/s].
-  float last_measured_rad_s[6];
-  // There was a step before.
-  bool started[6];
-  // Which wheels are overloaded, and for how long the others have been beyond a limit.
-  omni_overload overload;
-  // How far the torque has ended while every reference was 0.
-  omni_rest_state rest;
-} omni6_state;
-
-// Actuator velocities, one a wheel in the layout's order: what kinematics maps and loops control.
-typedef struct {
-  // Velocity of each actuator [rad/s] (positive as the wheel's rolling direction says), any finite number.
-  float rad_s[6];
-} omni6_velocities;
-
-// Actuator torques, one a wheel in the layout's order: what a controller asks of motors. Not a wheel velocity.
-typedef struct {
-  // Torque of each actuator [N.m] (positive drives the wheel in its rolling direction), any finite number.
-  float n_m[6];
-} omni6_torques;
-
-// Torque limits of `N` wheels at their present velocities [N.m], in the layout's order.
-typedef struct {
-  // Lowest torque of each, <= 0.
-  float lower_n_m[6];
-  // Highest torque of each, >= 0.
-  float upper_n_m[6];
-} omni6_torque_ranges;
-
-// Every signal of one control step, per wheel in the layout's order. Velocities [rad/s] and torques [N.m] are the
-// actuators'. Nothing in it is ever NaN.
-typedef struct {
-  // Reference r as commanded, before any reduction.
-  omni6_velocities reference;
-  // Measurement y; 0 for a released wheel.
-  omni6_velocities measured;
-  // The wheel was controlled. One without a usable measurement is released: no torque, its loop starts afresh. When the torque has
-  // `ended` no wheel is controlled.
-  bool active[6];
-  // Proportional term, formed with the reference as reduced by `common_factor` under
-  // `Saturation::ScaleReference`.
-  float p_n_m[6];
-  // Integral term, likewise.
-  float i_n_m[6];
-  // Derivative term, likewise.
-  float d_n_m[6];
-  // Feed-forward, likewise.
-  float ff_n_m[6];
-  // Torque the loops ask for with the whole reference: what would be applied had the actuators no limit.
-  omni6_torques requested;
-  // Torque to apply, always within the limits.
-  omni6_torques applied;
-  // Limits at the present velocities.
-  omni6_torque_ranges range;
-  // The requested torque is outside the limits.
-  bool saturated[6];
-  // What all torques (`Saturation::ScaleTorques`) or all references
-  // (`Saturation::ScaleReference`) were multiplied by, 0 to 1; 1 under
-  // `Saturation::Clip`.
-  float common_factor;
-  // Every reference has been 0 for long enough that all torque has ended: see `Rest`. Bridges that are driven by
-  // voltage are then opened or shorted, because the voltage for no torque follows from a velocity that may be measured wrongly.
-  bool ended;
-  // And the windings of all motors are to be shorted: `Rest::short_windings`.
-  bool shorted;
-} omni6_wheel_sample;
-
-// Every signal of one step of a `Controller`.
-typedef struct {
-  // The command; rest where the one given was not finite, or beyond 1e6.
-  omni_twist command;
-  // The wheels' signals.
-  omni6_wheel_sample wheels;
-} omni6_sample;
-
-// The two linear maps of one layout. Immutable, no allocation.
-typedef struct {
-  float inverse[6][3];
-  float forward[3][6];
-  float weights[6];
-} omni6_kinematics;
-
-// The limits of `N` actuators, their numbers side by side: loops over them run several at a time where the processor can.
-typedef struct {
-  float stall[6];
-  float slope[6];
-  float cap[6];
-  // No limit depends on the velocity.
-  bool constant;
-} omni6_torque_limits;
-
-// PID loops of `N` wheels with a coordination policy, without a vehicle around them.
-typedef struct {
-  omni_pid pid;
-  omni6_torque_limits limits;
-  omni_coordination coordination;
-  omni_rest_rule rest;
-} omni6_loops;
-
-// A vehicle's controller: kinematics and wheel loops. Immutable; what changes is in `ControlState`.
-//
-// The bare loop. `crate::Drive` puts shaping, faults, slip and odometry around it.
-typedef struct {
-  omni6_kinematics kinematics;
-  omni6_loops wheels;
-} omni6_controller;
-
-// What the loops remember between steps; `default` is a fresh start.
-typedef struct {
-  // Integral term of each wheel [N.m].
-  float integral_n_m[7];
-  // Derivative term of each wheel [N.m], after its filter.
-  float derivative_n_m[7];
-  // Reference of the step before, as realised [rad/s].
-  float last_reference_rad_s[7];
-  // Measurement of the step before [rad/s].
-  float last_measured_rad_s[7];
-  // There was a step before.
-  bool started[7];
-  // Which wheels are overloaded, and for how long the others have been beyond a limit.
-  omni_overload overload;
-  // How far the torque has ended while every reference was 0.
-  omni_rest_state rest;
-} omni7_state;
-
-// Actuator velocities, one a wheel in the layout's order: what kinematics maps and loops control.
-typedef struct {
-  // Velocity of each actuator [rad/s] (positive as the wheel's rolling direction says), any finite number.
-  float rad_s[7];
-} omni7_velocities;
-
-// Actuator torques, one a wheel in the layout's order: what a controller asks of motors. Not a wheel velocity.
-typedef struct {
-  // Torque of each actuator [N.m] (positive drives the wheel in its rolling direction), any finite number.
-  float n_m[7];
-} omni7_torques;
-
-// Torque limits of `N` wheels at their present velocities [N.m], in the layout's order.
-typedef struct {
-  // Lowest torque of each, <= 0.
-  float lower_n_m[7];
-  // Highest torque of each, >= 0.
-  float upper_n_m[7];
-} omni7_torque_ranges;
-
-// Every signal of one control step, per wheel in the layout's order. Velocities [rad/s] and torques [N.m] are the
-// actuators'. Nothing in it is ever NaN.
-typedef struct {
-  // Reference r as commanded, before any reduction.
-  omni7_velocities reference;
-  // Measurement y; 0 for a released wheel.
-  omni7_velocities measured;
-  // The wheel was controlled. One without a usable measurement is released: no torque, its loop starts afresh. When the torque has
-  // `ended` no wheel is controlled.
-  bool active[7];
-  // Proportional term, formed with the reference as reduced by `common_factor` under
-  // `Saturation::ScaleReference`.
-  float p_n_m[7];
-  // Integral term, likewise.
-  float i_n_m[7];
-  // Derivative term, likewise.
-  float d_n_m[7];
-  // Feed-forward, likewise.
-  float ff_n_m[7];
-  // Torque the loops ask for with the whole reference: what would be applied had the actuators no limit.
-  omni7_torques requested;
-  // Torque to apply, always within the limits.
-  omni7_torques applied;
-  // Limits at the present velocities.
-  omni7_torque_ranges range;
-  // The requested torque is outside the limits.
-  bool saturated[7];
-  // What all torques (`Saturation::ScaleTorques`) or all references
-  // (`Saturation::ScaleReference`) were multiplied by, 0 to 1; 1 under
-  // `Saturation::Clip`.
-  float common_factor;
-  // Every reference has been 0 for long enough that all torque has ended: see `Rest`. Bridges that are driven by
-  // voltage are then opened or shorted, because the voltage for no torque follows from a velocity that may be measured wrongly.
-  bool ended;
-  // And the windings of all motors are to be shorted: `Rest::short_windings`.
-  bool shorted;
-} omni7_wheel_sample;
-
-// Every signal of one step of a `Controller`.
-typedef struct {
-  // The command; rest where the one given was not finite, or beyond 1e6.
-  omni_twist command;
-  // The wheels' signals.
-  omni7_wheel_sample wheels;
-} omni7_sample;
-
-// The two linear maps of one layout. Immutable, no allocation.
-typedef struct {
-  float inverse[7][3];
-  float forward[3][7];
-  float weights[7];
-} omni7_kinematics;
-
-// The limits of `N` actuators, their numbers side by side: loops over them run several at a time where the processor can.
-typedef struct {
-  float stall[7];
-  float slope[7];
-  float cap[7];
-  // No limit depends on the velocity.
-  bool constant;
-} omni7_torque_limits;
-
-// PID loops of `N` wheels with a coordination policy, without a vehicle around them.
-typedef struct {
-  omni_pid pid;
-  omni7_torque_limits limits;
-  omni_coordination coordination;
-  omni_rest_rule rest;
-} omni7_loops;
-
-// A vehicle's controller: kinematics and wheel loops. Immutable; what changes is in `ControlState`.
-//
-// The bare loop. `crate::Drive` puts shaping, faults, slip and odometry around it.
-typedef struct {
-  omni7_kinematics kinematics;
-  omni7_loops wheels;
-} omni7_controller;
 
 // Velocity steps of a motion in one direction.
 typedef struct {
@@ -870,18 +522,6 @@ typedef struct {
 typedef struct {
   omni_law law;
 } omni_limiter;
-
-// Velocity and acceleration of a limited axis; `default` is at rest.
-typedef struct {
-  omni_sum velocity;
-  // The last velocity step that a jerk limit has to continue from.
-  omni_sum step;
-} omni_rate_limiter_state;
-
-// What a `TwistLimiter` remembers between steps; `default` is at rest.
-typedef struct {
-  omni_rate_limiter_state axes[3];
-} omni_limiter_state;
 
 // Turns the commands that arrive into a twist every control period: refuses nonsense, lets commands expire, keeps to
 // the limits and stops in an emergency. What changes from step to step is in `ShaperState`.
@@ -1021,7 +661,7 @@ typedef struct {
 // What a drive remembers. Nothing in it is for anybody else.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[132];
+  uint32_t memory[128];
 } omni3_drive_state;
 
 // Position and heading of the vehicle's origin in the world.
@@ -1096,6 +736,122 @@ typedef struct {
   float yaw_rad;
 } omni_deviations;
 
+// What the loops remember between steps; `default` is a fresh start.
+typedef struct {
+  // Integral term of each wheel [N.m].
+  float integral_n_m[4];
+  // Derivative term of each wheel [N.m], after its filter.
+  float derivative_n_m[4];
+  // Reference of the step before, as realised [rad/s].
+  float last_reference_rad_s[4];
+  // Measurement of the step before [rad/s].
+  float last_measured_rad_s[4];
+  // There was a step before.
+  bool started[4];
+  // Which wheels are overloaded, and for how long the others have been beyond a limit.
+  omni_overload overload;
+  // How far the torque has ended while every reference was 0.
+  omni_rest_state rest;
+} omni4_state;
+
+// Actuator velocities, one a wheel in the layout's order: what kinematics maps and loops control.
+typedef struct {
+  // Velocity of each actuator [rad/s] (positive as the wheel's rolling direction says), any finite number.
+  float rad_s[4];
+} omni4_velocities;
+
+// Actuator torques, one a wheel in the layout's order: what a controller asks of motors. Not a wheel velocity.
+typedef struct {
+  // Torque of each actuator [N.m] (positive drives the wheel in its rolling direction), any finite number.
+  float n_m[4];
+} omni4_torques;
+
+// Torque limits of `N` wheels at their present velocities [N.m], in the layout's order.
+typedef struct {
+  // Lowest torque of each, <= 0.
+  float lower_n_m[4];
+  // Highest torque of each, >= 0.
+  float upper_n_m[4];
+} omni4_torque_ranges;
+
+// Every signal of one control step, per wheel in the layout's order. Velocities [rad/s] and torques [N.m] are the
+// actuators'. Nothing in it is ever NaN.
+typedef struct {
+  // Reference r as commanded, before any reduction.
+  omni4_velocities reference;
+  // Measurement y; 0 for a released wheel.
+  omni4_velocities measured;
+  // The wheel was controlled. One without a usable measurement is released: no torque, its loop starts afresh. When the torque has
+  // `ended` no wheel is controlled.
+  bool active[4];
+  // Proportional term, formed with the reference as reduced by `common_factor` under
+  // `Saturation::ScaleReferences`.
+  float p_n_m[4];
+  // Integral term, likewise.
+  float i_n_m[4];
+  // Derivative term, likewise.
+  float d_n_m[4];
+  // Feed-forward, likewise.
+  float ff_n_m[4];
+  // Torque the loops ask for with the whole reference: what would be applied had the actuators no limit.
+  omni4_torques requested;
+  // Torque to apply, always within the limits.
+  omni4_torques applied;
+  // Limits at the present velocities.
+  omni4_torque_ranges range;
+  // The requested torque is outside the limits.
+  bool saturated[4];
+  // What all torques (`Saturation::ScaleTorques`) or all references
+  // (`Saturation::ScaleReferences`) were multiplied by, 0 to 1; 1 under
+  // `Saturation::Clip`.
+  float common_factor;
+  // Every reference has been 0 for long enough that all torque has ended: see `Rest`. Bridges that are driven by
+  // voltage are then opened or shorted, because the voltage for no torque follows from a velocity that may be measured wrongly.
+  bool ended;
+  // And the windings of all motors are to be shorted: `Rest::short_windings`.
+  bool shorted;
+} omni4_wheel_sample;
+
+// Every signal of one step of a `Controller`.
+typedef struct {
+  // The command; rest where the one given was not finite, or beyond 1e6.
+  omni_twist command;
+  // The wheels' signals.
+  omni4_wheel_sample wheels;
+} omni4_sample;
+
+// The two linear maps of one layout. Immutable, no allocation.
+typedef struct {
+  float inverse[4][3];
+  float forward[3][4];
+  float weights[4];
+} omni4_kinematics;
+
+// The limits of `N` actuators, their numbers side by side: loops over them run several at a time where the processor can.
+typedef struct {
+  float stall[4];
+  float slope[4];
+  float cap[4];
+  // No limit depends on the velocity.
+  bool constant;
+} omni4_torque_limits;
+
+// PID loops of `N` wheels with a coordination policy, without a vehicle around them.
+typedef struct {
+  omni_pid pid;
+  omni4_torque_limits limits;
+  omni_coordination coordination;
+  omni_rest_rule rest;
+} omni4_loops;
+
+// A vehicle's controller: kinematics and wheel loops. Immutable; what changes is in `ControlState`.
+//
+// The bare loop. `Drive` puts shaping, faults, slip and odometry around it.
+typedef struct {
+  omni4_kinematics kinematics;
+  omni4_loops wheels;
+} omni4_controller;
+
 // Dead reckoning of a vehicle with `N` wheels. Immutable; what changes is in `OdometryState`.
 //
 // The maps are handed to each call: a caller that distrusts a wheel may pass another forward map, or the displacement
@@ -1147,7 +903,7 @@ typedef struct {
 // What a drive remembers. Nothing in it is for anybody else.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[160];
+  uint32_t memory[155];
 } omni4_drive_state;
 
 // What a step reports. Nothing in it is ever NaN.
@@ -1202,6 +958,122 @@ typedef struct {
   bool lifted[4];
 } omni4_drive_input;
 
+// What the loops remember between steps; `default` is a fresh start.
+typedef struct {
+  // Integral term of each wheel [N.m].
+  float integral_n_m[6];
+  // Derivative term of each wheel [N.m], after its filter.
+  float derivative_n_m[6];
+  // Reference of the step before, as realised [rad/s].
+  float last_reference_rad_s[6];
+  // Measurement of the step before [rad/s].
+  float last_measured_rad_s[6];
+  // There was a step before.
+  bool started[6];
+  // Which wheels are overloaded, and for how long the others have been beyond a limit.
+  omni_overload overload;
+  // How far the torque has ended while every reference was 0.
+  omni_rest_state rest;
+} omni6_state;
+
+// Actuator velocities, one a wheel in the layout's order: what kinematics maps and loops control.
+typedef struct {
+  // Velocity of each actuator [rad/s] (positive as the wheel's rolling direction says), any finite number.
+  float rad_s[6];
+} omni6_velocities;
+
+// Actuator torques, one a wheel in the layout's order: what a controller asks of motors. Not a wheel velocity.
+typedef struct {
+  // Torque of each actuator [N.m] (positive drives the wheel in its rolling direction), any finite number.
+  float n_m[6];
+} omni6_torques;
+
+// Torque limits of `N` wheels at their present velocities [N.m], in the layout's order.
+typedef struct {
+  // Lowest torque of each, <= 0.
+  float lower_n_m[6];
+  // Highest torque of each, >= 0.
+  float upper_n_m[6];
+} omni6_torque_ranges;
+
+// Every signal of one control step, per wheel in the layout's order. Velocities [rad/s] and torques [N.m] are the
+// actuators'. Nothing in it is ever NaN.
+typedef struct {
+  // Reference r as commanded, before any reduction.
+  omni6_velocities reference;
+  // Measurement y; 0 for a released wheel.
+  omni6_velocities measured;
+  // The wheel was controlled. One without a usable measurement is released: no torque, its loop starts afresh. When the torque has
+  // `ended` no wheel is controlled.
+  bool active[6];
+  // Proportional term, formed with the reference as reduced by `common_factor` under
+  // `Saturation::ScaleReferences`.
+  float p_n_m[6];
+  // Integral term, likewise.
+  float i_n_m[6];
+  // Derivative term, likewise.
+  float d_n_m[6];
+  // Feed-forward, likewise.
+  float ff_n_m[6];
+  // Torque the loops ask for with the whole reference: what would be applied had the actuators no limit.
+  omni6_torques requested;
+  // Torque to apply, always within the limits.
+  omni6_torques applied;
+  // Limits at the present velocities.
+  omni6_torque_ranges range;
+  // The requested torque is outside the limits.
+  bool saturated[6];
+  // What all torques (`Saturation::ScaleTorques`) or all references
+  // (`Saturation::ScaleReferences`) were multiplied by, 0 to 1; 1 under
+  // `Saturation::Clip`.
+  float common_factor;
+  // Every reference has been 0 for long enough that all torque has ended: see `Rest`. Bridges that are driven by
+  // voltage are then opened or shorted, because the voltage for no torque follows from a velocity that may be measured wrongly.
+  bool ended;
+  // And the windings of all motors are to be shorted: `Rest::short_windings`.
+  bool shorted;
+} omni6_wheel_sample;
+
+// Every signal of one step of a `Controller`.
+typedef struct {
+  // The command; rest where the one given was not finite, or beyond 1e6.
+  omni_twist command;
+  // The wheels' signals.
+  omni6_wheel_sample wheels;
+} omni6_sample;
+
+// The two linear maps of one layout. Immutable, no allocation.
+typedef struct {
+  float inverse[6][3];
+  float forward[3][6];
+  float weights[6];
+} omni6_kinematics;
+
+// The limits of `N` actuators, their numbers side by side: loops over them run several at a time where the processor can.
+typedef struct {
+  float stall[6];
+  float slope[6];
+  float cap[6];
+  // No limit depends on the velocity.
+  bool constant;
+} omni6_torque_limits;
+
+// PID loops of `N` wheels with a coordination policy, without a vehicle around them.
+typedef struct {
+  omni_pid pid;
+  omni6_torque_limits limits;
+  omni_coordination coordination;
+  omni_rest_rule rest;
+} omni6_loops;
+
+// A vehicle's controller: kinematics and wheel loops. Immutable; what changes is in `ControlState`.
+//
+// The bare loop. `Drive` puts shaping, faults, slip and odometry around it.
+typedef struct {
+  omni6_kinematics kinematics;
+  omni6_loops wheels;
+} omni6_controller;
+
 // Dead reckoning of a vehicle with `N` wheels. Immutable; what changes is in `OdometryState`.
 //
 // The maps are handed to each call: a caller that distrusts a wheel may pass another forward map, or the displacement
@@ -1253,7 +1125,7 @@ typedef struct {
 // What a drive remembers. Nothing in it is for anybody else.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[216];
+  uint32_t memory[212];
 } omni6_drive_state;
 
 // What a step reports. Nothing in it is ever NaN.
@@ -1308,6 +1180,122 @@ typedef struct {
   bool lifted[6];
 } omni6_drive_input;
 
+// What the loops remember between steps; `default` is a fresh start.
+typedef struct {
+  // Integral term of each wheel [N.m].
+  float integral_n_m[7];
+  // Derivative term of each wheel [N.m], after its filter.
+  float derivative_n_m[7];
+  // Reference of the step before, as realised [rad/s].
+  float last_reference_rad_s[7];
+  // Measurement of the step before [rad/s].
+  float last_measured_rad_s[7];
+  // There was a step before.
+  bool started[7];
+  // Which wheels are overloaded, and for how long the others have been beyond a limit.
+  omni_overload overload;
+  // How far the torque has ended while every reference was 0.
+  omni_rest_state rest;
+} omni7_state;
+
+// Actuator velocities, one a wheel in the layout's order: what kinematics maps and loops control.
+typedef struct {
+  // Velocity of each actuator [rad/s] (positive as the wheel's rolling direction says), any finite number.
+  float rad_s[7];
+} omni7_velocities;
+
+// Actuator torques, one a wheel in the layout's order: what a controller asks of motors. Not a wheel velocity.
+typedef struct {
+  // Torque of each actuator [N.m] (positive drives the wheel in its rolling direction), any finite number.
+  float n_m[7];
+} omni7_torques;
+
+// Torque limits of `N` wheels at their present velocities [N.m], in the layout's order.
+typedef struct {
+  // Lowest torque of each, <= 0.
+  float lower_n_m[7];
+  // Highest torque of each, >= 0.
+  float upper_n_m[7];
+} omni7_torque_ranges;
+
+// Every signal of one control step, per wheel in the layout's order. Velocities [rad/s] and torques [N.m] are the
+// actuators'. Nothing in it is ever NaN.
+typedef struct {
+  // Reference r as commanded, before any reduction.
+  omni7_velocities reference;
+  // Measurement y; 0 for a released wheel.
+  omni7_velocities measured;
+  // The wheel was controlled. One without a usable measurement is released: no torque, its loop starts afresh. When the torque has
+  // `ended` no wheel is controlled.
+  bool active[7];
+  // Proportional term, formed with the reference as reduced by `common_factor` under
+  // `Saturation::ScaleReferences`.
+  float p_n_m[7];
+  // Integral term, likewise.
+  float i_n_m[7];
+  // Derivative term, likewise.
+  float d_n_m[7];
+  // Feed-forward, likewise.
+  float ff_n_m[7];
+  // Torque the loops ask for with the whole reference: what would be applied had the actuators no limit.
+  omni7_torques requested;
+  // Torque to apply, always within the limits.
+  omni7_torques applied;
+  // Limits at the present velocities.
+  omni7_torque_ranges range;
+  // The requested torque is outside the limits.
+  bool saturated[7];
+  // What all torques (`Saturation::ScaleTorques`) or all references
+  // (`Saturation::ScaleReferences`) were multiplied by, 0 to 1; 1 under
+  // `Saturation::Clip`.
+  float common_factor;
+  // Every reference has been 0 for long enough that all torque has ended: see `Rest`. Bridges that are driven by
+  // voltage are then opened or shorted, because the voltage for no torque follows from a velocity that may be measured wrongly.
+  bool ended;
+  // And the windings of all motors are to be shorted: `Rest::short_windings`.
+  bool shorted;
+} omni7_wheel_sample;
+
+// Every signal of one step of a `Controller`.
+typedef struct {
+  // The command; rest where the one given was not finite, or beyond 1e6.
+  omni_twist command;
+  // The wheels' signals.
+  omni7_wheel_sample wheels;
+} omni7_sample;
+
+// The two linear maps of one layout. Immutable, no allocation.
+typedef struct {
+  float inverse[7][3];
+  float forward[3][7];
+  float weights[7];
+} omni7_kinematics;
+
+// The limits of `N` actuators, their numbers side by side: loops over them run several at a time where the processor can.
+typedef struct {
+  float stall[7];
+  float slope[7];
+  float cap[7];
+  // No limit depends on the velocity.
+  bool constant;
+} omni7_torque_limits;
+
+// PID loops of `N` wheels with a coordination policy, without a vehicle around them.
+typedef struct {
+  omni_pid pid;
+  omni7_torque_limits limits;
+  omni_coordination coordination;
+  omni_rest_rule rest;
+} omni7_loops;
+
+// A vehicle's controller: kinematics and wheel loops. Immutable; what changes is in `ControlState`.
+//
+// The bare loop. `Drive` puts shaping, faults, slip and odometry around it.
+typedef struct {
+  omni7_kinematics kinematics;
+  omni7_loops wheels;
+} omni7_controller;
+
 // Dead reckoning of a vehicle with `N` wheels. Immutable; what changes is in `OdometryState`.
 //
 // The maps are handed to each call: a caller that distrusts a wheel may pass another forward map, or the displacement
@@ -1359,7 +1347,7 @@ typedef struct {
 // What a drive remembers. Nothing in it is for anybody else.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[244];
+  uint32_t memory[239];
 } omni7_drive_state;
 
 // What a step reports. Nothing in it is ever NaN.
@@ -1413,6 +1401,18 @@ typedef struct {
   // The wheel is in the air: it is controlled, but says nothing of the vehicle's motion.
   bool lifted[7];
 } omni7_drive_input;
+
+// Velocity and acceleration of a limited axis; `default` is at rest.
+typedef struct {
+  omni_sum velocity;
+  // The last velocity step that a jerk limit has to continue from.
+  omni_sum step;
+} omni_rate_limiter_state;
+
+// What a `TwistLimiter` remembers between steps; `default` is at rest.
+typedef struct {
+  omni_rate_limiter_state axes[3];
+} omni_limiter_state;
 
 // What is remembered of a counter; `default` before the first reading.
 typedef struct {
@@ -1560,84 +1560,6 @@ bool omni3_estimate(const omni3_controller *controller,
                     const omni3_velocities *measured,
                     omni_twist *twist);
 
-// Makes the state and the sample of a four-wheel vehicle ready for the first step.
-//
-// Returns false, and does nothing, where a pointer is null.
-bool omni4_init(omni4_state *state, omni4_sample *sample);
-
-// One control period of a four-wheel vehicle: from the command and the measured wheel velocities [rad/s] to torques [N.m], in
-// `sample->wheels.applied.n_m`. To be called once every period that the controller was made for.
-//
-// A command that is no number stands for rest; a measurement that is none releases its wheel. `command` and `measured` must
-// not lie within `sample` or `state`. Returns false, and does nothing, where a pointer is null.
-bool omni4_step(const omni4_controller *controller,
-                omni4_state *state,
-                const omni_twist *command,
-                const omni4_velocities *measured,
-                omni4_sample *sample);
-
-// The motion that the measured wheel velocities [rad/s] of a four-wheel vehicle amount to, by least squares.
-//
-// Returns false, and does nothing, where a pointer is null.
-bool omni4_estimate(const omni4_controller *controller,
-                    const omni4_velocities *measured,
-                    omni_twist *twist);
-
-// Makes the state and the sample of a six-wheel vehicle ready for the first step.
-//
-// Returns false, and does nothing, where a pointer is null.
-bool omni6_init(omni6_state *state, omni6_sample *sample);
-
-// One control period of a six-wheel vehicle: from the command and the measured wheel velocities [rad/s] to torques [N.m], in
-// `sample->wheels.applied.n_m`. To be called once every period that the controller was made for.
-//
-// A command that is no number stands for rest; a measurement that is none releases its wheel. `command` and `measured` must
-// not lie within `sample` or `state`. Returns false, and does nothing, where a pointer is null.
-bool omni6_step(const omni6_controller *controller,
-                omni6_state *state,
-                const omni_twist *command,
-                const omni6_velocities *measured,
-                omni6_sample *sample);
-
-// The motion that the measured wheel velocities [rad/s] of a six-wheel vehicle amount to, by least squares.
-//
-// Returns false, and does nothing, where a pointer is null.
-bool omni6_estimate(const omni6_controller *controller,
-                    const omni6_velocities *measured,
-                    omni_twist *twist);
-
-// Makes the state and the sample of a seven-wheel vehicle ready for the first step.
-//
-// Returns false, and does nothing, where a pointer is null.
-bool omni7_init(omni7_state *state, omni7_sample *sample);
-
-// One control period of a seven-wheel vehicle: from the command and the measured wheel velocities [rad/s] to torques [N.m], in
-// `sample->wheels.applied.n_m`. To be called once every period that the controller was made for.
-//
-// A command that is no number stands for rest; a measurement that is none releases its wheel. `command` and `measured` must
-// not lie within `sample` or `state`. Returns false, and does nothing, where a pointer is null.
-bool omni7_step(const omni7_controller *controller,
-                omni7_state *state,
-                const omni_twist *command,
-                const omni7_velocities *measured,
-                omni7_sample *sample);
-
-// The motion that the measured wheel velocities [rad/s] of a seven-wheel vehicle amount to, by least squares.
-//
-// Returns false, and does nothing, where a pointer is null.
-bool omni7_estimate(const omni7_controller *controller,
-                    const omni7_velocities *measured,
-                    omni_twist *twist);
-
-// Brings `command` within the vehicle's limits, for one control period; `limited` is what to give to the step. `state` is
-// all zero at the start: `static omni_limiter_state state;`.
-//
-// Returns false, and does nothing, where a pointer is null.
-bool omni_limit(const omni_limiter *limiter,
-                omni_limiter_state *state,
-                const omni_twist *command,
-                omni_twist *limited);
-
 // Makes the state and the output of a three-wheel vehicle ready for the first step: at rest at the origin, every wheel trusted.
 //
 // Returns false, and does nothing, where a pointer is null.
@@ -1683,6 +1605,29 @@ bool omni3_drive_reset_pose(omni3_drive_state *state,
 //
 // Returns false, and does nothing, where a pointer is null or the state was not made ready.
 bool omni3_drive_deviations(omni3_drive_state *state, omni_deviations *deviations);
+
+// Makes the state and the sample of a four-wheel vehicle ready for the first step.
+//
+// Returns false, and does nothing, where a pointer is null.
+bool omni4_init(omni4_state *state, omni4_sample *sample);
+
+// One control period of a four-wheel vehicle: from the command and the measured wheel velocities [rad/s] to torques [N.m], in
+// `sample->wheels.applied.n_m`. To be called once every period that the controller was made for.
+//
+// A command that is no number stands for rest; a measurement that is none releases its wheel. `command` and `measured` must
+// not lie within `sample` or `state`. Returns false, and does nothing, where a pointer is null.
+bool omni4_step(const omni4_controller *controller,
+                omni4_state *state,
+                const omni_twist *command,
+                const omni4_velocities *measured,
+                omni4_sample *sample);
+
+// The motion that the measured wheel velocities [rad/s] of a four-wheel vehicle amount to, by least squares.
+//
+// Returns false, and does nothing, where a pointer is null.
+bool omni4_estimate(const omni4_controller *controller,
+                    const omni4_velocities *measured,
+                    omni_twist *twist);
 
 // Makes the state and the output of a four-wheel vehicle ready for the first step: at rest at the origin, every wheel trusted.
 //
@@ -1730,6 +1675,29 @@ bool omni4_drive_reset_pose(omni4_drive_state *state,
 // Returns false, and does nothing, where a pointer is null or the state was not made ready.
 bool omni4_drive_deviations(omni4_drive_state *state, omni_deviations *deviations);
 
+// Makes the state and the sample of a six-wheel vehicle ready for the first step.
+//
+// Returns false, and does nothing, where a pointer is null.
+bool omni6_init(omni6_state *state, omni6_sample *sample);
+
+// One control period of a six-wheel vehicle: from the command and the measured wheel velocities [rad/s] to torques [N.m], in
+// `sample->wheels.applied.n_m`. To be called once every period that the controller was made for.
+//
+// A command that is no number stands for rest; a measurement that is none releases its wheel. `command` and `measured` must
+// not lie within `sample` or `state`. Returns false, and does nothing, where a pointer is null.
+bool omni6_step(const omni6_controller *controller,
+                omni6_state *state,
+                const omni_twist *command,
+                const omni6_velocities *measured,
+                omni6_sample *sample);
+
+// The motion that the measured wheel velocities [rad/s] of a six-wheel vehicle amount to, by least squares.
+//
+// Returns false, and does nothing, where a pointer is null.
+bool omni6_estimate(const omni6_controller *controller,
+                    const omni6_velocities *measured,
+                    omni_twist *twist);
+
 // Makes the state and the output of a six-wheel vehicle ready for the first step: at rest at the origin, every wheel trusted.
 //
 // Returns false, and does nothing, where a pointer is null.
@@ -1776,6 +1744,29 @@ bool omni6_drive_reset_pose(omni6_drive_state *state,
 // Returns false, and does nothing, where a pointer is null or the state was not made ready.
 bool omni6_drive_deviations(omni6_drive_state *state, omni_deviations *deviations);
 
+// Makes the state and the sample of a seven-wheel vehicle ready for the first step.
+//
+// Returns false, and does nothing, where a pointer is null.
+bool omni7_init(omni7_state *state, omni7_sample *sample);
+
+// One control period of a seven-wheel vehicle: from the command and the measured wheel velocities [rad/s] to torques [N.m], in
+// `sample->wheels.applied.n_m`. To be called once every period that the controller was made for.
+//
+// A command that is no number stands for rest; a measurement that is none releases its wheel. `command` and `measured` must
+// not lie within `sample` or `state`. Returns false, and does nothing, where a pointer is null.
+bool omni7_step(const omni7_controller *controller,
+                omni7_state *state,
+                const omni_twist *command,
+                const omni7_velocities *measured,
+                omni7_sample *sample);
+
+// The motion that the measured wheel velocities [rad/s] of a seven-wheel vehicle amount to, by least squares.
+//
+// Returns false, and does nothing, where a pointer is null.
+bool omni7_estimate(const omni7_controller *controller,
+                    const omni7_velocities *measured,
+                    omni_twist *twist);
+
 // Makes the state and the output of a seven-wheel vehicle ready for the first step: at rest at the origin, every wheel trusted.
 //
 // Returns false, and does nothing, where a pointer is null.
@@ -1821,6 +1812,15 @@ bool omni7_drive_reset_pose(omni7_drive_state *state,
 //
 // Returns false, and does nothing, where a pointer is null or the state was not made ready.
 bool omni7_drive_deviations(omni7_drive_state *state, omni_deviations *deviations);
+
+// Brings `command` within the vehicle's limits, for one control period; `limited` is what to give to the step. `state` is
+// all zero at the start: `static omni_limiter_state state;`.
+//
+// Returns false, and does nothing, where a pointer is null.
+bool omni_limit(const omni_limiter *limiter,
+                omni_limiter_state *state,
+                const omni_twist *command,
+                omni_twist *limited);
 
 // Makes the state of one wheel's encoder ready for the first reading.
 //

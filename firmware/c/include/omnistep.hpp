@@ -5,7 +5,7 @@
  * wheel turns and pulls positively in its rolling direction, wheels are in the order of the vehicle file.
  *
  * Classes are values: copied, they go on separately. Each keeps the address of its constants (`constants.h`, written by
- * `omnistep constants`), which must outlive it. None locks: call all functions of an object from one thread or interrupt. */
+ * `omnistep export`), which must outlive it. None locks: call all functions of an object from one thread or interrupt. */
 #ifndef OMNISTEP_HPP
 #define OMNISTEP_HPP
 

@@ -3,15 +3,10 @@
 use core::mem::MaybeUninit;
 use core::ptr;
 
-use omni_core::{
-    BodyTwist, CommandStatus, Drive, DriveInput, DriveMode, DriveSample, DriveState, Fault, PlanarPose,
-    WheelTorques, WheelVelocities,
-};
-
-mod wheels3;
-mod wheels4;
-mod wheels6;
-mod wheels7;
+use omni_core::drive::{DriveSample, Fault};
+use omni_core::geometry::{PlanarPose, WheelTorques};
+use omni_core::shaping::CommandStatus;
+use omni_core::{BodyTwist, Drive, DriveInput, DriveMode, DriveState, WheelVelocities};
 
 /// What arrived since the period before.
 #[repr(C)]
@@ -82,7 +77,7 @@ pub struct Deviations {
 #[repr(C)]
 pub struct State<const N: usize, const WORDS: usize> {
     ready: u32,
-    memory: [u32; WORDS],
+    memory: [u32; WORDS], // as many as build.rs counts
 }
 
 /// Marks a state that was made ready. Without it memory of the caller's would be taken for a drive's.
@@ -124,7 +119,7 @@ impl<const N: usize, const WORDS: usize> State<N, WORDS> {
 }
 
 #[inline]
-fn init<const N: usize, const WORDS: usize>(
+pub fn init<const N: usize, const WORDS: usize>(
     drive: Option<&Drive<f32, N>>,
     state: Option<&mut MaybeUninit<State<N, WORDS>>>,
     output: Option<&mut MaybeUninit<Output<N>>>,
@@ -155,7 +150,7 @@ fn init<const N: usize, const WORDS: usize>(
 }
 
 #[inline]
-fn step<const N: usize, const WORDS: usize>(
+pub fn step<const N: usize, const WORDS: usize>(
     drive: Option<&Drive<f32, N>>,
     state: Option<&mut State<N, WORDS>>,
     input: Option<&Input<N>>,
@@ -204,7 +199,7 @@ fn write_output<const N: usize>(sample: DriveSample<f32, N>, output: &mut Output
 
 /// Does something to what is remembered.
 #[inline]
-fn change<const N: usize, const WORDS: usize>(
+pub fn change<const N: usize, const WORDS: usize>(
     state: Option<&mut State<N, WORDS>>,
     change: impl FnOnce(&mut DriveState<f32, N>),
 ) -> bool {
@@ -212,7 +207,7 @@ fn change<const N: usize, const WORDS: usize>(
 }
 
 #[inline]
-fn reset_pose<const N: usize, const WORDS: usize>(
+pub fn reset_pose<const N: usize, const WORDS: usize>(
     state: Option<&mut State<N, WORDS>>,
     [x_m, y_m, yaw_rad]: [f32; 3],
 ) -> bool {
@@ -223,7 +218,7 @@ fn reset_pose<const N: usize, const WORDS: usize>(
 }
 
 #[inline]
-fn deviations<const N: usize, const WORDS: usize>(
+pub fn deviations<const N: usize, const WORDS: usize>(
     state: Option<&mut State<N, WORDS>>,
     deviations: Option<&mut Deviations>,
 ) -> bool {

@@ -1,8 +1,31 @@
-//! Between timers and the loops: counts in, PWM duty out.
+//! Before the loops and after them: a command within limits and counts in, PWM duty out.
 
 use core::mem::MaybeUninit;
 
-use omni_core::{CounterState, EncoderCounter, TorqueLimit, VelocityEstimator, VelocityState};
+use omni_core::estimate::{CounterState, EncoderCounter, VelocityEstimator, VelocityState};
+use omni_core::shaping::{TwistLimiter, TwistLimiterState};
+use omni_core::{BodyTwist, TorqueLimit};
+
+/// Brings `command` within the vehicle's limits, for one control period; `limited` is what to give to the step. `state` is
+/// all zero at the start: `static omni_limiter_state state;`.
+///
+/// Returns false, and does nothing, where a pointer is null.
+#[unsafe(no_mangle)]
+pub extern "C" fn omni_limit(
+    limiter: Option<&TwistLimiter<f32>>,
+    state: Option<&mut TwistLimiterState<f32>>,
+    command: Option<&BodyTwist<f32>>,
+    limited: Option<&mut BodyTwist<f32>>,
+) -> bool {
+    let (Some(limiter), Some(state)) = (limiter, state) else {
+        return false;
+    };
+    let (Some(command), Some(limited)) = (command, limited) else {
+        return false;
+    };
+    *limited = limiter.step(state, command);
+    true
+}
 
 /// From the raw reading of a wheel's counter to a velocity: `OMNI_ENCODER`.
 #[repr(C)]

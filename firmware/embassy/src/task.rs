@@ -6,7 +6,8 @@ mod tests;
 use embedded_can::{Frame, nb::Can};
 use embedded_hal::digital::OutputPin;
 use embedded_hal::pwm::SetDutyCycle;
-use omni_core::{BodyTwist, CommandStatus, ControlState, ShaperState, WheelVelocities};
+use omni_core::shaping::{CommandStatus, ShaperState};
+use omni_core::{BodyTwist, ControlState, WheelVelocities};
 
 use crate::constants::{CONTROLLER, SHAPER, WHEELS};
 use crate::encoder::{Encoder, Velocity};

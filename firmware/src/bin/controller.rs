@@ -3,7 +3,9 @@
 #![no_main]
 
 use cortex_m_rt::entry;
-use omni_core::{BodyTwist, ControlSample, ControlState, TwistLimiterState, WheelVelocities};
+use omni_core::loops::ControlSample;
+use omni_core::shaping::TwistLimiterState;
+use omni_core::{BodyTwist, ControlState, WheelVelocities};
 use omni_firmware::constants::{CONTROLLER, LIMITER};
 
 #[entry]

@@ -5,7 +5,9 @@
 use core::hint::black_box;
 
 use cortex_m_rt::entry;
-use omni_core::{BodyTwist, EstimatorInput, EstimatorState, Imu};
+use omni_core::BodyTwist;
+use omni_core::estimate::{EstimatorInput, EstimatorState};
+use omni_core::policy::Imu;
 use omni_firmware::constants::ESTIMATOR;
 use omni_firmware::counter::Counter;
 use omni_firmware::platform::exit;

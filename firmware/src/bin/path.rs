@@ -5,7 +5,8 @@
 use core::hint::black_box;
 
 use cortex_m_rt::entry;
-use omni_core::{Follow, PlanarPose};
+use omni_core::geometry::PlanarPose;
+use omni_core::path::Follow;
 use omni_firmware::constants::{FOLLOWER, ON_THE_WAY, TRAJECTORY};
 use omni_firmware::counter::Counter;
 use omni_firmware::platform::exit;

@@ -4,7 +4,9 @@
 #![no_main]
 
 use cortex_m_rt::entry;
-use omni_core::{BodyTwist, CommandStatus, DriveMode, DriveSample, Fault};
+use omni_core::drive::{DriveSample, Fault};
+use omni_core::shaping::CommandStatus;
+use omni_core::{BodyTwist, DriveMode};
 use omni_firmware::platform::exit;
 use omni_firmware::say;
 use omni_firmware::three::{Base, Board};

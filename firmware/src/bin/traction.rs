@@ -5,7 +5,8 @@
 use core::hint::black_box;
 
 use cortex_m_rt::entry;
-use omni_core::{BodyTwist, Readings, SupervisorState, TractionSample, TractionState, TractionTarget};
+use omni_core::traction::{SupervisorState, TractionSample, TractionState, TractionTarget};
+use omni_core::{BodyTwist, Readings};
 use omni_firmware::constants::{SUPERVISOR, TRACTION};
 use omni_firmware::counter::Counter;
 use omni_firmware::platform::exit;

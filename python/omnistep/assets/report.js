@@ -100,7 +100,7 @@
     const wanted = usualWheels(state.wheels.filter((name) => names.includes(name)));
     state.wheels = names.filter((name) => wanted.includes(name));
     const check = () => wheelBoxes().forEach((box) => { box.checked = state.wheels.includes(box.value); });
-    // The same wheels: whoever goes through them by keyboard keeps his place.
+    // The same wheels: so that the keyboard focus stays.
     if (names.join("\n") === wheelBoxes().map(({ value }) => value).join("\n")) { check(); return; }
     const chips = names.map((name) => {
       const chip = element("label", "wheel"), box = Object.assign(document.createElement("input"), { type: "checkbox", value: name, checked: state.wheels.includes(name) });
@@ -137,12 +137,12 @@
   const cursor = element("i", "cursor");
   const drawPlots = async () => {
     const runs = shownRuns(), one = state.wheels.length === 1, ink = getComputedStyle(root).getPropertyValue("--ink");
-    const told = (key) => runs.some(({ run }) => run.series[key].some(Number.isFinite));
+    const measured = (key) => runs.some(({ run }) => run.series[key].some(Number.isFinite));
     const keys = await plots.drawWheels(runs, state.wheels, data.signals, colourOf);
     byId("legend").replaceChildren(
       ...runs.map(({ run, index }) => entry(sample(one ? colourOf(index) : ink, dashArray(index)), run.name)),
       ...(one ? [] : state.wheels.map((name) => entry(sample(plots.wheelColour(name), "none", 4), `wheel ${name}`))),
-      ...(told("reference") ? [entry(sample(ink, "1 3", 1.5), "reference speed")] : []), ...(told("upper") ? [entry(sample(ink, "12 5", 1), "torque limits")] : []),
+      ...(measured("reference") ? [entry(sample(ink, "1 3", 1.5), "reference speed")] : []), ...(measured("upper") ? [entry(sample(ink, "12 5", 1), "torque limits")] : []),
     );
     byId("panels").replaceChildren(...keys.map((key, k) => {
       const tip = element("button", "tip mark", "?");

@@ -1,11 +1,13 @@
 //! Configurations of loops and drives out of bytes, most of them accepted.
 
 use arbitrary::Unstructured;
+use omni_core::drive::{FaultConfig, SlipConfig};
+use omni_core::estimate::OdometryNoise;
+use omni_core::geometry::{Desaturation, ForwardMap, SpeedLimits, Wheel};
+use omni_core::loops::{AntiWindup, FeedForward, Integral, IntegrationOrder, Rest, Saturation};
+use omni_core::shaping::{AxisLimits, EmergencyDeceleration, MotionLimits, ShapingConfig, TwistLimits};
 use omni_core::{
-    AntiWindup, AxisLimits, Coordination, Desaturation, DriveConfig, EmergencyDeceleration, FaultConfig,
-    FeedForward, ForwardMap, Integral, IntegrationOrder, MotionLimits, OdometryNoise, PidConfig, PidGains,
-    Real, Rest, Saturation, ShapingConfig, SlipConfig, SpeedLimits, TorqueLimit, TwistLimits, Wheel,
-    WheelControlConfig, WheelLayout,
+    Coordination, DriveConfig, PidConfig, PidGains, Real, TorqueLimit, WheelControlConfig, WheelLayout,
 };
 
 use super::numbers::{bits, byte, limit, none_or, one_in, signed, within};
@@ -163,7 +165,7 @@ pub(super) fn control<R: Real, const N: usize>(u: &mut Unstructured<'_>) -> Opti
     let saturation = match byte(u) % 4 {
         0 => Saturation::Clip,
         1 => Saturation::ScaleTorques,
-        _ => Saturation::ScaleReference {
+        _ => Saturation::ScaleReferences {
             floor: none_or(u, 1e-3, 1.0),
         },
     };

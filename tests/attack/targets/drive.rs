@@ -1,17 +1,16 @@
 //! `Drive::step` of 3, 4 and 7 wheels, f32 and f64: any accepted configuration, any bits as readings and commands.
 
 use arbitrary::Unstructured;
-use omni_core::{
-    BodyTwist, Drive, DriveInput, DriveMode, DriveSample, DriveState, PathFactors, Real, TorqueLimit,
-    TorqueRange, TorqueRanges, WheelVelocities,
-};
+use omni_core::drive::DriveSample;
+use omni_core::geometry::PathFactors;
+use omni_core::motor::{TorqueRange, TorqueRanges};
+use omni_core::{BodyTwist, Drive, DriveInput, DriveMode, DriveState, Real, TorqueLimit, WheelVelocities};
 
-use super::Done;
 use super::config;
 use super::numbers::{bits, byte, one_in, signed, within};
 
 /// Steps as far as the bytes reach; returns how many.
-pub(super) fn run(data: &[u8]) -> Done {
+pub(super) fn run(data: &[u8]) -> usize {
     let mut u = Unstructured::new(data);
     match byte(&mut u) % 6 {
         0 => drive::<f32, 3>(&mut u),
@@ -23,7 +22,7 @@ pub(super) fn run(data: &[u8]) -> Done {
     }
 }
 
-fn drive<R: Real, const N: usize>(u: &mut Unstructured<'_>) -> Done {
+fn drive<R: Real, const N: usize>(u: &mut Unstructured<'_>) -> usize {
     let Some((config, limits)) = config::drive::<R, N>(u) else {
         return 0;
     };

@@ -2,9 +2,9 @@
 
 use omni_sim::config::HeightMap;
 
-use super::{Done, check_message};
+use super::message::check_message;
 
-pub(super) fn run(data: &[u8]) -> Done {
+pub(super) fn run(data: &[u8]) -> usize {
     match HeightMap::from_png(data) {
         Ok(map) => {
             assert!(

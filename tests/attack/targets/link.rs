@@ -1,18 +1,18 @@
 //! A controller at the end of a link that damages, loses and invents frames.
 
 use arbitrary::Unstructured;
-use omni_core::{Controller, TorqueLimit, TwistLimiter};
+use omni_core::shaping::TwistLimiter;
+use omni_core::{Controller, TorqueLimit};
 use omni_link::{
     Answer, FromController, Loops, Receiver, Request, Server, ToController, answer_frame, decode, encode,
     request_frame,
 };
 
-use super::Done;
 use super::config::{control, layout, twist_limits};
 use super::numbers::{bits, byte, one_in};
 
 /// Frames as far as the bytes reach; returns how many.
-pub(super) fn run(data: &[u8]) -> Done {
+pub(super) fn run(data: &[u8]) -> usize {
     let mut u = Unstructured::new(data);
     match byte(&mut u) % 3 {
         0 => link::<3, { request_frame(3) }, { answer_frame(3) }>(&mut u),
@@ -21,7 +21,7 @@ pub(super) fn run(data: &[u8]) -> Done {
     }
 }
 
-fn link<const N: usize, const REQUEST: usize, const ANSWER: usize>(u: &mut Unstructured<'_>) -> Done {
+fn link<const N: usize, const REQUEST: usize, const ANSWER: usize>(u: &mut Unstructured<'_>) -> usize {
     let (Some(layout), Some(control)) = (layout::<f32, N>(u), control::<f32, N>(u)) else {
         return 0;
     };

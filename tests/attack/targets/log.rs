@@ -4,9 +4,9 @@ use std::cell::Cell;
 
 use omni_log::read_log;
 
-use super::{Done, check_message};
+use super::message::check_message;
 
-pub(super) fn run(data: &[u8]) -> Done {
+pub(super) fn run(data: &[u8]) -> usize {
     thread_local!(static NUMBER: Cell<u64> = const { Cell::new(0) });
     let number = NUMBER.replace(NUMBER.get() + 1);
     let thread = std::thread::current().id();

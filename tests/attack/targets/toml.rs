@@ -2,9 +2,9 @@
 
 use omni_sim::config::{Scenario, Source, Study, Vehicle};
 
-use super::{Done, check_message};
+use super::message::check_message;
 
-pub(super) fn run(data: &[u8]) -> Done {
+pub(super) fn run(data: &[u8]) -> usize {
     let Some((kind, text)) = data.split_first() else {
         return 0;
     };

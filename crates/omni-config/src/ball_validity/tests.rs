@@ -99,7 +99,8 @@ fn an_omni_ball_is_the_wheel_within_ten_degrees_of_straight_ahead() {
 
 #[test]
 fn the_ground_leans_by_what_its_keys_say() {
-    let lean = |scenario: &str, set: &str| lean_deg(scenario, &["vehicle=mecanum4", "terrain.at_m=1", set]);
+    let lean =
+        |scenario: &str, set: &str| lean_deg(scenario, &["vehicle=mecanum4", "terrain.start_x_m=1", set]);
     let ramp = |slope: f64| lean("ramp", &format!("terrain.slope_rad={slope}"));
     assert_eq!(ramp(0.2), None); // 11 degrees, seen at 45
     let steep = ramp(0.5).expect("steep");
@@ -110,6 +111,6 @@ fn the_ground_leans_by_what_its_keys_say() {
     assert_eq!(lean("ditch", "terrain.width_m=0.01"), None); // it sinks by 0.2 mm
     assert_eq!(lean("rough", "terrain.rms_m=0.005"), None);
     assert!(lean("rough", "terrain.rms_m=0.03").is_some());
-    assert!(lean("height_map", "terrain.white_m=0.5").is_some());
-    assert_eq!(lean("height_map", "terrain.white_m=0.01"), None);
+    assert!(lean("height_map", "terrain.white_height_m=0.5").is_some());
+    assert_eq!(lean("height_map", "terrain.white_height_m=0.01"), None);
 }

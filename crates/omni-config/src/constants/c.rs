@@ -4,7 +4,7 @@ use std::fmt::{Result, Write};
 
 use omni_core::constants::{Constant, Describe, Fields, Piece};
 
-use super::Values;
+use super::values::Values;
 use crate::{Error, Scenario};
 
 /// Wheel counts that `omnistep.h` has types for.
@@ -65,7 +65,7 @@ pub(super) fn initialiser(value: &dyn Constant) -> String {
 
 struct Initialiser(String);
 
-/// `ScaleReference` as `SCALE_REFERENCE`.
+/// `ScaleReferences` as `SCALE_REFERENCES`.
 fn screaming(name: &str) -> String {
     let mut text = String::new();
     for c in name.chars() {

@@ -4,7 +4,7 @@ use std::fmt::{Result, Write};
 
 use omni_core::constants::{Constant, Describe, Piece};
 
-use super::Values;
+use super::values::Values;
 use crate::Scenario;
 
 /// Every item of a scenario.
@@ -15,7 +15,7 @@ pub(super) fn source(scenario: &Scenario, values: &Values, digest: u32) -> Strin
     let limiter = expression(&values.limiter);
     let period_s = expression(&(scenario.period_s() as f32));
     let drive = values.drive.as_ref().map_or_else(String::new, |drive| {
-        let kind = if scenario.has_traction() { "TractionDrive" } else { "Drive" };
+        let kind = if scenario.has_traction() { "drive::TractionDrive" } else { "Drive" };
         format!(
             "/// The complete drive: one step each control period.\npub static DRIVE: omni_core::{kind}<f32, {count}> = {};\n",
             expression(&**drive)
@@ -23,8 +23,8 @@ pub(super) fn source(scenario: &Scenario, values: &Values, digest: u32) -> Strin
     });
     let traction = values.traction.as_ref().map_or_else(String::new, |traction| {
         format!(
-            "/// Traction control.\npub static TRACTION: omni_core::Traction<f32, {count}> = {};\n\
-             /// Chooses the target speed of traction control.\npub static SUPERVISOR: omni_core::Supervisor<f32, {count}> = {};\n",
+            "/// Traction control.\npub static TRACTION: omni_core::traction::Traction<f32, {count}> = {};\n\
+             /// Chooses the target speed of traction control.\npub static SUPERVISOR: omni_core::traction::Supervisor<f32, {count}> = {};\n",
             expression(&*traction.traction),
             expression(&*traction.supervisor)
         )
@@ -33,8 +33,8 @@ pub(super) fn source(scenario: &Scenario, values: &Values, digest: u32) -> Strin
     let encoder = values.encoder.as_ref().map_or_else(String::new, |encoder| {
         format!(
             "/// Counts of a wheel's encoder, from a counter of 16 bits or more.\n\
-             pub static COUNTER: omni_core::EncoderCounter<f32> = {};\n\
-             /// Estimates velocities from these counts.\npub static VELOCITY: omni_core::VelocityEstimator<f32> = {};\n",
+             pub static COUNTER: omni_core::estimate::EncoderCounter<f32> = {};\n\
+             /// Estimates velocities from these counts.\npub static VELOCITY: omni_core::estimate::VelocityEstimator<f32> = {};\n",
             expression(&encoder.counter),
             expression(&encoder.velocity)
         )
@@ -42,9 +42,9 @@ pub(super) fn source(scenario: &Scenario, values: &Values, digest: u32) -> Strin
     let path = values.path.as_ref().map_or_else(String::new, |path| {
         let trajectory = path.trajectory();
         format!(
-            "/// The planned trajectory.\npub static TRAJECTORY: omni_core::Trajectory<'static, f32> = \
-             omni_core::Trajectory::new(&[{}], &[{}]);\n\
-             /// Follows the trajectory.\npub static FOLLOWER: omni_core::HolonomicFollower<f32> = {};\n",
+            "/// The planned trajectory.\npub static TRAJECTORY: omni_core::path::Trajectory<'static, f32> = \
+             omni_core::path::Trajectory::new(&[{}], &[{}]);\n\
+             /// Follows the trajectory.\npub static FOLLOWER: omni_core::path::HolonomicFollower<f32> = {};\n",
             list(trajectory.segments()),
             list(trajectory.pieces()),
             single(&path.follower)
@@ -58,8 +58,8 @@ pub(super) fn source(scenario: &Scenario, values: &Values, digest: u32) -> Strin
          /// The control period \\[us\\]: the step must be called exactly this often.\npub const PERIOD_US: u32 = {period_us};\n\
          /// CRC-32 of the constants.\npub const DIGEST: u32 = {digest:#010x};\n\
          /// Kinematics and loops.\npub static CONTROLLER: omni_core::Controller<f32, {count}> = {controller};\n\
-         /// The limits of the command.\npub static LIMITER: omni_core::TwistLimiter<f32> = {limiter};\n\
-         /// Dead reckoning.\npub static ODOMETRY: omni_core::Odometry<f32, {count}> = \
+         /// The limits of the command.\npub static LIMITER: omni_core::shaping::TwistLimiter<f32> = {limiter};\n\
+         /// Dead reckoning.\npub static ODOMETRY: omni_core::estimate::Odometry<f32, {count}> = \
          omni_core::parts::Odometry::from_constants(({period_s},));\n\
          /// What each wheel's motor gives, and its duty for a torque.\n\
          pub static MOTORS: [omni_core::TorqueLimit<f32>; {count}] = {motors};\n{encoder}{drive}{traction}{path}"

@@ -57,7 +57,7 @@ fn a_gain_a_policy_and_a_limit_each_change_the_digest() {
     let same = digest("seed=1");
     for key in [
         "vehicle.gains.ki_n_m_rad=2.5",
-        "control.policy=\"paper\"",
+        "control.policy=\"scale_torques\"",
         "vehicle.limits.vx_m_s=0.5",
     ] {
         assert_ne!(digest(key), same, "{key}");
@@ -77,7 +77,7 @@ fn a_wheel_count_without_a_c_type_is_refused_by_name() {
         .expect("valid");
     table.insert("vehicle".into(), vehicle.into());
     let source = crate::Source::text("eight.toml", table.to_string());
-    let loops = crate::Override::new("control.policy", "synchronised");
+    let loops = crate::Override::new("control.policy", "scale_references");
     let scenario = Scenario::from_source(&source, &[loops]).expect("valid");
     assert!(
         scenario

@@ -187,7 +187,7 @@ impl Study {
         )
     }
 
-    /// `terrain.height_m = 0.03, control.policy = "paper"`.
+    /// `terrain.height_m = 0.03, control.policy = "scale_torques"`.
     #[must_use]
     pub fn named(&self, values: &[Value]) -> String {
         let pairs = self.axis.iter().zip(values);

@@ -25,24 +25,37 @@ impl Terrain {
     pub fn obstacle(&self) -> Option<Obstacle> {
         let (from_m, length) = match self {
             Self::Flat { .. } => return None,
-            Self::Step { at_m, .. } | Self::StepDown { at_m, .. } | Self::HalfStep { at_m, .. } => {
-                (*at_m, 0.0)
-            }
+            Self::Step { start_x_m, .. }
+            | Self::StepDown { start_x_m, .. }
+            | Self::HalfStep { start_x_m, .. } => (*start_x_m, 0.0),
             Self::Stairs {
-                tread_m, count, at_m, ..
-            } => (*at_m, tread_m * f64::from(count - 1)),
-            Self::Ramp { length_m, at_m, .. } | Self::Rough { length_m, at_m, .. } => (*at_m, *length_m),
-            Self::Ditch { width_m, at_m, .. } => (*at_m, *width_m),
+                tread_m,
+                count,
+                start_x_m,
+                ..
+            } => (*start_x_m, tread_m * f64::from(count - 1)),
+            Self::Ramp {
+                length_m, start_x_m, ..
+            }
+            | Self::Rough {
+                length_m, start_x_m, ..
+            } => (*start_x_m, *length_m),
+            Self::Ditch {
+                width_m, start_x_m, ..
+            } => (*start_x_m, *width_m),
             Self::Bumps {
                 width_m,
                 spacing_m,
                 count,
-                at_m,
+                start_x_m,
                 ..
-            } => (*at_m, width_m + spacing_m * f64::from(count - 1)),
+            } => (*start_x_m, width_m + spacing_m * f64::from(count - 1)),
             Self::HeightMap {
-                image, pixel_m, at_m, ..
-            } => (*at_m, pixel_m * (image.rows() - 1) as f64),
+                image,
+                pixel_m,
+                start_x_m,
+                ..
+            } => (*start_x_m, pixel_m * (image.rows() - 1) as f64),
         };
         Some(Obstacle {
             from_m,
@@ -106,8 +119,15 @@ impl Terrain {
             Self::Ditch { depth_m, .. } => *depth_m,
             // Heights of many waves at once: less than three times their root mean square, up or down.
             Self::Rough { rms_m, .. } => 6.0 * rms_m,
-            Self::HeightMap { black_m, white_m, .. } => {
-                let (low, high) = (black_m.min(*white_m).min(0.0), black_m.max(*white_m).max(0.0));
+            Self::HeightMap {
+                black_height_m,
+                white_height_m,
+                ..
+            } => {
+                let (low, high) = (
+                    black_height_m.min(*white_height_m).min(0.0),
+                    black_height_m.max(*white_height_m).max(0.0),
+                );
                 high - low
             }
         }

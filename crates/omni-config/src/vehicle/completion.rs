@@ -6,7 +6,7 @@ use toml::{Table, Value};
 
 use super::short_forms::write_out;
 use crate::Error;
-use crate::derived_gains::digits;
+use crate::digits::digits;
 use crate::load::Source;
 use crate::ranges::{MASS_KG, Range, within};
 
@@ -17,7 +17,10 @@ type Refusal = (String, String);
 pub(crate) struct Number {
     key: &'static str,
     range: Range,
-    #[cfg_attr(not(feature = "schema"), expect(dead_code))]
+    #[cfg_attr(
+        not(feature = "schema"),
+        expect(dead_code, reason = "only the schema shows it")
+    )]
     description: &'static str,
 }
 
@@ -229,7 +232,7 @@ fn bodies(table: &mut Table, notes: &mut Vec<String>) {
         .filter(|(_, place)| place.len() == 2)
         .collect();
     for body in tables(table, "body").filter(|body| !body.contains_key("com_m")) {
-        let [_, _, height_m] = numbers(body, "box_m")[..] else {
+        let [_, _, height_m] = numbers(body, "inertia_box_m")[..] else {
             continue;
         };
         let name = body.get("name").cloned();
@@ -250,7 +253,10 @@ fn bodies(table: &mut Table, notes: &mut Vec<String>) {
 fn hinges(table: &mut Table, notes: &mut Vec<String>) {
     let inertias: Vec<(Option<Value>, Option<f64>)> = tables(table, "body")
         .map(|body| {
-            let square: f64 = numbers(body, "box_m").iter().map(|edge| edge * edge).sum();
+            let square: f64 = numbers(body, "inertia_box_m")
+                .iter()
+                .map(|edge| edge * edge)
+                .sum();
             let mass_kg = body.get("mass_kg").and_then(number);
             (
                 body.get("name").cloned(),

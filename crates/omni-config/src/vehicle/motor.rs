@@ -1,7 +1,8 @@
 //! The motors of a vehicle, as their data sheets give them.
 
 use garde::Validate;
-use omni_core::{GearFriction, Gearbox, TorqueLimit};
+use omni_core::TorqueLimit;
+use omni_core::motor::{GearFriction, Gearbox};
 #[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -41,7 +41,7 @@ impl Vehicle {
         let bodies = self
             .body
             .iter()
-            .map(|b| (b.com_m, b.box_m.map(|edge| edge / 2.0)));
+            .map(|b| (b.com_m, b.inertia_box_m.map(|edge| edge / 2.0)));
         for (centre, reach) in wheels.chain(bodies) {
             for axis in 0..3 {
                 low[axis] = low[axis].min(centre[axis] - reach[axis]);

@@ -1,6 +1,6 @@
 //! Friction and gains that are doubtful: against the torque of the motors, and against what follows from masses and motors.
 
-use crate::derived_gains::digits;
+use crate::digits::digits;
 use crate::{Error, Vehicle};
 
 /// Dry friction is doubtful beyond this part of the torque that the motor gives the wheel at rest.

@@ -1,6 +1,6 @@
 //! Centres of mass, boxes and clearances that are doubtful.
 
-use crate::derived_gains::digits;
+use crate::digits::digits;
 use crate::{Body, Vehicle};
 
 /// A centre of mass as high as this many times the way between the wheels furthest apart is doubtful: mm taken for m.
@@ -33,7 +33,7 @@ impl Vehicle {
 /// What is doubtful of a body's size or place where its wheels are so far apart.
 fn misplaced(body: &Body, span_m: f64) -> Option<String> {
     let ([_, _, z], span) = (body.com_m, digits(span_m));
-    let longest_m = body.box_m.into_iter().fold(0.0, f64::max);
+    let longest_m = body.inertia_box_m.into_iter().fold(0.0, f64::max);
     if z <= 0.0 {
         return Some(format!(
             "com_m has the height {z}, allowed: above 0, which is on the ground; the origin of all heights is the ground, not the axles"
@@ -41,21 +41,25 @@ fn misplaced(body: &Body, span_m: f64) -> Option<String> {
     }
     if !(SMALL * span_m..=LARGE * span_m).contains(&longest_m) {
         return Some(format!(
-            "box_m = {:?}, but the wheels are {span} m apart; write box_m and position_m in metres",
-            body.box_m
+            "inertia_box_m = {:?}, but the wheels are {span} m apart; write inertia_box_m and position_m in metres",
+            body.inertia_box_m
         ));
     }
-    let face_m = z - body.box_m[2] / 2.0;
+    let face_m = z - body.inertia_box_m[2] / 2.0;
     if face_m > span_m {
         return Some(format!(
-            "com_m has the height {z}, and box_m the edge {}: the box begins {} m above the ground, and the wheels are {span} m apart; \
+            "com_m has the height {z}, and inertia_box_m the edge {}: the box begins {} m above the ground, and the wheels are {span} m apart; \
              check both",
-            body.box_m[2],
+            body.inertia_box_m[2],
             digits(face_m)
         ));
     }
     // A box that reaches into the ground has the body's inertia, but not its shape: then only the centre of mass is above the lowest point.
-    let most_m = if face_m > 0.0 { z - body.box_m[2] / 4.0 } else { z };
+    let most_m = if face_m > 0.0 {
+        z - body.inertia_box_m[2] / 4.0
+    } else {
+        z
+    };
     body.clearance_m.filter(|clearance_m| *clearance_m > most_m).map(|clearance_m| {
         format!(
             "clearance_m = {clearance_m}, but its centre of mass is {z} m up and its box begins at {} m; usual: up to {}",

@@ -10,9 +10,11 @@ use std::hint::black_box;
 use std::process::ExitCode;
 
 use num_traits::float::FloatCore;
+use omni_core::loops::ControlSample;
+use omni_core::shaping::{TwistLimiter, TwistLimiterState};
 use omni_core::{
-    BodyTwist, ControlSample, ControlState, Controller, Coordination, PidGains, Real, TorqueLimit,
-    TwistLimiter, TwistLimiterState, WheelLayout, WheelVelocities,
+    BodyTwist, ControlState, Controller, Coordination, PidGains, Real, TorqueLimit, WheelLayout,
+    WheelVelocities,
 };
 use setup::{chugo7, controller, limiter, mecanum4, omni3, pid_loops, pid_step};
 
@@ -88,7 +90,7 @@ fn run<R: Real + FloatCore, const N: usize>(
     saturated: bool,
     steps: usize,
 ) -> bool {
-    let controller = controller(layout, GAINS, limit(), Coordination::synchronised());
+    let controller = controller(layout, GAINS, limit(), Coordination::scale_references());
     let inputs = inputs(&controller, saturated);
     let mut torques = [R::zero(); N];
     let turns = inputs.iter().cycle().take(steps);

@@ -2,9 +2,10 @@
 //! them.
 
 use num_traits::float::FloatCore;
+use omni_core::shaping::{AxisLimits, TwistLimiter, TwistLimits};
 use omni_core::{
-    AxisLimits, Controller, Coordination, PidConfig, PidGains, Real, TorqueLimit, TwistLimiter, TwistLimits,
-    WheelControlConfig, WheelLayout, WheelVelocities,
+    Controller, Coordination, PidConfig, PidGains, Real, TorqueLimit, WheelControlConfig, WheelLayout,
+    WheelVelocities,
 };
 
 const PERIOD_S: f64 = 1e-3;

@@ -1,11 +1,14 @@
 //! What a drive is made of, and what arrives in one period.
 
-use crate::{
-    BodyTwist, FaultConfig, ForwardMap, OdometryNoise, PathFactors, Real, Rest, ShapingConfig, SlipConfig,
-    SpeedLimits, TorqueRanges, WheelControlConfig, WheelLayout, WheelVelocities,
-};
+use crate::Real;
+use crate::drive::{FaultConfig, SlipConfig};
+use crate::estimate::OdometryNoise;
+use crate::geometry::{BodyTwist, ForwardMap, PathFactors, SpeedLimits, WheelLayout, WheelVelocities};
+use crate::loops::{Rest, WheelControlConfig};
+use crate::motor::TorqueRanges;
+use crate::shaping::ShapingConfig;
 
-/// Everything a [`Drive`](crate::Drive) is made of; checked by [`Drive::new`](crate::Drive::new). Its period is that of
+/// Everything a [`Drive`](crate::drive::Drive) is made of; checked by [`Drive::new`](crate::drive::Drive::new). Its period is that of
 /// `control.pid`.
 ///
 /// ```
@@ -76,7 +79,8 @@ impl<R: Real, const N: usize> DriveConfig<R, N> {
 /// What arrived in one period.
 ///
 /// ```
-/// use omni_core::{BodyTwist, Drive, DriveConfig, DriveInput, DriveState, TorqueRange, WheelLayout, WheelVelocities};
+/// use omni_core::motor::TorqueRange;
+/// use omni_core::{BodyTwist, Drive, DriveConfig, DriveInput, DriveState, WheelLayout, WheelVelocities};
 /// # let config = omni_core::examples::loops(0.3, 0.0, 2.0)?;
 /// let drive = Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?;
 /// let ahead = BodyTwist { vx_m_s: 0.5, ..BodyTwist::ZERO };
@@ -123,7 +127,7 @@ impl<R: Real, const N: usize> DriveInput<R, N> {
         }
     }
 
-    /// [`DriveInput::measured`], but a reading of NaN did not arrive, as in a link, a log and [`Readings`](crate::Readings). What is
+    /// [`DriveInput::measured`], but a reading of NaN did not arrive, as in a link, a log and [`Readings`](crate::policy::Readings). What is
     /// no velocity otherwise, as an infinite one, is for the monitor to judge.
     ///
     /// ```
@@ -146,7 +150,7 @@ impl<R: Real, const N: usize> DriveInput<R, N> {
     }
 
     /// The same with a new command: the twist of the command point \[m/s, m/s, rad/s\], checked by
-    /// [`Drive::step`](crate::Drive::step).
+    /// [`Drive::step`](crate::drive::Drive::step).
     #[must_use]
     pub fn with_command(self, command: BodyTwist<R>) -> Self {
         Self {

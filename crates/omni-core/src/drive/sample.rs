@@ -1,6 +1,9 @@
 //! What one step of a drive returns.
 
-use crate::{Desaturated, Fault, PlanarPose, ShapedCommand, SlipSample, WheelSample};
+use crate::drive::{Fault, SlipSample};
+use crate::geometry::{Desaturated, PlanarPose};
+use crate::loops::WheelSample;
+use crate::shaping::ShapedCommand;
 
 /// How far the vehicle can be relied on.
 ///
@@ -33,10 +36,10 @@ pub enum DriveMode {
     /// A wheel is released, lifted or excluded; the others move the vehicle as commanded.
     Degraded = 1,
     /// Too few wheels are left to determine how the vehicle moves: those that are left are brought to rest, at the emergency
-    /// deceleration. Latched until [`DriveState::release_safe_stop`](crate::DriveState::release_safe_stop).
+    /// deceleration. Latched until [`DriveState::release_safe_stop`](crate::drive::DriveState::release_safe_stop).
     SafeStop = 2,
-    /// Somebody asked for it with [`DriveState::emergency_stop`](crate::DriveState::emergency_stop); latched until
-    /// [`DriveState::release_emergency_stop`](crate::DriveState::release_emergency_stop).
+    /// Somebody asked for it with [`DriveState::emergency_stop`](crate::drive::DriveState::emergency_stop); latched until
+    /// [`DriveState::release_emergency_stop`](crate::drive::DriveState::release_emergency_stop).
     EmergencyStop = 3,
 }
 
@@ -48,7 +51,7 @@ impl DriveMode {
     }
 }
 
-/// Every signal of one step of a [`Drive`](crate::Drive). Nothing in it is ever NaN.
+/// Every signal of one step of a [`Drive`](crate::drive::Drive). Nothing in it is ever NaN.
 ///
 /// ```
 /// use omni_core::{Drive, DriveConfig, DriveInput, DriveState, WheelLayout, WheelVelocities};
@@ -78,7 +81,7 @@ pub struct DriveSample<R, const N: usize> {
     pub wheels: WheelSample<R, N>,
     /// Motors whose windings shall be shorted. In a safe stop and an emergency stop those of wheels with a fault, because no torque can be
     /// controlled without a reading, and a vehicle of three wheels would roll on; and all when the torque has ended.
-    /// At rest otherwise all when the torque has ended, if [`Rest::short_windings`](crate::Rest::short_windings) asks for it.
+    /// At rest otherwise all when the torque has ended, if [`Rest::short_windings`](crate::loops::Rest::short_windings) asks for it.
     pub brake: [bool; N],
     /// Enough wheels determine the motion: `slip` means something, and the pose was integrated.
     pub motion_known: bool,

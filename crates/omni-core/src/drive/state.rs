@@ -1,14 +1,18 @@
 //! What a drive remembers.
 
-use super::Drive;
-use crate::{
-    ControlState, FaultState, OdometryState, PoseCovariance, Real, ShaperState, SlipState, WheelVelocities,
-};
+use super::model::Drive;
+use crate::Real;
+use crate::drive::{FaultState, SlipState};
+use crate::estimate::{OdometryState, PoseCovariance};
+use crate::geometry::WheelVelocities;
+use crate::loops::ControlState;
+use crate::shaping::ShaperState;
 
 /// What a [`Drive`] remembers.
 ///
 /// ```
-/// use omni_core::{Drive, DriveConfig, DriveInput, DriveState, PlanarPose, WheelLayout, WheelVelocities};
+/// use omni_core::geometry::PlanarPose;
+/// use omni_core::{Drive, DriveConfig, DriveInput, DriveState, WheelLayout, WheelVelocities};
 /// # let config = omni_core::examples::loops(0.3, 0.0, 2.0)?;
 /// let drive = Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?;
 /// let mut state = DriveState::new(&drive);

@@ -1,9 +1,13 @@
 //! A drive whose loops are traction control.
 
-use super::{Drive, DriveInput, DriveSample, DriveState};
+use super::config::DriveInput;
+use super::model::Drive;
+use super::sample::DriveSample;
+use super::state::DriveState;
 use crate::constants::constant_struct;
-use crate::traction::{Supervised, SupervisedState};
-use crate::{ConfigError, Imu, Readings, Real, Supervisor, SupervisorState, Traction, TractionSample};
+use crate::policy::{Imu, Readings};
+use crate::traction::{Supervised, SupervisedState, Supervisor, SupervisorState, Traction, TractionSample};
+use crate::{ConfigError, Real};
 
 /// A [`Drive`] with traction control in place of the wheels' loops: everything around them is the drive's.
 ///
@@ -11,7 +15,8 @@ use crate::{ConfigError, Imu, Readings, Real, Supervisor, SupervisorState, Tract
 /// `torque_ranges` of the input hold here too. In a stop nothing is tried any more: no back-off, no run-up.
 ///
 /// ```
-/// use omni_core::{BodyReadings, BodyTwist, DriveInput, DriveMode, TractionDrive, TractionDriveState, WheelVelocities};
+/// use omni_core::drive::{BodyReadings, TractionDrive, TractionDriveState};
+/// use omni_core::{BodyTwist, DriveInput, DriveMode, WheelVelocities};
 /// # use omni_core::examples::{drive, supervisor, traction};
 /// let drive = TractionDrive::new(drive()?, supervisor()?, traction()?)?;
 /// let mut state = TractionDriveState::new(&drive);
@@ -37,7 +42,8 @@ constant_struct!(TractionDrive<R, const N> { drive: Drive<R, N>, supervisor: Sup
 /// What a vehicle's bodies are read to do, for [`TractionDrive::step`].
 ///
 /// ```
-/// use omni_core::{BodyReadings, Imu};
+/// use omni_core::drive::BodyReadings;
+/// use omni_core::policy::Imu;
 /// let mut read = BodyReadings::none();
 /// (read.hinges_rad, read.hinges_rad_s, read.imu) = (&[0.1, 0.0], &[0.0, 0.0], Imu::level());
 /// assert_eq!((read.hinges_rad[0], read.imu.pitch_rad), (0.1, 0.0));
@@ -57,7 +63,7 @@ impl<R: Real> BodyReadings<'_, R> {
     /// Neither hinges nor a unit: traction control does with the wheels' encoders.
     ///
     /// ```
-    /// let none = omni_core::BodyReadings::<f64>::none();
+    /// let none = omni_core::drive::BodyReadings::<f64>::none();
     /// assert_eq!(none.hinges_rad.len(), 0);
     /// assert!(none.imu.pitch_rad.is_nan());
     /// ```
@@ -74,7 +80,7 @@ impl<R: Real> BodyReadings<'_, R> {
 /// What a [`TractionDrive`] remembers.
 ///
 /// ```
-/// use omni_core::TractionDriveState;
+/// use omni_core::drive::TractionDriveState;
 /// let state = TractionDriveState::new(&omni_core::examples::traction_drive()?);
 /// assert_eq!((state.supervisor().retries(), state.drive.odometry.pose().x_m), (0, 0.0));
 /// assert!(size_of::<TractionDriveState<f32, 7>>() < 3072); // bytes
@@ -116,7 +122,8 @@ impl<R: Real, const N: usize> TractionDriveState<R, N> {
 /// Every signal of one step of a [`TractionDrive`].
 ///
 /// ```
-/// use omni_core::{BodyReadings, DriveInput, TractionDriveState, WheelVelocities};
+/// use omni_core::drive::{BodyReadings, TractionDriveState};
+/// use omni_core::{DriveInput, WheelVelocities};
 /// # let drive = omni_core::examples::traction_drive()?;
 /// let input = DriveInput::measured(&WheelVelocities { rad_s: [5.0; 4] });
 /// let sample = drive.step(&mut TractionDriveState::new(&drive), &input, &BodyReadings::none());
@@ -166,7 +173,8 @@ impl<R: Real, const N: usize> TractionDrive<R, N> {
     /// One period, as [`Drive::step`]; `body` is what the bodies are read to do. O(N).
     ///
     /// ```
-    /// use omni_core::{BodyReadings, BodyTwist, DriveInput, TractionDriveState, WheelVelocities};
+    /// use omni_core::drive::{BodyReadings, TractionDriveState};
+    /// use omni_core::{BodyTwist, DriveInput, WheelVelocities};
     /// # let drive = omni_core::examples::traction_drive()?;
     /// let mut state = TractionDriveState::new(&drive);
     /// let ahead = BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO };

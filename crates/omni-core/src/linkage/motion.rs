@@ -1,13 +1,16 @@
 //! How the bodies of a linkage and the wheels on them move.
 
-use super::{Attitude, Linkage, MAX_HINGES};
+#[cfg(test)]
+mod tests;
+
+use super::tree::{Attitude, Linkage, MAX_HINGES};
 use crate::Real;
-use crate::pid::is_plausible;
+use crate::scalar::is_plausible;
 
 /// How the bodies of a [`Linkage`] stand and turn, and how each wheel moves with them.
 ///
 /// ```
-/// use omni_core::{Attitude, CarriedWheel, Linkage};
+/// use omni_core::linkage::{Attitude, CarriedWheel, Linkage};
 /// // One body: the wheel ahead rises while the nose goes up.
 /// let wheel = |x| CarriedWheel { body: 0, centre_m: [x, 0.0, 0.0] };
 /// let linkage = Linkage::new(&[], &[wheel(0.2), wheel(-0.2), wheel(-0.2)])?;
@@ -41,7 +44,7 @@ impl<R: Real, const N: usize> LinkageMotion<R, N> {
     /// On flat ground, at rest in its hinges.
     ///
     /// ```
-    /// assert_eq!(omni_core::LinkageMotion::<f64, 4>::flat().rise_m_s, [0.0; 4]);
+    /// assert_eq!(omni_core::linkage::LinkageMotion::<f64, 4>::flat().rise_m_s, [0.0; 4]);
     /// ```
     #[must_use]
     pub const fn flat() -> Self {
@@ -55,7 +58,7 @@ impl<R: Real, const N: usize> LinkageMotion<R, N> {
     /// How the body in that slot points and turns: 0 is the base, others are [`Linkage::carrier`]'s. The base's where there is none.
     ///
     /// ```
-    /// use omni_core::{Attitude, LinkageMotion};
+    /// use omni_core::linkage::{Attitude, LinkageMotion};
     /// assert_eq!(LinkageMotion::<f64, 4>::flat().attitude(0), &Attitude::level());
     /// ```
     #[inline]
@@ -152,6 +155,28 @@ fn small_angle<R: Real>(x: R) -> (R, R) {
 }
 
 impl<R: Real, const N: usize> Linkage<R, N> {
+    /// How the wheels move, from how the base points and turns and from the hinges: angles \[rad\] and rates \[rad/s\] in the order in which
+    /// they were given. A hinge without a reading, or with one that is no number, stands at 0. O(N).
+    ///
+    /// Angles of parallel hinges add up exactly. Of hinges across each other the product of two angles is left out: 1 % of an arm where
+    /// both are 0.1 rad.
+    ///
+    /// ```
+    /// use omni_core::linkage::{Attitude, CarriedWheel, Linkage};
+    /// let wheel = |x, y| CarriedWheel { body: 0, centre_m: [x, y, 0.0] };
+    /// let linkage = Linkage::new(&[], &[wheel(0.0, 0.2), wheel(0.0, -0.2), wheel(-0.3, 0.0)])?;
+    /// let leaning = Attitude { left_up_rad: 0.1, ..Attitude::level() };
+    /// let [left, right, rear] = linkage.motion(&leaning, &[], &[]).height_m;
+    /// assert!(left > 0.0 && right < 0.0 && rear == 0.0); // above the origin
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    #[must_use]
+    pub fn motion(&self, base: &Attitude<R>, hinges_rad: &[R], hinges_rad_s: &[R]) -> LinkageMotion<R, N> {
+        let mut motion = LinkageMotion::flat();
+        self.move_by(base, hinges_rad, hinges_rad_s, &mut motion);
+        motion
+    }
+
     /// As [`Linkage::motion`], into a motion that is kept from period to period.
     pub(crate) fn move_by(
         &self,

@@ -1,13 +1,13 @@
 //! A brushed DC motor, or a brushless one seen from its quadrature axis, from its data sheet.
 
-use super::TorqueLimit;
-use crate::Real;
-use crate::error::{ConfigError, not_negative, positive};
+use super::limit::TorqueLimit;
+use crate::error::{not_negative, positive};
+use crate::{ConfigError, Real};
 
 /// Figures of a data sheet; checked by [`DcMotor::new`].
 ///
 /// ```
-/// use omni_core::{DcMotor, DcMotorConfig};
+/// use omni_core::motor::{DcMotor, DcMotorConfig};
 /// let sheet = DcMotorConfig {
 ///     torque_constant_n_m_a: 0.05,
 ///     resistance_ohm: 2.0,
@@ -38,7 +38,7 @@ pub struct DcMotorConfig<R> {
 /// A motor at its terminals: `U = R i + kt w`, `torque = kt i - kt i0 sgn(w)`.
 ///
 /// ```
-/// use omni_core::{DcMotor, DcMotorConfig};
+/// use omni_core::motor::{DcMotor, DcMotorConfig};
 /// let motor = DcMotor::new(DcMotorConfig {
 ///     torque_constant_n_m_a: 0.0234_f64,
 ///     resistance_ohm: 2.32,
@@ -96,7 +96,7 @@ impl<R: Real> DcMotor<R> {
     /// `kt (U / R - i0)`, slope `kt^2 / R`. Braking, friction would help; it is left out, on the safe side.
     ///
     /// ```
-    /// use omni_core::DcMotor;
+    /// use omni_core::motor::DcMotor;
     /// # let config = omni_core::examples::motor();
     /// let limit = DcMotor::new(config)?.torque_limit(); // 12 V, 2 ohm, 0.05 N.m/A, 0.1 A
     /// let at_100_rad_s = 0.05 * (12.0 / 2.0 - 0.1) - 0.05 * 0.05 / 2.0 * 100.0;
@@ -111,7 +111,7 @@ impl<R: Real> DcMotor<R> {
     /// Speed without load \[rad/s\], `(U - R i0) / kt`: where the line of [`DcMotor::torque_limit`] ends.
     ///
     /// ```
-    /// use omni_core::DcMotor;
+    /// use omni_core::motor::DcMotor;
     /// # let config = omni_core::examples::motor();
     /// let motor = DcMotor::new(config)?; // 12 V, 2 ohm, 0.05 N.m/A, 0.1 A
     /// assert!((motor.no_load_speed_rad_s() - (12.0 - 2.0 * 0.1) / 0.05).abs() < 1e-9); // 236 rad/s
@@ -127,7 +127,7 @@ impl<R: Real> DcMotor<R> {
     /// positive drives forwards.
     ///
     /// ```
-    /// use omni_core::DcMotor;
+    /// use omni_core::motor::DcMotor;
     /// # let config = omni_core::examples::motor();
     /// let motor = DcMotor::new(config)?; // 0.05 N.m/A, 0.1 A
     /// assert!((motor.current_a(0.1, 50.0) - (2.0 + 0.1)).abs() < 1e-12);
@@ -151,7 +151,7 @@ impl<R: Real> DcMotor<R> {
     /// forwards.
     ///
     /// ```
-    /// use omni_core::DcMotor;
+    /// use omni_core::motor::DcMotor;
     /// # let config = omni_core::examples::motor();
     /// let motor = DcMotor::new(config)?; // 2 ohm, 0.05 N.m/A, 0.1 A
     /// assert!((motor.voltage_v(0.1, 100.0) - (2.0 * (2.0 + 0.1) + 0.05 * 100.0)).abs() < 1e-12);
@@ -168,7 +168,7 @@ impl<R: Real> DcMotor<R> {
     /// supply.
     ///
     /// ```
-    /// use omni_core::DcMotor;
+    /// use omni_core::motor::DcMotor;
     /// # let config = omni_core::examples::motor();
     /// let motor = DcMotor::new(config)?; // 2 ohm, 0.05 N.m/A, 0.1 A
     /// // What goes in turns the shaft, heats the winding (2.1 A) and overcomes friction.
@@ -185,7 +185,7 @@ impl<R: Real> DcMotor<R> {
     /// Heat of the winding \[W\], `R i^2`, for a shaft torque \[N.m\] at a velocity \[rad/s\]; never negative.
     ///
     /// ```
-    /// use omni_core::DcMotor;
+    /// use omni_core::motor::DcMotor;
     /// # let config = omni_core::examples::motor();
     /// let motor = DcMotor::new(config)?; // 2 ohm, 0.05 N.m/A
     /// assert!((motor.heat_w(0.1, 0.0) - 2.0 * 2.0 * 2.0).abs() < 1e-12); // holding 0.1 N.m at rest takes 2 A

@@ -1,12 +1,12 @@
 //! From a torque to the duty cycle of a bridge.
 
-use super::DcMotor;
+use super::dc::DcMotor;
 use crate::Real;
 
 /// What a bridge without a current loop is to do for a torque, and what comes of it.
 ///
 /// ```
-/// use omni_core::{DcMotor, DcMotorConfig};
+/// use omni_core::motor::{DcMotor, DcMotorConfig};
 /// let motor = DcMotor::new(DcMotorConfig {
 ///     torque_constant_n_m_a: 0.05_f64,
 ///     resistance_ohm: 2.0,
@@ -41,7 +41,7 @@ impl<R: Real> DcMotor<R> {
     /// For what is not finite duty 0, which counts as limited.
     ///
     /// ```
-    /// use omni_core::DcMotor;
+    /// use omni_core::motor::DcMotor;
     /// # let mut config = omni_core::examples::motor();
     /// config.current_limit_a = Some(3.0);
     /// let motor = DcMotor::new(config)?; // 12 V, 2 ohm, 0.05 N.m/A, 0.1 A, a driver of 3 A
@@ -93,7 +93,8 @@ impl<R: Real> DcMotor<R> {
 
 #[cfg(test)]
 mod tests {
-    use crate::{DcMotor, DcMotorConfig, Real};
+    use crate::Real;
+    use crate::motor::{DcMotor, DcMotorConfig};
     use proptest::prelude::*;
 
     fn motor<R: Real>(current_limit_a: Option<f64>) -> DcMotor<R> {

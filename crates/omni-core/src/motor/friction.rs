@@ -1,15 +1,16 @@
 //! What a gear takes: dry and viscous friction besides its efficiency.
 
-use super::Gearbox;
-use crate::error::{ConfigError, not_negative};
-use crate::{Real, TorqueRange};
+use super::gearbox::Gearbox;
+use crate::error::not_negative;
+use crate::motor::TorqueRange;
+use crate::{ConfigError, Real};
 
 /// A gear with an efficiency, and friction at its output: dry (Coulomb, the same at every speed, and what holds at rest) and viscous.
 ///
 /// The plant of the simulation is built on it. For a controller it says which motor torque makes up for friction: feed-forward.
 ///
 /// ```
-/// use omni_core::{Gearbox, GearFriction};
+/// use omni_core::motor::{GearFriction, Gearbox};
 /// let gear = GearFriction::new(Gearbox::new(20.0_f64, 0.8)?, 0.04, 0.002)?; // 20:1, 0.04 N.m, 0.002 N.m.s/rad
 /// // 0.1 N.m of the motor are 1.6 behind the teeth; at 10 rad/s friction takes 0.04 + 0.02.
 /// assert!((gear.output_torque(0.1, 10.0) - 1.54).abs() < 1e-12);
@@ -51,7 +52,7 @@ impl<R: Real> GearFriction<R> {
     /// being driven, the lossless torque over the efficiency, the gear stands.
     ///
     /// ```
-    /// use omni_core::{Gearbox, GearFriction, TorqueRange};
+    /// use omni_core::motor::{GearFriction, Gearbox, TorqueRange};
     /// let gear = GearFriction::new(Gearbox::new(10.0, 0.5)?, 0.25, 0.0)?;
     /// // 0.1 N.m: 1 lossless, 0.5 driving, 2 driven.
     /// assert_eq!(gear.holding(0.1), TorqueRange { lower_n_m: 0.5 - 0.25, upper_n_m: 2.0 + 0.25 });
@@ -69,7 +70,7 @@ impl<R: Real> GearFriction<R> {
     /// motor driving; 0 where it moves nothing.
     ///
     /// ```
-    /// use omni_core::{Gearbox, GearFriction};
+    /// use omni_core::motor::{GearFriction, Gearbox};
     /// let gear = GearFriction::new(Gearbox::new(10.0, 0.5)?, 0.25, 0.125)?;
     /// // Driving forwards, at rest, driven backwards.
     /// assert_eq!([2.0, 0.0, -2.0].map(|w| gear.output_torque(0.1, w)), [0.5 - 0.25 - 0.25, 0.25, 2.0 + 0.25 + 0.25]);
@@ -99,7 +100,7 @@ impl<R: Real> GearFriction<R> {
     /// Give it the velocity of the reference: the sign of a measured one chatters about rest.
     ///
     /// ```
-    /// use omni_core::{Gearbox, GearFriction};
+    /// use omni_core::motor::{GearFriction, Gearbox};
     /// let gear = GearFriction::new(Gearbox::new(10.0, 0.5)?, 0.25, 0.125)?;
     /// assert_eq!(gear.motor_torque(0.0, 2.0), (0.25 + 0.25) / 10.0 / 0.5); // rolling on
     /// assert_eq!([1.0, 0.0, -1.0].map(|n_m| gear.motor_torque(n_m, 0.0)), [0.25, 0.0, -0.25]); // from rest

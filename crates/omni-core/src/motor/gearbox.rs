@@ -1,15 +1,16 @@
 //! A gear with losses.
 
-use crate::error::{ConfigError, within};
-use crate::{Real, TorqueRange};
+use crate::error::within;
+use crate::motor::TorqueRange;
+use crate::{ConfigError, Real};
 
 /// A reduction with an efficiency. Losses act against the flow of power: driving, the output gets less than the motor
 /// gives; driven by the load, the motor holds more than it gives.
 ///
-/// For a model that has torque limits at the wheel. [`crate::Wheel::geared`] needs only the ratio of velocities.
+/// For a model that has torque limits at the wheel. [`crate::geometry::Wheel::geared`] needs only the ratio of velocities.
 ///
 /// ```
-/// use omni_core::Gearbox;
+/// use omni_core::motor::Gearbox;
 /// let gear = Gearbox::new(20.0_f64, 0.8)?;
 /// assert_eq!(gear.output_torque(0.1, 5.0), 1.6); // 0.1 * 20 * 0.8: the motor drives
 /// assert_eq!(gear.output_torque(-0.1, 5.0), -2.5); // it brakes with the gear's friction helping
@@ -39,7 +40,7 @@ impl<R: Real> Gearbox<R> {
     /// Motor velocity \[rad/s\] at an output velocity \[rad/s\].
     ///
     /// ```
-    /// use omni_core::Gearbox;
+    /// use omni_core::motor::Gearbox;
     /// assert_eq!(Gearbox::new(20.0, 0.8)?.motor_velocity(-1.5), -30.0); // losses cost torque, not velocity
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
@@ -52,7 +53,7 @@ impl<R: Real> Gearbox<R> {
     /// counts as driving.
     ///
     /// ```
-    /// use omni_core::Gearbox;
+    /// use omni_core::motor::Gearbox;
     /// let gear = Gearbox::new(10.0, 0.5)?;
     /// assert_eq!([2.0, 0.0, -2.0].map(|velocity| gear.output_torque(0.25, velocity)), [1.25, 1.25, 5.0]);
     /// # Ok::<(), omni_core::ConfigError>(())
@@ -71,7 +72,7 @@ impl<R: Real> Gearbox<R> {
     /// velocity \[rad/s\].
     ///
     /// ```
-    /// use omni_core::Gearbox;
+    /// use omni_core::motor::Gearbox;
     /// let gear = Gearbox::new(10.0, 0.5)?;
     /// assert_eq!(gear.motor_torque(1.25, 2.0), 1.25 / 10.0 / 0.5); // lifting a load
     /// assert_eq!(gear.motor_torque(1.25, -2.0), 1.25 / 10.0 * 0.5); // letting it down takes a quarter of that
@@ -91,7 +92,8 @@ impl<R: Real> Gearbox<R> {
     /// [`Gearbox::motor_velocity`].
     ///
     /// ```
-    /// use omni_core::{Gearbox, TorqueLimit, TorqueRange};
+    /// use omni_core::motor::{Gearbox, TorqueRange};
+    /// use omni_core::TorqueLimit;
     /// let (gear, motor) = (Gearbox::new(10.0, 0.5)?, TorqueLimit::line(1.0, 0.025)?);
     /// // At 2 rad/s the motor turns with 20 and drives with 0.5 N.m, 2.5 behind the gear. It brakes with 1, there 20.
     /// let range = gear.output_range(&motor.range(gear.motor_velocity(2.0)), 2.0);

@@ -1,8 +1,8 @@
 //! Torque over speed from measured points.
 
-use super::{four_quadrants, known};
-use crate::error::{ConfigError, not_negative, positive};
-use crate::{Real, TorqueRange};
+use super::torque_range::{TorqueRange, four_quadrants, known};
+use crate::error::{not_negative, positive};
+use crate::{ConfigError, Real};
 
 /// Driving torque as a piecewise-linear function of speed, in four quadrants: what a brushless drive with field weakening
 /// or a measured motor does, where no straight line fits.
@@ -10,7 +10,7 @@ use crate::{Real, TorqueRange};
 /// Below the first point its torque holds, beyond the last one the last torque: end with 0 N.m at the no-load speed.
 ///
 /// ```
-/// use omni_core::TorqueTable;
+/// use omni_core::motor::TorqueTable;
 /// let table = TorqueTable::new([(0.0, 2.0), (10.0, 2.0), (20.0, 0.0)], 2.5)?;
 /// assert_eq!(table.range(15.0_f64).upper_n_m, 1.0);
 /// assert_eq!(table.range(15.0).lower_n_m, -2.5); // braking
@@ -56,7 +56,7 @@ impl<R: Real, const M: usize> TorqueTable<R, M> {
     /// nothing where the velocity is NaN. O(M).
     ///
     /// ```
-    /// use omni_core::TorqueTable;
+    /// use omni_core::motor::TorqueTable;
     /// let table = TorqueTable::new([(0.0, 2.0), (10.0, 1.0), (30.0, 0.0)], 2.5)?;
     /// // Halfway between points, at the last one, beyond it.
     /// assert_eq!([5.0, 20.0, 30.0, 99.0].map(|v| table.range(v).upper_n_m), [1.5, 0.5, 0.0, 0.0]);
@@ -87,7 +87,7 @@ impl<R: Real, const M: usize> TorqueTable<R, M> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::TorqueLimit;
+    use crate::motor::TorqueLimit;
     use proptest::prelude::*;
 
     #[test]

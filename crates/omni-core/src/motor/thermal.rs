@@ -1,13 +1,14 @@
 //! I2t: how long a motor may give more torque than it can give for ever.
 
-use crate::error::{ConfigError, period, positive, within};
+use crate::error::{period, positive, within};
+use crate::motor::TorqueRange;
 use crate::sum::Sum;
-use crate::{Real, TorqueRange};
+use crate::{ConfigError, Real};
 
 /// Figures of a motor's heat; checked by [`ThermalModel::new`].
 ///
 /// ```
-/// use omni_core::{ThermalConfig, ThermalModel, ThermalState};
+/// use omni_core::motor::{ThermalConfig, ThermalModel, ThermalState};
 /// let config = ThermalConfig {
 ///     continuous_torque_n_m: 1.0_f64,
 ///     peak_torque_n_m: 2.0,
@@ -46,7 +47,7 @@ pub struct ThermalConfig<R> {
 /// to the continuous one at x = 1, which is therefore never passed.
 ///
 /// ```
-/// use omni_core::{ThermalConfig, ThermalModel, ThermalState};
+/// use omni_core::motor::{ThermalConfig, ThermalModel, ThermalState};
 /// let model = ThermalModel::new(ThermalConfig {
 ///     continuous_torque_n_m: 1.0_f64,
 ///     peak_torque_n_m: 2.0,
@@ -84,7 +85,7 @@ pub struct ThermalModel<R> {
 /// How hot the motor is; `default` is cold.
 ///
 /// ```
-/// use omni_core::{ThermalModel, ThermalState};
+/// use omni_core::motor::{ThermalModel, ThermalState};
 /// # let config = omni_core::examples::thermal();
 /// let model = ThermalModel::new(config)?;
 /// assert_eq!(ThermalState::<f64>::default().heat(), 0.0);
@@ -104,7 +105,7 @@ impl<R: Real> ThermalState<R> {
     /// As hot as `heat` says: 0 cold, 1 as hot as allowed. Anything not finite or below 0 counts as 1.
     ///
     /// ```
-    /// use omni_core::ThermalState;
+    /// use omni_core::motor::ThermalState;
     /// assert_eq!(ThermalState::at(0.25).heat(), 0.25);
     /// assert_eq!(ThermalState::at(f32::NAN).heat(), 1.0);
     /// ```
@@ -170,7 +171,7 @@ impl<R: Real> ThermalModel<R> {
     /// Takes in the torque \[N.m\] of one period, of either sign. One that is not finite changes nothing.
     ///
     /// ```
-    /// use omni_core::{ThermalModel, ThermalState};
+    /// use omni_core::motor::{ThermalModel, ThermalState};
     /// # let config = omni_core::examples::thermal();
     /// let model = ThermalModel::new(config)?; // 1 N.m continuous, 10 s, periods of 0.01 s
     /// let mut state = ThermalState::at(0.5);
@@ -188,7 +189,7 @@ impl<R: Real> ThermalModel<R> {
     /// Torque allowed now \[N.m\], either way: continuous to peak.
     ///
     /// ```
-    /// use omni_core::{ThermalModel, ThermalState};
+    /// use omni_core::motor::{ThermalModel, ThermalState};
     /// # let config = omni_core::examples::thermal();
     /// let model = ThermalModel::new(config)?; // 1 N.m continuous, 2 N.m peak, derating from 0.8 on
     /// let allowed = [0.8, 0.9, 1.0].map(|heat| model.allowed_torque_n_m(&ThermalState::at(heat)));
@@ -211,7 +212,7 @@ impl<R: Real> ThermalModel<R> {
     /// A motor's torque range \[N.m\] cut to what its heat allows.
     ///
     /// ```
-    /// use omni_core::{ThermalModel, ThermalState, TorqueRange};
+    /// use omni_core::motor::{ThermalModel, ThermalState, TorqueRange};
     /// # let config = omni_core::examples::thermal();
     /// let model = ThermalModel::new(config)?; // 1 N.m continuous
     /// let range = TorqueRange { lower_n_m: -2.0, upper_n_m: 0.25 }; // driving fast, it has little left

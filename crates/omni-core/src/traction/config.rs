@@ -1,15 +1,17 @@
 //! What a traction control is configured with.
 
 use super::encoder::window_s;
-use super::max;
 use crate::constants::constant_struct;
 use crate::error::{each_within, period, within};
-use crate::{ConfigError, Real, TorqueLimit};
+use crate::motor::TorqueLimit;
+use crate::scalar::max;
+use crate::{ConfigError, Real};
 
 /// A wheel as traction control sees it.
 ///
 /// ```
-/// use omni_core::{TorqueLimit, TractionWheel};
+/// use omni_core::traction::TractionWheel;
+/// use omni_core::TorqueLimit;
 /// let wheel = TractionWheel { limit: TorqueLimit::constant(2.0)?, inertia_kg_m2: 0.002178, carrier: [1.0, 0.0], place_m: [0.30, -0.23] };
 /// assert!(wheel.place_m[1] < 0.0); // on the right
 /// # Ok::<(), omni_core::ConfigError>(())
@@ -44,7 +46,7 @@ impl<R: Real> TractionWheel<R> {
 /// What is known of the sensors and motors that a traction control lives with: its times follow from it. Start from [`TractionSensors::perfect`].
 ///
 /// ```
-/// use omni_core::TractionSensors;
+/// use omni_core::traction::TractionSensors;
 /// let mut sensors = TractionSensors::<f32>::perfect();
 /// (sensors.encoder_counts, sensors.delay_s) = (1024.0, 2e-3); // counts a turn of the actuator; readings are 2 ms old
 /// assert_eq!(sensors.encoder_noise_rad_s, 0.0);
@@ -68,13 +70,13 @@ pub struct TractionSensors<R> {
 
 constant_struct!(TractionSensors<R> { encoder_counts: R, encoder_noise_rad_s: R, gyro_noise_rad_s: R, delay_s: R, lag_s: R });
 
-/// Gains and times of a traction control. Start from [`TractionConfig::steady`] or [`TractionConfig::reach`].
+/// Gains and times of a traction control. Start from [`TractionConfig::traction`] or [`TractionConfig::traction_runup`].
 ///
 /// Gains beside the thrust's own are in multiples of it, so that they fit another vehicle as soon as that one does.
 ///
 /// ```
-/// use omni_core::TractionConfig;
-/// let config = TractionConfig::steady(0.3_f64, 2.0, 1e-3);
+/// use omni_core::traction::TractionConfig;
+/// let config = TractionConfig::traction(0.3_f64, 2.0, 1e-3);
 /// assert!(config.thrust_gain_n_m_s_rad > 0.7 && config.soft_part == 0.25);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -143,7 +145,7 @@ impl<R: Real> TractionSensors<R> {
     /// Nothing to reckon with.
     ///
     /// ```
-    /// assert_eq!(omni_core::TractionSensors::<f64>::perfect().delay_s, 0.0);
+    /// assert_eq!(omni_core::traction::TractionSensors::<f64>::perfect().delay_s, 0.0);
     /// ```
     #[must_use]
     pub const fn perfect() -> Self {
@@ -162,12 +164,12 @@ impl<R: Real> TractionConfig<R> {
     /// control period \[s\].
     ///
     /// ```
-    /// use omni_core::TractionConfig;
-    /// let (one, stiffer) = (TractionConfig::steady(0.3, 2.0, 1e-3), TractionConfig::steady(0.6, 4.0, 1e-3));
+    /// use omni_core::traction::TractionConfig;
+    /// let (one, stiffer) = (TractionConfig::traction(0.3, 2.0, 1e-3), TractionConfig::traction(0.6, 4.0, 1e-3));
     /// assert_eq!(stiffer.thrust_gain_n_m_s_rad, 2.0 * one.thrust_gain_n_m_s_rad);
     /// ```
     #[must_use]
-    pub fn steady(kp_n_m_s_rad: R, ki_n_m_rad: R, period_s: R) -> Self {
+    pub fn traction(kp_n_m_s_rad: R, ki_n_m_rad: R, period_s: R) -> Self {
         let of = R::of;
         Self {
             period_s,
@@ -197,16 +199,16 @@ impl<R: Real> TractionConfig<R> {
         }
     }
 
-    /// Gets over the highest steps: rows are levelled under more load only, but faster. As [`TractionConfig::steady`] otherwise.
+    /// Gets over the highest steps: rows are levelled under more load only, but faster. As [`TractionConfig::traction`] otherwise.
     ///
     /// ```
-    /// use omni_core::TractionConfig;
-    /// let (reach, steady) = (TractionConfig::reach(0.3, 2.0, 1e-3), TractionConfig::steady(0.3, 2.0, 1e-3));
-    /// assert!(reach.levelling_from > steady.levelling_from);
-    /// assert_eq!((reach.soft_part, steady.soft_part), (0.25, 0.25));
+    /// use omni_core::traction::TractionConfig;
+    /// let (runup, traction) = (TractionConfig::traction_runup(0.3, 2.0, 1e-3), TractionConfig::traction(0.3, 2.0, 1e-3));
+    /// assert!(runup.levelling_from > traction.levelling_from);
+    /// assert_eq!((runup.soft_part, traction.soft_part), (0.25, 0.25));
     /// ```
     #[must_use]
-    pub fn reach(kp_n_m_s_rad: R, ki_n_m_rad: R, period_s: R) -> Self {
+    pub fn traction_runup(kp_n_m_s_rad: R, ki_n_m_rad: R, period_s: R) -> Self {
         let of = R::of;
         Self {
             heading_per_s: of(3.38),
@@ -215,17 +217,17 @@ impl<R: Real> TractionConfig<R> {
             levelling_per_s: of(10.19),
             levelling_from: of(0.7026),
             squaring_s: of(41.4e-3),
-            ..Self::steady(kp_n_m_s_rad, ki_n_m_rad, period_s)
+            ..Self::traction(kp_n_m_s_rad, ki_n_m_rad, period_s)
         }
     }
 
     /// The same with what is known of sensors and motors.
     ///
     /// ```
-    /// use omni_core::{TractionConfig, TractionSensors};
+    /// use omni_core::traction::{TractionConfig, TractionSensors};
     /// let mut late = TractionSensors::perfect();
     /// late.delay_s = 5e-3;
-    /// assert_eq!(TractionConfig::steady(0.3, 2.0, 1e-3).with_sensors(late).sensors.delay_s, 5e-3);
+    /// assert_eq!(TractionConfig::traction(0.3, 2.0, 1e-3).with_sensors(late).sensors.delay_s, 5e-3);
     /// ```
     #[must_use]
     pub fn with_sensors(self, sensors: TractionSensors<R>) -> Self {

@@ -1,8 +1,10 @@
 //! What depends on the direction of travel: which wheels drive, and how far each goes a turn.
 
-use super::{Traction, TractionState, max};
-use crate::pid::is_plausible;
-use crate::{BodyTwist, Real};
+use super::model::Traction;
+use super::state::{TractionState, WheelAlongTravel};
+use crate::Real;
+use crate::geometry::BodyTwist;
+use crate::scalar::{is_plausible, largest, max};
 
 /// Part of the largest way per turn from which on a direction of travel drives a wheel. The other wheels follow the measured speed.
 const DRIVEN_PART: f64 = 0.3;
@@ -15,49 +17,13 @@ const HIDDEN_AGAIN: f64 = 0.4;
 /// Part of their levers by which pushes may turn the vehicle and count as balanced.
 const BALANCED_PART: f64 = 0.01;
 
-/// A wheel on a direction of travel.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub(super) struct WheelAlongTravel<R> {
-    pub(super) driven: bool,
-    /// Rate of its actuator per speed along the direction \[rad/m\], and the sign of that.
-    pub(super) per_m: R,
-    pub(super) along: R,
-    /// Rate of its actuator per speed across the direction, to the left \[rad/m\].
-    pub(super) per_side_m: R,
-    /// Speed along the direction per rate of the actuator \[m/rad\]; 0 of a wheel that is not driven.
-    pub(super) way_m: R,
-    /// Its part of the common thrust.
-    pub(super) part: R,
-    /// How far it is to the left of the middle, as a part of how far the outermost wheel is, signed as its thrust.
-    pub(super) lever: R,
-    /// Square of the cosine of the angle between its push and the direction.
-    pub(super) cosine: R,
-    /// Torque taken out per speed of slip \[N.s\], with the sign of `along`.
-    pub(super) slip_gain: R,
-}
-
-impl<R: Real> WheelAlongTravel<R> {
-    pub(super) const NONE: Self = Self {
-        driven: false,
-        per_m: R::ZERO,
-        along: R::ONE,
-        per_side_m: R::ZERO,
-        way_m: R::ZERO,
-        part: R::ZERO,
-        lever: R::ZERO,
-        cosine: R::ZERO,
-        slip_gain: R::ZERO,
-    };
-}
-
 impl<R: Real, const N: usize> Traction<R, N> {
     /// Takes a command for the direction of travel. [`Traction::step`] does so itself; a [`super::Supervisor`] must know it before. What is known
     /// along the old direction is taken over as far as the new one points there. What is no command, as NaN, is none: the last one goes on.
     ///
     /// ```
-    /// use omni_core::{BodyTwist, TractionState};
+    /// use omni_core::traction::TractionState;
+    /// use omni_core::BodyTwist;
     /// # let traction = omni_core::examples::traction()?;
     /// let mut state = TractionState::new();
     /// traction.command(&mut state, &BodyTwist { vy_m_s: 0.2, ..BodyTwist::ZERO });
@@ -86,7 +52,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
             let part = R::of(if state.discerns { HIDDEN_PART } else { HIDDEN_AGAIN });
             state.discerns = speed > zero && self.times.hidden_m_s <= part * speed;
             // An estimate out of rare counts is late by as many windows; the loops' integrals make a mean of them.
-            let fastest = super::largest(state.reference_rad_s.map(|rate| rate.abs()));
+            let fastest = largest(state.reference_rad_s.map(|rate| rate.abs()));
             state.raw = !state.discerns && fastest < self.times.rare_rad_s;
         }
         if state.has_direction && direction == state.direction {
@@ -116,7 +82,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         let [dx, dy] = state.direction;
         let rows = self.kinematics.inverse_matrix();
         let per_m = rows.map(|[ax, ay, _]| ax * dx + ay * dy);
-        let largest = super::largest(per_m.map(|per_m| per_m.abs()));
+        let largest = largest(per_m.map(|per_m| per_m.abs()));
         // Do those that push most push without turning the vehicle?
         let (mut moment, mut levers) = (zero, zero);
         for (per_m, [_, _, turned]) in per_m.iter().zip(rows) {

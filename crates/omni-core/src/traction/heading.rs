@@ -1,8 +1,12 @@
 //! Fifth step: how the vehicle turns, keeping its heading, keeping rows level.
 
-use super::{Traction, TractionLoops, TractionState, TractionTarget, follow, max, min};
-use crate::pid::is_plausible;
-use crate::{Imu, Real};
+use super::loops::TractionLoops;
+use super::model::Traction;
+use super::state::TractionState;
+use super::target::TractionTarget;
+use crate::Real;
+use crate::policy::Imu;
+use crate::scalar::{follow, is_plausible, max, min};
 
 /// Heading error that is kept at most \[rad\].
 const HEADING_RAD: f64 = 0.5;

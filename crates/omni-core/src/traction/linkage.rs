@@ -1,14 +1,23 @@
 //! First step: what is read, and how bodies and wheels move by it.
 
-use super::{MUTE_AGAIN_S, MUTE_PART, MUTE_STANDING_S, MUTE_TURNING_S, Traction, TractionState, follow, max};
-use crate::linkage::{MAX_HINGES, NO_RISE, rolled};
-use crate::pid::is_plausible;
-use crate::{Attitude, LinkageMotion, Readings, Real};
+use super::model::Traction;
+use super::state::TractionState;
+use crate::Real;
+use crate::linkage::{Attitude, LinkageMotion, MAX_HINGES, NO_RISE, rolled};
+use crate::policy::Readings;
+use crate::scalar::{follow, is_plausible, max};
 
 /// So many wheels determine how the vehicle moves. One of them that is wrong is found by one more, or by a gyro.
 const MOTIONS: usize = 3;
 /// Traction control comes back once a wheel was to spare for so long \[s\].
 const SPARE_AGAIN_S: f64 = 0.5;
+
+/// A reading is mute where it stays the same to the bit while the motor gives more than this part of its torque: that of a wheel that turns
+/// for the second time, that of a wheel that stands for the first \[s\]. Such a wheel is usable again after the last.
+const MUTE_PART: f64 = 0.5;
+const MUTE_STANDING_S: f64 = 1.0;
+const MUTE_TURNING_S: f64 = 0.25;
+const MUTE_AGAIN_S: f64 = 4.0;
 
 impl<R: Real, const N: usize> Traction<R, N> {
     /// Rates of the wheels, 0 of those that are not usable. A wheel is not usable where its reading is no number, mute, or doubted.

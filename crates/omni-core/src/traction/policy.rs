@@ -1,14 +1,18 @@
 //! Traction control behind the same face as any controller.
 
+use super::model::Traction;
+use super::sample::TractionSample;
 use super::supervised::{Supervised, SupervisedState};
-use super::{Supervisor, SupervisorState, Traction, TractionSample};
-use crate::wheel_loops::RestRule;
-use crate::{ConfigError, Policy, Readings, Real, Rest, TwistLimiter, TwistLimiterState};
+use super::supervisor::{Supervisor, SupervisorState};
+use crate::loops::{Rest, RestRule};
+use crate::policy::{Policy, Readings};
+use crate::shaping::{TwistLimiter, TwistLimiterState};
+use crate::{ConfigError, Real};
 
 /// What a [`TractionPolicy`] remembers: to be kept and given back, [`TractionPolicy::state`], [`TractionPolicy::restore`].
 ///
 /// ```
-/// use omni_core::TractionPolicyState;
+/// use omni_core::traction::TractionPolicyState;
 /// assert!(size_of::<TractionPolicyState<f32, 7>>() < 1536); // bytes
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,7 +33,8 @@ pub struct TractionPolicyState<R, const N: usize> {
 /// A vehicle's limits, a [`Supervisor`], a [`Traction`]: from readings to torques.
 ///
 /// ```
-/// use omni_core::{BodyTwist, Policy, Readings, TractionPolicy};
+/// use omni_core::traction::TractionPolicy;
+/// use omni_core::{BodyTwist, Policy, Readings};
 /// # let traction = omni_core::examples::traction()?;
 /// # let supervisor = omni_core::examples::supervisor()?;
 /// # let limiter = omni_core::examples::limiter(f64::INFINITY)?;
@@ -69,7 +74,8 @@ impl<R: Real, const N: usize> TractionPolicy<R, N> {
     /// Without a supervisor: the target speed is the commanded one, and there is one try.
     ///
     /// ```
-    /// use omni_core::{BodyTwist, Policy, Readings, TractionPolicy};
+    /// use omni_core::traction::TractionPolicy;
+    /// use omni_core::{BodyTwist, Policy, Readings};
     /// # let traction = omni_core::examples::traction()?;
     /// # let limiter = omni_core::examples::limiter(f64::INFINITY)?;
     /// let mut policy = TractionPolicy::unsupervised(limiter, traction);
@@ -101,10 +107,12 @@ impl<R: Real, const N: usize> TractionPolicy<R, N> {
     /// The same policy, whose torque ends as `rest` says instead of [`Rest::default`].
     ///
     /// # Errors
-    /// Those of [`WheelController::with_rest`](crate::WheelController::with_rest).
+    /// Those of [`WheelController::with_rest`](crate::loops::WheelController::with_rest).
     ///
     /// ```
-    /// use omni_core::{BodyTwist, Policy, Readings, Rest, TractionPolicy};
+    /// use omni_core::loops::Rest;
+    /// use omni_core::traction::TractionPolicy;
+    /// use omni_core::{BodyTwist, Policy, Readings};
     /// # let traction = omni_core::examples::traction()?;
     /// # let supervisor = omni_core::examples::supervisor()?;
     /// # let limiter = omni_core::examples::limiter(f64::INFINITY)?;
@@ -180,16 +188,5 @@ impl<R: Real, const N: usize> Policy<R> for TractionPolicy<R, N> {
 
     fn name(&self) -> &str {
         "traction"
-    }
-
-    fn signal_name(&self, index: usize) -> Option<&str> {
-        TractionSample::<R, N>::SIGNALS.get(index).copied()
-    }
-
-    fn signals(&self, values: &mut [R]) {
-        let signals = self.sample.signals(self.supervisor());
-        for (value, signal) in values.iter_mut().zip(signals) {
-            *value = signal;
-        }
     }
 }

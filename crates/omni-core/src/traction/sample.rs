@@ -1,12 +1,14 @@
 //! Every signal of a period of traction control.
 
-use super::{SupervisorState, TractionLoops};
-use crate::{BodyTwist, Real, WheelSample};
+use super::loops::TractionLoops;
+use crate::Real;
+use crate::geometry::BodyTwist;
+use crate::loops::WheelSample;
 
 /// Every signal of a step of [`super::Traction`].
 ///
 /// ```
-/// let sample = omni_core::TractionSample::<f64, 7>::zero();
+/// let sample = omni_core::traction::TractionSample::<f64, 7>::zero();
 /// assert_eq!((sample.speed_wheel, sample.wheels.common_factor), (None, 1.0));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,52 +46,6 @@ pub struct TractionSample<R, const N: usize> {
 }
 
 impl<R: Real, const N: usize> TractionSample<R, N> {
-    /// Names of [`TractionSample::signals`], as columns of a trace have them.
-    pub const SIGNALS: [&str; 13] = [
-        "traction_factor",
-        "traction_speed_m_s",
-        "traction_target_m_s",
-        "traction_thrust_n_m",
-        "traction_speed_wheel",
-        "traction_row",
-        "traction_mode",
-        "traction_tries",
-        "traction_retries",
-        "traction_heading_rad",
-        "traction_gyro_zero_rad_s",
-        "traction_loops",
-        "traction_drift_m_s",
-    ];
-
-    /// What is of no single wheel, and what its supervisor is at, as numbers: `traction_speed_wheel` counts from 1, 0 is none.
-    ///
-    /// ```
-    /// use omni_core::{SupervisorState, TractionSample};
-    /// let sample = TractionSample::<f64, 7>::zero();
-    /// let signals = sample.signals(&SupervisorState::new());
-    /// assert_eq!((TractionSample::<f64, 7>::SIGNALS[0], signals[0]), ("traction_factor", 1.0));
-    /// ```
-    #[must_use]
-    pub fn signals(&self, supervisor: &SupervisorState<R>) -> [R; 13] {
-        let number = |x: u32| R::of(f64::from(x));
-        [
-            self.factor,
-            self.speed_m_s,
-            self.target_m_s,
-            self.thrust_n_m,
-            self.speed_wheel
-                .map_or(R::zero(), |wheel| number(wheel as u32 + 1)),
-            number(u32::from(supervisor.row())),
-            number(u32::from(supervisor.mode().number())),
-            number(u32::from(supervisor.row_retries())),
-            number(supervisor.retries()),
-            self.heading_rad,
-            self.gyro_zero_rad_s,
-            number(u32::from(self.loops.number())),
-            self.drift_m_s,
-        ]
-    }
-
     /// At rest.
     #[must_use]
     pub const fn zero() -> Self {

@@ -1,8 +1,13 @@
 //! Fourth step: the torque of each wheel, and what of it would only spin the wheel.
 
 use super::heading::Turn;
-use super::{Traction, TractionLoops, TractionSample, TractionState, TractionTarget, follow, max, min};
+use super::loops::TractionLoops;
+use super::model::{BACK_PART, Traction};
+use super::sample::TractionSample;
+use super::state::TractionState;
+use super::target::TractionTarget;
 use crate::Real;
+use crate::scalar::{follow, max, min};
 
 /// A wheel that swings from one limit of its torque to the other within so many slip times swings too fast: it is held more softly.
 const SWINGS: f64 = 8.0;
@@ -10,9 +15,6 @@ const SOFTER: f64 = 0.7;
 const SOFTEST: f64 = 0.1;
 /// The time in which it recovers \[s\].
 const RECOVERS_S: f64 = 1.0;
-/// Part of the target up to which no wheel is slowed down, whatever speed is measured. 1 would leave wheels spinning that have no load, and
-/// twice as much of their spread.
-pub(super) const BACK_PART: f64 = 0.5;
 /// A measured speed has a direction above this \[m/s\].
 const SURE_M_S: f64 = 5e-3;
 

@@ -1,7 +1,9 @@
 //! Second step: one speed of the whole vehicle along its direction of travel.
 
-use super::{BRAKING_PART, Traction, TractionState, follow, max, min};
+use super::model::{BRAKING_PART, Traction};
+use super::state::TractionState;
 use crate::Real;
+use crate::scalar::{follow, max, min};
 
 /// What the wheels say of the vehicle's speed.
 pub(super) struct MeasuredSpeed<R> {

@@ -1,16 +1,16 @@
 //! What a traction control remembers.
 
-use super::TractionLoops;
-use super::direction::WheelAlongTravel;
 use super::encoder::EncoderState;
-use crate::linkage::MAX_HINGES;
-use crate::{BodyTwist, LinkageMotion, Real};
+use super::loops::TractionLoops;
+use crate::Real;
+use crate::geometry::BodyTwist;
+use crate::linkage::{LinkageMotion, MAX_HINGES};
 
 /// What [`super::Traction`] remembers between periods; `default` is a fresh start. It is of one [`super::Traction`] only: what that works out
 /// for a direction of travel is kept here.
 ///
 /// ```
-/// use omni_core::TractionState;
+/// use omni_core::traction::TractionState;
 /// static STATE: TractionState<f32, 7> = TractionState::new();
 /// assert_eq!((STATE.speed_m_s(), STATE.thrust_n_m()), (0.0, 0.0));
 /// ```
@@ -230,4 +230,41 @@ impl<R: Real, const N: usize> TractionState<R, N> {
             R::one()
         }
     }
+}
+
+/// A wheel on a direction of travel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(super) struct WheelAlongTravel<R> {
+    pub(super) driven: bool,
+    /// Rate of its actuator per speed along the direction \[rad/m\], and the sign of that.
+    pub(super) per_m: R,
+    pub(super) along: R,
+    /// Rate of its actuator per speed across the direction, to the left \[rad/m\].
+    pub(super) per_side_m: R,
+    /// Speed along the direction per rate of the actuator \[m/rad\]; 0 of a wheel that is not driven.
+    pub(super) way_m: R,
+    /// Its part of the common thrust.
+    pub(super) part: R,
+    /// How far it is to the left of the middle, as a part of how far the outermost wheel is, signed as its thrust.
+    pub(super) lever: R,
+    /// Square of the cosine of the angle between its push and the direction.
+    pub(super) cosine: R,
+    /// Torque taken out per speed of slip \[N.s\], with the sign of `along`.
+    pub(super) slip_gain: R,
+}
+
+impl<R: Real> WheelAlongTravel<R> {
+    pub(super) const NONE: Self = Self {
+        driven: false,
+        per_m: R::ZERO,
+        along: R::ONE,
+        per_side_m: R::ZERO,
+        way_m: R::ZERO,
+        part: R::ZERO,
+        lever: R::ZERO,
+        cosine: R::ZERO,
+        slip_gain: R::ZERO,
+    };
 }

@@ -1,10 +1,16 @@
 //! One period of a supervisor and its law, and how their torque ends.
 
-use super::{
-    Supervisor, SupervisorMode, SupervisorState, Traction, TractionSample, TractionState, TractionTarget,
-};
-use crate::wheel_loops::{RestRule, RestState};
-use crate::{BodyTwist, Readings, Real, TorqueRanges};
+use super::model::Traction;
+use super::sample::TractionSample;
+use super::state::TractionState;
+use super::supervisor::{Supervisor, SupervisorMode, SupervisorState};
+use super::target::TractionTarget;
+use crate::Real;
+use crate::geometry::BodyTwist;
+use crate::loops::RestRule;
+use crate::loops::wheel_loops::RestState;
+use crate::motor::TorqueRanges;
+use crate::policy::Readings;
 
 /// A supervisor, its law, and how their torque ends.
 pub(crate) struct Supervised<'a, R, const N: usize> {

@@ -3,9 +3,11 @@
 mod config;
 mod state;
 
-use super::thrust::CLIMBS_M_S;
-use super::{TractionState, max, min};
+use super::model::CLIMBS_M_S;
+use super::state::TractionState;
+use super::target::TractionTarget;
 use crate::constants::constant_struct;
+use crate::scalar::{max, min};
 use crate::{ConfigError, Real};
 pub use config::{RetrySchedule, SupervisorConfig};
 pub use state::{SupervisorMode, SupervisorState};
@@ -27,67 +29,15 @@ const GIVES_UP_S: f64 = 1.0;
 /// Where nothing is tried, one that has this part of its commanded speed is not stuck.
 const CREEPS_PART: f64 = 0.5;
 
-/// What the vehicle is to do in this period.
-///
-/// ```
-/// use omni_core::TractionTarget;
-/// let target = TractionTarget::<f64, 4>::at(0.3);
-/// assert_eq!((target.speed_m_s, target.climbing, target.square_up), (0.3, [false; 4], false));
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub struct TractionTarget<R, const N: usize> {
-    /// Speed along the direction of travel \[m/s\]; below 0 back.
-    pub speed_m_s: R,
-    /// The wheels of the row that climbs next.
-    pub climbing: [bool; N],
-    /// Slip that these may have beyond that of the others \[m/s\], 0 or more.
-    pub allowance_m_s: R,
-    /// Slip that these are meant to have \[m/s\]: flywheels whose spin keeps friction at its limit through an impact. 0 is none.
-    pub spin_m_s: R,
-    /// Gain of that, in multiples of the thrust's.
-    pub spin_gain: R,
-    /// The vehicle leans on a riser: the heading error is given up, so that it squares up.
-    pub square_up: bool,
-    /// Another try is on: it backs off, or runs up.
-    pub trying: bool,
-}
-
-impl<R: Real, const N: usize> TractionTarget<R, N> {
-    /// A speed along the direction of travel \[m/s\], and nothing else.
-    ///
-    /// ```
-    /// assert_eq!(omni_core::TractionTarget::<f64, 4>::at(-0.1).spin_m_s, 0.0);
-    /// ```
-    #[must_use]
-    pub fn at(speed_m_s: R) -> Self {
-        Self {
-            speed_m_s,
-            climbing: [false; N],
-            allowance_m_s: R::zero(),
-            spin_m_s: R::zero(),
-            spin_gain: R::zero(),
-            square_up: false,
-            trying: false,
-        }
-    }
-
-    /// It is more than to drive on.
-    pub(super) fn is_special(&self) -> bool {
-        self.trying || self.spin_m_s > R::zero()
-    }
-}
-
 /// Chooses the target speed of a [`super::Traction`]. Immutable.
 ///
 /// It knows which row of wheels climbs next from how high the rows stand. Rows behind the first need a run-up, because an impact takes most
 /// of the vehicle's energy. A vehicle that pushes with all it has and does not move backs off and tries again.
 ///
 /// ```
-/// use omni_core::{Supervisor, SupervisorConfig};
+/// use omni_core::traction::{Supervisor, SupervisorConfig};
 /// let places = [[-0.3, -0.23], [-0.3, 0.0], [-0.3, 0.23], [0.0, 0.0], [0.3, -0.23], [0.3, 0.0], [0.3, 0.23]];
-/// let supervisor = Supervisor::new(&places, SupervisorConfig::steady(1e-3))?;
+/// let supervisor = Supervisor::new(&places, SupervisorConfig::traction(1e-3))?;
 /// assert_eq!(supervisor.config().retry.retries, 8);
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
@@ -126,7 +76,8 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
     /// The target of a period, by how the vehicle moved in the last one. [`super::Traction::command`] goes before it.
     ///
     /// ```
-    /// use omni_core::{BodyTwist, SupervisorState, TractionState};
+    /// use omni_core::traction::{SupervisorState, TractionState};
+    /// use omni_core::BodyTwist;
     /// # let traction = omni_core::examples::traction()?;
     /// # let supervisor = omni_core::examples::supervisor()?;
     /// let (mut state, mut memory) = (TractionState::new(), SupervisorState::new());

@@ -1,10 +1,13 @@
 //! Third step: which loops drive the wheels, and one thrust for all of them.
 
-use super::slip::BACK_PART;
+use super::loops::TractionLoops;
+use super::model::{BACK_PART, BRAKING_PART, CLIMBS_M_S, Traction};
+use super::state::TractionState;
 use super::state::WheelState;
-use super::{BRAKING_PART, Traction, TractionState, TractionTarget, max};
-use crate::constants::constant_enum;
-use crate::{Real, TorqueRanges};
+use super::target::TractionTarget;
+use crate::Real;
+use crate::motor::TorqueRanges;
+use crate::scalar::{max, min};
 
 /// Below this part of its target, or with more than that part of its thrust, a vehicle is held up.
 const HELD_UP_PART: f64 = 0.5;
@@ -13,8 +16,6 @@ const HELD_UP_THRUST: f64 = 0.8;
 /// wheels rise: what plain loops climb is climbed by then.
 const HELD_UP_S: f64 = 0.15;
 const HELD_UP_BLIND_S: f64 = 0.3;
-/// A wheel that rises faster climbs \[m/s\].
-pub(super) const CLIMBS_M_S: f64 = 0.02;
 /// Slip that calls for traction control, in multiples of what is left alone.
 const SLIPS: f64 = 2.5;
 /// Traction control hands back after so long without a need \[s\], below this part of the largest thrust.
@@ -31,41 +32,6 @@ const OFF_SPEED_S: f64 = 0.3;
 const CARRIED: f64 = 2.0;
 const CARRIED_S: f64 = 0.06;
 const LEAK: f64 = 4.0;
-
-/// What drives the wheels.
-///
-/// ```
-/// use omni_core::{TractionLoops, TractionState};
-/// assert_eq!(TractionState::<f64, 4>::new().loops(), TractionLoops::Plain);
-/// assert_eq!(TractionLoops::Fallback.number(), 2);
-/// ```
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[repr(u8)]
-#[non_exhaustive]
-pub enum TractionLoops {
-    /// Every wheel's own loop: nothing slips, climbs or is held up.
-    Plain = 0,
-    /// One thrust, slip control of each wheel.
-    Traction = 1,
-    /// Every wheel's own loop, because the measured speed is implausible: until the command rests.
-    Fallback = 2,
-}
-
-constant_enum!(TractionLoops {
-    Plain,
-    Traction,
-    Fallback
-});
-
-impl TractionLoops {
-    /// The number that stands for it in tables, 0 to 2 in the order above.
-    #[must_use]
-    pub const fn number(self) -> u8 {
-        self as u8
-    }
-}
 
 impl<R: Real, const N: usize> Traction<R, N> {
     /// Chooses what drives the wheels. Whichever takes over begins with the torque that there is.
@@ -194,8 +160,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
     /// What the lack of speed asks for \[N.m\]: softer near none, where a stiff loop turns small errors into heat.
     fn proportional(&self, state: &TractionState<R, N>) -> R {
         let (config, one, error) = (&self.config, R::one(), state.lack_rad_s());
-        let soft =
-            config.soft_part + (one - config.soft_part) * super::min(error.abs() * config.soft_s_rad, one);
+        let soft = config.soft_part + (one - config.soft_part) * min(error.abs() * config.soft_s_rad, one);
         self.times.thrust_gain_n_m_s_rad * soft * error
     }
 

@@ -1,6 +1,7 @@
 //! Inverse and forward kinematics.
 
-use omni_core::{BodyTwist, Kinematics, Wheel, WheelLayout, WheelVelocities};
+use omni_core::geometry::Wheel;
+use omni_core::{BodyTwist, Kinematics, WheelLayout, WheelVelocities};
 
 use crate::{Case, as_number, as_numbers};
 

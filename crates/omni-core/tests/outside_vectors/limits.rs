@@ -1,8 +1,10 @@
 //! Rate limiters, time-outs and commands that are no numbers.
 
+use omni_core::shaping::{
+    AxisLimits, CommandShaper, CommandStatus, RateLimiter, RateLimiterState, ShaperState, ShapingConfig,
+};
 use omni_core::{
-    AxisLimits, BodyTwist, CommandShaper, CommandStatus, ControlState, Controller, Coordination, PidConfig,
-    PidGains, RateLimiter, RateLimiterState, ShaperState, ShapingConfig, TorqueLimit, WheelControlConfig,
+    BodyTwist, ControlState, Controller, Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig,
     WheelLayout, WheelVelocities,
 };
 use serde_json::Value;

@@ -210,7 +210,7 @@ const UNASSERTED: &[(&str, &str, &str)] = &[
     (
         "paper_7wheel",
         "fig8_order_of_events",
-        "needs the three wheels of section 3.3: tests/wheels_section_3_3.rs asserts every event",
+        "needs the three wheels of section 3.3: tests/motor_bench.rs asserts every event",
     ),
 ];
 

@@ -3,7 +3,8 @@
 //! Their frame is forward, right, down: lateral and steering are positive to the right, so y and yaw change sign. Their
 //! inputs are normalised: wheels of radius 1 m at levers of 1 m.
 
-use omni_core::{BodyTwist, Desaturation, Kinematics, SpeedLimits, Wheel, WheelLayout, WheelVelocities};
+use omni_core::geometry::{Desaturation, SpeedLimits, Wheel};
+use omni_core::{BodyTwist, Kinematics, WheelLayout, WheelVelocities};
 
 use crate::{Case, as_numbers};
 

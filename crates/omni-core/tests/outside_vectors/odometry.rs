@@ -1,9 +1,8 @@
 //! Dead reckoning and what belongs to it.
 
-use omni_core::{
-    BodyTwist, Kinematics, Odometry, OdometryState, PidConfig, PidGains, PlanarPose, WheelAngles,
-    WheelLayout, WheelVelocities,
-};
+use omni_core::estimate::{Odometry, OdometryState};
+use omni_core::geometry::{PlanarPose, WheelAngles};
+use omni_core::{BodyTwist, Kinematics, PidConfig, PidGains, WheelLayout, WheelVelocities};
 
 use crate::{Case, as_numbers};
 
@@ -57,7 +56,7 @@ pub(crate) fn small_period(case: &Case) {
         ki_n_m_rad: 0.0,
         kd_n_m_s2_rad: 0.0,
     };
-    let error = omni_core::Pid::new(PidConfig::new(gains, case.number("dt_s"))).expect_err("refused");
+    let error = omni_core::loops::Pid::new(PidConfig::new(gains, case.number("dt_s"))).expect_err("refused");
     assert_eq!(error.parameter, "period_s");
     let error = Odometry::<f64, 4>::new(case.number("dt_s")).expect_err("refused");
     assert_eq!(error.parameter, "period_s");

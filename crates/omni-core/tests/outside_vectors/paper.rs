@@ -1,7 +1,10 @@
 //! The seven-wheel vehicle of Chugo et al. (2004).
 
+use omni_core::geometry::ForwardMap;
+use omni_core::loops::torque_factor;
 use omni_core::metrics::disturbed_ratio_literal;
-use omni_core::{BodyTwist, ForwardMap, Kinematics, TorqueRanges, WheelLayout, coordination::torque_factor};
+use omni_core::motor::TorqueRanges;
+use omni_core::{BodyTwist, Kinematics, WheelLayout};
 
 use crate::{Case, as_numbers};
 

@@ -1,9 +1,12 @@
 //! Trajectories and who follows them.
 
-use omni_core::{
-    FollowerConfig, HolonomicFollower, Kinematics, MotionLimits, PathLimits, PathPiece, PathSegment,
-    PlanarInertia, PlanarPose, TorqueLimit, TrajectoryPlanner, Waypoint, WheelLayout, WorldTwist,
+use omni_core::geometry::{PlanarPose, WorldTwist};
+use omni_core::path::{
+    FollowerConfig, HolonomicFollower, PathLimits, PathPiece, PathSegment, PlanarInertia, TrajectoryPlanner,
+    Waypoint,
 };
+use omni_core::shaping::MotionLimits;
+use omni_core::{Kinematics, TorqueLimit, WheelLayout};
 
 use crate::Case;
 
@@ -32,8 +35,9 @@ pub(crate) fn ruckig(case: &Case) {
     let line = planner.plan(&line, &mut segments, &mut pieces).expect("planned");
     case.expects("duration_s", &[line.duration_s()]);
     let samples: Vec<_> = case.numbers("times_s").iter().map(|t| line.at(*t)).collect();
-    let all =
-        |value: fn(&omni_core::TrajectorySample<f64>) -> f64| samples.iter().map(value).collect::<Vec<_>>();
+    let all = |value: fn(&omni_core::path::TrajectorySample<f64>) -> f64| {
+        samples.iter().map(value).collect::<Vec<_>>()
+    };
     case.expects("position_m", &all(|sample| sample.pose.x_m));
     case.expects("velocity_m_s", &all(|sample| sample.velocity.vx_m_s));
     case.expects("acceleration_m_s2", &all(|sample| sample.acceleration[0]));
@@ -53,7 +57,7 @@ pub(crate) fn wpilib_holonomic(case: &Case) {
         PlanarPose { x_m, y_m, yaw_rad }
     };
     let (speed, direction) = (case.number("speed_m_s"), case.number("direction_rad"));
-    let mut sample = omni_core::Trajectory::<f64>::new(&[], &[]).at(0.0);
+    let mut sample = omni_core::path::Trajectory::<f64>::new(&[], &[]).at(0.0);
     sample.pose = pose("wanted");
     sample.velocity = WorldTwist {
         vx_m_s: speed * direction.cos(),

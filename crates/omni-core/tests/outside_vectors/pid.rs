@@ -1,8 +1,8 @@
 //! PID loops.
 
-use omni_core::{
-    AntiWindup, FeedForward, IntegrationOrder, LastStep, Pid, PidConfig, PidGains, PidState, TorqueRange,
-};
+use omni_core::loops::{AntiWindup, FeedForward, IntegrationOrder, LastStep, Pid, PidState};
+use omni_core::motor::TorqueRange;
+use omni_core::{PidConfig, PidGains};
 
 use crate::{Case, as_number, as_numbers};
 

@@ -3,7 +3,8 @@ use super::*;
 use std::collections::BTreeSet;
 use std::vec::Vec;
 
-use omni_core::{BodyTwist, ControlSample, WheelVelocities};
+use omni_core::loops::ControlSample;
+use omni_core::{BodyTwist, WheelVelocities};
 use proptest::prelude::*;
 
 use crate::{

@@ -2,10 +2,12 @@ use super::*;
 
 use std::vec::Vec;
 
+use omni_core::drive::Fault;
+use omni_core::loops::Rest;
+use omni_core::shaping::{AxisLimits, TwistLimiter, TwistLimits};
 use omni_core::{
-    AxisLimits, BodyTwist, ControlState, Controller, Coordination, Drive, DriveConfig, DriveInput, DriveMode,
-    DriveState, Fault, PidConfig, PidGains, Rest, TorqueLimit, TwistLimiter, TwistLimits, WheelControlConfig,
-    WheelLayout,
+    BodyTwist, ControlState, Controller, Coordination, Drive, DriveConfig, DriveInput, DriveMode, DriveState,
+    PidConfig, PidGains, TorqueLimit, WheelControlConfig, WheelLayout,
 };
 
 use crate::{DriveReport, FrameError, HOLD_PERIODS, Loops, LoopsState, answer_frame, request_frame};
@@ -25,7 +27,7 @@ fn control() -> WheelControlConfig<f32, N> {
     WheelControlConfig {
         pid: PidConfig::new(gains, 1e-3),
         limits: [TorqueLimit::constant(2.0).expect("valid"); N],
-        coordination: Coordination::synchronised(),
+        coordination: Coordination::scale_references(),
     }
 }
 
@@ -331,7 +333,7 @@ fn every_damaged_request_is_answered_and_none_is_stepped() {
 fn drive() -> Drive<f32, N> {
     let mut config = DriveConfig::new(layout(), control());
     config.shaping.timeout_s = Some(5e-3);
-    let mut faults = omni_core::FaultConfig::unchecked();
+    let mut faults = omni_core::drive::FaultConfig::unchecked();
     faults.silent_periods = 3;
     config.faults = Some(faults);
     Drive::new(config).expect("valid")

@@ -16,8 +16,8 @@ use tokio::time::timeout;
 use tokio_tungstenite::tungstenite::Message;
 
 use super::http::Socket;
+use super::hub::{Event, Hub};
 use super::requests::{ClientId, Published, Setting};
-use super::server::{Event, Hub};
 use crate::topic;
 
 /// Answers that wait until a client reads them; one more, and it is cut off.
@@ -171,9 +171,9 @@ impl Viewer {
                 }
                 Ok(())
             }
-            // What steers, or shows what could be steered, is not there without --steer.
-            _ if !self.hub.steer => {
-                self.refuse("you can only watch this run: to steer it, start it with --steer")
+            // What steers, or shows what could be steered, is not there without --allow-control.
+            _ if !self.hub.allow_control => {
+                self.refuse("you can only watch this run: to steer it, start it with --allow-control")
             }
             ClientMessage::Advertise(message) => self.announce(message, announced),
             ClientMessage::Unadvertise(message) => {

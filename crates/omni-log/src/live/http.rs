@@ -25,7 +25,7 @@ use tokio_tungstenite::WebSocketStream;
 use tokio_tungstenite::tungstenite::handshake::server::create_response_with_body;
 use tokio_tungstenite::tungstenite::protocol::{Role, WebSocketConfig};
 
-use super::server::{Hub, MOST_VIEWERS};
+use super::hub::{Hub, MOST_VIEWERS};
 
 /// How long a client may take to say what it wants, and to read a page.
 const HANDSHAKE: Duration = Duration::from_secs(10);

@@ -15,21 +15,21 @@ pub struct Live {
     /// Its place on ROS 2; none for none.
     #[cfg(feature = "ros2")]
     pub ros2: Option<Ros2>,
-    /// Where its log is written; none for no log. Not with [`Live::steer`]: a log has one policy. Until the run's end the file is called
+    /// Where its log is written; none for no log. Not with [`Live::allow_control`]: a log has one policy. Until the run's end the file is called
     /// `.part`, and stays so where an error ends it.
     pub log: Option<PathBuf>,
-    /// Simulated seconds a second on the clock, at least 0.001; infinity for as fast as it goes.
-    pub speed: f64,
+    /// Simulated seconds per second of the clock, at least 0.001; infinity for as fast as it goes.
+    pub real_time_factor: f64,
     /// Starts when the first viewer subscribes to something, or the first ROS 2 node does.
     pub wait: bool,
     /// When it ends.
     pub until: Until,
     /// Stands until it is commanded to drive, whatever the scenario's command is.
     pub stands: bool,
-    /// Who drives it from this program, if somebody does.
+    /// Who drives it from this program, if it is driven from here.
     pub pilot: Option<Pilot>,
     /// Viewers may change command, policy and torque limit; else they watch.
-    pub steer: bool,
+    pub allow_control: bool,
     /// Of web pages only the run's own may connect, and those of [`Live::origins`]: neither other pages of this machine nor known viewers.
     pub own_page: bool,
     /// Origins of web pages that may connect besides those of known viewers and of this machine, as `https://viewer.example`.
@@ -53,7 +53,7 @@ impl Live {
     ///
     /// ```
     /// let live = omni_log::Live::new(8765);
-    /// assert_eq!((live.port, live.speed, live.steer), (Some(8765), 1.0, false));
+    /// assert_eq!((live.port, live.real_time_factor, live.allow_control), (Some(8765), 1.0, false));
     /// ```
     #[must_use]
     pub fn new(port: u16) -> Self {
@@ -62,12 +62,12 @@ impl Live {
             #[cfg(feature = "ros2")]
             ros2: None,
             log: None,
-            speed: 1.0,
+            real_time_factor: 1.0,
             wait: false,
             until: Until::Scenario,
             stands: false,
             pilot: None,
-            steer: false,
+            allow_control: false,
             own_page: false,
             origins: Vec::new(),
         }

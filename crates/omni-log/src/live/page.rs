@@ -6,19 +6,19 @@ use omni_config::Scenario;
 use omni_sim::Simulation;
 use serde::Serialize;
 
-use super::server::{Event, Hub, Topic};
+use super::hub::{Event, Hub, Topic};
 use crate::messages::Messages;
 use crate::scene;
 
 /// Time between two states.
 const EVERY: Duration = Duration::from_millis(33);
 
-/// What there is to see, and whether this page may steer.
+/// What there is to see, and whether this page may control.
 #[derive(Serialize)]
 struct SceneMessage<'a> {
     #[serde(flatten)]
     scene: scene::Scene<'a>,
-    steer: bool,
+    allow_control: bool,
 }
 
 /// The page's topics: viewers may have them too.
@@ -47,8 +47,8 @@ impl Page {
     /// What there is to see: for who comes now.
     pub(super) fn describe(&self, scenario: &Scenario, hub: &Hub) {
         if hub.is_wanted(self.first) {
-            let (scene, steer) = (scene::scene(scenario), hub.steer);
-            send(hub, self.first, 0, &SceneMessage { scene, steer });
+            let (scene, allow_control) = (scene::scene(scenario), hub.allow_control);
+            send(hub, self.first, 0, &SceneMessage { scene, allow_control });
         }
     }
 

@@ -364,7 +364,11 @@ mod tests {
                 .len(),
             2
         );
-        assert!(requests.set(1, &[set_text(POLICY, "paper")], late).is_empty());
+        assert!(
+            requests
+                .set(1, &[set_text(POLICY, "scale_torques")], late)
+                .is_empty()
+        );
         assert!(requests.time_out(start + Duration::from_millis(501)));
     }
 
@@ -395,7 +399,11 @@ mod tests {
         requests.publish(1, &json(), AHEAD, now).expect("a twist");
         assert!(
             requests
-                .set(1, &[set_text(POLICY, "paper"), set_number(TORQUE, 1.25)], now)
+                .set(
+                    1,
+                    &[set_text(POLICY, "scale_torques"), set_number(TORQUE, 1.25)],
+                    now
+                )
                 .is_empty()
         );
         assert!(
@@ -409,7 +417,7 @@ mod tests {
                 changed.control.policy.as_str(),
                 changed.vehicle().motor.stall_torque_n_m
             ),
-            ("paper", 1.25)
+            ("scale_torques", 1.25)
         );
         // The end of the client that commanded last counts.
         requests.publish(1, &json(), AHEAD, now).expect("a twist");

@@ -19,8 +19,9 @@ pub use options::Ros2;
 use super::requests::Requests;
 use crate::Error;
 use crate::message_rates::Pace;
-use crate::messages::{Messages, Sink, topic, vector};
-use crate::ros2::{Clock, Header, Imu, Quaternion, TfMessage, Time, Transform, TransformStamped};
+use crate::messages::{Messages, Sink};
+use crate::ros2::{Clock, Header, Imu, Quaternion, TfMessage, Time, Transform, TransformStamped, Vector3};
+use crate::topic;
 use crate::tree::Roots;
 use crate::urdf::{BASE_LINK, IMU_LINK, JointInterface};
 
@@ -55,7 +56,11 @@ impl OnRos {
         };
         let commands = commands.map_err(|reason| ros2.failed(reason))?;
         let node = Node::new(node, context, &namespace).map_err(|reason| ros2.failed(reason))?;
-        let roots = if ros2.map { Roots::Map } else { Roots::Odometry };
+        let roots = if ros2.publish_map_frame {
+            Roots::Map
+        } else {
+            Roots::Odometry
+        };
         Ok(Self {
             node,
             messages: Messages::at_rates(scenario, controller, rates, roots),
@@ -78,7 +83,7 @@ impl OnRos {
             header: Header::new(0, BASE_LINK),
             child_frame_id: IMU_LINK.into(),
             transform: Transform {
-                translation: vector([0.0; 3]),
+                translation: Vector3::default(),
                 rotation: Quaternion::default(),
             },
         };
@@ -118,8 +123,8 @@ fn imu(simulation: &Simulation) -> Imu {
     Imu {
         header: Header::new(simulation.time_ns(), IMU_LINK),
         orientation_covariance: NOT_MEASURED,
-        angular_velocity: vector(sensed.rate_rad_s),
-        linear_acceleration: vector(sensed.specific_force_m_s2),
+        angular_velocity: sensed.rate_rad_s.into(),
+        linear_acceleration: sensed.specific_force_m_s2.into(),
         ..Imu::default()
     }
 }

@@ -1,32 +1,23 @@
-//! The port: who waits for a handshake, who watches, and what happens when there are too many of them.
+//! The port: connections that wait for a handshake, and what happens when there are too many of them.
 
 use std::collections::VecDeque;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant};
 
-use foxglove::ws_protocol::server::advertise::Channel;
-use foxglove::ws_protocol::server::server_info::Capability;
-use foxglove::ws_protocol::server::{Advertise, ServerInfo, Status};
-use foxglove::ws_protocol::{parameter::Parameter, schema::Schema};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::runtime::{Builder, Runtime};
-use tokio::sync::{OwnedSemaphorePermit, Semaphore, broadcast};
+use tokio::sync::OwnedSemaphorePermit;
 use tokio::task::AbortHandle;
 use tokio::time::{sleep, timeout};
-use tokio_tungstenite::tungstenite::Message;
 
 use super::guard::Guard;
-use super::requests::{ClientId, Requests, Setting};
+use super::hub::{Event, Hub, MOST_VIEWERS, Topic};
+use super::requests::Requests;
 use super::{client, http};
 
 /// Connections that wait for the end of their handshake; one more, and the oldest is closed.
 const MOST_WAITING: usize = 16;
-/// Clients at a time; one more is refused.
-pub(super) const MOST_VIEWERS: usize = 16;
-/// Messages that a slow client may be behind before it misses some.
-const BACKLOG: usize = 1024;
 /// Pause after the system refused a connection, and where a handshake was ended to make room for it.
 const PAUSE: Duration = Duration::from_millis(100);
 const TAKE: Duration = Duration::from_millis(1);
@@ -34,96 +25,6 @@ const TAKE: Duration = Duration::from_millis(1);
 const SILENCE: Duration = Duration::from_secs(60);
 /// How long clients may take for the last messages at the end.
 const FAREWELL: Duration = Duration::from_secs(1);
-/// Lines about connections that were refused, in a run.
-const MOST_LINES: usize = 20;
-
-/// A topic that is served.
-pub(super) struct Topic {
-    pub(super) name: &'static str,
-    /// How its messages are bytes: `cdr`, or `json`, which needs no schema.
-    pub(super) encoding: &'static str,
-    pub(super) schema_name: &'static str,
-    pub(super) schema: &'static str,
-}
-
-/// What every client is sent, if it wants it.
-#[derive(Clone)]
-pub(super) enum Event {
-    /// A message of the topic with this index, at a simulated time \[ns\].
-    Message(usize, u64, Arc<[u8]>),
-    /// What parameters are now.
-    Parameters(Arc<Vec<Parameter>>),
-    /// Something that clients should know.
-    Status(Arc<Status>),
-    /// The run is over.
-    End,
-}
-
-/// What the run, the port and every client share.
-pub(super) struct Hub {
-    pub(super) requests: Arc<Requests>,
-    pub(super) steer: bool,
-    pub(super) greeting: [Message; 2],
-    pub(super) topics: usize,
-    events: broadcast::Sender<Event>,
-    subscribers: Vec<AtomicUsize>,
-    pub(super) guard: Guard,
-    pub(super) places: Arc<Semaphore>,
-    next: AtomicU64,
-    lines: AtomicUsize,
-    warn: Box<dyn Fn(&str) + Send + Sync>,
-}
-
-impl Hub {
-    pub(super) fn listen(&self) -> broadcast::Receiver<Event> {
-        self.events.subscribe()
-    }
-
-    /// Sends to all; having no client is no fault.
-    pub(super) fn send(&self, event: Event) {
-        let _ = self.events.send(event);
-    }
-
-    /// A client begins to want a topic, or no longer does.
-    pub(super) fn wanted(&self, topic: usize, more: bool) {
-        let count = &self.subscribers[topic];
-        if more {
-            count.fetch_add(1, Ordering::Relaxed);
-        } else {
-            count.fetch_sub(1, Ordering::Relaxed);
-        }
-    }
-
-    pub(super) fn is_wanted(&self, topic: usize) -> bool {
-        self.subscribers[topic].load(Ordering::Relaxed) > 0
-    }
-
-    /// The run's settings, in the protocol's terms.
-    pub(super) fn parameters(&self) -> Vec<Parameter> {
-        let settings = self.requests.settings().map(|(name, value)| match value {
-            Setting::Number(number) => Parameter::float64(name, number),
-            Setting::Text(text) | Setting::Other(text) => Parameter::string(name, text),
-        });
-        settings.into()
-    }
-
-    /// Informs all clients, and all that show parameters, that no client commands the vehicle any more.
-    pub(super) fn rests(&self, why: &str) {
-        self.send(Event::Status(Arc::new(Status::warning(format!(
-            "{why}: the vehicle is commanded to stop"
-        )))));
-        self.send(Event::Parameters(Arc::new(self.parameters())));
-    }
-
-    /// A line for the user who started the run; others must not fill the screen.
-    pub(super) fn warn(&self, line: &str) {
-        match self.lines.fetch_add(1, Ordering::Relaxed) {
-            n if n < MOST_LINES => (self.warn)(line),
-            MOST_LINES => (self.warn)("more connections are refused; further refusals are not reported"),
-            _ => {}
-        }
-    }
-}
 
 /// The open port.
 pub(super) struct Server {
@@ -138,7 +39,7 @@ impl Server {
         port: u16,
         requests: Arc<Requests>,
         topics: &[Topic],
-        (steer, guard): (bool, Guard),
+        (allow_control, guard): (bool, Guard),
         warn: Box<dyn Fn(&str) + Send + Sync>,
     ) -> std::io::Result<Self> {
         let runtime = Builder::new_multi_thread()
@@ -148,19 +49,7 @@ impl Server {
             .build()?;
         let listener = runtime.block_on(TcpListener::bind(SocketAddr::from((Ipv4Addr::LOCALHOST, port))))?;
         let port = listener.local_addr()?.port();
-        let hub = Arc::new(Hub {
-            requests,
-            steer,
-            greeting: greeting(steer, topics),
-            topics: topics.len(),
-            events: broadcast::Sender::new(BACKLOG),
-            subscribers: topics.iter().map(|_| AtomicUsize::new(0)).collect(),
-            guard,
-            places: Arc::new(Semaphore::new(MOST_VIEWERS)),
-            next: AtomicU64::new(1),
-            lines: AtomicUsize::new(0),
-            warn,
-        });
+        let hub = Arc::new(Hub::new(requests, topics, (allow_control, guard), warn));
         runtime.spawn(accept(listener, hub.clone()));
         Ok(Self { hub, port, runtime })
     }
@@ -175,33 +64,6 @@ impl Server {
             .block_on(async { timeout(FAREWELL, all).await.is_ok() });
         self.runtime.shutdown_background();
     }
-}
-
-/// Server and topics as clients get them at first.
-fn greeting(steer: bool, topics: &[Topic]) -> [Message; 2] {
-    let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    let mut info = ServerInfo::new(concat!("omnistep ", env!("CARGO_PKG_VERSION")))
-        .with_session_id(since_1970.as_millis().to_string());
-    if steer {
-        info = info
-            .with_capabilities([
-                Capability::ClientPublish,
-                Capability::Parameters,
-                Capability::ParametersSubscribe,
-            ])
-            .with_supported_encodings(["cdr", "json"]);
-    }
-    let channels = topics.iter().enumerate().filter_map(|(k, topic)| {
-        let channel = Channel::builder(k as u64, topic.name, topic.encoding);
-        let schema = (!topic.schema.is_empty())
-            .then(|| Schema::new(topic.schema_name, "ros2msg", topic.schema.as_bytes()));
-        // Only a schema that is no text has no form in JSON.
-        match schema {
-            Some(schema) => channel.with_schema(schema).build().ok(),
-            None => channel.build().ok(),
-        }
-    });
-    [Message::from(&info), Message::from(&Advertise::new(channels))]
 }
 
 /// Accepts connections for as long as the run goes on, whatever happens.
@@ -246,7 +108,7 @@ async fn connect(stream: TcpStream, hub: Arc<Hub>) {
         // On its own: it waits no longer, and is none of those that are closed for others.
         tokio::spawn(async move {
             let _place: OwnedSemaphorePermit = place;
-            let id: ClientId = hub.next.fetch_add(1, Ordering::Relaxed);
+            let id = hub.next_id();
             client::serve(socket, id, hub).await;
         });
     }

@@ -24,7 +24,7 @@ fn stop() -> omni_sim::Error {
 /// As fast as it goes.
 fn fast() -> Live {
     let mut live = Live::new(0);
-    live.speed = f64::INFINITY;
+    live.real_time_factor = f64::INFINITY;
     live
 }
 
@@ -115,13 +115,13 @@ fn what_a_live_run_cannot_do_is_refused_in_a_line() {
         let line = said(&|live| live.until = Until::Seconds(seconds));
         assert_eq!(
             line,
-            format!("--for = {seconds}, allowed: above 0, at most 1e9 s")
+            format!("--duration = {seconds}, allowed: above 0, at most 1e9 s")
         );
     }
-    let line = said(&|live| (live.steer, live.log) = (true, Some("drive.mcap".into())));
+    let line = said(&|live| (live.allow_control, live.log) = (true, Some("drive.mcap".into())));
     assert_eq!(
         line,
-        "--steer = true, allowed: only without --log, because a log has one policy from start to end"
+        "--allow-control = true, allowed: only without --log, because a log has one policy from start to end"
     );
     assert!(said(&|live| live.origins = vec!["x".into()]).starts_with("--allow-origin = x, allowed: "));
 }

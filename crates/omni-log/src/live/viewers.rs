@@ -8,17 +8,20 @@ use omni_sim::controller::AnyController;
 
 use super::Live;
 use super::guard::Guard;
+use super::hub::{Event, Hub, Topic};
 use super::page::{self, Page};
 use super::requests::{COMMAND_HOLDS, Requests};
-use super::server::{Event, Hub, Server, Topic};
+use super::server::Server;
 use crate::Error;
-use crate::messages::{Messages, Sink, topic};
+use crate::messages::{Messages, Sink};
 use crate::ros2::{
-    self, JointState, MarkerArray, Odometry, RosMessage, StringMessage, TfMessage, TwistStamped, VehicleState,
+    self, JointState, MarkerArray, Odometry, RosMessage, Sensors, StringMessage, TfMessage, TwistStamped,
+    VehicleState,
 };
+use crate::topic;
 
 /// Everything that is served, in the order of the channels; signals that only one controller has are for logs.
-const TOPICS: [fn() -> Topic; 9] = [
+const TOPICS: [fn() -> Topic; 10] = [
     || topic_of::<StringMessage>(topic::ROBOT_DESCRIPTION),
     || topic_of::<StringMessage>(topic::TERRAIN),
     || topic_of::<VehicleState>(topic::VEHICLE_STATE),
@@ -28,6 +31,7 @@ const TOPICS: [fn() -> Topic; 9] = [
     || topic_of::<Odometry>(topic::GROUND_TRUTH),
     || topic_of::<TwistStamped>(topic::CMD_VEL),
     || topic_of::<MarkerArray>(topic::MARKERS),
+    || topic_of::<Sensors>(topic::SENSORS),
 ];
 
 fn topic_of<M: RosMessage>(name: &'static str) -> Topic {
@@ -64,7 +68,7 @@ impl Viewers {
         })?;
         let topics = TOPICS.iter().map(|topic| topic()).chain(page::TOPICS);
         let topics: Vec<_> = topics.collect();
-        let steering = (live.steer, guard);
+        let steering = (live.allow_control, guard);
         let server = Server::start(port, requests.clone(), &topics, steering, warn);
         let server = server.map_err(|error| Error::Live {
             port,

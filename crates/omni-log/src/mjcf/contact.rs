@@ -4,7 +4,7 @@
 //! surfaces sink, and `R = (1 - d) / d` times the inverse mass that it counts for the bodies in touch: a spring of k / R, a damper of b / R and,
 //! against quick changes, a mass of 1 / R. d is `solimp`, `-k d` and `-b d` are `solref` ("Solver parameters" of MuJoCo's documentation).
 
-use super::{number, numbers};
+use super::numbers::{number, numbers};
 
 /// How much of a contact's speed its damper takes in a step: so much that it acts within few, and so little that it does not swing.
 const DAMPED: f64 = 0.4;

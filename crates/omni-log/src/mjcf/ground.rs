@@ -6,7 +6,7 @@ use omni_config::{Error, Scenario};
 use omni_sim::ground::{Shape, shapes};
 
 use super::contact::Contact;
-use super::numbers;
+use super::numbers::numbers;
 use crate::xml::{Xml, comment, leaf};
 
 const COLOUR: &str = "0.62 0.6 0.56 1";

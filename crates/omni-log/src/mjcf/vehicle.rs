@@ -6,7 +6,8 @@ use std::io;
 use nalgebra::Vector3;
 use omni_config::{Body, Hinge, Scenario, Vehicle};
 
-use super::{FREE, Wheel, class, number, numbers, roller_geoms, roller_name};
+use super::numbers::{number, numbers};
+use super::wheel::{FREE, Wheel, class, roller_geoms, roller_name};
 use crate::urdf::{link_frame_m, link_name, wheel_link};
 use crate::xml::{Xml, comment, element, leaf};
 
@@ -76,7 +77,7 @@ fn body(
                 ("class", &"seen"),
                 ("type", &"box"),
                 ("pos", &here(of.com_m)),
-                ("size", &numbers(&of.box_m.map(|edge| 0.5 * edge))),
+                ("size", &numbers(&of.inertia_box_m.map(|edge| 0.5 * edge))),
                 ("rgba", &BODY),
             ],
         )?;

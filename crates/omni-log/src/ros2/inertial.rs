@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Header, Quaternion, Time, Vector3};
+use super::geometry::{Header, Quaternion, Time, Vector3};
 
 /// `rosgraph_msgs/msg/Clock`: the time of a simulation.
 ///

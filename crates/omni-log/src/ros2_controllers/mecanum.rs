@@ -8,7 +8,7 @@ use std::f64::consts::FRAC_PI_4;
 
 use omni_config::{Error, Vehicle};
 
-use super::{PART, common_radius_m, distance, refused, shown, unit};
+use super::comparison::{PART, common_radius_m, distance, refused, shown, unit};
 
 /// A corner, seen from the wheels' middle.
 pub(super) struct Corner {

@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 
 use omni_config::{Error, Vehicle};
 
-use super::{PART, common_radius_m, distance, refused, shown, unit};
+use super::comparison::{PART, common_radius_m, distance, refused, shown, unit};
 
 pub(super) struct Omni {
     /// Indices of the wheels, counter-clockwise.

@@ -132,7 +132,7 @@ fn of_body(xml: &mut Xml, vehicle: &Vehicle, body: &Body) -> io::Result<()> {
     };
     let shape = Shape {
         place,
-        geometry: Geometry::Box(body.box_m),
+        geometry: Geometry::Box(body.inertia_box_m),
         colour: BODY,
     };
     link(xml, link_name(vehicle, &body.name), inertial, &[shape])

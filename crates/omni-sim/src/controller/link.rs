@@ -1,17 +1,15 @@
 //! The way to a controller that runs somewhere else: bytes out, frames in, time-outs, what was lost.
 
-use std::fmt;
 use std::io::{Read, Write};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, SyncSender, TrySendError};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use omni_link::{
-    Answer, Counters, FrameError, FromController, MAX_ANSWER_FRAME, MAX_REQUEST_FRAME, ToController, decode,
-    encode,
+    Answer, FrameError, FromController, MAX_ANSWER_FRAME, MAX_REQUEST_FRAME, ToController, decode, encode,
 };
 
-use super::qemu::Process;
+use super::emulator_process::EmulatorProcess;
 
 /// Greetings sent, one a time-out, before a controller is given up.
 pub(super) const GREETINGS: u32 = 5;
@@ -21,43 +19,6 @@ const QUEUE: usize = 64;
 /// Bytes of what is no message that are shown.
 const SHOWN: usize = 24;
 
-/// Frames that were not received as they were sent, both ways.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct LinkCounters {
-    /// Of answers, counted here.
-    pub answers: Counters,
-    /// Of requests, as the controller last said.
-    pub requests: Counters,
-}
-
-impl LinkCounters {
-    /// All arrived.
-    #[must_use]
-    pub fn is_zero(&self) -> bool {
-        self.answers.is_zero() && self.requests.is_zero()
-    }
-}
-
-impl fmt::Display for LinkCounters {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            answers: a,
-            requests: r,
-        } = self;
-        write!(
-            f,
-            "answers: {} lost, {} truncated, {} corrupted; ",
-            a.lost, a.truncated, a.corrupted
-        )?;
-        write!(
-            f,
-            "requests: {} lost, {} truncated, {} corrupted",
-            r.lost, r.truncated, r.corrupted
-        )
-    }
-}
-
 /// A way to a controller and back: bytes out, frames in, and how long to wait for one.
 pub struct Link {
     pub(super) name: String,
@@ -66,7 +27,7 @@ pub struct Link {
     requests: SyncSender<Vec<u8>>,
     received: Arc<Mutex<Received>>,
     pub(super) time_out: Duration,
-    process: Option<Process>,
+    process: Option<EmulatorProcess>,
 }
 
 /// Bytes that came so far.
@@ -112,7 +73,7 @@ impl Link {
     }
 
     /// The same, with the process at the other end: it is killed with the link.
-    pub(super) fn with_process(self, process: Process) -> Self {
+    pub(super) fn with_process(self, process: EmulatorProcess) -> Self {
         let process = Some(process);
         Self { process, ..self }
     }
@@ -144,7 +105,7 @@ impl Link {
 
     /// Why nothing comes any more.
     pub(super) fn why_it_ended(&mut self) -> String {
-        let ended = self.process.as_mut().map(Process::obituary);
+        let ended = self.process.as_mut().map(EmulatorProcess::obituary);
         ended.unwrap_or_else(|| "the other end has closed it".into())
     }
 

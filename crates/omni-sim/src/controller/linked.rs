@@ -4,17 +4,20 @@ mod response_checks;
 
 use std::time::Instant;
 
-use omni_core::{BodyTwist, Controller, Readings, TorqueLimit, WheelTorques};
+use omni_core::geometry::{PlanarPose, WheelTorques};
+use omni_core::{BodyTwist, Controller, Readings, TorqueLimit};
 use omni_link::{
     Action, Answer, Bodies, FromController, Greeting, Guard, HOLD_PERIODS, PROTOCOL_VERSION, Request,
     ToController,
 };
 
-use super::drive::{self, DriveSignals};
-use super::link::{Event, GREETINGS, Link, LinkCounters};
-use super::{ControlSample, Loop, inverse, scalar, velocities};
-use crate::Error;
+use super::control_law::{ControlLaw, inverse, scalar, velocities};
+use super::link::{Event, GREETINGS, Link};
 use crate::config::Scenario;
+use crate::control_sample::ControlSample;
+use crate::link_counters::LinkCounters;
+use crate::report::{DriveReport, DriveWheel, drive_mode, wheel_fault};
+use crate::{Error, ReportColumns};
 
 /// Messages that answer nothing, within one time-out, before a peer is given up. Frames that were late are no more than the
 /// greetings and the periods of a hold.
@@ -51,8 +54,9 @@ pub(super) struct Linked<const N: usize> {
     asked: [f32; 3],
     /// It is traction control, which reads the bodies' motion too.
     grips: bool,
-    /// Signals of its own: those of a drive, where it has one.
-    names: Vec<String>,
+    /// It is a drive.
+    drives: bool,
+    columns: ReportColumns,
     /// Start the loops afresh: until the controller says that it has.
     restart: bool,
     emergency_stop: bool,
@@ -88,11 +92,8 @@ impl<const N: usize> Linked<N> {
             guard,
             asked: [0.0; 3],
             grips: scenario.has_traction(),
-            names: if scenario.drive.is_some() {
-                drive::names(scenario).collect()
-            } else {
-                Vec::new()
-            },
+            drives: scenario.drive.is_some(),
+            columns: ReportColumns::built_in(scenario.vehicle(), scenario.drive.is_some(), false),
             restart: true,
             emergency_stop: false,
             last: Answer::stopped(),
@@ -111,7 +112,7 @@ impl<const N: usize> Linked<N> {
             restart: self.restart,
             emergency_stop: self.emergency_stop,
             // To a drive a command of NaN says that none arrived; the loops go on with the last one.
-            command: if readings.new_command || self.names.is_empty() {
+            command: if readings.new_command || !self.drives {
                 scalar(&readings.command)
             } else {
                 BodyTwist::from_array([f32::NAN; 3])
@@ -179,7 +180,7 @@ impl<const N: usize> Linked<N> {
     }
 }
 
-impl<const N: usize> Loop for Linked<N> {
+impl<const N: usize> ControlLaw for Linked<N> {
     fn step(&mut self, readings: &Readings<'_, f64>, sample: &mut ControlSample) -> Result<(), Error> {
         let time_s = self.periods as f64 * self.period_s;
         self.periods += 1;
@@ -191,21 +192,9 @@ impl<const N: usize> Loop for Linked<N> {
             self.stopped = Some((time_s, reason));
         }
         sample.take(&self.last.sample, &self.last.estimated, &self.last.residual);
-        if self.names.is_empty() {
-            sample.mark_silent(readings.wheels_rad_s);
-        } else {
-            let report = &self.last.drive;
-            let signals = DriveSignals::<N> {
-                mode: report.mode,
-                motion_known: report.motion_known,
-                status: f64::NAN, // an answer does not report it
-                pose: report.pose.map(f64::from),
-                deviations: [f64::NAN; 3],
-                faults: report.faults,
-                left_out: report.excluded,
-                brake: self.last.brake(),
-            };
-            signals.put_into(readings.wheels_rad_s, sample);
+        if self.drives {
+            sample.brake = self.last.brake().to_vec();
+            sample.report.drive = self.report();
         }
         match &self.stopped {
             None => Ok(()),
@@ -217,8 +206,8 @@ impl<const N: usize> Loop for Linked<N> {
         }
     }
 
-    fn signal_names(&self) -> &[String] {
-        &self.names
+    fn columns(&self) -> ReportColumns {
+        self.columns.clone()
     }
 
     fn emergency_stop(&mut self, pressed: bool) {
@@ -235,6 +224,27 @@ impl<const N: usize> Loop for Linked<N> {
 }
 
 impl<const N: usize> Linked<N> {
+    /// What a drive reports in its last answer, whose numbers were checked.
+    fn report(&self) -> Option<DriveReport> {
+        let (report, brake) = (&self.last.drive, self.last.brake());
+        let [x_m, y_m, yaw_rad] = report.pose.map(f64::from);
+        let wheel = |i: usize| {
+            Some(DriveWheel {
+                fault: wheel_fault(report.faults[i])?,
+                left_out: report.excluded[i],
+                brake: brake[i],
+            })
+        };
+        Some(DriveReport {
+            mode: drive_mode(report.mode)?,
+            motion_known: report.motion_known,
+            command: None,
+            pose: PlanarPose { x_m, y_m, yaw_rad },
+            deviations: None,
+            wheels: (0..N).map(wheel).collect::<Option<_>>()?,
+        })
+    }
+
     fn counters(&self) -> LinkCounters {
         LinkCounters {
             answers: self.guard.counters(),

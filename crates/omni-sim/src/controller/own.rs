@@ -2,9 +2,10 @@
 
 use omni_core::{BodyTwist, Controller, Policy, Readings, TorqueLimit};
 
-use super::{ControlSample, Loop, inverse, velocities};
+use super::control_law::{ControlLaw, inverse, velocities};
 use crate::config::{self, Scenario};
-use crate::{Error, TraceBuilder, WheelSignals};
+use crate::control_sample::ControlSample;
+use crate::{Error, ReportColumns, TraceBuilder, WheelSignals};
 
 /// Signals of a policy at most: a name costs at each message of a log.
 pub const MOST_SIGNALS: usize = 256;
@@ -13,7 +14,7 @@ const LONGEST_NAME: usize = 80;
 /// What its snapshots begin with: those of another controller are not taken for its own.
 const OWN: &str = "a controller of one's own";
 /// Columns that a log has beside a trace's.
-const OF_LOGS: [&str; 4] = ["asked_vx_m_s", "asked_vy_m_s", "asked_wz_rad_s", "gyro_rad_s"];
+const OF_LOGS: [&str; 3] = ["asked_vx_m_s", "asked_vy_m_s", "asked_wz_rad_s"];
 
 /// A policy for a vehicle of `N` wheels.
 pub(super) struct UserPolicy<const N: usize> {
@@ -21,7 +22,7 @@ pub(super) struct UserPolicy<const N: usize> {
     /// The vehicle's own controller, for what it knows of the vehicle.
     here: Controller<f64, N>,
     motors: [TorqueLimit<f64>; N],
-    names: Vec<String>,
+    columns: ReportColumns,
     wheels: Vec<String>,
     period_s: f64,
     periods: u64,
@@ -35,9 +36,11 @@ impl<const N: usize> UserPolicy<N> {
         Ok(Self {
             here: scenario.controller()?,
             motors: scenario.wheel_control::<f64, N>()?.limits,
-            names: (0..=MOST_SIGNALS)
-                .map_while(|index| policy.signal_name(index).map(str::to_owned))
-                .collect(),
+            columns: ReportColumns::own(
+                (0..=MOST_SIGNALS)
+                    .map_while(|index| policy.signal_name(index).map(str::to_owned))
+                    .collect(),
+            ),
             wheels: scenario
                 .vehicle()
                 .wheel
@@ -59,8 +62,8 @@ impl<const N: usize> UserPolicy<N> {
 /// ```
 /// use omni_sim::controller::check_name;
 /// assert!(check_name("my law").is_ok());
-/// let said = check_name("paper").map_err(|error| error.to_string());
-/// assert_eq!(said.err().as_deref(), Some("policy = \"paper\", allowed: a name that is not a coordination policy's"));
+/// let said = check_name("scale_torques").map_err(|error| error.to_string());
+/// assert_eq!(said.err().as_deref(), Some("policy = \"scale_torques\", allowed: a name that is not a coordination policy's"));
 /// ```
 pub fn check_name(name: &str) -> Result<(), Error> {
     let refuse = |allowed| {
@@ -107,7 +110,9 @@ pub(super) fn check_names(scenario: &Scenario, policy: &str, names: &[String]) -
         if names[..i].contains(name) {
             return refuse(name, "each name once");
         }
-        let reserved = ["wheel_", "drive_"].iter().any(|prefix| name.starts_with(prefix));
+        let reserved = ["wheel_", "drive_", "path_", "traction_"]
+            .iter()
+            .any(|prefix| name.starts_with(prefix));
         let of_wheels = scenario.vehicle().wheel.first().is_some_and(|wheel| {
             let column = format!("wheel_{}_{name}", wheel.name);
             columns.names().contains(&column)
@@ -116,14 +121,14 @@ pub(super) fn check_names(scenario: &Scenario, policy: &str, names: &[String]) -
         if taken || reserved || of_wheels {
             return refuse(
                 name,
-                "another name: reserved are the columns of every trace or log and names that begin with wheel_ or drive_",
+                "another name: reserved are the columns of every trace or log and names that begin with wheel_, drive_, path_ or traction_",
             );
         }
     }
     Ok(())
 }
 
-impl<const N: usize> Loop for UserPolicy<N> {
+impl<const N: usize> ControlLaw for UserPolicy<N> {
     fn step(&mut self, readings: &Readings<'_, f64>, sample: &mut ControlSample) -> Result<(), Error> {
         let period = self.periods;
         self.periods += 1;
@@ -138,7 +143,7 @@ impl<const N: usize> Loop for UserPolicy<N> {
         sample.command = readings.command;
         sample.estimated = kinematics.forward(&measured);
         sample.common_factor = f64::NAN; // what it does inside is not known, and a zero would be taken for a measurement
-        sample.retries = None;
+        sample.brake.clear();
         sample.wheels.clear();
         sample.wheels.extend((0..N).map(|i| {
             let range = self.motors[i].range(measured.rad_s[i]);
@@ -159,9 +164,9 @@ impl<const N: usize> Loop for UserPolicy<N> {
                 ..WheelSignals::UNKNOWN
             }
         }));
-        sample.own.clear();
-        sample.own.resize(self.names.len(), f64::NAN);
-        self.policy.signals(&mut sample.own);
+        let own = &mut sample.report.own;
+        own.resize(self.columns.names().len(), f64::NAN);
+        self.policy.signals(own);
         if let Some(reason) = self.policy.failure() {
             return Err(Error::PolicyFailed {
                 policy: self.policy.name().into(),
@@ -182,8 +187,8 @@ impl<const N: usize> Loop for UserPolicy<N> {
         }
     }
 
-    fn signal_names(&self) -> &[String] {
-        &self.names
+    fn columns(&self) -> ReportColumns {
+        self.columns.clone()
     }
 
     fn inverse(&self, twist: &BodyTwist<f64>) -> Vec<f64> {
@@ -250,7 +255,8 @@ mod tests {
             (&[""], "a letter first"),
             (&["time_s"], "reserved are the columns"),
             (&["measured_rad_s"], "reserved are the columns"),
-            (&["drive_mode"], "wheel_ or drive_"),
+            (&["drive_mode"], "path_ or traction_"),
+            (&["path_x_m"], "path_ or traction_"),
             (&["wheel_3_p_n_m"], "reserved are the columns"),
             (&["asked_vx_m_s"], "reserved are the columns"),
         ] {
@@ -260,7 +266,7 @@ mod tests {
         }
         let controller = made(&["a", "b_2"]).expect("good names");
         assert_eq!((controller.policy(), controller.is_own()), ("mine", true));
-        assert_eq!(controller.signal_names(), ["a", "b_2"]);
+        assert_eq!(controller.columns().names(), ["a", "b_2"]);
     }
 
     #[test]

@@ -1,25 +1,17 @@
 //! A controller's firmware in QEMU: a Cortex-M4F (board mps2-an386) whose semihosting console is the link.
 
-use std::io::{BufRead, BufReader, ErrorKind, Read};
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
-use std::sync::mpsc::{self, Receiver};
-use std::sync::{Mutex, PoisonError};
-use std::time::{Duration, Instant};
+use std::process::{Command, Stdio};
+use std::time::Duration;
 
-use super::Link;
+use super::emulator_process::{EmulatorProcess, QEMU};
+use super::link::Link;
 use crate::Error;
-use crate::config::{open_regular, shortened};
+use crate::config::open_regular;
 
 /// Where the workspace in `firmware/` puts the image, seen from the top of the repository.
 pub const DEFAULT_FIRMWARE: &str = "firmware/target/thumbv7em-none-eabihf/release/loop";
-
-const QEMU: &str = "qemu-system-arm";
-
-/// How long an emulator that has closed its end may take to say why.
-const LAST_WORDS: Duration = Duration::from_secs(2);
-/// Bytes of the emulator's first line that are kept.
-const COMPLAINT: u64 = 200;
 
 /// A firmware image, to be run in QEMU.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -72,7 +64,7 @@ impl Firmware {
             })
         })?;
         let streams = child.stdout.take().zip(child.stdin.take());
-        let process = Process::new(child);
+        let process = EmulatorProcess::new(child);
         let (reader, writer) =
             streams.ok_or_else(|| refuse(format!("{QEMU} cannot be started: it has no pipes")))?;
         Ok(Link::new(name, reader, writer, self.time_out).with_process(process))
@@ -108,58 +100,4 @@ pub fn emulator(image: &Path) -> Command {
         .stdout(Stdio::piped())
         .stderr(Stdio::piped());
     command
-}
-
-/// A running emulator; killed when dropped.
-pub(super) struct Process {
-    child: Child,
-    /// The first line it wrote to standard error.
-    complaint: Mutex<Receiver<String>>,
-}
-
-impl Process {
-    fn new(mut child: Child) -> Self {
-        let (sender, complaint) = mpsc::sync_channel(1);
-        if let Some(stderr) = child.stderr.take() {
-            std::thread::spawn(move || {
-                let (mut stderr, mut line) = (BufReader::new(stderr), Vec::new());
-                // A line without an end is not waited for, nor kept.
-                if let Ok(1..) = stderr.by_ref().take(COMPLAINT).read_until(b'\n', &mut line) {
-                    // It may not be wanted any more.
-                    let _ = sender.send(shortened(String::from_utf8_lossy(&line).trim_end()).into_owned());
-                }
-                // Reads on: a full pipe would stop the emulator.
-                let _ = std::io::copy(&mut stderr, &mut std::io::sink());
-            });
-        }
-        Self {
-            child,
-            complaint: Mutex::new(complaint),
-        }
-    }
-
-    /// Why it has ended.
-    pub(super) fn obituary(&mut self) -> String {
-        let until = Instant::now() + LAST_WORDS;
-        let status = loop {
-            match self.child.try_wait() {
-                Ok(Some(status)) => break format!("the firmware has ended ({QEMU}: {status}"),
-                _ if Instant::now() < until => std::thread::sleep(Duration::from_millis(5)),
-                _ => break format!("the firmware has closed its console ({QEMU} still runs"),
-            }
-        };
-        let complaint = self.complaint.get_mut().unwrap_or_else(PoisonError::into_inner);
-        match complaint.recv_timeout(until.saturating_duration_since(Instant::now())) {
-            Ok(line) => format!("{status}, {line})"),
-            Err(_) => format!("{status})"),
-        }
-    }
-}
-
-impl Drop for Process {
-    fn drop(&mut self) {
-        // It may have ended by itself.
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
 }

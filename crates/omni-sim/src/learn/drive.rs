@@ -2,7 +2,7 @@
 
 use omni_core::TorqueLimit;
 
-use super::{Draw, Rules};
+use super::rules::{Draw, Rules};
 use crate::config::{self, Scenario};
 use crate::{Error, Simulation};
 

@@ -2,27 +2,9 @@
 
 use rayon::prelude::*;
 
-use super::{Episode, Task};
+use super::{Episode, Task, Turn};
 use crate::Error;
 use crate::config::Scenario;
-
-/// What a step, or a reset, of one environment gives.
-#[derive(Clone, Debug, Default, PartialEq)]
-#[non_exhaustive]
-pub struct Turn {
-    /// Readings of the sensors, each number within -1 to 1.
-    pub observation: Vec<f32>,
-    /// What the step is worth.
-    pub reward: f64,
-    /// The task is over: done, or failed.
-    pub terminated: bool,
-    /// The time is up.
-    pub truncated: bool,
-    /// Figures for people ([`Episode::info_names`]); NaN for what is not known, or not yet.
-    pub info: Vec<f64>,
-    /// Observation and figures at the end of an episode where this turn also began the next: [`Autoreset::SameStep`].
-    pub last: Option<(Vec<f32>, Vec<f64>)>,
-}
 
 /// Who begins the next episode, and when.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

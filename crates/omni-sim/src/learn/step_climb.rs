@@ -2,7 +2,7 @@
 
 use omni_core::BodyTwist;
 
-use super::{Draw, Rules};
+use super::rules::{Draw, Rules};
 use crate::config::{self, Scenario, Terrain};
 use crate::outcome::Meter;
 use crate::{Error, Outcome, Simulation, Verdict};
@@ -81,7 +81,7 @@ impl StepClimb {
         let Terrain::Step {
             friction,
             height_m,
-            at_m,
+            start_x_m,
         } = scenario.terrain
         else {
             return Err(Error::Config(config::Error::Key {
@@ -101,7 +101,7 @@ impl StepClimb {
             forward,
             stall_n_m: vehicle.motor.peak_torque_n_m(),
             period_s: scenario.period_s(),
-            way_m: at_m - scenario.start.x_m,
+            way_m: start_x_m - scenario.start.x_m,
             heading_rad: scenario.start.heading_rad,
             now: Now::new(scenario, [height_m, friction]),
         })
@@ -179,9 +179,9 @@ impl Rules for StepClimb {
         let (ended, worth) = match now.outcome.verdict {
             Verdict::Climbed => (true, CLIMBED),
             Verdict::Tipped
-            | Verdict::Leaned
+            | Verdict::Tilted
             | Verdict::Touched
-            | Verdict::RanAway
+            | Verdict::Overspeed
             | Verdict::GainedEnergy
             | Verdict::Diverged => (true, FAILED),
             // Commands and torques are the learner's own here: what comes of them is paid by the way gone.
@@ -190,7 +190,7 @@ impl Rules for StepClimb {
             | Verdict::RolledOn
             | Verdict::OffCourse
             | Verdict::FellShort => (false, 0.0),
-            Verdict::Stalled | Verdict::Unfinished | Verdict::Driven => (false, 0.0),
+            Verdict::Stalled | Verdict::Unfinished | Verdict::Completed => (false, 0.0),
         };
         if failed {
             return (worth, ended); // where it is then says nothing

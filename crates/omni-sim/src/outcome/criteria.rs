@@ -1,7 +1,7 @@
 //! Detect runaway, lean and physics that gain energy: criteria gathered while a run goes on.
 
 use crate::config::{Scenario, Vehicle};
-use crate::controller::ControlSample;
+use crate::control_sample::ControlSample;
 use crate::observation::Observation;
 
 /// A vehicle runs away where it is so much faster than commanded: half as fast again. Loops hold a speed within some per cent, and

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use serde::{Deserialize, Serialize};
 
 use crate::config::{Scenario, WheelSpec};
-use crate::controller::ControlSample;
+use crate::control_sample::ControlSample;
 use crate::observation::Observation;
 
 /// A wheel slips where its rim slides by more than this part of the commanded way.

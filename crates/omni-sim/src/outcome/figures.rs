@@ -105,18 +105,18 @@ impl Figure {
             .of(|o| o.nose_down_peak_deg > o.pitch_peak_deg.max(1.0)).lower(),
         Self::new("yaw_error_deg", "heading error", "deg", 1, |o| Some(o.yaw_error_deg))
             .says("Heading minus commanded heading at the end. Left is positive.").nearer_to_zero(),
-        Self::new("slip_rms", "wheel slip, rms", "", 3, |o| Some(o.slip_rms))
+        Self::new("slip_rms", "slip rms", "", 3, |o| Some(o.slip_rms))
             .says("Slip ratio of the driven wheels that touch the ground. At 0 every wheel rolls.").lower(),
-        Self::new("disturbed_rms", "speed error, rms", "", 3, |o| Some(o.disturbed_rms))
+        Self::new("speed_error_rms", "speed error rms", "", 3, |o| Some(o.speed_error_rms))
             .says("Difference between reference and measured speed of the driven wheels, as a part of the larger of the two.").lower(),
-        Self::new("spread_rms", "speed spread, rms", "", 3, |o| Some(o.spread_rms))
-            .says("Standard deviation, over the driven wheels, of measured speed over reference speed.").lower(),
-        Self::new("linkage_spread", "slip spread, rms", "", 3, |o| Some(o.linkage_spread))
+        Self::new("speed_ratio_std", "speed ratio std", "", 3, |o| Some(o.speed_ratio_std))
+            .says("Standard deviation, over the driven wheels, of measured speed over reference speed; root mean square over time.").lower(),
+        Self::new("slip_speed_std", "slip speed std", "", 3, |o| Some(o.slip_speed_std))
             .says(
-                "How differently the driven wheels slip, as a part of their reference speeds. Speed differences that the hinges cause in \
-                 rolling wheels do not count.",
+                "Standard deviation, over the driven wheels, of their slip speeds, as a part of their reference speeds; root mean square over \
+                 time. Speed differences that the hinges cause in rolling wheels do not count.",
             ).lower(),
-        Self::new("heat_n2m2s", "motor heat", "N2m2s", 2, |o| Some(o.heat_n2m2s))
+        Self::new("torque_squared_n2m2s", "torque squared", "N2m2s", 2, |o| Some(o.torque_squared_n2m2s))
             .says("Time integral of torque squared, summed over the wheels. The heat in the windings is proportional to it.").lower(),
         Self::new("work_j", "work", "J", 2, |o| Some(o.work_j)).says("Mechanical work of the motors.").lower(),
         // Reports have it; the command's tables are of the runs' results.
@@ -210,7 +210,7 @@ impl Figure {
 fn on_flat_ground(outcome: &Outcome) -> bool {
     matches!(
         outcome.verdict,
-        Verdict::Driven
+        Verdict::Completed
             | Verdict::WrongWay
             | Verdict::DroveOn
             | Verdict::RolledOn

@@ -1,6 +1,6 @@
 //! How much friction wheels called for.
 
-use super::meter::WINDOW_NS;
+use super::mean::WINDOW_NS;
 use crate::observation::Observation;
 
 /// Bins of the friction that wheels call for, of a hundredth each.

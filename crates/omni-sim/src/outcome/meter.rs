@@ -2,21 +2,22 @@
 
 use std::collections::VecDeque;
 
-use omni_core::Saturation;
+use omni_core::loops::Saturation;
 use omni_core::metrics::{DISTURBED_FLOOR_RAD_S, disturbed_ratio, shape_error, speed_ratio_spread};
 
 use super::criteria::{Gain, Gained, Lean, Runaway, farthest_wheel_m};
 use super::effort::{Effort, LimitedBy};
 use super::friction_use::FrictionUse;
-use super::linkage_spread::LinkageSpread;
+use super::mean::{Mean, WINDOW_NS};
 use super::obedience::Obedience;
 use super::pose_errors::PoseErrors;
+use super::slip_speed_std::SlipSpeedStd;
 use super::standstill::Standstill;
 use super::undersides::Undersides;
 use super::{Outcome, Verdict};
 use crate::Period;
 use crate::config::{Engine, Obstacle, Scenario, Terrain};
-use crate::controller::ControlSample;
+use crate::control_sample::ControlSample;
 use crate::observation::Observation;
 
 /// How far below its place on the ground beyond a wheel may be and still count as up \[m\]: contacts give a little.
@@ -29,8 +30,6 @@ const STALLED_PART: f64 = 0.1;
 const COMMANDED_M: f64 = 0.05;
 /// Time over which that is judged, in windows of [`WINDOW_NS`].
 const STALL_WINDOWS: usize = 100;
-/// Averages of forces \[ns\]: 10 ms; shorter ones depend on the physics step.
-pub(super) const WINDOW_NS: u64 = 10_000_000;
 /// Most wheels of a vehicle.
 const WHEELS: usize = 8;
 
@@ -85,7 +84,7 @@ struct Crossing {
     disturbed: Mean,
     disturbed_realised: Mean,
     spread: Mean,
-    linkage: LinkageSpread,
+    linkage: SlipSpeedStd,
     shape: Mean,
     heat: f64,
     nose_up_rad: f64,
@@ -155,7 +154,7 @@ impl Meter {
             // A loaded scenario's policy is known.
             scales_references: scenario
                 .coordination::<f64>()
-                .is_ok_and(|policy| matches!(policy.saturation, Saturation::ScaleReference { .. })),
+                .is_ok_and(|policy| matches!(policy.saturation, Saturation::ScaleReferences { .. })),
             period_s: scenario.period_s(),
             weight_n,
             friction: FrictionUse::new(vehicle.wheel.len(), weight_n),
@@ -217,7 +216,7 @@ impl Meter {
         self.last.residual = seen.energy.residual_j() / seen.energy.turnover_j;
         if self.phase != Phase::Climbed {
             // A period past the controller does not say it.
-            self.retries = sample.retries.or(self.retries);
+            self.retries = sample.retries().or(self.retries);
         }
 
         if let (Some(obstacle), false) = (self.obstacle, self.phase == Phase::Climbed) {
@@ -326,7 +325,7 @@ impl Meter {
         } else if self.tipped {
             Verdict::Tipped
         } else if self.runaway.found() {
-            Verdict::RanAway
+            Verdict::Overspeed
         } else if disobeyed.wrong_way {
             Verdict::WrongWay
         } else if disobeyed.drove_on {
@@ -334,7 +333,7 @@ impl Meter {
         } else if disobeyed.rolled_on {
             Verdict::RolledOn
         } else if self.lean.found() {
-            Verdict::Leaned
+            Verdict::Tilted
         } else if touched.is_some() {
             Verdict::Touched
         } else if climbed {
@@ -347,7 +346,7 @@ impl Meter {
             } else if disobeyed.fell_short {
                 Verdict::FellShort
             } else {
-                Verdict::Driven
+                Verdict::Completed
             }
         } else if self.progress.stalled() {
             Verdict::Stalled
@@ -394,12 +393,12 @@ impl Meter {
             nose_down_peak_deg: c.nose_down_rad.to_degrees() * measured,
             yaw_error_deg: c.yaw_error_rad.to_degrees() * measured,
             slip_rms: c.slip.root(),
-            disturbed_rms: c.disturbed.root(),
-            disturbed_realised_rms: c.disturbed_realised.root(),
-            spread_rms: c.spread.root(),
-            linkage_spread: c.linkage.ratio(),
+            speed_error_rms: c.disturbed.root(),
+            speed_error_realised_rms: c.disturbed_realised.root(),
+            speed_ratio_std: c.spread.root(),
+            slip_speed_std: c.linkage.ratio(),
             shape_error_rms_rad_s: c.shape.root(),
-            heat_n2m2s: c.heat * measured,
+            torque_squared_n2m2s: c.heat * measured,
             work_j: work_j * measured,
             cost_of_transport: (way_m > 0.01).then(|| work_j / (self.weight_n * way_m)),
             e_over_mgh: (verdict == Verdict::Climbed && gained_m > 0.0)
@@ -469,22 +468,5 @@ impl Progress {
                 let whole = commanded + commanded_turn;
                 whole > COMMANDED_M && gone + turned < STALLED_PART * whole
             })
-    }
-}
-
-#[derive(Default)]
-pub(super) struct Mean {
-    squares: f64,
-    count: f64,
-}
-
-impl Mean {
-    pub(super) fn add(&mut self, x: f64) {
-        self.squares += x * x;
-        self.count += 1.0;
-    }
-
-    pub(super) fn root(&self) -> f64 {
-        (self.squares / self.count).sqrt() // NaN where there is nothing to average
     }
 }

@@ -6,7 +6,7 @@ use omni_core::BodyTwist;
 
 use super::criteria::{BRAKING_M_S2, SUSTAINED_S, farthest_wheel_m, lasts};
 use crate::config::Scenario;
-use crate::controller::ControlSample;
+use crate::control_sample::ControlSample;
 use crate::observation::Observation;
 
 /// Slower motion, and a slower command, has no direction \[m/s\], about the origin that of the farthest wheel.
@@ -140,7 +140,7 @@ impl Obedience {
             [command.vx_m_s, command.vy_m_s],
             if turns { command.wz_rad_s } else { 0.0 },
         );
-        if let Some(retries) = sample.retries.filter(|retries| *retries != self.retries) {
+        if let Some(retries) = sample.retries().filter(|retries| *retries != self.retries) {
             (self.retries, self.backs_off_s) = (retries, BACKS_OFF_S);
         }
         self.backs_off_s -= self.period_s;
@@ -259,8 +259,9 @@ mod tests {
     #![expect(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
     use super::*;
-    use crate::Simulation;
     use crate::config::Override;
+    use crate::{Simulation, TractionReport};
+    use omni_core::traction::{SupervisorMode, TractionLoops};
 
     /// Periods of 1 ms of one kind, one after the other: how many, what is commanded, how the vehicle moves, the torque of its first wheel
     /// \[N.m\], how fast that turns \[rad/s\], and how often traction control has backed off.
@@ -284,6 +285,26 @@ mod tests {
         }
     }
 
+    /// Traction control that backed off so many times.
+    fn backed_off(retries: u32) -> TractionReport {
+        TractionReport {
+            factor: 1.0,
+            speed_m_s: 0.0,
+            target_m_s: 0.0,
+            thrust_n_m: 0.0,
+            speed_wheel: None,
+            row: 0,
+            mode: SupervisorMode::Drive,
+            tries: 0,
+            retries,
+            heading_rad: 0.0,
+            gyro_zero_rad_s: 0.0,
+            loops: TractionLoops::Plain,
+            drift_m_s: 0.0,
+            wheels: Vec::new(),
+        }
+    }
+
     fn flat(keys: &[&str]) -> Scenario {
         let keys: Vec<_> = keys.iter().map(|key| Override::parse(key).unwrap()).collect();
         Scenario::load("flat", &keys).unwrap()
@@ -300,7 +321,8 @@ mod tests {
                 BodyTwist::from_array(stage.commanded),
                 BodyTwist::from_array(stage.moves),
             );
-            (sample.asked, sample.retries) = (sample.command, stage.retries);
+            sample.asked = sample.command;
+            sample.report.traction = stage.retries.map(backed_off);
             seen.wheels[0].torque_n_m = stage.torque_n_m;
             seen.wheels[0].rim_m_s = stage.turns_rad_s * way;
             (0..stage.periods).for_each(|_| obedience.push(&sample, &seen, 0.0));

@@ -1,8 +1,8 @@
 //! Where the vehicle came to: against its path, and against what its wheels say.
 
-use omni_core::PlanarPose;
+use omni_core::geometry::PlanarPose;
 
-use super::meter::Mean;
+use super::mean::Mean;
 use crate::config::{PlannedPath, Scenario};
 use crate::following::{error_of, true_pose};
 use crate::observation::Observation;

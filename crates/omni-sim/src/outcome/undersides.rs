@@ -3,7 +3,7 @@
 use rapier3d_f64::prelude::{Pose, Rotation, Vector};
 
 use super::BodyName;
-use super::meter::WINDOW_NS;
+use super::mean::WINDOW_NS;
 use crate::config::{Body, Hinge, Scenario, Terrain, Vehicle};
 use crate::ground::{Rectangle, Shape, reach_m, shapes};
 use crate::observation::{Observation, Pose3};
@@ -121,7 +121,7 @@ impl Undersides {
 impl Face {
     fn new(index: usize, body: &Body, spacing_m: f64) -> Option<Self> {
         let [x, y, _] = body.com_m;
-        let edges = [body.box_m[0], body.box_m[1]];
+        let edges = [body.inertia_box_m[0], body.inertia_box_m[1]];
         let cells = edges.map(|edge| (edge / spacing_m).ceil().clamp(1.0, MOST_CELLS));
         Some(Self {
             body: index,

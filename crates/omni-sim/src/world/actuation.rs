@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use omni_core::GearFriction;
+use omni_core::motor::GearFriction;
 use serde::{Deserialize, Serialize};
 
 use crate::config::{Fault, Scenario};

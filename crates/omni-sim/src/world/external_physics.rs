@@ -6,8 +6,9 @@ use omni_core::BodyTwist;
 use rapier3d_f64::prelude::{Rotation, Vector};
 
 use super::actuation::Actuation;
+use super::faults::check_faults;
+use super::interface::Plant;
 use super::observed::{ContactSum, along_push, level_twist, load_rows, rim_speed, tilt};
-use super::{Plant, check_faults};
 use crate::Error;
 use crate::config::{self, Engine, Fault, Scenario};
 use crate::observation::{Energy, Observation};
@@ -87,15 +88,15 @@ impl External {
         });
         let count = vehicle.wheel.len();
         let mut external = Self {
-            actuation: Actuation::new(scenario, scenario.physics.step_us as f64 * 1e-6),
+            actuation: Actuation::new(scenario, scenario.physics.timestep_us as f64 * 1e-6),
             wheels: wheels.collect(),
             rows: vehicle.rows().into_iter().map(|row| row.wheels).collect(),
             base: vehicle.body[0].name.clone(),
             weight_n: vehicle.mass_kg() * scenario.physics.gravity_m_s2,
             start_potential_j: 0.0,
             momentum_n_s: Vector::ZERO,
-            steps_per_period: scenario.control.period_us / scenario.physics.step_us,
-            step_ns: scenario.physics.step_us * 1000,
+            steps_per_period: scenario.control.period_us / scenario.physics.timestep_us,
+            step_ns: scenario.physics.timestep_us * 1000,
             time_ns: 0,
             axles: vec![AxleDrive::default(); count],
             shown: ExternalStep {

@@ -6,7 +6,8 @@ use std::path::Path;
 use std::thread;
 use std::time::Duration;
 
-use omni_core::{BodyTwist, DriveInput, DriveState, Fault};
+use omni_core::drive::Fault;
+use omni_core::{BodyTwist, DriveInput, DriveState};
 use omni_link::{
     Action, Answer, Bodies, DriveReport, FromController, MAX_ANSWER_FRAME, MAX_REQUEST_FRAME,
     PROTOCOL_VERSION, Receiver, Request, Served, Server, ToController, answer_frame, decode, encode,
@@ -197,7 +198,7 @@ fn an_honest_drive_is_accepted_whatever_happens_to_its_vehicle() {
         ),
         (
             "step",
-            ["control.policy=synchronised", "terrain.friction=0.3"],
+            ["control.policy=scale_references", "terrain.friction=0.3"],
             1.0,
         ),
     ] {

@@ -46,7 +46,7 @@ fn scenario(name: &str, duration_s: f64) -> Scenario {
         Override::new("duration_s", duration_s),
         Override::new("control.precision", "f32"),
         // Traction control is not served over a link.
-        Override::new("control.policy", "synchronised"),
+        Override::new("control.policy", "scale_references"),
     ];
     Scenario::load(name, &overrides).unwrap()
 }
@@ -388,7 +388,7 @@ fn refused(scenario: &Scenario, built_for: &Scenario, digest: u32) -> String {
 #[test]
 fn a_controller_that_was_built_for_something_else_is_refused_in_one_line() {
     let own = scenario("flat", 0.02);
-    let other = own.with_policy("paper").unwrap();
+    let other = own.with_policy("scale_torques").unwrap();
     let line = refused(&own, &other, digest_of(&other));
     assert!(
         line.starts_with("server: built for another vehicle or policy: its constants' digest is "),
@@ -399,7 +399,7 @@ fn a_controller_that_was_built_for_something_else_is_refused_in_one_line() {
         "{line}"
     );
 
-    let slow = Scenario::load("flat", &[Override::new("control.period_us", 2000)]).unwrap();
+    let slow = Scenario::load("flat", &[Override::new("control.period_s", 0.002)]).unwrap();
     let line = refused(&own, &slow, digest_of(&own));
     assert_eq!(
         line,

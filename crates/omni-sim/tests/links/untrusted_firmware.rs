@@ -27,7 +27,7 @@ fn of(name: &str, more: &[Override]) -> Scenario {
     let mut all = vec![
         Override::new("duration_s", 3.0),
         Override::new("control.precision", "f32"),
-        Override::new("control.policy", "synchronised"),
+        Override::new("control.policy", "scale_references"),
     ];
     all.extend_from_slice(more);
     Scenario::load(name, &all).unwrap()

@@ -15,15 +15,15 @@ pub(crate) struct DriveArgs {
     /// or vehicle.motor.stall_torque_n_m=1; may be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) overrides: Vec<String>,
-    /// Initial coordination policy instead of the scenario's: independent, paper, synchronised, load_sharing, reach or steady.
+    /// Initial coordination policy instead of the scenario's: independent, scale_torques, scale_references, shared_integral, traction_runup or traction.
     #[arg(long)]
     pub(crate) policy: Option<String>,
     /// Port on 127.0.0.1 of the page, and of Foxglove and Lichtblick; 0 for any free port.
     #[arg(long, default_value_t = 8765)]
     pub(crate) port: u16,
-    /// Simulated seconds per second.
+    /// Simulated seconds per second of real time; inf for as fast as possible.
     #[arg(long, default_value_t = 1.0)]
-    pub(crate) speed: f64,
+    pub(crate) real_time_factor: f64,
     /// Lets web pages from another origin connect and drive, such as https://viewer.example; may be repeated. Without it only the run's own
     /// page may connect.
     #[arg(long = "allow-origin", value_name = "ORIGIN")]

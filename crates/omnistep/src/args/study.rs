@@ -27,7 +27,7 @@ pub(crate) struct StudyArgs {
     pub(crate) jobs: Option<NonZeroUsize>,
     /// Compares, seed by seed, with the runs that have this value of an axis, such as control.policy=independent.
     #[arg(long, value_name = "KEY=VALUE")]
-    pub(crate) against: Option<String>,
+    pub(crate) baseline: Option<String>,
     /// Repeats the runs that failed before.
     #[arg(long)]
     pub(crate) retry_errors: bool,

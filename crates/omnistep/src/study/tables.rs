@@ -81,8 +81,8 @@ fn grouped<'a>(map: &[&'a MapCell], axes: &[usize]) -> Vec<(Vec<&'a Cell>, Vec<&
     groups
 }
 
-/// What each combination is against its fellow, a row each.
-pub(super) fn against(plan: &Plan, against: &Override, cells: &[PairedCell]) -> String {
+/// How each combination differs from the one with the baseline, one row per combination.
+pub(super) fn baseline(plan: &Plan, baseline: &Override, cells: &[PairedCell]) -> String {
     let study = plan.study();
     let keys = study.axis.iter().map(|axis| axis.key.clone());
     let header: Vec<String> = keys.chain(study.map.figures.iter().cloned()).collect();
@@ -95,8 +95,8 @@ pub(super) fn against(plan: &Plan, against: &Override, cells: &[PairedCell]) -> 
     let table = aligned(header, rows, study.axis.len());
     format!(
         "difference from {} = {}, seed by seed\n{table}\n\n",
-        against.key(),
-        Cell::from(against.value())
+        baseline.key(),
+        Cell::from(baseline.value())
     )
 }
 

@@ -34,14 +34,14 @@ fn with_emulator(script: &str) -> tempfile::TempDir {
 }
 
 #[test]
-fn traction_control_without_a_drive_is_refused_whatever_image_there_is() {
+fn firmware_refuses_traction_control_without_a_drive() {
     let folder = tempfile::tempdir().unwrap();
-    let (code, line) = refused(folder.path(), &["--policy", "steady"]);
+    let (code, line) = refused(folder.path(), &["--policy", "traction"]);
     assert_eq!(code, Some(2));
     assert_eq!(
         line,
-        "error: scenario flat: control.policy: \"steady\", allowed without [drive] for a controller at the other end of a link: \
-         independent, paper, synchronised, load_sharing\n"
+        "error: scenario flat: control.policy: \"traction\", allowed without [drive] for a controller at the other end of a link: \
+         independent, scale_torques, scale_references, shared_integral\n"
     );
 }
 
@@ -70,7 +70,7 @@ fn a_missing_emulator_is_named_with_what_to_do() {
 }
 
 #[test]
-fn an_image_that_ends_is_reported_with_what_the_emulator_said_of_it() {
+fn an_image_that_ends_is_reported_with_the_emulators_words() {
     let folder = with_emulator("echo 'qemu: fatal: Lockup' >&2; echo more >&2; exit 3");
     let (code, line) = refused(folder.path(), &["--firmware", "loop"]);
     assert_eq!(code, Some(2));
@@ -81,7 +81,7 @@ fn an_image_that_ends_is_reported_with_what_the_emulator_said_of_it() {
 }
 
 #[test]
-fn a_precision_that_firmware_has_not_is_refused_where_it_is_asked_for() {
+fn a_precision_that_firmware_lacks_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let (code, line) = refused(folder.path(), &["--set", "control.precision=f64"]);
     assert_eq!(code, Some(2));
@@ -92,7 +92,7 @@ fn a_precision_that_firmware_has_not_is_refused_where_it_is_asked_for() {
 }
 
 #[test]
-fn an_emulator_that_complains_without_an_end_is_quoted_in_one_line() {
+fn an_endless_complaint_of_the_emulator_is_one_line() {
     let folder = with_emulator(
         "i=0; while [ $i -lt 100000 ]; do printf xxxxxxxxxxxxxxxxxxxx; i=$((i+1)); done >&2; exit 3",
     );

@@ -8,7 +8,7 @@ name = "short"
 total_mass_kg = 8.8
 [[body]]
 name = "frame"
-box_m = [0.4, 0.35, 0.12]
+inertia_box_m = [0.4, 0.35, 0.12]
 [motor]
 stall_torque_kg_cm = 24.3
 no_load_rpm = 312

@@ -7,8 +7,8 @@ use crate::{ConfigError, Real};
 /// How retries follow each other where the vehicle is stuck.
 ///
 /// ```
-/// use omni_core::SupervisorConfig;
-/// let retry = SupervisorConfig::reach(1e-3_f64).retry;
+/// use omni_core::traction::SupervisorConfig;
+/// let retry = SupervisorConfig::traction_runup(1e-3_f64).retry;
 /// assert!(retry.run_up_m_s + 3.0 * retry.run_up_more_m_s > retry.run_up_m_s);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,8 +67,8 @@ constant_struct!(RetrySchedule<R> {
 /// Speeds, times and places of a [`super::Supervisor`].
 ///
 /// ```
-/// use omni_core::SupervisorConfig;
-/// assert_eq!(SupervisorConfig::steady(1e-3_f64).retry.spin_m_s, 0.0); // wheels are never spun up
+/// use omni_core::traction::SupervisorConfig;
+/// assert_eq!(SupervisorConfig::traction(1e-3_f64).retry.spin_m_s, 0.0); // wheels are never spun up
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -109,13 +109,13 @@ constant_struct!(SupervisorConfig<R> {
 });
 
 impl<R: Real> SupervisorConfig<R> {
-    /// As [`crate::TractionConfig::steady`]: a slow second try, no wheel is spun up.
+    /// As [`crate::traction::TractionConfig::traction`]: a slow second try, no wheel is spun up.
     ///
     /// ```
-    /// assert_eq!(omni_core::SupervisorConfig::steady(1e-3_f64).retry.retries, 8);
+    /// assert_eq!(omni_core::traction::SupervisorConfig::traction(1e-3_f64).retry.retries, 8);
     /// ```
     #[must_use]
-    pub fn steady(period_s: R) -> Self {
+    pub fn traction(period_s: R) -> Self {
         let (of, zero) = (R::of, R::zero());
         Self {
             period_s,
@@ -155,16 +155,16 @@ impl<R: Real> SupervisorConfig<R> {
         }
     }
 
-    /// As [`crate::TractionConfig::reach`]: every try is faster, and the climbing row is spun up before the impact. That takes motors with
+    /// As [`crate::traction::TractionConfig::traction_runup`]: every try is faster, and the climbing row is spun up before the impact. That takes motors with
     /// speed to spare: `spin_m_s` at the rim beyond the speed of the run-up.
     ///
     /// ```
-    /// assert!(omni_core::SupervisorConfig::reach(1e-3_f64).retry.spin_m_s > 0.9);
+    /// assert!(omni_core::traction::SupervisorConfig::traction_runup(1e-3_f64).retry.spin_m_s > 0.9);
     /// ```
     #[must_use]
-    pub fn reach(period_s: R) -> Self {
+    pub fn traction_runup(period_s: R) -> Self {
         let of = R::of;
-        let steady = Self::steady(period_s);
+        let traction = Self::traction(period_s);
         Self {
             acceleration_m_s2: of(4.6915),
             boost: [of(0.2238), of(0.2312)],
@@ -189,9 +189,9 @@ impl<R: Real> SupervisorConfig<R> {
                 spin_gain: of(0.9295),
                 remembered_part: of(0.93),
                 remembered_spin: of(0.3146),
-                ..steady.retry
+                ..traction.retry
             },
-            ..steady
+            ..traction
         }
     }
 

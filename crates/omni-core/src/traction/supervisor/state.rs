@@ -1,13 +1,13 @@
 //! What a supervisor is at and remembers.
 
-use super::TractionTarget;
 use crate::Real;
-use crate::traction::TractionState;
+use crate::traction::state::TractionState;
+use crate::traction::target::TractionTarget;
 
 /// What a [`super::Supervisor`] is at.
 ///
 /// ```
-/// assert_eq!(omni_core::SupervisorMode::RunUp.number(), 2);
+/// assert_eq!(omni_core::traction::SupervisorMode::RunUp.number(), 2);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -36,7 +36,7 @@ impl SupervisorMode {
 /// What a [`super::Supervisor`] remembers; `default` is a fresh start.
 ///
 /// ```
-/// use omni_core::{SupervisorMode, SupervisorState};
+/// use omni_core::traction::{SupervisorMode, SupervisorState};
 /// let state = SupervisorState::<f32>::new();
 /// assert_eq!((state.mode(), state.row_retries(), state.row()), (SupervisorMode::Drive, 0, 0));
 /// ```

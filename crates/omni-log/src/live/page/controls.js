@@ -25,7 +25,7 @@ export class Controls {
     document.addEventListener("visibilitychange", () => { if (document.hidden) this.letGo(); });
     for (const pressed of ["pointerdown", "click"]) stop.addEventListener(pressed, () => this.stop());
     this.#buttons.forEach((button) => this.#button(button));
-    setInterval(() => this.#told(), GAMEPAD_MS);
+    setInterval(() => this.#report(), GAMEPAD_MS);
     // Who chooses with a pointer drives on: the keys are not the field's. Who goes from field to field by keyboard stays there.
     addEventListener("pointerdown", () => { this.#pointed = true; }, { capture: true });
     addEventListener("keydown", () => { this.#pointed = false; }, { capture: true });
@@ -36,13 +36,13 @@ export class Controls {
   letGo() {
     this.#held.clear();
     this.#buttons.forEach((button) => button.removeAttribute("aria-pressed"));
-    this.#told();
+    this.#report();
   }
 
   /** Asks again for what is held: what a part of the speed is has changed. */
   repeat() { if (this.#last.some((part) => part !== 0)) this.#ask(this.#last); }
 
-  /** Nothing is held, whoever else drives, and a stick has to come back to the middle first. */
+  /** Nothing is held, while another client drives, and a stick has to come back to the middle first. */
   stop() {
     this.#free = false;
     this.letGo();
@@ -50,7 +50,7 @@ export class Controls {
   }
 
   #down(event) {
-    // While one of these is down, or a menu is open, other keys may come up untold.
+    // While one of these is down, or a menu is open, other keys may come up unnoticed.
     if (event.ctrlKey || event.metaKey || event.altKey) { this.letGo(); return; }
     const { target, code } = event;
     if (code === "Space") { // whatever has the focus: Enter presses it
@@ -66,10 +66,10 @@ export class Controls {
 
   #hold(what, twist) {
     this.#held.set(what, twist);
-    this.#told();
+    this.#report();
   }
 
-  #release(what) { if (this.#held.delete(what)) this.#told(); }
+  #release(what) { if (this.#held.delete(what)) this.#report(); }
 
   #button(button) {
     const twist = button.dataset.twist.split(" ").map(Number);
@@ -102,7 +102,7 @@ export class Controls {
     return this.#free ? stick : [0, 0, 0];
   }
 
-  #told() {
+  #report() {
     const all = [this.#stick(), ...this.#held.values()];
     const asked = [0, 1, 2].map((k) => Math.min(Math.max(all.reduce((total, each) => total + each[k], 0), -1), 1));
     if (asked.every((part, k) => part === this.#last[k])) return;

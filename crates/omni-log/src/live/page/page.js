@@ -78,9 +78,9 @@
     way.push([x, y]);
     if (way.length > MOST_POINTS) way.shift();
   };
-  const onScene = (told) => {
-    const other = !scene || scene.scenario !== told.scenario || scene.vehicle !== told.vehicle;
-    scene = told;
+  const onScene = (next) => {
+    const other = !scene || scene.scenario !== next.scenario || scene.vehicle !== next.vehicle;
+    scene = next;
     document.title = `${scene.vehicle} on ${scene.scenario}: omnistep`;
     text("title", `${scene.vehicle} on ${scene.scenario}`);
     if (other) { camera = { ...camera, way: [], odometry: [] }; offer(); }
@@ -88,15 +88,15 @@
     if (state?.wheels.length !== scene.wheels.length) state = undefined; // another vehicle of that name
     setFast();
   };
-  const onState = (told) => {
-    if (told.wheels.length !== scene?.wheels.length) return;
+  const onState = (next) => {
+    if (next.wheels.length !== scene?.wheels.length) return;
     const now = performance.now();
-    if (told.time_s < (state?.time_s ?? 0)) camera = { ...camera, way: [], odometry: [] }; // another run on the same port
-    if (now - pace.clock > 500 || told.time_s < pace.time) {
-      const rate = (told.time_s - pace.time) / ((now - pace.clock) / 1000);
-      pace = { clock: now, time: told.time_s, rate: pace.clock && rate >= 0 ? rate : 1 };
+    if (next.time_s < (state?.time_s ?? 0)) camera = { ...camera, way: [], odometry: [] }; // another run on the same port
+    if (now - pace.clock > 500 || next.time_s < pace.time) {
+      const rate = (next.time_s - pace.time) / ((now - pace.clock) / 1000);
+      pace = { clock: now, time: next.time_s, rate: pace.clock && rate >= 0 ? rate : 1 };
     }
-    state = told;
+    state = next;
     camera.length = pictures.size(scene, state);
     // Four times a wheel's usual load: a landing's peak is no measure for what comes after.
     const mean = state.wheels.reduce((total, { load_n: load }) => total + (load || 0), 0) / state.wheels.length;
@@ -147,8 +147,8 @@
   const onBytes = (bytes) => {
     const view = new DataView(bytes);
     if (view.getUint8(0) !== 1) return;
-    const told = JSON.parse(new TextDecoder().decode(bytes.slice(13)));
-    if (view.getUint32(1, true) === TOPICS["/page/scene"]) onScene(told); else onState(told);
+    const next = JSON.parse(new TextDecoder().decode(bytes.slice(13)));
+    if (view.getUint32(1, true) === TOPICS["/page/scene"]) onScene(next); else onState(next);
   };
   const connect = () => {
     socket = new WebSocket(`ws://${location.host}/`, "foxglove.sdk.v1");

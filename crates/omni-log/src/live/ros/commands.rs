@@ -13,8 +13,8 @@ use super::joints::JointCommands;
 use super::node::absolute;
 use super::payload::{Whole, reliable, type_name};
 use crate::live::requests::{ClientId, Requests};
-use crate::messages::topic;
 use crate::ros2::{JointState, RosMessage, Twist, TwistStamped};
+use crate::topic;
 
 /// Time between two looks at what came.
 const LOOK: Duration = Duration::from_millis(5);

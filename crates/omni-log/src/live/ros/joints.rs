@@ -4,7 +4,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 use omni_config::{Scenario, for_wheel_count};
-use omni_core::{ControlState, Policy, Readings, WheelController, WheelVelocities};
+use omni_core::loops::WheelController;
+use omni_core::{ControlState, Policy, Readings, WheelVelocities};
 use omni_sim::controller::AnyController;
 
 use crate::live::requests::COMMAND_HOLDS;

@@ -6,10 +6,11 @@ use ros2_client::{Context, ContextOptions, Name, NodeName, NodeOptions, Publishe
 
 use super::payload::{Cdr, latched, reliable, type_name};
 use crate::Error;
-use crate::messages::{Sink, topic};
+use crate::messages::Sink;
 use crate::ros2::{
     self, Clock, Imu, JointState, Odometry, RosMessage, StringMessage, TfMessage, VehicleState,
 };
+use crate::topic;
 
 /// Name of the node.
 const NODE: &str = "omnistep";

@@ -2,7 +2,7 @@
 
 use crate::Error;
 use crate::message_rates::{Pace, Rates};
-use crate::messages::topic;
+use crate::topic;
 use crate::urdf::JointInterface;
 
 /// A run's place on ROS 2.
@@ -14,9 +14,9 @@ pub struct Ros2 {
     /// What all topics but `/clock` begin with, as `/robot1`; empty for nothing.
     pub namespace: String,
     /// Rates other than the usual ones, by topic as it is without a namespace \[Hz\]: 0 to 1000, 0 for never.
-    pub rates: Vec<(String, f64)>,
+    pub topic_rates: Vec<(String, f64)>,
     /// Sends the frame `map`, too, which is the world: as a localisation without error would.
-    pub map: bool,
+    pub publish_map_frame: bool,
     /// The wheels are driven one by one, by messages on `/joint_commands`; none: the vehicle by messages on `/cmd_vel`.
     pub joints: Option<JointInterface>,
 }
@@ -50,15 +50,15 @@ impl Ros2 {
     ///
     /// ```
     /// let ros2 = omni_log::Ros2::new(42);
-    /// assert_eq!((ros2.domain, ros2.namespace.as_str(), ros2.map), (42, "", false));
+    /// assert_eq!((ros2.domain, ros2.namespace.as_str(), ros2.publish_map_frame), (42, "", false));
     /// ```
     #[must_use]
     pub fn new(domain: u16) -> Self {
         Self {
             domain,
             namespace: String::new(),
-            rates: Vec::new(),
-            map: false,
+            topic_rates: Vec::new(),
+            publish_map_frame: false,
             joints: None,
         }
     }
@@ -111,17 +111,17 @@ impl Ros2 {
         if self.joints.is_some() {
             usual[4].1 = JOINTS_HZ;
         }
-        for (name, rate) in &self.rates {
+        for (name, rate) in &self.topic_rates {
             let named = format!("/{}", name.trim_start_matches('/'));
             let Some(known) = usual.iter_mut().find(|(known, _)| *known == named) else {
                 return Err(refused(
-                    "--rate",
+                    "--topic-rate",
                     &format!("{name}={rate}"),
                     "one of the topics clock, imu, vehicle_state, tf, joint_states, odom",
                 ));
             };
             if !(0.0..=HIGHEST_RATE).contains(rate) {
-                return Err(refused("--rate", &format!("{name}={rate}"), "0 to 1000 Hz"));
+                return Err(refused("--topic-rate", &format!("{name}={rate}"), "0 to 1000 Hz"));
             }
             known.1 = *rate;
         }
@@ -186,7 +186,7 @@ mod tests {
     #[test]
     fn rates_are_those_of_known_topics_within_their_range() {
         let of = |name: &str, rate| Ros2 {
-            rates: vec![(name.into(), rate)],
+            topic_rates: vec![(name.into(), rate)],
             ..Ros2::new(0)
         };
         let (mut rates, mut extra) = of("/odom", 10.0).rates().expect("a topic");
@@ -204,7 +204,7 @@ mod tests {
             ("cmd_vel", 5.0, "allowed: one of the topics clock, "),
             ("odom", -1.0, "allowed: 0 to 1000 Hz"),
             ("odom", f64::NAN, "allowed: 0 to 1000 Hz"),
-            ("odom", 1001.0, "--rate = odom=1001, "),
+            ("odom", 1001.0, "--topic-rate = odom=1001, "),
         ] {
             let line = said(of(name, rate).rates());
             assert!(line.contains(part), "{line}");

@@ -1,6 +1,8 @@
 //! Is an answer one that the scenario's controller can have given? It goes to the motors, into logs and into figures.
 
-use omni_core::{BodyTwist, DriveMode, Fault, PlanarPose, Real};
+use omni_core::drive::Fault;
+use omni_core::geometry::PlanarPose;
+use omni_core::{BodyTwist, DriveMode, Real};
 use omni_link::{Action, Answer, Request};
 
 use super::Linked;
@@ -18,7 +20,7 @@ impl<const N: usize> Linked<N> {
     /// Can the motors give these torques at the velocities that were sent? Else the firmware is at fault, whatever physics would
     /// make of it.
     pub(super) fn plausible(&self, answer: &Answer<N>, request: &Request<N>) -> Result<(), String> {
-        let (measured_rad_s, drives) = (&request.measured_rad_s, !self.names.is_empty());
+        let (measured_rad_s, drives) = (&request.measured_rad_s, self.drives);
         if answer.action == Action::Hold {
             return Ok(()); // none of its signals is used
         }
@@ -153,7 +155,7 @@ impl<const N: usize> Linked<N> {
 }
 
 /// Where the torque has ended there is none, and windings are shorted only then.
-fn ended<const N: usize>(wheels: &omni_core::WheelSample<f32, N>) -> Result<(), String> {
+fn ended<const N: usize>(wheels: &omni_core::loops::WheelSample<f32, N>) -> Result<(), String> {
     let pushes = wheels.applied.n_m.iter().find(|torque| **torque != 0.0);
     match pushes.filter(|_| wheels.ended) {
         Some(torque) => Err(format!(

@@ -47,7 +47,7 @@ impl Bearings {
         self.free_rad_s.clone_from(&state.roller_rad_s);
         self.in_touch_rad_s.clone_from(&state.roller_rad_s);
         for (i, wheel, rollers) in with_rollers(model) {
-            let damping = rollers.friction_n_m_s_rad();
+            let damping = rollers.friction_n_m_s_rad;
             if damping == 0.0 {
                 continue;
             }
@@ -62,7 +62,7 @@ impl Bearings {
                 let axis = rotation * rollers.axis(wheel, k, state.turn_rad[i]);
                 let (roller, carried) = (rollers.first + k, turning.dot(axis));
                 let spin = state.roller_rad_s[roller];
-                let inertia = rollers.inertia_kg_m2();
+                let inertia = rollers.inertia_kg_m2;
                 self.carried_rad_s[roller] = carried;
                 self.in_touch_rad_s[roller] = inertia * spin / (inertia + step_s * damping);
                 self.free_rad_s[roller] =
@@ -105,7 +105,7 @@ impl Bearings {
             self.mean_rad_s[across.roller] += 0.5 * gained;
         }
         for (_, _, rollers) in with_rollers(model) {
-            let damping = rollers.friction_n_m_s_rad();
+            let damping = rollers.friction_n_m_s_rad;
             if damping == 0.0 {
                 continue;
             }
@@ -115,7 +115,7 @@ impl Bearings {
                 let free = 2.0 * self.mean_rad_s[roller] - after;
                 self.mean_rad_s[roller] = mean;
                 // What the contacts gave the roller, less what it has of that, and what of the rest the wheel has got.
-                let inertia = rollers.inertia_kg_m2();
+                let inertia = rollers.inertia_kg_m2;
                 let given = (after - free) * (inertia + step_s * damping);
                 balance.bearing(
                     (given - inertia * (after - before)) * mean + inertia * (free - before) * carried,
@@ -130,7 +130,7 @@ impl Bearings {
         with_rollers(model)
             .map(|(_, _, rollers)| {
                 let own = &spins_rad_s[rollers.first..rollers.first + rollers.count()];
-                0.5 * rollers.inertia_kg_m2() * own.iter().map(|spin| spin * spin).sum::<f64>()
+                0.5 * rollers.inertia_kg_m2 * own.iter().map(|spin| spin * spin).sum::<f64>()
             })
             .sum()
     }

@@ -3,6 +3,7 @@
 use rapier3d_f64::prelude::Vector as Vector3;
 use serde::{Deserialize, Serialize};
 
+use super::grip::Grip;
 use super::ground::Touch;
 use super::linear::{Vector, add, dot};
 use super::model::{Model, Wheel, WheelShape};
@@ -31,14 +32,6 @@ impl<const N: usize> LinearForm<N> {
         add(&mut self.row, factor, &other.row);
         self.lever_m += factor * other.lever_m;
     }
-}
-
-/// How a surface holds on to the other along one direction.
-#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
-pub(super) enum Grip {
-    Stick,
-    /// Slides; the sign is that of the friction on the wheel.
-    Slide(f64),
 }
 
 /// What a contact does.

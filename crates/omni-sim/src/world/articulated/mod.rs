@@ -5,8 +5,10 @@
 mod balance;
 mod bearings;
 mod contact;
+mod grip;
 mod ground;
 mod linear;
+mod meeting;
 mod model;
 mod observe;
 mod rollers;
@@ -14,6 +16,7 @@ mod solver;
 mod spin;
 mod step;
 mod sweeps;
+mod system;
 #[cfg(test)]
 mod tests;
 mod tree;
@@ -22,8 +25,9 @@ use rapier3d_f64::prelude::Vector as Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::actuation::{self, Actuation};
+use super::faults::check_faults;
+use super::interface::{AnyPlant, Plant};
 use super::loads::{Load, loads};
-use super::{AnyPlant, Plant, check_faults};
 use crate::config::Scenario;
 use crate::error::unknown;
 use crate::observation::Observation;
@@ -33,13 +37,10 @@ use bearings::Bearings;
 use contact::{Contact, WarmStart};
 use ground::{Ground, Touch};
 use linear::{dot, times};
-use model::Model;
+use model::{MOST_WHEELS, Model};
 use solver::SolverStats;
 use spin::Spin;
 use tree::{State, Tree};
-
-/// Wheels that a vehicle file may have.
-const MOST_WHEELS: usize = 8;
 
 /// The plant with room for the unknowns of its tree. Sizes in between take the next.
 ///
@@ -129,7 +130,7 @@ impl<const N: usize> World<N> {
         } else {
             1
         };
-        let step_s = scenario.physics.step_us as f64 * 1e-6 / substeps as f64;
+        let step_s = scenario.physics.timestep_us as f64 * 1e-6 / substeps as f64;
         let mut world = Self {
             actuation: Actuation::new(scenario, step_s),
             balance: Balance::default(),
@@ -139,7 +140,7 @@ impl<const N: usize> World<N> {
                 .into_iter()
                 .map(|row| row.wheels)
                 .collect(),
-            steps_per_period: scenario.control.period_us / scenario.physics.step_us * substeps,
+            steps_per_period: scenario.control.period_us / scenario.physics.timestep_us * substeps,
             period_ns: scenario.control.period_us * 1000,
             step_s,
             before_com: Vector3::ZERO,
@@ -226,7 +227,7 @@ impl<const N: usize> World<N> {
         if self.stats.is_too_much() {
             return Err(Error::Unsettled {
                 time_s: self.time_ns as f64 * 1e-9,
-                step_us: self.scenario.physics.step_us,
+                timestep_s: self.scenario.physics.timestep_us as f64 / 1e6,
             });
         }
         if self.diverged {

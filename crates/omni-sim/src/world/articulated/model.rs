@@ -6,6 +6,8 @@ use super::rollers::Rollers;
 use crate::config::{RollerWheel, Scenario, Vehicle, WheelContact, WheelSpec};
 use crate::world::loads::Load;
 
+/// Wheels that a vehicle file may have.
+pub(super) const MOST_WHEELS: usize = 8;
 /// Part of its moment of inertia about the axle that a wheel has across it: a disc's. The carrier carries it.
 const ACROSS: f64 = 0.5;
 
@@ -191,8 +193,8 @@ impl Wheel {
         let rolling = Vector::new(dx, dy, 0.0).normalize();
         let push = Vector::new(cos * dx - sin * dy, sin * dx + cos * dy, 0.0).normalize();
         let [x, y] = spec.position_m;
-        let stiffness = spec.contact_stiffness_n_m(scenario.physics.contact_hz);
-        let damping = 2.0 * scenario.physics.contact_damping * (stiffness * spec.mass_kg).sqrt();
+        let stiffness = spec.contact_stiffness_n_m(scenario.physics.contact_frequency_hz);
+        let damping = 2.0 * scenario.physics.contact_damping_ratio * (stiffness * spec.mass_kg).sqrt();
         let lower_m = spec.preload_n / stiffness;
         // A roller that is free turns with its wheel but for its own axis.
         let free_kg_m2 = rollers.as_ref().map_or(0.0, |built| {

@@ -7,26 +7,17 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::MOST_WHEELS;
-use super::contact::{Contact, Grip, LinearForm, Mode};
-use super::linear::{Matrix, Vector, add, add_outer, dot, solve, solve_symmetric};
+use super::contact::{Contact, LinearForm, Mode};
+use super::grip::{Grip, STICK, follow};
+use super::linear::{Vector, add, add_outer, solve, solve_symmetric};
+use super::model::MOST_WHEELS;
 use super::spin::Spin;
 use super::sweeps::sweep;
+use super::system::{System, WheelRow};
 
-/// Impulse per slip of what sticks \[kg\]: a wheel creeps by a millionth of a metre a second per newton second.
-pub(super) const STICK: f64 = 1e6;
 /// Solutions before contacts change their modes one at a time, and before sweeps take over.
 const TOGETHER: usize = 10;
 const ONE_BY_ONE: usize = 30;
-/// How far beyond its bound a friction may be before the contact slides, as a part of the bound.
-pub(super) const SLACK: f64 = 1e-9;
-
-/// The linear system of a step without contacts, `matrix u = right`.
-pub(super) struct System<const N: usize> {
-    pub(super) matrix: Matrix<N>,
-    pub(super) right: Vector<N>,
-}
-
 /// Statistics of the solver: how often it needed what.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(super) struct SolverStats {
@@ -41,70 +32,6 @@ impl SolverStats {
     /// Are there more steps whose contacts did not settle than a run is worth with? One in a hundred, and ten at least.
     pub(super) fn is_too_much(&self) -> bool {
         self.unsettled * 100 > self.steps.max(1000)
-    }
-}
-
-/// A wheel's row of the system: `diagonal spin + row . u = right`, and what its spin does to the tree.
-#[derive(Clone, Copy)]
-pub(super) struct WheelRow<const N: usize> {
-    pub(super) diagonal: f64,
-    pub(super) row: Vector<N>,
-    pub(super) column: Vector<N>,
-    right: f64,
-    coupled: bool,
-}
-
-impl<const N: usize> WheelRow<N> {
-    pub(super) fn new(spin: &Spin<N>) -> Self {
-        let mut own = Self {
-            diagonal: spin.inertia_kg_m2,
-            row: [0.0; N],
-            column: [0.0; N],
-            right: spin.inertia_kg_m2 * spin.free_rad_s,
-            coupled: false,
-        };
-        if spin.damper > 0.0 {
-            own.diagonal += spin.damper;
-            add(&mut own.row, -spin.damper, &spin.carried);
-            add(&mut own.column, -spin.damper, &spin.carried);
-            own.coupled = true;
-        }
-        own
-    }
-
-    pub(super) fn spin(&self, u: &Vector<N>) -> f64 {
-        (self.right - dot(&self.row, u)) / self.diagonal
-    }
-
-    /// Adds a force `-gain (line + offset)` that works along another line.
-    fn add_force(
-        &mut self,
-        system: &mut System<N>,
-        gain: f64,
-        works: &LinearForm<N>,
-        line: &LinearForm<N>,
-        offset: f64,
-    ) {
-        add_outer(&mut system.matrix, gain, &works.row, &line.row);
-        add(&mut system.right, -gain * offset, &works.row);
-        if line.lever_m != 0.0 {
-            add(&mut self.column, gain * line.lever_m, &works.row);
-            self.coupled = true;
-        }
-        if works.lever_m != 0.0 {
-            add(&mut self.row, gain * works.lever_m, &line.row);
-            self.diagonal += gain * works.lever_m * line.lever_m;
-            self.right -= gain * works.lever_m * offset;
-        }
-    }
-
-    /// Takes the spin out of the tree's equations.
-    pub(super) fn eliminate(&self, system: &mut System<N>) {
-        if self.coupled {
-            let inverse = 1.0 / self.diagonal;
-            add_outer(&mut system.matrix, -inverse, &self.column, &self.row);
-            add(&mut system.right, -inverse * self.right, &self.column);
-        }
     }
 }
 
@@ -360,27 +287,5 @@ fn settle<const N: usize>(contact: &mut Contact<N>, u: &Vector<N>, spin: f64) ->
         Mode::Open
     } else {
         Mode::Closed(along, across)
-    }
-}
-
-/// The friction in one direction, and the grip that it calls for: `held` is the impulse that sticking takes.
-pub(super) fn follow(grip: Option<Grip>, slip: f64, held: f64, most: f64, impulse: &mut f64) -> Grip {
-    match grip {
-        None => {
-            *impulse = 0.0;
-            Grip::Stick
-        }
-        Some(Grip::Stick) => {
-            *impulse = held;
-            if held.abs() > most * (1.0 + SLACK) {
-                Grip::Slide(held.signum())
-            } else {
-                Grip::Stick
-            }
-        }
-        Some(slide @ Grip::Slide(sign)) => {
-            *impulse = sign * most;
-            if slip * sign <= 0.0 { slide } else { Grip::Stick }
-        }
     }
 }

@@ -1,8 +1,8 @@
 //! A wheel's spin in a step, and the dry friction of its gear.
 
-use super::contact::{Grip, LinearForm};
+use super::contact::LinearForm;
+use super::grip::{Grip, STICK, follow};
 use super::linear::{Vector, add, dot};
-use super::solver::{STICK, follow};
 
 /// A wheel's spin in the step.
 #[derive(Clone, Copy)]

@@ -2,15 +2,17 @@
 
 use rapier3d_f64::prelude::Vector as Vector3;
 
+use super::World;
 use super::balance::Mean;
-use super::contact::{Contact, Grip, WarmStart};
+use super::contact::{Contact, WarmStart};
+use super::grip::Grip;
 use super::linear::{add, add_outer, dot, times};
-use super::model::WheelShape;
-use super::rollers::Meeting;
-use super::solver::{System, solve_step};
+use super::meeting::Meeting;
+use super::model::{MOST_WHEELS, WheelShape};
+use super::solver::solve_step;
 use super::spin::Spin;
+use super::system::System;
 use super::tree::FREE;
-use super::{MOST_WHEELS, World};
 
 /// How far ahead of a surface contacts are looked for at least \[m\].
 const AHEAD_M: f64 = 0.002;

@@ -1,10 +1,11 @@
 //! Sweeps over the contacts (Gauss-Seidel), where their modes go round in circles.
 
-use super::MOST_WHEELS;
-use super::contact::{Contact, Grip, LinearForm, Mode};
+use super::contact::{Contact, LinearForm, Mode};
+use super::grip::{Grip, SLACK, STICK};
 use super::linear::{Vector, add, add_outer, dot, solve};
-use super::solver::{SLACK, STICK, System, WheelRow};
+use super::model::MOST_WHEELS;
 use super::spin::Spin;
+use super::system::{System, WheelRow};
 
 /// Sweeps over all contacts at most.
 const SWEEPS: usize = 3000;

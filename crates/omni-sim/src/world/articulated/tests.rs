@@ -7,13 +7,13 @@ use super::linear::times;
 use super::solver::SolverStats;
 use crate::config::{Override, Scenario};
 use crate::observation::Observation;
-use crate::world::Plant;
+use crate::world::interface::Plant;
 
 /// A vehicle 100 m up that turns and whose hinges and wheels turn too, without dampers.
 fn in_flight<const N: usize>(vehicle: &str, step_us: i64) -> World<N> {
     let mut keys = vec![
         Override::new("vehicle", vehicle),
-        Override::new("physics.step_us", step_us),
+        Override::new("physics.timestep_s", step_us as f64 / 1e6),
     ];
     let hinges = Scenario::load("flat", &keys)
         .expect("built in")
@@ -129,7 +129,7 @@ fn a_run_whose_contacts_do_not_settle_ends_with_a_line_that_says_so() {
         .expect_err("not settled")
         .to_string();
     assert!(
-        said.contains("did not converge") && said.contains("physics.step_us below 500"),
+        said.contains("did not converge") && said.contains("physics.timestep_s below 0.0005"),
         "{said}"
     );
     // And it is so after a snapshot too.

@@ -12,12 +12,13 @@ mod wheel;
 use rapier3d_f64::prelude::*;
 
 use super::actuation::Actuation;
+use super::faults::check_faults;
+use super::interface::Plant;
 use super::loads::{Load, loads};
-use super::{Plant, check_faults};
+use crate::Error;
 use crate::config::{FrictionPatch, RollerWheel, Scenario};
 use crate::error::unknown;
-use crate::observation::{Observation, Pose3};
-use crate::{Error, state_bytes};
+use crate::observation::Observation;
 use energy_balance::EnergyBalance;
 use terrain::Patches;
 pub use terrain::ground_heights_m;
@@ -65,11 +66,11 @@ impl World {
         let substeps = stiffer.map_or(1, |_| settings.roller_parts());
         integrate(
             &mut physics.integration_parameters,
-            settings.step_us as f64 * 1e-6 / substeps as f64,
+            settings.timestep_us as f64 * 1e-6 / substeps as f64,
             settings.iterations(substeps),
             [
-                settings.contact_hz * stiffer.unwrap_or(1.0),
-                settings.contact_damping * stiffer.unwrap_or(1.0),
+                settings.contact_frequency_hz * stiffer.unwrap_or(1.0),
+                settings.contact_damping_ratio * stiffer.unwrap_or(1.0),
             ],
         );
         // The push-out of a roller shakes its bearing unless friction acts in the same pass.
@@ -97,10 +98,10 @@ impl World {
             loads: loads(scenario),
             physics,
             vehicle,
-            steps_per_period: scenario.control.period_us / settings.step_us,
+            steps_per_period: scenario.control.period_us / settings.timestep_us,
             substeps,
             time_ns: 0,
-            step_ns: settings.step_us * 1000,
+            step_ns: settings.timestep_us * 1000,
             failed: None,
         })
     }
@@ -252,16 +253,11 @@ impl Plant for World {
     }
 
     fn save(&self) -> Result<Vec<u8>, postcard::Error> {
-        state_bytes::to_bytes(&self.view())
+        self.to_bytes()
     }
 
     fn restore(&mut self, bytes: &[u8]) -> Result<(), postcard::Error> {
-        let (snapshot, rest): (snapshot::WorldSnapshot, _) = state_bytes::take_from_bytes(bytes)?;
-        if !snapshot.actuation.fits(self.vehicle.wheels.len()) || !rest.is_empty() {
-            return Err(postcard::Error::DeserializeBadEncoding);
-        }
-        self.go_on_from(snapshot);
-        Ok(())
+        self.go_on_from(bytes)
     }
 }
 
@@ -288,12 +284,4 @@ fn stiffer_for_rollers(scenario: &Scenario, rollers: &[Option<RollerWheel>]) -> 
     wheels
         .filter_map(|(wheel, rollers)| Some((wheel.mass_kg / rollers.as_ref()?.roller_mass_kg).sqrt()))
         .reduce(f64::max)
-}
-
-fn pose3(pose: &Pose) -> Pose3 {
-    let (t, q) = (pose.translation, pose.rotation);
-    Pose3 {
-        position_m: t.into(),
-        rotation_xyzw: [q.x, q.y, q.z, q.w],
-    }
 }

@@ -4,13 +4,14 @@ use rapier3d_f64::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::{World, energy_balance};
+use crate::state_bytes;
 use crate::world::actuation;
 
 /// Everything of a world that changes while it runs.
 #[derive(Serialize, Deserialize)]
-pub(super) struct WorldSnapshot {
+struct WorldSnapshot {
     physics: PhysicsWorld,
-    pub(super) actuation: actuation::State,
+    actuation: actuation::State,
     energy: energy_balance::State,
     time_ns: u64,
     loads_done: Vec<bool>,
@@ -18,7 +19,7 @@ pub(super) struct WorldSnapshot {
 
 /// [`WorldSnapshot`] without a copy of the physics.
 #[derive(Serialize)]
-pub(super) struct WorldView<'a> {
+struct WorldView<'a> {
     physics: &'a PhysicsWorld,
     actuation: &'a actuation::State,
     energy: energy_balance::State,
@@ -27,19 +28,23 @@ pub(super) struct WorldView<'a> {
 }
 
 impl World {
-    /// What a snapshot holds.
-    pub(super) fn view(&self) -> WorldView<'_> {
-        WorldView {
+    /// A snapshot.
+    pub(super) fn to_bytes(&self) -> Result<Vec<u8>, postcard::Error> {
+        state_bytes::to_bytes(&WorldView {
             physics: &self.physics,
             actuation: self.actuation.state(),
             energy: self.energy.state(),
             time_ns: self.time_ns,
             loads_done: self.loads.iter().map(|load| load.done).collect(),
-        }
+        })
     }
 
     /// Goes on from a snapshot of a world that was made of the same scenario: bodies have the same handles there.
-    pub(super) fn go_on_from(&mut self, snapshot: WorldSnapshot) {
+    pub(super) fn go_on_from(&mut self, bytes: &[u8]) -> Result<(), postcard::Error> {
+        let (snapshot, rest): (WorldSnapshot, _) = state_bytes::take_from_bytes(bytes)?;
+        if !snapshot.actuation.fits(self.vehicle.wheels.len()) || !rest.is_empty() {
+            return Err(postcard::Error::DeserializeBadEncoding);
+        }
         // At the start the world that was built is the one that was saved.
         if snapshot.time_ns > 0 {
             let built = std::mem::replace(&mut self.physics, snapshot.physics);
@@ -54,5 +59,6 @@ impl World {
             load.done = done;
         }
         self.failed = None;
+        Ok(())
     }
 }

@@ -2,10 +2,9 @@
 
 use rapier3d_f64::prelude::*;
 
-use super::pose3;
 use super::wheel::Wheel;
 use crate::config::{Body, CouplingSpring, RollerWheel, Scenario};
-use crate::observation::Observation;
+use crate::observation::{Observation, Pose3};
 use crate::world::observed::{along_push, level_twist, load_rows, rim_speed, tilt};
 
 struct HingeBodies {
@@ -128,8 +127,15 @@ impl VehicleBodies {
             .iter()
             .zip(rollers)
             .map(|(w, rollers)| {
-                let contact_hz = scenario.physics.contact_hz;
-                let wheel = Wheel::insert(physics, w, rollers.as_ref(), contact_hz, find(&w.body), start);
+                let contact_frequency_hz = scenario.physics.contact_frequency_hz;
+                let wheel = Wheel::insert(
+                    physics,
+                    w,
+                    rollers.as_ref(),
+                    contact_frequency_hz,
+                    find(&w.body),
+                    start,
+                );
                 // A loaded vehicle's figures are in range.
                 match vehicle.motor.gear_friction(w.gear) {
                     Ok(Some(_)) => wheel.with_friction(physics),
@@ -230,4 +236,12 @@ fn rigid_body(body: &Body, start: Pose) -> RigidBodyBuilder {
             body.mass_kg,
             inertia,
         ))
+}
+
+fn pose3(pose: &Pose) -> Pose3 {
+    let (t, q) = (pose.translation, pose.rotation);
+    Pose3 {
+        position_m: t.into(),
+        rotation_xyzw: [q.x, q.y, q.z, q.w],
+    }
 }

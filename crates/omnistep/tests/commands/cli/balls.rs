@@ -32,7 +32,7 @@ fn small_robot() -> String {
 }
 
 #[test]
-fn a_run_on_balls_that_are_not_its_wheels_says_so_in_one_line_and_marks_its_figures() {
+fn a_run_on_invalid_balls_says_so_and_marks_its_figures() {
     let folder = tempfile::tempdir().unwrap();
     let robot = small_robot();
     let head_on = ["--set", &robot];
@@ -83,10 +83,10 @@ fn nothing_is_said_of_balls_that_are_the_wheels_nor_of_rollers() {
 }
 
 #[test]
-fn a_log_of_balls_that_are_not_its_wheels_is_marked_when_it_is_read() {
+fn a_log_of_invalid_balls_is_marked_when_it_is_read() {
     let folder = tempfile::tempdir().unwrap();
     run(folder.path(), "step", &SIDE_ON);
-    let text = stdout(&omnistep(folder.path(), &["inspect", "out/step-steady.mcap"]));
+    let text = stdout(&omnistep(folder.path(), &["info", "out/step-traction.mcap"]));
     assert!(text.contains("unfinished *"), "{text}");
     assert!(
         text.lines()
@@ -96,7 +96,7 @@ fn a_log_of_balls_that_are_not_its_wheels_is_marked_when_it_is_read() {
 }
 
 #[test]
-fn a_study_counts_its_runs_on_balls_that_are_not_their_wheels_and_marks_their_cells() {
+fn a_study_counts_and_marks_runs_on_invalid_balls() {
     let folder = tempfile::tempdir().unwrap();
     let study = "schema_version = 1\nname = \"sides\"\nscenario = \"step\"\nseeds = 2\n[set]\nduration_s = 0.05\n\
          [[axis]]\nkey = \"vehicle\"\nvalues = [\"chugo7\", \"mecanum4\"]\n";

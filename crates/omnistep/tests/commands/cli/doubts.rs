@@ -11,7 +11,7 @@ fn edited(folder: &Path, like: &str, changes: &[(&str, &str)]) {
     if file.exists() {
         fs::remove_file(&file).unwrap();
     }
-    let made = omnistep(folder, &["new", "vehicle", "own", "--like", like]);
+    let made = omnistep(folder, &["new", "vehicle", "own", "--template", like]);
     assert!(made.status.success());
     let mut text = fs::read_to_string(&file).unwrap();
     for (old, new) in changes {
@@ -32,7 +32,7 @@ fn checked(folder: &Path, args: &[&str]) -> (Vec<String>, Option<i32>) {
 }
 
 #[test]
-fn what_is_doubtful_of_a_vehicle_is_a_line_each_and_an_error_only_with_strict() {
+fn doubts_of_a_vehicle_are_lines_and_errors_with_strict() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     edited(path, "mecanum4", &[]);
@@ -154,14 +154,14 @@ fn motors_that_are_too_weak_for_a_step_are_warned_of() {
         allowed("0", "chugo7"),
         "error: --step = 0, allowed: 1e-6 to 10 [m]\n"
     );
-    for file in ["climb_map", "wheels"] {
+    for file in ["climb_map", "motor_bench"] {
         let expected = "error: --step = 0.05, allowed: with a vehicle or a scenario\n";
         assert_eq!(allowed("0.05", file), expected);
     }
 }
 
 #[test]
-fn a_step_that_is_higher_than_the_clearance_of_the_front_body_is_warned_of() {
+fn a_step_above_the_clearance_of_the_front_body_is_warned_of() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     edited(
@@ -174,7 +174,10 @@ fn a_step_that_is_higher_than_the_clearance_of_the_front_body_is_warned_of() {
     assert_eq!((&warnings[..], code), (&[expected.to_owned()][..], Some(1)));
     assert!(checked(path, &["--step", "0.004", "--strict"]).0.is_empty());
     // A box that reaches into the ground is no shape: no clearance is known, and nothing is warned of.
-    let deep = ("box_m = [0.60, 0.40, 0.20] ", "box_m = [0.60, 0.40, 0.24] ");
+    let deep = (
+        "inertia_box_m = [0.60, 0.40, 0.20] ",
+        "inertia_box_m = [0.60, 0.40, 0.24] ",
+    );
     edited(path, "mecanum4", &[deep, ("clearance_m = 0.05 ", "# ")]);
     assert!(checked(path, &["--step", "0.016", "--strict"]).0.is_empty());
     let said = stdout(&omnistep(path, &["check", "own.toml"]));
@@ -212,7 +215,7 @@ fn units_that_were_mixed_up_are_doubtful() {
 }
 
 #[test]
-fn a_run_that_ends_before_its_path_and_a_command_that_cannot_be_are_doubtful() {
+fn short_runs_and_impossible_commands_are_doubtful() {
     let folder = tempfile::tempdir().unwrap();
     let warned = |args: &[&str]| {
         let said = omnistep(folder.path(), args);

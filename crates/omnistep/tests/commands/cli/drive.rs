@@ -214,7 +214,7 @@ fn one_request_a_connection_and_then_it_is_closed() {
 }
 
 #[test]
-fn ctrl_c_ends_it_with_a_row_and_where_there_is_no_terminal_it_says_so() {
+fn ctrl_c_ends_a_drive_with_a_row_also_without_a_terminal() {
     let folder = tempfile::tempdir().unwrap();
     let said = folder.path().join("said");
     let mut run = Program::new(env!("CARGO_BIN_EXE_omnistep"))
@@ -249,7 +249,7 @@ fn ctrl_c_ends_it_with_a_row_and_where_there_is_no_terminal_it_says_so() {
 }
 
 #[test]
-fn it_takes_vehicles_and_scenarios_and_refuses_the_rest_in_one_line() {
+fn drive_takes_vehicles_and_scenarios_only() {
     let folder = tempfile::tempdir().unwrap();
     let wrong = |args: &[&str]| refused(folder.path(), &[&["drive", "--port", "0"], args].concat());
     for (name, meant) in [("chugo8", "chugo7"), ("bumbs", "bumps")] {
@@ -264,7 +264,7 @@ fn it_takes_vehicles_and_scenarios_and_refuses_the_rest_in_one_line() {
     assert!(
         wrong(&["flat", "--set", "terrain.friction=-1"]).contains("terrain.friction: -1, allowed: 0 to 2")
     );
-    assert!(wrong(&["flat", "--speed", "0"]).contains("--speed"));
+    assert!(wrong(&["flat", "--real-time-factor", "0"]).contains("--real-time-factor"));
     assert!(wrong(&["flat", "--allow-origin", "evil"]).contains("--allow-origin"));
 }
 
@@ -287,7 +287,7 @@ fn the_page_looks_like_a_report() {
 /// A terminal of its own, by util-linux's `script`: what is typed goes in, what is shown comes out.
 #[test]
 #[cfg(target_os = "linux")]
-fn in_a_terminal_the_up_arrow_drives_ahead_and_ctrl_c_gives_the_terminal_back() {
+fn the_up_arrow_drives_and_ctrl_c_restores_the_terminal() {
     let (up, ctrl_c, escape) = ("\x1b[A", "\x03", "\x1b");
     for end in [ctrl_c, escape] {
         let folder = tempfile::tempdir().unwrap();

@@ -1,11 +1,14 @@
 //! Vehicles and scenarios as files of other simulators.
 
-use super::{omnistep, refused, stdout};
+use super::{omnistep, refused, stdout, words};
 
 #[test]
 fn a_vehicle_as_urdf_has_its_masses_and_axes() {
     let folder = tempfile::tempdir().unwrap();
-    let text = stdout(&omnistep(folder.path(), &["urdf", "rocker_bogie6"]));
+    let text = stdout(&omnistep(
+        folder.path(),
+        &["export", "rocker_bogie6", "--format", "urdf"],
+    ));
     let robot = urdf_rs::read_from_string(&text).unwrap();
     let vehicle = omni_config::Vehicle::load("rocker_bogie6").unwrap();
     let masses = |links: &[urdf_rs::Link]| {
@@ -43,23 +46,42 @@ fn a_vehicle_as_urdf_has_its_masses_and_axes() {
 }
 
 #[test]
-fn urdf_is_short_for_an_export() {
+fn an_option_of_one_format_is_refused_with_another() {
     let folder = tempfile::tempdir().unwrap();
-    let long = stdout(&omnistep(folder.path(), &["export", "omni3", "--format", "urdf"]));
-    assert_eq!(stdout(&omnistep(folder.path(), &["urdf", "omni3"])), long);
+    let said = |args: &str| refused(folder.path(), &words(args));
+    for format in ["urdf", "ros2-control"] {
+        assert_eq!(
+            said(&format!("export chugo7 --vehicle omni3 --format {format}")),
+            "error: --vehicle = omni3, allowed: only with --format mjcf, rust and c; for urdf and ros2-control NAME is the \
+             vehicle\n"
+        );
+    }
+    for format in ["mjcf", "ros2-control", "rust", "c"] {
+        assert_eq!(
+            said(&format!("export omni3 --ros2-control effort --format {format}")),
+            "error: --ros2-control = effort, allowed: only with --format urdf\n"
+        );
+    }
+}
+
+#[test]
+fn a_vehicle_alone_has_the_constants_of_flat_with_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = |args: &str| stdout(&omnistep(folder.path(), &words(args)));
+    for (format, start) in [("rust", "//"), ("c", "/*")] {
+        let alone = text(&format!("export omni3 --format {format}"));
+        assert!(alone.starts_with(start), "{alone}");
+        assert_eq!(
+            alone,
+            text(&format!("export flat --vehicle omni3 --format {format}"))
+        );
+    }
 }
 
 #[test]
 fn a_scenario_as_mjcf_has_every_roller_hinge_coupling_and_motor() {
     let folder = tempfile::tempdir().unwrap();
-    let args = [
-        "export",
-        "step",
-        "--format",
-        "mjcf",
-        "--set",
-        "vehicle=rocker_bogie6",
-    ];
+    let args = words("export step --format mjcf --set vehicle=rocker_bogie6");
     let text = stdout(&omnistep(folder.path(), &args));
     let count = |what: &str| text.matches(what).count();
     // Six wheels of twelve rollers, each on a bearing, of three ellipsoids; five bodies on a free joint and four hinges.
@@ -72,16 +94,7 @@ fn a_scenario_as_mjcf_has_every_roller_hinge_coupling_and_motor() {
     assert_eq!([count("polycoef=\"0 -1 0 0 0\""), count("<motor")], [1, 6]);
     // The floor, and the step's box from 0.7 m on with its top at 5 cm.
     assert_eq!([count("type=\"plane\""), count("type=\"box\"")], [1, 1 + 5]);
-    let to = [
-        "export",
-        "step",
-        "--format",
-        "mjcf",
-        "--set",
-        "vehicle=rocker_bogie6",
-        "-o",
-        "r.xml",
-    ];
+    let to = words("export step --format mjcf --set vehicle=rocker_bogie6 -o r.xml");
     assert_eq!(stdout(&omnistep(folder.path(), &to)), "");
     assert_eq!(
         std::fs::read_to_string(folder.path().join("r.xml")).unwrap(),
@@ -92,14 +105,7 @@ fn a_scenario_as_mjcf_has_every_roller_hinge_coupling_and_motor() {
 #[test]
 fn a_crown_that_leaves_the_rim_is_a_polyhedron_and_says_so() {
     let folder = tempfile::tempdir().unwrap();
-    let args = [
-        "export",
-        "mecanum4",
-        "--format",
-        "mjcf",
-        "--set",
-        "vehicle.rollers.crown_m=0",
-    ];
+    let args = words("export mecanum4 --format mjcf --set vehicle.rollers.crown_m=0");
     let text = stdout(&omnistep(folder.path(), &args));
     assert_eq!(
         [
@@ -112,7 +118,7 @@ fn a_crown_that_leaves_the_rim_is_a_polyhedron_and_says_so() {
 }
 
 #[test]
-fn patches_of_friction_are_boxes_with_priority_and_refused_where_the_ground_is_not_level() {
+fn friction_patches_are_boxes_on_level_ground_else_refused() {
     let folder = tempfile::tempdir().unwrap();
     let ice = ["export", "ice", "--format", "mjcf"];
     let text = stdout(&omnistep(folder.path(), &ice));
@@ -174,16 +180,7 @@ fn no_file_that_an_export_reads_is_replaced() {
         assert!(said.starts_with(&format!("error: {name}: {kept}")), "{said}");
         assert_eq!(std::fs::read_to_string(folder.path().join(name)).unwrap(), *text);
     }
-    let set = [
-        "export",
-        "flat",
-        "--format",
-        "mjcf",
-        "--set",
-        "vehicle=own.toml",
-        "-o",
-        "own.toml",
-    ];
+    let set = words("export flat --format mjcf --set vehicle=own.toml -o own.toml");
     let said = refused(folder.path(), &set);
     assert!(said.contains("this command reads this file"), "{said}");
     assert!(

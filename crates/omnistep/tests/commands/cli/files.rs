@@ -4,12 +4,12 @@ use std::fs;
 
 use serde_json::Value;
 
-use super::{omnistep, refused, rows, stdout};
+use super::{omnistep, refused, rows, stdout, words};
 
 #[test]
 fn a_new_file_is_checked_runs_and_is_never_overwritten() {
     let folder = tempfile::tempdir().unwrap();
-    let said = omnistep(folder.path(), &["new", "vehicle", "rover", "--like", "omni3"]);
+    let said = omnistep(folder.path(), &["new", "vehicle", "rover", "--template", "omni3"]);
     assert_eq!(
         stdout(&said),
         "rover.toml: started from omni3; run it with: omnistep run flat --set vehicle=rover.toml\n"
@@ -32,7 +32,7 @@ fn a_new_file_is_checked_runs_and_is_never_overwritten() {
          gains    kp 0.1500 N.m.s/rad, ki 0.8000 N.m/rad, kd 0 N.m.s2/rad, given\n  \
          balls    valid wheel model on level ground; at an edge use physics.wheel_model=rollers: the ground's normal leans 90 deg \
          out of the rolling plane of wheel 1, allowed: 10\n\
-         kerb.toml: scenario kerb, 6 s, policy steady, engine rapier; vehicle chugo7: 3 bodies, 2 hinges, 7 wheels, 20.000 kg\n  \
+         kerb.toml: scenario kerb, 6 s, policy traction, engine rapier; vehicle chugo7: 3 bodies, 2 hinges, 7 wheels, 20.000 kg\n  \
          layout   condition number 1.58 (1 is best)\n  \
          weight   centre of mass at (0.000, 0.000, 0.134) m\n  \
          loads    at rest on flat ground [N]: 1 21.6, 2 21.6, 3 21.6, 4 66.7, 5 21.6, 6 21.6, 7 21.6\n  \
@@ -88,7 +88,7 @@ fn a_new_file_is_checked_runs_and_is_never_overwritten() {
             "{name}"
         );
     }
-    let said = refused(folder.path(), &["new", "vehicle", "a", "--like", "b"]);
+    let said = refused(folder.path(), &["new", "vehicle", "a", "--template", "b"]);
     assert_eq!(
         said,
         "error: unknown vehicle \"b\", allowed: chugo7, omni3, mecanum4, rocker_bogie6, youbot, ridgeback, rosbot_xl, \
@@ -131,11 +131,11 @@ fn schemas_are_printed_and_a_new_file_names_the_one_beside_it() {
 }
 
 #[test]
-fn in_a_new_manoeuvre_no_wheel_slips() {
+fn in_a_new_excitation_no_wheel_slips() {
     let folder = tempfile::tempdir().unwrap();
     for vehicle in omni_config::builtin_vehicles() {
         let name = format!("grip_{vehicle}");
-        omnistep(folder.path(), &["new", "manoeuvre", &name, "--vehicle", vehicle]);
+        omnistep(folder.path(), &["new", "excitation", &name, "--vehicle", vehicle]);
         let path = folder.path().join(format!("{name}.toml"));
         let scenario = omni_config::Scenario::load(path.to_str().unwrap(), &[]).unwrap();
         let trace = omni_sim::run(&scenario).unwrap();
@@ -156,14 +156,14 @@ fn in_a_new_manoeuvre_no_wheel_slips() {
 }
 
 #[test]
-fn a_new_manoeuvre_is_a_scenario_of_its_vehicle_within_its_limits() {
+fn a_new_excitation_stays_within_the_limits_of_its_vehicle() {
     let folder = tempfile::tempdir().unwrap();
     for vehicle in omni_config::builtin_vehicles() {
         let name = format!("of_{vehicle}");
-        let said = omnistep(folder.path(), &["new", "manoeuvre", &name, "--vehicle", vehicle]);
+        let said = omnistep(folder.path(), &["new", "excitation", &name, "--vehicle", vehicle]);
         assert_eq!(
             stdout(&said),
-            format!("{name}.toml: a manoeuvre for {vehicle}; run it with: omnistep run {name}.toml\n")
+            format!("{name}.toml: an excitation for {vehicle}; run it with: omnistep run {name}.toml\n")
         );
         let scenario =
             omni_config::Scenario::load(folder.path().join(format!("{name}.toml")).to_str().unwrap(), &[])
@@ -186,22 +186,25 @@ fn a_new_manoeuvre_is_a_scenario_of_its_vehicle_within_its_limits() {
         }
         assert_eq!(scenario.command.at(duration_s).to_array(), [0.0; 3]);
     }
-    let said = refused(folder.path(), &["new", "manoeuvre", "a", "--vehicle", "omni33"]);
+    let said = refused(folder.path(), &["new", "excitation", "a", "--vehicle", "omni33"]);
     assert!(said.contains("omni3") && said.lines().count() == 1, "{said}");
     let said = refused(folder.path(), &["new", "vehicle", "a", "--vehicle", "omni3"]);
     assert_eq!(
         said,
-        "error: --vehicle = omni3, allowed: only with new scenario, new manoeuvre and new map\n"
+        "error: --vehicle = omni3, allowed: only with new scenario, new excitation and new import-map\n"
     );
 }
 
 #[test]
-fn a_new_map_names_the_wheels_and_hinges_of_its_vehicle_and_overwrites_nothing() {
+fn a_new_import_map_names_the_wheels_and_overwrites_nothing() {
     let folder = tempfile::tempdir().unwrap();
-    let said = omnistep(folder.path(), &["new", "map", "mine", "--vehicle", "mecanum4"]);
+    let said = omnistep(
+        folder.path(),
+        &["new", "import-map", "mine", "--vehicle", "mecanum4"],
+    );
     assert_eq!(
         stdout(&said),
-        "mine.toml: a map for mecanum4; write the names of your log's columns into it, then: omnistep import LOG --map mine.toml\n"
+        "mine.toml: an import map for mecanum4; write the names of your log's columns into it, then: omnistep import LOG --map mine.toml\n"
     );
     let text = std::fs::read_to_string(folder.path().join("mine.toml")).unwrap();
     let map: toml::Table = text.parse().unwrap();
@@ -220,13 +223,13 @@ fn a_new_map_names_the_wheels_and_hinges_of_its_vehicle_and_overwrites_nothing()
         .collect();
     assert_eq!(wheels, own);
     assert!(!text.contains("hinge"));
-    let said = refused(folder.path(), &["new", "map", "mine"]);
+    let said = refused(folder.path(), &["new", "import-map", "mine"]);
     assert!(
         said.contains("mine.toml") && said.contains("was not changed"),
         "{said}"
     );
     assert!(
-        omnistep(folder.path(), &["new", "map", "climber"])
+        omnistep(folder.path(), &["new", "import-map", "climber"])
             .status
             .success()
     );
@@ -235,17 +238,17 @@ fn a_new_map_names_the_wheels_and_hinges_of_its_vehicle_and_overwrites_nothing()
         climber.contains("# names = [\"hinge_pitch\", \"hinge_roll\"]"),
         "{climber}"
     );
-    let said = refused(folder.path(), &["new", "map", "../mine"]);
+    let said = refused(folder.path(), &["new", "import-map", "../mine"]);
     assert!(said.contains("letters, digits"), "{said}");
-    let said = refused(folder.path(), &["new", "map", "a", "--like", "step"]);
+    let said = refused(folder.path(), &["new", "import-map", "a", "--template", "step"]);
     assert!(
-        said.starts_with("error: --like = step, allowed: only with"),
+        said.starts_with("error: --template = step, allowed: only with"),
         "{said}"
     );
 }
 
 #[test]
-fn a_new_scenario_has_rollers_where_balls_are_no_valid_wheel_model() {
+fn a_new_scenario_has_rollers_where_balls_are_invalid() {
     let folder = tempfile::tempdir().unwrap();
     for (vehicle, like, rollers) in [
         ("mecanum4", "step", true),
@@ -254,7 +257,7 @@ fn a_new_scenario_has_rollers_where_balls_are_no_valid_wheel_model() {
         ("chugo7", "step", false),
     ] {
         let name = format!("{vehicle}_{like}");
-        let args = ["new", "scenario", &name, "--like", like, "--vehicle", vehicle];
+        let args = ["new", "scenario", &name, "--template", like, "--vehicle", vehicle];
         assert!(omnistep(folder.path(), &args).status.success());
         let text = fs::read_to_string(folder.path().join(format!("{name}.toml"))).unwrap();
         assert_eq!(
@@ -272,7 +275,7 @@ fn a_new_scenario_is_like_another_with_a_vehicle_of_ones_own() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     assert!(
-        omnistep(path, &["new", "vehicle", "mybot", "--like", "omni3"])
+        omnistep(path, &["new", "vehicle", "mybot", "--template", "omni3"])
             .status
             .success()
     );
@@ -288,7 +291,7 @@ fn a_new_scenario_is_like_another_with_a_vehicle_of_ones_own() {
                 "new",
                 "scenario",
                 &name,
-                "--like",
+                "--template",
                 like,
                 "--vehicle",
                 "mybot.toml",
@@ -302,15 +305,7 @@ fn a_new_scenario_is_like_another_with_a_vehicle_of_ones_own() {
     }
     let said = refused(
         path,
-        &[
-            "new",
-            "scenario",
-            "other",
-            "--like",
-            "bumps",
-            "--vehicle",
-            "mybt.toml",
-        ],
+        &words("new scenario other --template bumps --vehicle mybt.toml"),
     );
     assert!(said.contains("mybt.toml"), "{said}");
     assert!(!path.join("other.toml").exists());
@@ -335,7 +330,15 @@ fn a_new_scenario_has_its_obstacle_ahead_of_a_long_vehicle() {
     for like in names {
         let usual = omni_config::Scenario::load(like, &[]).unwrap();
         let name = format!("long_{like}");
-        let new = ["new", "scenario", &name, "--like", like, "--vehicle", "long.toml"];
+        let new = [
+            "new",
+            "scenario",
+            &name,
+            "--template",
+            like,
+            "--vehicle",
+            "long.toml",
+        ];
         let output = omnistep(path, &new);
         assert!(output.status.success(), "{like}: {output:?}");
         let text = fs::read_to_string(path.join(format!("{name}.toml"))).unwrap();
@@ -346,7 +349,7 @@ fn a_new_scenario_has_its_obstacle_ahead_of_a_long_vehicle() {
         longer += 1;
         // 0.836 + 0.076 to the foremost rim and 0.3 to the obstacle are 1.212: in tenths, 0.6 more than usual. The rear wheels are 0.262 m
         // farther behind than with mecanum4, which is longer behind than most: at 0.3 m/s some 2 s, and up to 1.
-        assert!(text.contains("\nat_m = 1.3  "), "{like}: {text}");
+        assert!(text.contains("\nstart_x_m = 1.3  "), "{like}: {text}");
         let file = path.join(format!("{name}.toml"));
         let scenario = omni_config::Scenario::load(file.to_str().unwrap(), &[]).unwrap();
         let more_s = scenario.duration_s - usual.duration_s;
@@ -376,15 +379,15 @@ fn a_scenario_of_five_lines_runs_as_one_that_writes_every_key() {
     let long = short.replace(
         "vx_m_s = 0.2 }",
         "vx_m_s = 0.2, vy_m_s = 0.0, wz_rad_s = 0.0, ramp_s = 0.3 }",
-    ) + "duration_s = 10.0\n[control]\npolicy = \"synchronised\"\nperiod_us = 1000\nprecision = \"f64\"\n\
-           [physics]\nengine = \"rapier\"\nstep_us = 500\ncontact_hz = 200.0\ncontact_damping = 5.0\ngravity_m_s2 = 9.81\n\
+    ) + "duration_s = 10.0\n[control]\npolicy = \"scale_references\"\nperiod_s = 0.001\nprecision = \"f64\"\n\
+           [physics]\nengine = \"rapier\"\ntimestep_s = 0.0005\ncontact_frequency_hz = 200.0\ncontact_damping_ratio = 5.0\ngravity_m_s2 = 9.81\n\
            wheel_model = \"contact\"\n";
     fs::write(path.join("long.toml"), long).unwrap();
     let log = |file: &str| {
         let run = ["run", file, "--quiet", "--out", file.split('.').next().unwrap()];
         let output = omnistep(path, &run);
         assert!(output.status.success(), "{output:?}");
-        fs::read(path.join(run[4]).join("cable-synchronised.mcap")).unwrap()
+        fs::read(path.join(run[4]).join("cable-scale_references.mcap")).unwrap()
     };
     assert!(log("short.toml") == log("long.toml"));
     // What says what the run is about has no default.

@@ -56,7 +56,7 @@ fn a_scenario_in_a_log_names_no_file_of_this_machine() {
                 scenario.to_string()
             },
         );
-        for command in ["inspect", "replay"] {
+        for command in ["info", "replay"] {
             let said = refused_soon(folder.path(), &[command, "bad.mcap"]);
             let expected = format!(
                 "error: bad.mcap (scenario.toml): vehicle: {name:?}, allowed: the vehicle itself: a scenario in a log or a \
@@ -74,7 +74,7 @@ fn a_scenario_in_a_log_names_no_file_of_this_machine() {
                 scenario.to_string()
             },
         );
-        for command in ["inspect", "replay"] {
+        for command in ["info", "replay"] {
             let said = refused_soon(folder.path(), &[command, "bad.mcap"]);
             let expected = format!(
                 "terrain.image: {name:?}, allowed: the picture itself: a scenario in a log or a pickle"
@@ -89,11 +89,7 @@ fn a_scenario_in_a_log_names_no_file_of_this_machine() {
         |_, _| (),
         |_| hills.clone(),
     );
-    assert!(
-        omnistep(folder.path(), &["inspect", "good.mcap"])
-            .status
-            .success()
-    );
+    assert!(omnistep(folder.path(), &["info", "good.mcap"]).status.success());
 }
 
 fn record(opcode: u8, body: &[u8]) -> Vec<u8> {
@@ -111,7 +107,7 @@ fn mcap_of(path: &Path, records: &[Vec<u8>]) {
 }
 
 #[test]
-fn a_length_in_a_record_asks_for_no_memory_that_the_file_has_not() {
+fn a_record_asks_for_no_memory_beyond_its_file() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("x.mcap");
     let far = u32::MAX.to_le_bytes().to_vec();
@@ -144,7 +140,7 @@ fn a_length_in_a_record_asks_for_no_memory_that_the_file_has_not() {
         ),
     ] {
         mcap_of(&path, &[records]);
-        let said = refused_small(folder.path(), "inspect x.mcap");
+        let said = refused_small(folder.path(), "info x.mcap");
         assert!(said.starts_with("error: x.mcap: "), "{said}");
     }
 }
@@ -198,12 +194,12 @@ fn tf(frame: Option<&str>) -> Vec<u8> {
 }
 
 #[test]
-fn a_healthy_log_of_another_program_is_no_run_of_omnistep_and_not_damaged() {
+fn a_healthy_foreign_log_is_no_run_and_not_damaged() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("x.mcap");
     let no_run = "error: x.mcap: no attachment scenario.toml: not a log of omnistep, or of a run that was killed at its start\n";
     let refused = |said: &str| {
-        for command in ["inspect", "replay"] {
+        for command in ["info", "replay"] {
             assert_eq!(super::refused(folder.path(), &[command, "x.mcap"]), said);
         }
     };
@@ -234,7 +230,7 @@ fn a_healthy_log_of_another_program_is_no_run_of_omnistep_and_not_damaged() {
         (0..5).map(|_| (0, tf(None))),
         Some(&scenario),
     );
-    let output = omnistep(folder.path(), &["inspect", "x.mcap"]);
+    let output = omnistep(folder.path(), &["info", "x.mcap"]);
     let said = String::from_utf8(output.stderr).unwrap();
     assert_eq!(
         (output.status.code(), said.as_str()),
@@ -246,7 +242,7 @@ fn a_healthy_log_of_another_program_is_no_run_of_omnistep_and_not_damaged() {
 }
 
 #[test]
-fn frames_of_a_log_are_the_vehicles_and_take_no_memory_before_that_is_known() {
+fn frames_of_a_log_are_checked_before_they_take_memory() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("x.mcap");
     let scenario = Scenario::load("flat", &[]).unwrap().to_toml().unwrap();
@@ -300,7 +296,7 @@ fn a_small_file_unpacks_to_no_more_than_60_times_its_bytes() {
     );
     let bytes = fs::metadata(&path).unwrap().len();
     assert!(bytes < 400_000, "{bytes}");
-    let said = refused_small(folder.path(), "inspect x.mcap");
+    let said = refused_small(folder.path(), "info x.mcap");
     assert!(
         said.starts_with(&format!("error: x.mcap: damaged: {bytes} bytes that unpack to ")),
         "{said}"
@@ -323,7 +319,7 @@ fn records_of_nothing_count_as_what_a_file_unpacks_to() {
     writer.finish().unwrap();
     let bytes = fs::metadata(&path).unwrap().len();
     assert!(bytes < 80_000, "{bytes}");
-    let said = refused_small(folder.path(), "inspect x.mcap");
+    let said = refused_small(folder.path(), "info x.mcap");
     assert!(
         said.starts_with(&format!("error: x.mcap: damaged: {bytes} bytes that unpack to ")),
         "{said}"

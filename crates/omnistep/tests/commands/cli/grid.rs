@@ -13,9 +13,9 @@ fn a_point_of_the_grid_that_is_no_preset_is_a_row_of_its_own() {
             "step",
             "--json",
             "--set",
-            "control.policy=synchronised",
+            "control.policy=scale_references",
             "--set",
-            "control.floor=0.5",
+            "control.saturation.scale_references.floor=0.5",
         ],
         &SHORT[..],
     ]
@@ -26,26 +26,29 @@ fn a_point_of_the_grid_that_is_no_preset_is_a_row_of_its_own() {
         .collect();
     let presets = [
         "independent",
-        "paper",
-        "synchronised",
-        "load_sharing",
-        "reach",
-        "steady",
+        "scale_torques",
+        "scale_references",
+        "shared_integral",
+        "traction_runup",
+        "traction",
     ];
     assert_eq!(policies[..6], presets);
-    assert_eq!(policies[6..], ["synchronised+floor=0.5"]);
+    assert_eq!(
+        policies[6..],
+        ["scale_references+saturation=scale_references+floor=0.5"]
+    );
     assert!(
         folder
             .path()
-            .join("out/step-synchronised+floor=0.5.mcap")
+            .join("out/step-scale_references+saturation=scale_references+floor=0.5.mcap")
             .is_file()
     );
     // Its log says what it was, and is the same law again.
-    let log = "out/step-synchronised+floor=0.5.mcap";
+    let log = "out/step-scale_references+saturation=scale_references+floor=0.5.mcap";
     let output = omnistep(folder.path(), &["replay", log]);
     let said = String::from_utf8(output.stdout).unwrap();
     assert!(
-        said.contains("policy synchronised+floor=0.5: 100 control periods, equal in every bit"),
+        said.contains("policy scale_references+saturation=scale_references+floor=0.5: 100 control periods, equal in every bit"),
         "{said}"
     );
 }
@@ -60,11 +63,11 @@ fn a_policy_on_the_command_line_goes_with_keys_of_the_grid() {
         rows(&omnistep(folder.path(), &arguments))[0]["policy"],
         "independent+integral=shared"
     );
-    // A floor is of references: another policy looks at none.
-    let arguments = [&asked[..], &["--set", "control.floor=0.5"]].concat();
+    // Loops try nothing again.
+    let arguments = [&asked[..], &["--set", "control.max_retries=3"]].concat();
     assert!(
         refused(folder.path(), &arguments)
-            .contains("control.floor: 0.5, allowed: only with control.saturation = \"scale_reference\"")
+            .contains("control.max_retries: 3, allowed: only with control.policy = \"traction\"")
     );
 }
 
@@ -72,24 +75,29 @@ fn a_policy_on_the_command_line_goes_with_keys_of_the_grid() {
 fn list_says_what_each_of_a_kind_is_in_a_line() {
     let folder = tempfile::tempdir().unwrap();
     for (kind, name, words) in [
-        ("policies", "synchronised", "all references are scaled together"),
-        ("policies", "steady", "less where one slips"),
+        (
+            "policies",
+            "scale_references",
+            "all references are scaled together",
+        ),
+        ("policies", "traction", "less where one slips"),
         ("scenarios", "ice", "Ice under the left wheels"),
         ("scenarios", "square", "a stop at every corner"),
         ("vehicles", "omni3", "Three omni wheels at 120 degrees"),
         ("studies", "climb_map", "Where each policy climbs"),
-        ("experiments", "wheels", "Section 3.3"),
+        ("experiments", "motor_bench", "Section 3.3"),
     ] {
         let output = omnistep(folder.path(), &["list", kind]);
         let text = String::from_utf8(output.stdout).unwrap();
-        let line = text.lines().find(|line| line.starts_with(name)).expect(name);
+        let named = |line: &&str| line.split_whitespace().next() == Some(name);
+        let line = text.lines().find(named).expect(name);
         assert!(line.contains(words), "{line}");
         assert!(
             text.lines().all(|line| line.split_whitespace().count() > 3),
             "{text}"
         );
     }
-    let output = omnistep(folder.path(), &["list", "wheels"]);
+    let output = omnistep(folder.path(), &["list", "motor_bench"]);
     let said = String::from_utf8(output.stderr).unwrap();
     assert!(
         output.status.code() == Some(2) && said.contains("policies"),

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use omni_config::Scenario;
 use omni_log::Error;
-use omni_log::ros2::{RosMessage, VehicleState, WheelState};
+use omni_log::ros2::{RosMessage, Sensors, VehicleState, WheelState};
 use omni_log::{LogFile, LogMessage, LogWriter, read_log, topic};
 
 use super::{omnistep, refused, rows, stdout};
@@ -17,14 +17,14 @@ pub(crate) fn logged(folder: &Path, duration_s: f64) -> std::path::PathBuf {
     let duration = format!("duration_s={duration_s}");
     let output = omnistep(folder, &["run", "step", "--quiet", "--set", &duration]);
     assert!(output.status.success(), "{output:?}");
-    folder.join("out/step-steady.mcap")
+    folder.join("out/step-traction.mcap")
 }
 
 /// The same messages in a log of another name, its vehicle states and its scenario changed on the way.
 pub(crate) fn copied(
     from: &Path,
     to: &Path,
-    mut change: impl FnMut(u64, &mut VehicleState),
+    mut change: impl FnMut(u64, &mut Sensors),
     scenario: impl Fn(String) -> String,
 ) {
     fn send<M: RosMessage>(
@@ -38,9 +38,10 @@ pub(crate) fn copied(
     }
     let mut writer = LogWriter::create(to).unwrap();
     let file = read_log(from, |time_ns, message| match message {
-        LogMessage::VehicleState(mut state) => {
-            change(time_ns, &mut state);
-            send(&mut writer, topic::VEHICLE_STATE, time_ns, &state)
+        LogMessage::VehicleState(state) => send(&mut writer, topic::VEHICLE_STATE, time_ns, &state),
+        LogMessage::Sensors(mut sensed) => {
+            change(time_ns, &mut sensed);
+            send(&mut writer, topic::SENSORS, time_ns, &sensed)
         }
         LogMessage::Odom(odom) => send(&mut writer, topic::ODOM, time_ns, &*odom),
         _ => Ok(()),
@@ -55,9 +56,14 @@ pub(crate) fn copied(
 }
 
 #[test]
-fn a_replay_is_the_log_bit_for_bit_for_every_policy_and_precision_with_a_heading_held() {
+fn a_replay_is_bit_identical_for_every_policy_and_precision() {
     let folder = tempfile::tempdir().unwrap();
-    for policy in ["independent", "paper", "synchronised", "load_sharing"] {
+    for policy in [
+        "independent",
+        "scale_torques",
+        "scale_references",
+        "shared_integral",
+    ] {
         for more in [
             "control.precision=f32",
             "heading_hold={gain_per_s = 2.0, limit_rad_s = 0.5}",
@@ -87,7 +93,7 @@ fn a_replay_is_the_log_bit_for_bit_for_every_policy_and_precision_with_a_heading
 }
 
 #[test]
-fn a_replay_names_the_first_sample_and_wheel_after_a_changed_measurement_and_a_changed_gain() {
+fn a_replay_names_the_first_sample_and_wheel_that_differ() {
     let folder = tempfile::tempdir().unwrap();
     // Loops of single wheels: a gain is in the first of their signals.
     let args = [
@@ -95,29 +101,28 @@ fn a_replay_names_the_first_sample_and_wheel_after_a_changed_measurement_and_a_c
         "step",
         "--quiet",
         "--policy",
-        "synchronised",
+        "scale_references",
         "--set",
         "duration_s=0.5",
     ];
     assert!(omnistep(folder.path(), &args).status.success());
-    let log = folder.path().join("out/step-synchronised.mcap");
+    let log = folder.path().join("out/step-scale_references.mcap");
     let replay = |name: &str| stdout(&omnistep(folder.path(), &["replay", name]));
 
-    // The least bit of one measurement of one wheel: the log's own signals follow from another one.
+    // The least bit of one reading of one wheel: the log's own signals follow from another one.
     copied(
         &log,
         &folder.path().join("measured.mcap"),
-        |time_ns, state| {
+        |time_ns, sensed| {
             if time_ns == 300_000_000 {
-                let measured = &mut state.wheels[4].signals[1]; // measured_rad_s
-                *measured = measured.next_up();
+                sensed.wheels_rad_s[4] = sensed.wheels_rad_s[4].next_up();
             }
         },
         |text| text,
     );
     let said = replay("measured.mcap");
     assert!(
-        said.contains("first at t = 0.3 s (period 299): wheel 5, p_n_m: logged "),
+        said.contains("first at t = 0.3 s (period 299): wheel 5, measured_rad_s: logged "),
         "{said}"
     );
 
@@ -147,7 +152,7 @@ fn a_replay_names_the_first_sample_and_wheel_after_a_changed_measurement_and_a_c
 fn another_policy_is_shown_wheel_by_wheel() {
     let folder = tempfile::tempdir().unwrap();
     logged(folder.path(), 2.0);
-    let args = ["replay", "out/step-steady.mcap", "--policy", "independent"];
+    let args = ["replay", "out/step-traction.mcap", "--policy", "independent"];
     let said = stdout(&omnistep(folder.path(), &args));
     assert!(said.contains("policy independent: "), "{said}");
     assert_eq!(
@@ -172,7 +177,7 @@ fn a_log_without_every_period_is_not_replayed() {
             &rates,
         ];
         assert!(omnistep(folder.path(), &args).status.success());
-        let said = refused(folder.path(), &["replay", "out/flat-synchronised.mcap"]);
+        let said = refused(folder.path(), &["replay", "out/flat-scale_references.mcap"]);
         assert!(
             said.contains(&format!("no /vehicle_state at t = {first_missing} s")),
             "{said}"
@@ -187,7 +192,7 @@ fn a_log_without_every_period_is_not_replayed() {
     assert!(omnistep(folder.path(), &args).status.success());
     let shown = rows(&omnistep(
         folder.path(),
-        &["inspect", "--json", "out/flat-synchronised.mcap"],
+        &["info", "--json", "out/flat-scale_references.mcap"],
     ));
     let counts = &shown[0]["messages"];
     assert_eq!(
@@ -221,7 +226,7 @@ fn of_wheels(path: &Path, scenario_first: bool, wheels: impl IntoIterator<Item =
 }
 
 #[test]
-fn a_state_of_another_number_of_wheels_than_the_vehicle_s_is_damage() {
+fn a_state_with_another_number_of_wheels_is_damage() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("x.mcap");
     let damaged = |found: usize, expected: usize| {
@@ -231,10 +236,10 @@ fn a_state_of_another_number_of_wheels_than_the_vehicle_s_is_damage() {
     };
     for scenario_first in [true, false] {
         of_wheels(&path, scenario_first, [7; 3]);
-        assert!(omnistep(folder.path(), &["inspect", "x.mcap"]).status.success());
+        assert!(omnistep(folder.path(), &["info", "x.mcap"]).status.success());
         for (wheels, found) in [([0; 3], 0), ([8; 3], 8), ([7, 7, 6], 6)] {
             of_wheels(&path, scenario_first, wheels);
-            let output = omnistep(folder.path(), &["inspect", "x.mcap"]);
+            let output = omnistep(folder.path(), &["info", "x.mcap"]);
             assert_eq!(output.status.code(), Some(1), "{output:?}");
             assert_eq!(String::from_utf8(output.stderr).unwrap(), damaged(found, 7));
         }
@@ -264,11 +269,11 @@ fn the_emptiest_log_of_our_own_is_read_back() {
     let args: Vec<_> = ["run", "flat", "--quiet"].into_iter().chain(set).collect();
     let output = omnistep(folder.path(), &args);
     assert!(output.status.success(), "{output:?}");
-    let log = folder.path().join("out/flat-synchronised.mcap");
+    let log = folder.path().join("out/flat-scale_references.mcap");
     let (file, times) = states(&log);
     assert!(file.complete && times.len() == 60_000);
-    // 42 MB of messages.
-    assert!(fs::metadata(&log).unwrap().len() < 3_000_000);
+    // 55 MB of messages.
+    assert!(fs::metadata(&log).unwrap().len() < 4_000_000);
 }
 
 /// Places of the records of a log outside its chunks.
@@ -283,7 +288,7 @@ fn records(bytes: &[u8]) -> Vec<usize> {
 }
 
 #[test]
-fn a_chunk_that_a_flipped_bit_hides_is_missed_in_a_log_that_was_not_finished() {
+fn a_chunk_hidden_by_a_flipped_bit_is_missed_when_unfinished() {
     let folder = tempfile::tempdir().unwrap();
     let log = logged(folder.path(), 1.5);
     let good = fs::read(&log).unwrap();
@@ -293,18 +298,14 @@ fn a_chunk_that_a_flipped_bit_hides_is_missed_in_a_log_that_was_not_finished() {
     // Cut behind the last chunk but one: no summary, and no checksum over all.
     let cut = &good[..chunks[chunks.len() - 1]];
     fs::write(folder.path().join("x.mcap.part"), cut).unwrap();
-    assert!(
-        omnistep(folder.path(), &["inspect", "x.mcap.part"])
-            .status
-            .success()
-    );
+    assert!(omnistep(folder.path(), &["info", "x.mcap.part"]).status.success());
     // The last one may be lost, as it may in a crash.
     for at in &chunks[..chunks.len() - 2] {
         for bit in [0x01, 0x04, 0x80] {
             let mut bad = cut.to_vec();
             bad[*at] ^= bit;
             fs::write(folder.path().join("x.mcap.part"), bad).unwrap();
-            let output = omnistep(folder.path(), &["inspect", "x.mcap.part"]);
+            let output = omnistep(folder.path(), &["info", "x.mcap.part"]);
             assert_eq!(
                 output.status.code(),
                 Some(1),
@@ -315,7 +316,7 @@ fn a_chunk_that_a_flipped_bit_hides_is_missed_in_a_log_that_was_not_finished() {
 }
 
 #[test]
-fn what_was_taken_out_of_a_log_without_checksums_is_missed_by_its_statistics() {
+fn statistics_miss_what_a_log_without_checksums_lost() {
     let folder = tempfile::tempdir().unwrap();
     let mut good = fs::read(logged(folder.path(), 1.5)).unwrap();
     let places = records(&good);
@@ -327,18 +328,18 @@ fn what_was_taken_out_of_a_log_without_checksums_is_missed_by_its_statistics() {
             _ => {}
         }
     }
-    let inspect = |bytes: &[u8]| {
+    let info = |bytes: &[u8]| {
         fs::write(folder.path().join("x.mcap"), bytes).unwrap();
-        omnistep(folder.path(), &["inspect", "x.mcap"])
+        omnistep(folder.path(), &["info", "x.mcap"])
     };
-    assert!(inspect(&good).status.success());
+    assert!(info(&good).status.success());
     let without = |taken: &dyn Fn(usize) -> bool| {
         let mut left = good[..8].to_vec();
         let ends = places.iter().skip(1).copied().chain([good.len()]);
         for (at, end) in places.iter().copied().zip(ends).filter(|(at, _)| !taken(*at)) {
             left.extend_from_slice(&good[at..end]);
         }
-        inspect(&left)
+        info(&left)
     };
     let chunks: Vec<_> = places.iter().copied().filter(|at| good[*at] == 0x06).collect();
     let mut cuts: Vec<(String, Output)> = Vec::new();
@@ -382,11 +383,11 @@ fn a_flipped_bit_anywhere_is_noticed() {
     let folder = tempfile::tempdir().unwrap();
     let log = logged(folder.path(), 0.3);
     let good = fs::read(&log).unwrap();
-    let inspect = |bytes: &[u8]| {
+    let info = |bytes: &[u8]| {
         fs::write(folder.path().join("x.mcap"), bytes).unwrap();
-        omnistep(folder.path(), &["inspect", "x.mcap"])
+        omnistep(folder.path(), &["info", "x.mcap"])
     };
-    assert!(inspect(&good).status.success());
+    assert!(info(&good).status.success());
     // A chunk in the middle, the summary near the end, and some hundred places in between: records of every kind.
     // And the length of the first record, which then reaches beyond the end, and every byte of the footer and the end.
     let places = [good.len() / 2, good.len() - 200].into_iter().chain(9..17);
@@ -394,7 +395,7 @@ fn a_flipped_bit_anywhere_is_noticed() {
     for at in places.chain((0..good.len()).step_by(good.len() / 97)) {
         let mut bad = good.clone();
         bad[at] ^= 1 << (at % 8);
-        let output = inspect(&bad);
+        let output = info(&bad);
         let said = String::from_utf8(output.stderr).unwrap();
         assert!(
             matches!(output.status.code(), Some(1 | 2)),
@@ -425,7 +426,7 @@ fn a_killed_run_leaves_all_but_its_last_second() {
     let folder = tempfile::tempdir().unwrap();
     // Bytes of 6 s; parts of it are more or less busy.
     let whole_log = fs::metadata(logged(folder.path(), 6.0)).unwrap().len();
-    let part = folder.path().join("out/step-steady.mcap.part");
+    let part = folder.path().join("out/step-traction.mcap.part");
     // Whatever the moment: three runs, killed after their file has grown to some size.
     for bytes in [1_000_000, 1_300_000, 2_400_000] {
         let mut run = Program::new(env!("CARGO_BIN_EXE_omnistep"))
@@ -470,14 +471,14 @@ fn what_is_no_log_is_refused_by_name() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("x.mcap"), "hello").unwrap();
     assert_eq!(
-        refused(folder.path(), &["inspect", "x.mcap"]),
+        refused(folder.path(), &["info", "x.mcap"]),
         "error: x.mcap: not an MCAP file, or an empty one\n"
     );
     assert!(refused(folder.path(), &["replay", "y.mcap"]).starts_with("error: y.mcap: "));
     for (command, extra) in [
-        ("film", "view"),
+        ("video", "view"),
         ("report", "view"),
-        ("strip", "plot"),
+        ("plot", "plot"),
         ("resimulate", "plot"),
         ("import", "import"),
     ] {

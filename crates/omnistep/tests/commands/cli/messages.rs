@@ -6,87 +6,86 @@ use std::path::Path;
 use super::{omnistep, one_of_each, refused, rows, stderr, stdout};
 
 #[test]
-fn a_file_of_another_kind_is_named_with_the_command_that_it_is_for() {
+fn a_file_of_another_kind_is_named_with_its_command() {
     let folder = one_of_each();
     for (args, expected) in [
         (
-            ["run", "v.toml"],
+            &["run", "v.toml"][..],
             "v.toml: this is a vehicle file, not a scenario; use: omnistep run flat --set vehicle=v.toml",
         ),
         (
-            ["compare", "v.toml"],
+            &["compare", "v.toml"],
             "v.toml: this is a vehicle file, not a scenario; use: omnistep compare flat --set vehicle=v.toml",
         ),
         (
-            ["constants", "v.toml"],
-            "v.toml: this is a vehicle file, not a scenario; use: omnistep constants flat --set vehicle=v.toml",
-        ),
-        (
-            ["study", "v.toml"],
+            &["study", "v.toml"],
             "v.toml: this is a vehicle file, not a study; use: omnistep run flat --set vehicle=v.toml",
         ),
         (
-            ["wheels", "v.toml"],
-            "v.toml: this is a vehicle file, not a wheels experiment; use: omnistep run flat --set vehicle=v.toml",
+            &["motor-bench", "v.toml"],
+            "v.toml: this is a vehicle file, not a motor bench experiment; use: omnistep run flat --set vehicle=v.toml",
         ),
         (
-            ["run", "y.toml"],
+            &["run", "y.toml"],
             "y.toml: this is a study file, not a scenario; use: omnistep study y.toml",
         ),
         (
-            ["constants", "y.toml"],
+            &["export", "y.toml", "--format", "rust"],
             "y.toml: this is a study file, not a scenario; use: omnistep study y.toml",
         ),
         (
-            ["urdf", "y.toml"],
+            &["export", "y.toml", "--format", "urdf"],
             "y.toml: this is a study file, not a vehicle; use: omnistep study y.toml",
         ),
         (
-            ["run", "w.toml"],
-            "w.toml: this is a wheels experiment, not a scenario; use: omnistep wheels w.toml",
+            &["run", "w.toml"],
+            "w.toml: this is a motor bench experiment, not a scenario; use: omnistep motor-bench w.toml",
         ),
         (
-            ["study", "s.toml"],
+            &["study", "s.toml"],
             "s.toml: this is a scenario file, not a study; use: omnistep run s.toml",
         ),
         (
-            ["urdf", "s.toml"],
+            &["export", "s.toml", "--format", "urdf"],
             "s.toml: this is a scenario file, not a vehicle; use: omnistep run s.toml",
         ),
         (
-            ["ripple", "s.toml"],
+            &["wheel-ripple", "s.toml"],
             "s.toml: this is a scenario file, not a vehicle; use: omnistep run s.toml",
         ),
         (
-            ["wheels", "s.toml"],
-            "s.toml: this is a scenario file, not a wheels experiment; use: omnistep run s.toml",
+            &["motor-bench", "s.toml"],
+            "s.toml: this is a scenario file, not a motor bench experiment; use: omnistep run s.toml",
         ),
         (
-            ["run", "mecanum4"],
+            &["run", "mecanum4"],
             "mecanum4: this is a vehicle, not a scenario; use: omnistep run flat --set vehicle=mecanum4",
         ),
         (
-            ["run", "climb_map"],
+            &["run", "climb_map"],
             "climb_map: this is a study, not a scenario; use: omnistep study climb_map",
         ),
         (
-            ["study", "step"],
+            &["study", "step"],
             "step: this is a scenario, not a study; use: omnistep run step",
         ),
     ] {
         assert_eq!(
-            refused(folder.path(), &args),
+            refused(folder.path(), args),
             format!("error: {expected}\n"),
             "{args:?}"
         );
     }
     // What it says to type works.
-    let said = omnistep(folder.path(), &["constants", "flat", "--set", "vehicle=v.toml"]);
+    let said = omnistep(
+        folder.path(),
+        &["export", "flat", "--format", "rust", "--set", "vehicle=v.toml"],
+    );
     assert!(said.status.success(), "{}", stderr(&said));
 }
 
 #[test]
-fn check_and_inspect_go_on_after_a_bad_file_and_end_as_the_worst() {
+fn check_and_info_go_on_after_a_bad_file_and_end_as_the_worst() {
     let folder = one_of_each();
     let path = folder.path();
     let bad = fs::read_to_string(path.join("v.toml"))
@@ -135,7 +134,7 @@ fn check_and_inspect_go_on_after_a_bad_file_and_end_as_the_worst() {
     let middle = bytes.len() / 2;
     bytes[middle] ^= 1;
     fs::write(path.join(&flipped), bytes).unwrap();
-    let output = omnistep(path, &["inspect", &flipped, &good]);
+    let output = omnistep(path, &["info", &flipped, &good]);
     // A damaged log is a failure, not a wrong request.
     assert_eq!(output.status.code(), Some(1));
     assert!(
@@ -144,12 +143,12 @@ fn check_and_inspect_go_on_after_a_bad_file_and_end_as_the_worst() {
         stdout(&output)
     );
     assert!(
-        stdout(&output).contains("driven"),
+        stdout(&output).contains("completed"),
         "the table of the good ones: {}",
         stdout(&output)
     );
     assert_eq!(stderr(&output).lines().count(), 1, "{}", stderr(&output));
-    let output = omnistep(path, &["inspect", &flipped, "missing.mcap", &good, "--json"]);
+    let output = omnistep(path, &["info", &flipped, "missing.mcap", &good, "--json"]);
     assert_eq!((output.status.code(), rows(&output).len()), (Some(2), 1));
     assert_eq!(stderr(&output).lines().count(), 2, "{}", stderr(&output));
 }
@@ -204,12 +203,17 @@ fn text_in_another_encoding_is_named_with_what_to_do() {
         ),
         (
             "log.toml",
-            "log.toml: this is an MCAP log, not TOML; use: omnistep inspect log.toml",
+            "log.toml: this is an MCAP log, not TOML; use: omnistep info log.toml",
         ),
     ] {
-        for command in ["check", "run", "constants", "study"] {
-            let said = refused(path, &[command, file]);
-            assert!(said.contains(expected) && said.len() < 300, "{command}: {said}");
+        for command in [
+            &["check"][..],
+            &["run"],
+            &["export", "--format", "rust"],
+            &["study"],
+        ] {
+            let said = refused(path, &[command, &[file]].concat());
+            assert!(said.contains(expected) && said.len() < 300, "{command:?}: {said}");
         }
     }
 }
@@ -225,7 +229,7 @@ fn short_lines(folder: &Path, args: &[&str]) -> String {
 }
 
 #[test]
-fn no_line_has_more_than_300_characters_whatever_key_path_or_study_it_names() {
+fn no_line_has_more_than_300_characters() {
     let folder = one_of_each();
     let path = folder.path();
     let text = fs::read_to_string(path.join("s.toml")).unwrap();

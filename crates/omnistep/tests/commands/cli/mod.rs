@@ -1,7 +1,7 @@
 //! The command line as its users meet it: what it prints, what it writes, what it says of bad input.
 
 mod balls;
-mod bound;
+mod climb_limits;
 mod doubts;
 #[cfg(unix)]
 mod drive;
@@ -44,6 +44,11 @@ pub(crate) fn omnistep(folder: &Path, args: &[&str]) -> Output {
         .unwrap()
 }
 
+/// The arguments of a line as it is typed.
+pub(crate) fn words(line: &str) -> Vec<&str> {
+    line.split(' ').collect()
+}
+
 pub(crate) fn stdout(output: &Output) -> String {
     String::from_utf8(output.stdout.clone()).unwrap()
 }
@@ -79,7 +84,7 @@ pub(crate) fn one_of_each() -> tempfile::TempDir {
         ("vehicles/omni3.toml", "v.toml"),
         ("scenarios/flat.toml", "s.toml"),
         ("studies/climb_map.toml", "y.toml"),
-        ("scenarios/wheels.toml", "w.toml"),
+        ("scenarios/motor_bench.toml", "w.toml"),
     ] {
         fs::copy(assets.join(from), folder.path().join(to)).unwrap();
     }

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::{omnistep, refused, stdout};
 
-const TERRAIN: &str = "[terrain]\nkind = \"height_map\"\nfriction = 0.7\nimage = \"hill.png\"\npixel_m = 0.1\nwhite_m = 0.01\nat_m = 1.0\n";
+const TERRAIN: &str = "[terrain]\nkind = \"height_map\"\nfriction = 0.7\nimage = \"hill.png\"\npixel_m = 0.1\nwhite_height_m = 0.01\nstart_x_m = 1.0\n";
 
 /// `scenarios/cable.toml` with the vehicle `bot.toml`, the picture `hill.png` and the table `table.csv` beside it; the same three in `own`,
 /// another vehicle and other bytes. The folder itself has none of them.
@@ -37,7 +37,7 @@ fn folders() -> tempfile::TempDir {
 }
 
 #[test]
-fn a_path_of_set_is_relative_to_the_current_folder_and_one_in_a_file_to_the_file() {
+fn paths_of_set_are_relative_to_the_current_folder() {
     let folder = folders();
     let headline = |sets: &[&str]| {
         let sets = sets.iter().flat_map(|set| ["--set", set]);

@@ -13,7 +13,7 @@ fn refused_file(file: &str, from: &str, to: &str, expected: &str) {
     let scenario = fs::read_to_string(assets.join("scenarios/step.toml")).unwrap();
     let scenario = scenario
         .replace("vehicle = \"chugo7\"", "vehicle = \"v.toml\"")
-        .replace("policy = \"steady\"", "policy = \"synchronised\"");
+        .replace("policy = \"traction\"", "policy = \"scale_references\"");
     let change = |text: &str, name: &str| {
         if name == file {
             assert!(text.contains(from), "{name} has no {from:?}");
@@ -55,14 +55,13 @@ fn a_missing_field_is_named() {
     let mass = "body[1]: missing field `mass_kg`; for example mass_kg = 6.0";
     refused_file("v.toml", "mass_kg = 6.0", "", mass);
     // All at once, so that a file is complete after one run.
-    let ground = "friction = 0.7              # rubber on dry concrete; not in the paper\nheight_m = 0.05\nat_m = 0.7 ";
-    let all =
-        "terrain: missing field `friction`, also terrain.height_m, terrain.at_m; for example friction = 0.7";
+    let ground = "friction = 0.7              # rubber on dry concrete; not in the paper\nheight_m = 0.05\nstart_x_m = 0.7 ";
+    let all = "terrain: missing field `friction`, also terrain.height_m, terrain.start_x_m; for example friction = 0.7";
     refused_file("s.toml", ground, "", all);
 }
 
 #[test]
-fn a_missing_vehicle_file_is_named_with_the_key_and_the_file_that_was_meant() {
+fn a_missing_vehicle_file_is_named_with_key_and_suggestion() {
     refused_file(
         "s.toml",
         "vehicle = \"v.toml\"",
@@ -145,9 +144,9 @@ fn values_out_of_range_are_named_with_the_range() {
     );
     refused_file(
         "s.toml",
-        "period_us = 1000",
-        "period_us = 750",
-        "control.period_us: 750, allowed: a multiple of physics.step_us, 500",
+        "period_s = 0.001",
+        "period_s = 0.00075",
+        "control.period_s: 0.00075, allowed: a multiple of physics.timestep_s, 0.0005",
     );
     refused_file(
         "v.toml",
@@ -170,13 +169,13 @@ fn values_out_of_range_are_named_with_the_range() {
 }
 
 #[test]
-fn keys_of_the_drive_and_of_the_grid_are_named_with_their_ranges() {
+fn keys_of_drive_and_grid_are_named_with_their_ranges() {
     let in_scenario = |text: &str, expected: &str| {
         refused_file("s.toml", "[physics]", &format!("{text}\n[physics]"), expected);
     };
     in_scenario(
-        "[drive]\ntimeout_s = -1",
-        "drive.timeout_s: -1, allowed: 0 to 3600",
+        "[drive]\ncommand_timeout_s = -1",
+        "drive.command_timeout_s: -1, allowed: 0 to 3600",
     );
     in_scenario(
         "[drive]\nblind_periods = 70000",
@@ -192,7 +191,7 @@ fn keys_of_the_drive_and_of_the_grid_are_named_with_their_ranges() {
     );
     in_scenario(
         "[drive]\ntimeout = 1",
-        "drive.timeout: unknown field `timeout` (did you mean `timeout_s`?)",
+        "drive.timeout: unknown field `timeout` (did you mean `command_timeout_s`?)",
     );
     in_scenario(
         "[[fault]]\nkind = \"encoder_silent\"\nwheel = \"9\"\nfrom_s = 1.0",
@@ -205,19 +204,18 @@ fn keys_of_the_drive_and_of_the_grid_are_named_with_their_ranges() {
     let in_control = |text: &str, expected: &str| {
         refused_file(
             "s.toml",
-            "period_us = 1000",
-            &format!("period_us = 1000\n{text}"),
+            "period_s = 0.001",
+            &format!("period_s = 0.001\n{text}"),
             expected,
         );
     };
-    in_control("floor = 1.5", "control.floor: 1.5, allowed: 0 to 1");
     in_control(
-        "saturation = \"clip\"\nfloor = 0.5",
-        "control.floor: 0.5, allowed: only with control.saturation = \"scale_reference\"",
+        "saturation = { scale_references = { floor = 1.5 } }",
+        "control.saturation.scale_references.floor: 1.5, allowed: 0 to 1",
     );
     in_control(
         "anti_windup = \"conditional\"",
-        "control.anti_windup: \"conditional\", allowed: \"conditioned\" or \"clamp\"",
+        "control.anti_windup: conditional, allowed: conditioned or clamp where references are scaled",
     );
     in_control(
         "integral_zone_rad_s = -1.0",
@@ -234,7 +232,7 @@ fn keys_of_the_drive_and_of_the_grid_are_named_with_their_ranges() {
 }
 
 #[test]
-fn another_version_of_a_file_says_what_to_do_whatever_else_is_in_it() {
+fn another_version_of_a_file_says_what_to_do() {
     for file in ["s.toml", "v.toml"] {
         // Keys that a later version may have are no reason to speak of keys.
         refused_file(
@@ -296,7 +294,7 @@ fn a_shape_that_cannot_be_or_cannot_stand_is_refused() {
 }
 
 #[test]
-fn couplings_join_two_hinges_that_are_there_and_that_the_physics_step_resolves() {
+fn couplings_join_two_hinges_that_the_physics_step_resolves() {
     let coupling = |rest: &str| format!("[[coupling]]\nname = \"c\"\nhinge_a = \"pitch\"\n{rest}\n\n[motor]");
     for (rest, expected) in [
         (
@@ -317,15 +315,15 @@ fn couplings_join_two_hinges_that_are_there_and_that_the_physics_step_resolves()
     let folder = tempfile::tempdir().unwrap();
     let sets = [
         "vehicle=rocker_bogie6",
-        "physics.step_us=2000",
-        "control.period_us=2000",
+        "physics.timestep_s=0.002",
+        "control.period_s=0.002",
     ];
     let args = ["run", "flat"]
         .into_iter()
         .chain(sets.iter().flat_map(|s| ["--set", s]));
     let said = refused(folder.path(), &args.collect::<Vec<_>>());
     assert!(
-        said.contains("physics.step_us: 2000, allowed: up to 1165 with the stiffness and damping of the coupling \"differential\""),
+        said.contains("physics.timestep_s: 0.002, allowed: up to 0.001165 with the stiffness and damping of the coupling \"differential\""),
         "{said}"
     );
 }
@@ -334,14 +332,14 @@ fn couplings_join_two_hinges_that_are_there_and_that_the_physics_step_resolves()
 fn more_that_no_single_key_shows_is_named() {
     refused_file(
         "s.toml",
-        "at_m = 0.7",
-        "at_m = 0.3",
-        "terrain.at_m: 0.3, allowed: more than 0.366",
+        "start_x_m = 0.7",
+        "start_x_m = 0.3",
+        "terrain.start_x_m: 0.3, allowed: more than 0.366",
     );
     refused_file(
         "s.toml",
-        "step_us = 500",
-        "step_us = 500\nsolver_iterations = 0",
+        "timestep_s = 0.0005",
+        "timestep_s = 0.0005\nsolver_iterations = 0",
         "solver_iterations: 0, allowed: 1 to 100",
     );
     refused_file(
@@ -382,14 +380,14 @@ fn unknown_names_are_refused_with_the_names_there_are() {
         said.contains("unknown scenario \"stairway\" (did you mean \"stairs\"?), allowed: step, flat, step_down, stairs, ramp, half_step, ditch, bumps, rough, height_map, ice, square, figure_eight, or the path"),
         "{said}"
     );
-    let said = refused(folder.path(), &["run", "step", "--policy", "papier"]);
+    let said = refused(folder.path(), &["run", "step", "--policy", "scale_torque"]);
     assert!(
-        said.contains("unknown policy \"papier\" (did you mean \"paper\"?), allowed: independent, paper, synchronised, load_sharing"),
+        said.contains("unknown policy \"scale_torque\" (did you mean \"scale_torques\"?), allowed: independent, scale_torques, scale_references, shared_integral"),
         "{said}"
     );
-    let said = refused(folder.path(), &["run", "--set", "control.policy=papier"]);
+    let said = refused(folder.path(), &["run", "--set", "control.policy=scale_torque"]);
     assert!(
-        said.contains("control.policy: \"papier\" (did you mean \"paper\"?), allowed: independent, paper, synchronised, load_sharing"),
+        said.contains("control.policy: \"scale_torque\" (did you mean \"scale_torques\"?), allowed: independent, scale_torques, scale_references, shared_integral"),
         "{said}"
     );
     let said = refused(folder.path(), &["compare", "missing.toml"]);
@@ -429,7 +427,7 @@ fn names_that_frames_of_logs_have_are_refused() {
 }
 
 #[test]
-fn an_unknown_engine_and_keys_that_the_other_engine_has_are_refused_by_name() {
+fn unknown_engines_and_keys_of_the_other_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let said = |args: &[&str], expected: &str| {
         let said = refused(folder.path(), args);
@@ -570,17 +568,17 @@ fn a_way_of_reading_velocities_goes_with_counts_and_the_period() {
 }
 
 #[test]
-fn check_knows_what_is_built_in_by_name_before_a_file_of_that_name_as_run_does() {
+fn check_prefers_built_in_names_to_files_as_run_does() {
     let folder = tempfile::tempdir().unwrap();
     let said = |name: &str| {
         let output = super::omnistep(folder.path(), &["check", name]);
         assert!(output.status.success(), "{name}");
         String::from_utf8(output.stdout).unwrap()
     };
-    assert!(said("step").starts_with("step: scenario step, 6 s, policy steady, engine rapier"));
+    assert!(said("step").starts_with("step: scenario step, 6 s, policy traction, engine rapier"));
     assert!(said("chugo7").starts_with("chugo7: vehicle chugo7: 3 bodies"));
     assert!(said("climb_map").starts_with("climb_map: study "));
-    assert!(said("wheels").starts_with("wheels: experiment wheels"));
+    assert!(said("motor_bench").starts_with("motor_bench: experiment motor_bench"));
     fs::write(folder.path().join("step"), "no = 1").unwrap();
     assert!(said("step").starts_with("step: scenario step"));
     assert!(refused(folder.path(), &["check", "./step"]).contains("./step"));

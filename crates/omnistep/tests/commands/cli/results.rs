@@ -13,11 +13,11 @@ const FIGURES: [&str; 23] = [
     "pitch_peak_deg",
     "nose_down_peak_deg",
     "slip_rms",
-    "disturbed_rms",
-    "disturbed_realised_rms",
-    "spread_rms",
-    "linkage_spread",
-    "heat_n2m2s",
+    "speed_error_rms",
+    "speed_error_realised_rms",
+    "speed_ratio_std",
+    "slip_speed_std",
+    "torque_squared_n2m2s",
     "stalled_at_m",
     "stalled_row",
     "yaw_error_deg",
@@ -35,7 +35,7 @@ const FIGURES: [&str; 23] = [
 ];
 
 #[test]
-fn engines_are_compared_side_by_side_and_each_log_says_which_is_its_own() {
+fn engines_are_compared_side_by_side_and_named_in_each_log() {
     let folder = tempfile::tempdir().unwrap();
     let arguments = [
         "compare",
@@ -64,8 +64,11 @@ fn engines_are_compared_side_by_side_and_each_log_says_which_is_its_own() {
             "{line}"
         );
     }
-    let logs = ["out/step-paper.mcap", "out/step-paper-articulated.mcap"];
-    let output = omnistep(folder.path(), &["inspect", logs[0], logs[1]]);
+    let logs = [
+        "out/step-scale_torques.mcap",
+        "out/step-scale_torques-articulated.mcap",
+    ];
+    let output = omnistep(folder.path(), &["info", logs[0], logs[1]]);
     let text = String::from_utf8(output.stdout).unwrap();
     assert!(
         text.contains("seed 0, engine rapier,") && text.contains("seed 0, engine articulated,"),
@@ -85,12 +88,12 @@ fn engines_are_compared_side_by_side_and_each_log_says_which_is_its_own() {
     assert!(
         String::from_utf8(output.stdout)
             .unwrap()
-            .ends_with("out/step-steady.mcap\n")
+            .ends_with("out/step-traction.mcap\n")
     );
 }
 
 #[test]
-fn compare_json_prints_one_object_a_policy_with_the_keys_agreed_on_and_nothing_else() {
+fn compare_json_prints_only_one_object_per_policy() {
     let folder = tempfile::tempdir().unwrap();
     let output = omnistep(folder.path(), &["compare", "step", "--json"]);
     assert!(output.status.success());
@@ -100,11 +103,11 @@ fn compare_json_prints_one_object_a_policy_with_the_keys_agreed_on_and_nothing_e
         policies,
         [
             "independent",
-            "paper",
-            "synchronised",
-            "load_sharing",
-            "reach",
-            "steady"
+            "scale_torques",
+            "scale_references",
+            "shared_integral",
+            "traction_runup",
+            "traction"
         ]
     );
     let others = [
@@ -162,24 +165,26 @@ fn without_arguments_it_prints_its_help_and_runs_nothing() {
 }
 
 #[test]
-fn the_first_command_compares_the_policies_on_the_step_in_a_table_of_a_hundred_columns() {
+fn the_first_command_prints_tables_of_eighty_columns() {
     let folder = tempfile::tempdir().unwrap();
     let output = omnistep(folder.path(), &["compare", "step"]);
     assert!(output.status.success());
     let table = stdout(&output);
+    let mut of_tables = table.lines().filter(|line| line.starts_with('|'));
+    assert!(of_tables.all(|line| line.chars().count() <= 80), "{table}");
     assert!(table.lines().all(|line| line.chars().count() <= 100), "{table}");
     for word in [
         "chugo7",
         "5.0 cm",
         "independent",
-        "paper",
-        "synchronised",
-        "load_sharing",
+        "scale_torques",
+        "scale_references",
+        "shared_integral",
         "| real-time factor ",
     ] {
         assert!(table.contains(word), "{word} is missing:\n{table}");
     }
-    assert!(folder.path().join("out/step-synchronised.mcap").is_file());
+    assert!(folder.path().join("out/step-scale_references.mcap").is_file());
 }
 
 #[test]
@@ -198,7 +203,7 @@ fn same_scenario_and_seed_write_the_same_bytes() {
             "--quiet",
         ];
         assert!(omnistep(folder.path(), &args).status.success());
-        fs::read(folder.path().join("out/step-steady-seed7.mcap")).unwrap()
+        fs::read(folder.path().join("out/step-traction-seed7.mcap")).unwrap()
     };
     let (one, two) = (run(), run());
     assert!(
@@ -210,7 +215,7 @@ fn same_scenario_and_seed_write_the_same_bytes() {
 }
 
 #[test]
-fn where_nothing_is_climbed_the_table_says_where_the_vehicle_came_to() {
+fn without_a_climb_the_table_says_where_the_vehicle_ended() {
     let folder = tempfile::tempdir().unwrap();
     let arguments = ["flat", "--quiet", "--set", "duration_s=1.5"];
     let text = stdout(&omnistep(folder.path(), &[&["run"], &arguments[..]].concat()));
@@ -241,7 +246,7 @@ fn where_nothing_is_climbed_the_table_says_where_the_vehicle_came_to() {
 }
 
 #[test]
-fn what_each_figure_of_the_table_says_is_explained_where_that_is_asked_for() {
+fn explain_says_what_each_figure_of_the_table_means() {
     let folder = tempfile::tempdir().unwrap();
     let run = ["run", "flat", "--quiet", "--set", "duration_s=0.3"];
     let plain = stdout(&omnistep(folder.path(), &run));
@@ -265,12 +270,9 @@ fn what_each_figure_of_the_table_says_is_explained_where_that_is_asked_for() {
     }
     let inspected = stdout(&omnistep(
         folder.path(),
-        &["inspect", "out/flat-synchronised.mcap", "--explain"],
+        &["info", "out/flat-scale_references.mcap", "--explain"],
     ));
-    assert!(
-        inspected.contains("\n- wheel slip, rms (`slip_rms`): "),
-        "{inspected}"
-    );
+    assert!(inspected.contains("\n- slip rms (`slip_rms`): "), "{inspected}");
     assert!(
         !omnistep(folder.path(), &[&run[..], &["--explain", "--json"]].concat())
             .status
@@ -281,13 +283,13 @@ fn what_each_figure_of_the_table_says_is_explained_where_that_is_asked_for() {
 #[test]
 fn wheels_json_has_the_times_of_the_paper() {
     let folder = tempfile::tempdir().unwrap();
-    let output = omnistep(folder.path(), &["wheels", "--json"]);
+    let output = omnistep(folder.path(), &["motor-bench", "--json"]);
     let rows = rows(&output);
     assert_eq!(
         rows.iter()
             .map(|r| r["policy"].as_str().unwrap())
             .collect::<Vec<_>>(),
-        ["independent", "paper", "synchronised"]
+        ["independent", "scale_torques", "scale_references"]
     );
     for row in rows {
         let times: Vec<f64> = row["t_s"]
@@ -306,13 +308,13 @@ fn wheels_json_has_the_times_of_the_paper() {
 }
 
 #[test]
-fn gains_that_a_file_leaves_out_are_said_on_standard_error_and_never_among_results() {
+fn computed_gains_are_said_on_standard_error_only() {
     let folder = tempfile::tempdir().unwrap();
     let expected = "rocker_bogie6: no [gains]; derived for a control period of 1 ms: kp 0.412 N.m.s/rad, ki 1.03 N.m/rad, \
                     from 0.0412 kg.m2 at a wheel and a time constant of 100 ms\n";
     let sets = ["--set", "vehicle=rocker_bogie6", "--set", "duration_s=0.05"];
-    // Its motors reach 20 rad/s, of which `reach`, one of the policies compared, would use more.
-    let slow = "warning: flat: reach with motors of 20.0 rad/s without load: wheels are spun up by 0.41 m/s before a retry, not by 2.64, so it is weaker\n";
+    // Its motors reach 20 rad/s, of which `traction_runup`, one of the policies compared, would use more.
+    let slow = "warning: flat: traction_runup with motors of 20.0 rad/s without load: wheels are spun up by 0.41 m/s before a retry, not by 2.64, so it is weaker\n";
     for (command, more) in [("run", ""), ("compare", slow)] {
         let args = [&[command, "flat", "--json", "--quiet"], &sets[..]].concat();
         let output = omnistep(folder.path(), &args);
@@ -322,9 +324,12 @@ fn gains_that_a_file_leaves_out_are_said_on_standard_error_and_never_among_resul
         assert_eq!(rows(&output).len(), if command == "run" { 1 } else { 6 });
     }
     assert!(
-        omnistep(folder.path(), &["new", "vehicle", "r", "--like", "rocker_bogie6"])
-            .status
-            .success()
+        omnistep(
+            folder.path(),
+            &["new", "vehicle", "r", "--template", "rocker_bogie6"]
+        )
+        .status
+        .success()
     );
     let output = omnistep(folder.path(), &["check", "r.toml"]);
     assert_eq!(
@@ -359,7 +364,7 @@ fn figures_are_null_where_the_riser_was_never_reached() {
 }
 
 #[test]
-fn a_vehicle_that_falls_apart_leaves_its_log_a_verdict_and_an_error() {
+fn a_vehicle_that_falls_apart_leaves_log_verdict_and_error() {
     // A step of 50 ms and a vehicle that drops off an edge: eight iterations do not hold the joints.
     let folder = tempfile::tempdir().unwrap();
     let args = [
@@ -367,9 +372,9 @@ fn a_vehicle_that_falls_apart_leaves_its_log_a_verdict_and_an_error() {
         "step_down",
         "--json",
         "--set",
-        "physics.step_us=50000",
+        "physics.timestep_s=0.05",
         "--set",
-        "control.period_us=50000",
+        "control.period_s=0.05",
         "--set",
         "physics.solver_iterations=8", // left out, there would be 100 of them
         "--set",
@@ -398,13 +403,13 @@ fn a_run_ends_with_an_error_when_its_time_on_the_clock_is_up() {
         "--set",
         "duration_s=3600",
         "--set",
-        "wall_clock_s=0.2",
+        "time_limit_s=0.2",
     ];
     let output = omnistep(folder.path(), &args);
     assert_eq!(output.status.code(), Some(1));
     let said = String::from_utf8(output.stderr).unwrap();
     assert!(
-        said.contains("the run took longer than wall_clock_s, 0.2 s"),
+        said.contains("the run took longer than time_limit_s, 0.2 s"),
         "{said}"
     );
 }
@@ -427,7 +432,7 @@ fn results_that_cannot_be_written_are_an_error() {
 }
 
 #[test]
-fn an_output_folder_that_cannot_be_written_is_named_before_anything_runs() {
+fn an_unwritable_folder_is_named_before_anything_runs() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("taken"), "a file, not a folder").unwrap();
     assert!(refused(folder.path(), &["compare", "--out", "taken"]).contains("taken"));
@@ -445,10 +450,10 @@ fn an_output_folder_that_cannot_be_written_is_named_before_anything_runs() {
 }
 
 #[test]
-fn run_and_inspect_say_what_the_drive_found_and_when() {
+fn run_and_info_say_what_the_drive_found_and_when() {
     let folder = tempfile::tempdir().unwrap();
     let keys = [
-        "drive.timeout_s=0.1",
+        "drive.command_timeout_s=0.1",
         "drive.faults={}",
         "fault=[{kind='encoder_silent',wheel='2',from_s=0.2,until_s=0.3},{kind='command_lost',from_s=0.5,until_s=0.7},\
          {kind='emergency_stop',from_s=0.8}]",
@@ -496,7 +501,7 @@ fn run_and_inspect_say_what_the_drive_found_and_when() {
         let notes = notes.take_while(|line| line.starts_with("  "));
         heading.chain(notes).map(String::from).collect()
     };
-    let inspected = omnistep(folder.path(), &["inspect", said.lines().last().unwrap()]);
+    let inspected = omnistep(folder.path(), &["info", said.lines().last().unwrap()]);
     let inspected = String::from_utf8(inspected.stdout).unwrap();
     assert_eq!(found(&inspected), found(&said));
     assert!(

@@ -48,12 +48,12 @@ fn every_file_of_a_robot_is_listed_with_what_it_is() {
 }
 
 #[test]
-fn a_vehicle_like_a_robot_has_nothing_doubtful_and_drives_straight() {
+fn a_vehicle_of_a_robot_has_no_doubts_and_drives_straight() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     for robot in names() {
         let (own, file) = (format!("my_{robot}"), format!("my_{robot}.toml"));
-        let new = omnistep(path, &["new", "vehicle", &own, "--like", &robot]);
+        let new = omnistep(path, &["new", "vehicle", &own, "--template", &robot]);
         assert!(new.status.success(), "{}", stderr(&new));
         assert!(stdout(&new).starts_with(&format!("{file}: started from {robot}; run it with: ")));
         let checked = omnistep(path, &["check", &file, "--strict"]);
@@ -144,9 +144,12 @@ fn every_number_of_a_robot_names_its_source_or_is_an_assumption() {
 }
 
 #[test]
-fn a_name_that_is_no_vehicle_is_answered_with_all_names_and_the_nearest() {
+fn an_unknown_vehicle_is_answered_with_all_names() {
     let folder = tempfile::tempdir().unwrap();
-    let said = refused(folder.path(), &["new", "vehicle", "mine", "--like", "ridgeback2"]);
+    let said = refused(
+        folder.path(),
+        &["new", "vehicle", "mine", "--template", "ridgeback2"],
+    );
     assert_eq!(
         said,
         "error: unknown vehicle \"ridgeback2\" (did you mean \"ridgeback\"?), allowed: chugo7, omni3, mecanum4, \
@@ -155,15 +158,15 @@ fn a_name_that_is_no_vehicle_is_answered_with_all_names_and_the_nearest() {
     );
     let said = refused(
         folder.path(),
-        &["new", "vehicle", "mine", "--like", "absent.toml"],
+        &["new", "vehicle", "mine", "--template", "absent.toml"],
     );
     assert!(said.starts_with("error: absent.toml: No such file"), "{said}");
 }
 
 #[test]
-fn the_name_of_a_robot_where_a_vehicle_is_wanted_is_answered_with_the_way_to_it() {
+fn a_robot_in_place_of_a_vehicle_is_answered_with_the_way() {
     let folder = tempfile::tempdir().unwrap();
-    let way = "; first: omnistep new vehicle my_youbot --like youbot\n";
+    let way = "; first: omnistep new vehicle my_youbot --template youbot\n";
     for args in [
         &["run", "flat", "--vehicle", "youbot"][..],
         &["check", "youbot"],
@@ -180,20 +183,20 @@ fn a_vehicle_is_started_from_a_file_of_ones_own() {
     let path = folder.path();
     let read = |file: &str| fs::read_to_string(path.join(file)).unwrap();
     assert!(
-        omnistep(path, &["new", "vehicle", "first", "--like", "strafer"])
+        omnistep(path, &["new", "vehicle", "first", "--template", "strafer"])
             .status
             .success()
     );
     // A comment before the name, no spaces, single quotes: only the name is another one.
     let own = read("first.toml").replace("name = \"first\"", "name='first' # as painted");
     fs::write(path.join("first.toml"), &own).unwrap();
-    let said = omnistep(path, &["new", "vehicle", "second", "--like", "first.toml"]);
+    let said = omnistep(path, &["new", "vehicle", "second", "--template", "first.toml"]);
     assert!(said.status.success(), "{}", stderr(&said));
     assert_eq!(read("second.toml"), own.replace("'first'", "\"second\""));
     // The schema beside the copy is that of its own folder.
     fs::write(path.join("vehicle.schema.json"), "{}").unwrap();
     assert!(
-        omnistep(path, &["new", "vehicle", "third", "--like", "second.toml"])
+        omnistep(path, &["new", "vehicle", "third", "--template", "second.toml"])
             .status
             .success()
     );
@@ -204,7 +207,7 @@ fn a_vehicle_is_started_from_a_file_of_ones_own() {
     );
     // What is no vehicle is refused under its own name, and nothing is written.
     assert!(omnistep(path, &["new", "scenario", "ground"]).status.success());
-    let said = refused(path, &["new", "vehicle", "fourth", "--like", "ground.toml"]);
+    let said = refused(path, &["new", "vehicle", "fourth", "--template", "ground.toml"]);
     assert!(
         said.starts_with("error: ground.toml: this is a scenario file, not a vehicle"),
         "{said}"
@@ -214,7 +217,7 @@ fn a_vehicle_is_started_from_a_file_of_ones_own() {
         own.replace("radius_m = 0.048", "radius_m = 48"),
     )
     .unwrap();
-    let said = refused(path, &["new", "vehicle", "fourth", "--like", "bad.toml"]);
+    let said = refused(path, &["new", "vehicle", "fourth", "--template", "bad.toml"]);
     assert!(
         said.starts_with("error: bad.toml: mecanum4.radius_m: 48, allowed: 0.001 to 10"),
         "{said}"

@@ -5,7 +5,7 @@ use super::{omnistep, refused, rows, stderr, stdout};
 #[test]
 fn ripple_of_straight_rollers_is_that_of_a_polygon() {
     let folder = tempfile::tempdir().unwrap();
-    let mut args = vec!["ripple", "chugo7", "--json"];
+    let mut args = vec!["wheel-ripple", "chugo7", "--json"];
     for set in ["rollers.count=8", "rollers.radius_m=0.00001", "rollers.crown_m=0"] {
         args.extend(["--set", set]);
     }
@@ -24,7 +24,7 @@ fn ripple_of_straight_rollers_is_that_of_a_polygon() {
 #[test]
 fn ripple_is_a_table_with_a_line_a_wheel() {
     let folder = tempfile::tempdir().unwrap();
-    let text = stdout(&omnistep(folder.path(), &["ripple", "mecanum4"]));
+    let text = stdout(&omnistep(folder.path(), &["wheel-ripple", "mecanum4"]));
     assert!(
         text.starts_with("mecanum4: height of each axle over a turn, lengths in mm\n"),
         "{text}"
@@ -37,7 +37,7 @@ fn ripple_is_a_table_with_a_line_a_wheel() {
 }
 
 #[test]
-fn rollers_that_are_not_there_are_assumed_and_those_that_do_not_fit_are_refused_by_key() {
+fn missing_rollers_are_assumed_and_misfits_refused_by_key() {
     let folder = tempfile::tempdir().unwrap();
     let model = ["run", "flat", "--set", "physics.wheel_model=rollers", "--set"];
     let with = |more: &str| refused(folder.path(), &[&model[..], &[more]].concat());
@@ -50,7 +50,7 @@ fn rollers_that_are_not_there_are_assumed_and_those_that_do_not_fit_are_refused_
     )
     .unwrap();
     // A file without rollers has those that close the gaps: two rows of nine on an omni wheel.
-    let bare = omnistep(folder.path(), &["ripple", "bare.toml"]);
+    let bare = omnistep(folder.path(), &["wheel-ripple", "bare.toml"]);
     assert!(
         bare.status.success() && stdout(&bare).matches(" 2 x 9 |").count() == 3,
         "{}",
@@ -59,9 +59,9 @@ fn rollers_that_are_not_there_are_assumed_and_those_that_do_not_fit_are_refused_
     let exported = omnistep(folder.path(), &["export", "bare.toml", "--format", "mjcf"]);
     assert!(exported.status.success(), "{}", stderr(&exported));
     assert_eq!(
-        with("physics.step_us=1000"),
-        "error: built-in flat: physics.roller_substeps: 2, allowed: 4 to 16 at physics.step_us = 1000: rollers vibrate in \
-         parts of more than 250 us\n"
+        with("physics.timestep_s=0.001"),
+        "error: built-in flat: physics.roller_substeps: 2, allowed: 4 to 16 at physics.timestep_s = 0.001: rollers vibrate in \
+         parts of more than 0.00025 s\n"
     );
     let slow = [
         "run",
@@ -69,12 +69,15 @@ fn rollers_that_are_not_there_are_assumed_and_those_that_do_not_fit_are_refused_
         "--set",
         "physics.wheel_model=rollers",
         "--set",
-        "control.period_us=10000",
+        "control.period_s=0.01",
         "--set",
     ];
     assert_eq!(
-        refused(folder.path(), &[&slow[..], &["physics.step_us=5000"]].concat()),
-        "error: built-in flat: physics.step_us: 5000, allowed: up to 4000 where wheels have rollers\n"
+        refused(
+            folder.path(),
+            &[&slow[..], &["physics.timestep_s=0.005"]].concat()
+        ),
+        "error: built-in flat: physics.timestep_s: 0.005, allowed: up to 0.004 where wheels have rollers\n"
     );
     assert_eq!(
         with("vehicle.rollers.radius_m=0.05"),

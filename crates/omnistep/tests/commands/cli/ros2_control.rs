@@ -7,7 +7,7 @@ use std::path::Path;
 use omni_config::Vehicle;
 use omni_core::{BodyTwist, Kinematics};
 
-use super::{omnistep, refused, stdout};
+use super::{omnistep, refused, stdout, words};
 
 /// Forward, sideways and about, all at once: the largest is of the order of 1, so wheels turn at some 10 rad/s.
 const TWISTS: [[f64; 3]; 3] = [[0.7, -0.4, 0.9], [-0.3, 0.8, -1.3], [0.05, 0.6, 0.2]];
@@ -220,7 +220,7 @@ fn omni3_is_refused_for_its_sense_and_fits_turned_round() {
 }
 
 #[test]
-fn the_mecanum_controller_turns_every_joint_as_our_kinematics_do_wherever_the_middle_is() {
+fn the_mecanum_controller_agrees_with_our_kinematics() {
     let folder = tempfile::tempdir().unwrap();
     // As built in; with the origin elsewhere and gears; driving to the left; all joints reversed.
     for (turn_rad, shift_m, gear) in [
@@ -279,20 +279,13 @@ fn the_yaml_of_mecanum4_is_short_and_takes_its_limits() {
     assert!(text.ends_with(tail), "{text}");
     let slower = stdout(&omnistep(
         folder.path(),
-        &[
-            "export",
-            "mecanum4",
-            "--format",
-            "ros2-control",
-            "--set",
-            "limits.yaw_rad_s2=4",
-        ],
+        &words("export mecanum4 --format ros2-control --set limits.yaw_rad_s2=4"),
     ));
     assert!(slower.ends_with("        max_acceleration: 4.0\n        max_deceleration: -4.0\n"));
 }
 
 #[test]
-fn a_vehicle_that_neither_controller_drives_is_one_line_with_the_wheel() {
+fn a_vehicle_that_no_controller_drives_is_one_line() {
     let folder = tempfile::tempdir().unwrap();
     let said = |vehicle: &str, set: &[&str]| {
         let mut args = vec!["export", vehicle, "--format", "ros2-control"];

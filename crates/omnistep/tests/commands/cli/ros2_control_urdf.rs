@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{omnistep, stdout};
+use super::{omnistep, stdout, words};
 
 /// The text of each `<param>` under an element, by name.
 fn parameters(block: &str) -> BTreeMap<&str, &str> {
@@ -16,13 +16,13 @@ fn parameters(block: &str) -> BTreeMap<&str, &str> {
 }
 
 #[test]
-fn the_urdf_has_a_joint_a_wheel_with_its_limits_and_is_else_the_same() {
+fn the_block_has_one_joint_per_wheel_with_its_limits() {
     let folder = tempfile::tempdir().unwrap();
     for (vehicle, command, wheels) in [("mecanum4", "velocity", 4), ("rocker_bogie6", "effort", 6)] {
-        let plain = stdout(&omnistep(folder.path(), &["urdf", vehicle]));
+        let plain = stdout(&omnistep(folder.path(), &["export", vehicle, "--format", "urdf"]));
         let text = stdout(&omnistep(
             folder.path(),
-            &["urdf", vehicle, "--ros2-control", command],
+            &["export", vehicle, "--format", "urdf", "--ros2-control", command],
         ));
         let (before, block) = text.split_once("  <ros2_control ").unwrap();
         assert_eq!(format!("{before}</robot>\n"), plain);
@@ -73,14 +73,11 @@ fn the_urdf_has_a_joint_a_wheel_with_its_limits_and_is_else_the_same() {
             assert_eq!([min, max], [-most, most], "{name}");
         }
     }
-    // Without a value the command is velocity; another word is refused.
-    let args = ["urdf", "mecanum4", "--ros2-control"];
-    let full = ["urdf", "mecanum4", "--ros2-control", "velocity"];
-    assert_eq!(
-        stdout(&omnistep(folder.path(), &args)),
-        stdout(&omnistep(folder.path(), &full))
+    // Another word is refused.
+    let said = omnistep(
+        folder.path(),
+        &words("export mecanum4 --format urdf --ros2-control position"),
     );
-    let said = omnistep(folder.path(), &["urdf", "mecanum4", "--ros2-control", "position"]);
     let said_text = String::from_utf8(said.stderr).unwrap();
     assert_eq!(said.status.code(), Some(2));
     assert!(

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use super::{omnistep, refused, stderr, stdout};
+use super::{omnistep, refused, stderr, stdout, words};
 
 const SHORT: &str = r#"
 schema_version = 1
@@ -10,7 +10,7 @@ name = "short"
 total_mass_kg = 8.8
 [[body]]
 name = "frame"
-box_m = [0.4, 0.35, 0.12]
+inertia_box_m = [0.4, 0.35, 0.12]
 [motor]
 stall_torque_kg_cm = 24.3
 no_load_rpm = 312
@@ -22,7 +22,7 @@ wheel_mass_kg = 0.35
 "#;
 
 #[test]
-fn what_a_short_file_leaves_out_is_assumed_aloud_and_what_is_run_is_written_whole() {
+fn what_a_short_file_leaves_out_is_assumed_aloud() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("short.toml"), SHORT).unwrap();
     let assumed = [
@@ -64,7 +64,7 @@ fn what_a_short_file_leaves_out_is_assumed_aloud_and_what_is_run_is_written_whol
     // What was logged needs no assumption: the run is repeated bit for bit.
     let replayed = omnistep(
         folder.path(),
-        &["replay", "out/flat-synchronised-articulated.mcap"],
+        &["replay", "out/flat-scale_references-articulated.mcap"],
     );
     assert!(
         replayed.status.success() && !stderr(&replayed).contains("without"),
@@ -74,41 +74,20 @@ fn what_a_short_file_leaves_out_is_assumed_aloud_and_what_is_run_is_written_whol
 }
 
 #[test]
-fn another_vehicle_is_named_by_an_option_of_every_command_that_takes_a_scenario() {
+fn every_command_of_a_scenario_takes_another_vehicle() {
     let folder = tempfile::tempdir().unwrap();
-    let with = |command: &str| {
-        let done = omnistep(
-            folder.path(),
-            &[
-                command,
-                "flat",
-                "--vehicle",
-                "mecanum4",
-                "--set",
-                "vehicle.wheel.*.radius_m=0.05",
-            ],
-        );
+    let export = |format: &str| {
+        let args = "export flat --vehicle mecanum4 --set vehicle.wheel.*.radius_m=0.05 --format";
+        let args: Vec<_> = args.split(' ').chain([format]).collect();
+        let done = omnistep(folder.path(), &args);
         assert!(done.status.success(), "{}", stderr(&done));
         stdout(&done)
     };
-    assert!(with("constants").contains("[[20.0, -20.0, ")); // one over 0.05 m
-    let export = |format: &str| {
-        let args = ["export", "flat", "--vehicle", "omni3", "--format", format];
-        stdout(&omnistep(folder.path(), &args))
-    };
+    assert!(export("rust").contains("[[20.0, -20.0, ")); // one over 0.05 m
     assert!(export("mjcf").starts_with("<mujoco model=\"flat\">"));
-    assert!(export("urdf").starts_with("<robot name=\"omni3\">"));
     let run = omnistep(
         folder.path(),
-        &[
-            "run",
-            "flat",
-            "--vehicle",
-            "omni3",
-            "--set",
-            "duration_s=0.2",
-            "--quiet",
-        ],
+        &words("run flat --vehicle omni3 --set duration_s=0.2 --quiet"),
     );
     assert!(
         stdout(&run).starts_with("omni3 on flat ground"),
@@ -122,14 +101,7 @@ fn another_vehicle_is_named_by_an_option_of_every_command_that_takes_a_scenario(
     );
     let message = refused(
         folder.path(),
-        &[
-            "run",
-            "flat",
-            "--vehicle",
-            "mecanum4",
-            "--set",
-            "vehicle.wheel.left.gear=1",
-        ],
+        &words("run flat --vehicle mecanum4 --set vehicle.wheel.left.gear=1"),
     );
     assert_eq!(
         message,

@@ -38,11 +38,11 @@ fn signalled(folder: &Path, args: &[&str], signal: &str, ready: impl Fn() -> boo
 }
 
 #[test]
-fn ctrl_c_and_sigterm_end_a_run_with_one_line_that_names_its_log_which_has_all_until_then() {
+fn ctrl_c_and_sigterm_end_a_run_and_name_its_log_until_then() {
     let folder = tempfile::tempdir().unwrap();
     for (args, policy, signal, code) in [
-        (&["run", "--quiet"][..], "steady", "-INT", 130),
-        (&["run", "--json"], "steady", "-TERM", 143),
+        (&["run", "--quiet"][..], "traction", "-INT", 130),
+        (&["run", "--json"], "traction", "-TERM", 143),
         (&["compare"], "independent", "-INT", 130),
     ] {
         let part = format!("out/step-{policy}.mcap.part");
@@ -75,10 +75,14 @@ fn ctrl_c_and_sigterm_end_a_run_with_one_line_that_names_its_log_which_has_all_u
 
 #[test]
 #[cfg(feature = "live")]
-fn ctrl_c_ends_a_live_run_with_one_line_while_it_goes_waits_for_a_client_or_for_the_clock() {
+fn ctrl_c_ends_a_live_run_with_one_line_also_while_it_waits() {
     let folder = tempfile::tempdir().unwrap();
     let said = || fs::read_to_string(folder.path().join("said")).unwrap_or_default();
-    for more in [&["--speed", "10"][..], &["--wait"], &["--speed", "0.001"]] {
+    for more in [
+        &["--real-time-factor", "10"][..],
+        &["--wait"],
+        &["--real-time-factor", "0.001"],
+    ] {
         let args = [
             &["run", "flat", "--live", "--port", "0", "--set", "duration_s=3600"],
             more,
@@ -116,33 +120,34 @@ fn a_live_run_is_warned_of_as_any_other() {
     let warned = |more: &[&str]| {
         let output = super::omnistep(
             folder.path(),
-            &[&["run", "step", "--policy", "synchronised"], more, &set].concat(),
+            &[&["run", "step", "--policy", "scale_references"], more, &set].concat(),
         );
         let said = String::from_utf8(output.stderr).unwrap();
         let lines = said.lines().filter(|line| line.starts_with("warning: "));
         lines.map(String::from).collect::<Vec<_>>()
     };
-    let live = warned(&["--live", "--port", "0", "--speed", "inf"]);
+    let live = warned(&["--live", "--port", "0", "--real-time-factor", "inf"]);
     assert_eq!(live, warned(&[]));
     assert_eq!(live.len(), 2, "{live:?}");
 }
 
 #[test]
-fn ctrl_c_in_a_later_policy_of_compare_keeps_the_table_of_those_that_are_done() {
+fn ctrl_c_in_compare_keeps_the_table_of_finished_policies() {
     let folder = tempfile::tempdir().unwrap();
-    let part = folder.path().join("out/step-synchronised.mcap.part");
+    let part = folder.path().join("out/step-scale_references.mcap.part");
     let args = ["compare", "step", "--quiet", "--set", "duration_s=4"];
     let output = signalled(folder.path(), &args, "-INT", || part.exists());
     assert_eq!(output.status.code(), Some(130), "{output:?}");
     let shown = String::from_utf8(output.stdout).unwrap();
-    for done in ["independent", "paper"] {
+    for done in ["independent", "scale_torques"] {
         assert!(shown.contains(&format!(" {done} |")), "{shown}");
         assert!(shown.contains(&format!("out/step-{done}.mcap\n")), "{shown}");
     }
-    assert!(!shown.contains("synchronised"), "{shown}");
+    assert!(!shown.contains("scale_references"), "{shown}");
     let said = fs::read_to_string(folder.path().join("said")).unwrap();
     assert!(
-        said.starts_with("stopped: the run ended at ") && said.ends_with("out/step-synchronised.mcap.part\n"),
+        said.starts_with("stopped: the run ended at ")
+            && said.ends_with("out/step-scale_references.mcap.part\n"),
         "{said}"
     );
 }
@@ -160,7 +165,7 @@ fn bash(folder: &Path, line: &str) -> (Option<i32>, String) {
 
 #[test]
 #[cfg(target_os = "linux")]
-fn a_full_quota_is_one_line_that_names_the_file_and_leaves_no_half_log() {
+fn a_full_quota_is_one_line_and_leaves_no_half_log() {
     let folder = tempfile::tempdir().unwrap();
     // The system refuses the write that would make a file larger than 400 KiB, and sends SIGXFSZ, which ends a process that does not
     // handle it.
@@ -168,7 +173,7 @@ fn a_full_quota_is_one_line_that_names_the_file_and_leaves_no_half_log() {
     assert_eq!(code, Some(1), "{said}");
     assert_eq!(said.lines().count(), 1, "{said}");
     assert!(
-        said.contains("out/step-steady.mcap: ") && said.contains("too large"),
+        said.contains("out/step-traction.mcap: ") && said.contains("too large"),
         "{said}"
     );
     assert_eq!(
@@ -197,7 +202,7 @@ fn a_full_quota_is_one_line_that_names_the_file_and_leaves_no_half_log() {
 
 #[test]
 #[cfg(target_os = "linux")]
-fn a_folder_whose_name_is_no_utf_8_is_written_to_and_refused_where_json_would_have_to_name_it() {
+fn a_folder_without_utf_8_name_is_written_to_but_not_in_json() {
     let folder = tempfile::tempdir().unwrap();
     let run = |more: &[&str]| {
         Program::new(env!("CARGO_BIN_EXE_omnistep"))
@@ -223,11 +228,11 @@ fn a_folder_whose_name_is_no_utf_8_is_written_to_and_refused_where_json_would_ha
     let done = run(&[]);
     assert!(done.status.success(), "{done:?}");
     assert!(
-        done.stdout.ends_with(b"\nb\xff/flat-synchronised.mcap\n"),
+        done.stdout.ends_with(b"\nb\xff/flat-scale_references.mcap\n"),
         "{done:?}"
     );
     let log = folder
         .path()
-        .join(OsStr::from_bytes(b"b\xff/flat-synchronised.mcap"));
+        .join(OsStr::from_bytes(b"b\xff/flat-scale_references.mcap"));
     assert!(read_log(log, |_, _| Ok(())).unwrap().complete);
 }

@@ -22,8 +22,8 @@ fn a_slip_in_a_key_or_a_name_is_answered_with_the_nearest_one() {
             "motor.stal_torque: unknown field `stal_torque` (did you mean `stall_torque_n",
         ),
         (
-            ["run", "flat", "--set", "control.policy=synchronized"],
-            "control.policy: \"synchronized\" (did you mean \"synchronised\"?), allowed: independent",
+            ["run", "flat", "--set", "control.policy=scale_reference"],
+            "control.policy: \"scale_reference\" (did you mean \"scale_references\"?), allowed: independent",
         ),
         // The key of another table, and a word of a longer key.
         (
@@ -64,8 +64,8 @@ fn a_slip_in_a_key_or_a_name_is_answered_with_the_nearest_one() {
             "vehicle: \"chugo\" (did you mean \"chugo7\"?), allowed: chugo7",
         ),
         (
-            ["run", "flat", "--policy", "synchronized"],
-            "unknown policy \"synchronized\" (did you mean \"synchronised\"?), allowed: independent",
+            ["run", "flat", "--policy", "scale_reference"],
+            "unknown policy \"scale_reference\" (did you mean \"scale_references\"?), allowed: independent",
         ),
         (
             ["run", "setp", "--out", "x"],
@@ -116,7 +116,7 @@ fn help_and_message_of_a_python_command_name_the_same_extra() {
 }
 
 #[test]
-fn a_file_that_is_missing_is_answered_with_the_name_that_was_meant() {
+fn a_missing_file_is_answered_with_the_name_that_was_meant() {
     let folder = one_of_each();
     let path = folder.path();
     fs::copy(path.join("v.toml"), path.join("mybot.toml")).unwrap();
@@ -153,7 +153,7 @@ fn a_file_that_is_missing_is_answered_with_the_name_that_was_meant() {
         ),
         (&["study", "x/../yy.toml"], "error: x/../yy.toml: "),
         (
-            &["urdf", "mybto.toml"],
+            &["export", "mybto.toml", "--format", "urdf"],
             "error: mybto.toml (did you mean \"mybot.toml\"?): ",
         ),
     ] {

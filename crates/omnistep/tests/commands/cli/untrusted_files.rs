@@ -32,12 +32,12 @@ const WAYS: [&[&str]; 13] = [
     &["run", "flat", "--set", "vehicle=X"],
     &["run", "height_map", "--set", "terrain.image=X"],
     &["study", "X"],
-    &["wheels", "X"],
-    &["urdf", "X"],
+    &["motor-bench", "X"],
+    &["export", "X", "--format", "urdf"],
     &["export", "X", "--format", "mjcf"],
-    &["inspect", "X"],
+    &["info", "X"],
     &["replay", "X"],
-    &["constants", "X"],
+    &["export", "X", "--format", "rust"],
     &["run", "flat", "--controller", "qemu", "--firmware", "X"],
 ];
 
@@ -124,14 +124,14 @@ fn ten(from: f64, step: f64) -> String {
 }
 
 #[test]
-fn a_study_of_a_hundred_thousand_combinations_is_checked_value_by_value() {
+fn a_huge_study_is_checked_value_by_value() {
     let folder = tempfile::tempdir().unwrap();
     let keys = [
         "terrain.height_m",
         "terrain.friction",
         "command.vx_m_s",
         "vehicle.motor.stall_torque_n_m",
-        "terrain.at_m",
+        "terrain.start_x_m",
     ];
     let values: Vec<_> = [(0.01, 0.005), (0.2, 0.1), (0.05, 0.05), (1.0, 0.2), (1.0, 0.1)]
         .map(|(from, step)| ten(from, step))
@@ -162,7 +162,7 @@ fn a_study_of_a_hundred_thousand_combinations_is_checked_value_by_value() {
         let mut wrong = axes.clone();
         let values = format!("{}, {bad}", wrong[i].1);
         let short = "0.5, 0.6".to_owned();
-        wrong[(i + 1) % 5].1 = if wrong[(i + 1) % 5].0 == "terrain.at_m" {
+        wrong[(i + 1) % 5].1 = if wrong[(i + 1) % 5].0 == "terrain.start_x_m" {
             "1.0"
         } else {
             &short
@@ -197,24 +197,24 @@ fn a_study_of_a_hundred_thousand_combinations_is_checked_value_by_value() {
 }
 
 #[test]
-fn what_only_two_values_together_break_is_said_before_anything_is_run() {
+fn invalid_pairs_of_values_are_refused_before_anything_runs() {
     let folder = tempfile::tempdir().unwrap();
-    // 1000 is a multiple of 200 and of 250, 600 of 200 only.
+    // 1 ms is a multiple of 0.2 and of 0.25 ms, 0.6 ms of 0.2 ms only.
     let axes = [
-        ("physics.step_us", "200, 250"),
-        ("control.period_us", "1000, 600"),
+        ("physics.timestep_s", "0.0002, 0.00025"),
+        ("control.period_s", "0.001, 0.0006"),
     ];
     assert!(checked(folder.path(), &axes).is_ok());
     let said = refused(folder.path(), &["study", "s.toml", "--quiet"]);
     assert_eq!(
         said,
-        "error: s.toml: axis[1]: control.period_us = 600: 600, allowed: a multiple of physics.step_us, 250\n"
+        "error: s.toml: axis[1]: control.period_s = 0.0006: 0.0006, allowed: a multiple of physics.timestep_s, 0.00025\n"
     );
     assert!(!folder.path().join("out").exists(), "nothing is written");
 }
 
 #[test]
-fn no_message_is_longer_than_somebody_reads_whatever_a_file_holds() {
+fn no_message_exceeds_its_length_whatever_a_file_holds() {
     let folder = tempfile::tempdir().unwrap();
     let step = toml::to_string(&Scenario::load("step", &[]).unwrap()).unwrap();
     let long = "a".repeat(10_000_000);
@@ -242,9 +242,9 @@ fn no_message_is_longer_than_somebody_reads_whatever_a_file_holds() {
         ),
         ("seed = 0", format!("seed = 0\n{long} = 1"), "\n"),
         (
-            "policy = \"steady\"",
+            "policy = \"traction\"",
             format!("policy = \"{long}\""),
-            "load_sharing, reach, steady\n",
+            "shared_integral, traction_runup, traction\n",
         ),
         ("kind = \"step\"", format!("kind = \"{long}\""), "\n"),
         (
@@ -273,7 +273,7 @@ fn no_message_is_longer_than_somebody_reads_whatever_a_file_holds() {
         &["run", "flat", "--set", &format!("{name}=1")],
         &["run", "flat", "--set", &name],
         &["run", "flat", "--policy", &name],
-        &["inspect", &name],
+        &["info", &name],
         &["check", &name],
     ] {
         let said = refused(folder.path(), args);

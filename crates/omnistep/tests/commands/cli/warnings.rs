@@ -2,10 +2,10 @@
 
 use std::fs;
 
-use super::{omnistep, one_of_each, rows, stderr, stdout};
+use super::{omnistep, one_of_each, rows, stderr, stdout, words};
 
 #[test]
-fn a_duration_that_cannot_suffice_is_warned_of_in_one_line_and_is_no_error() {
+fn a_duration_that_cannot_suffice_is_a_warning_in_one_line() {
     let folder = one_of_each();
     let path = folder.path();
     let step = "schema_version = 1\nname = \"short\"\nscenario = \"step\"\nseeds = 2\n[set]\nduration_s = 0.5\n[[axis]]\nkey = \"command.vx_m_s\"\nvalues = [0.3, 30.0]\n";
@@ -50,7 +50,7 @@ fn a_duration_that_cannot_suffice_is_warned_of_in_one_line_and_is_no_error() {
 fn a_map_counts_runs_that_were_cut_off_apart_from_stalls() {
     let folder = tempfile::tempdir().unwrap();
     // 2 s end on the way to the riser; a step of 20 cm is a stall after 6 s; the rest climbs.
-    let study = "schema_version = 1\nname = \"cut\"\nscenario = \"step\"\nseeds = 2\n[set]\nperturbation.yaw_rad = 0.01\nphysics.step_us = 1000\ncontrol.policy = \"independent\"\n\
+    let study = "schema_version = 1\nname = \"cut\"\nscenario = \"step\"\nseeds = 2\n[set]\nperturbation.yaw_rad = 0.01\nphysics.timestep_s = 0.001\ncontrol.policy = \"independent\"\n\
                  [[axis]]\nkey = \"duration_s\"\nvalues = [2.0, 6.0]\n[[axis]]\nkey = \"terrain.height_m\"\nvalues = [0.02, 0.2]\n";
     fs::write(folder.path().join("cut.toml"), study).unwrap();
     let output = omnistep(folder.path(), &["study", "cut.toml", "--quiet"]);
@@ -72,7 +72,7 @@ fn a_map_counts_runs_that_were_cut_off_apart_from_stalls() {
 }
 
 #[test]
-fn a_run_that_stops_when_done_has_the_figures_of_the_whole_one_and_a_shorter_log() {
+fn a_run_that_stops_when_done_has_the_figures_of_the_whole() {
     let folder = tempfile::tempdir().unwrap();
     let whole = omnistep(
         folder.path(),
@@ -80,15 +80,7 @@ fn a_run_that_stops_when_done_has_the_figures_of_the_whole_one_and_a_shorter_log
     );
     let done = omnistep(
         folder.path(),
-        &[
-            "run",
-            "step",
-            "--json",
-            "--quiet",
-            "--out",
-            "done",
-            "--stop-when-done",
-        ],
+        &words("run step --json --quiet --out done --stop-when-done"),
     );
     let (whole, done) = (rows(&whole).remove(0), rows(&done).remove(0));
     let figures = whole.as_object().unwrap();
@@ -98,10 +90,7 @@ fn a_run_that_stops_when_done_has_the_figures_of_the_whole_one_and_a_shorter_log
     }
     assert_eq!(done["verdict"], "climbed");
     let logs = [&done, &whole].map(|row| row["mcap"].as_str().unwrap().to_owned());
-    let inspected = rows(&omnistep(
-        folder.path(),
-        &["inspect", &logs[0], &logs[1], "--json"],
-    ));
+    let inspected = rows(&omnistep(folder.path(), &["info", &logs[0], &logs[1], "--json"]));
     let until = |k: usize| inspected[k]["until_s"].as_f64().unwrap();
     // 1.2 s to the riser, 2.5 s over it.
     assert!(
@@ -115,17 +104,9 @@ fn a_run_that_stops_when_done_has_the_figures_of_the_whole_one_and_a_shorter_log
     // On flat ground there is nothing to be done with.
     let flat = omnistep(
         folder.path(),
-        &[
-            "run",
-            "flat",
-            "--json",
-            "--quiet",
-            "--stop-when-done",
-            "--set",
-            "duration_s=0.5",
-        ],
+        &words("run flat --json --quiet --stop-when-done --set duration_s=0.5"),
     );
-    assert_eq!(rows(&flat)[0]["verdict"], "driven");
+    assert_eq!(rows(&flat)[0]["verdict"], "completed");
 }
 
 #[test]
@@ -206,13 +187,13 @@ fn check_says_what_one_count_a_period_is_of_the_top_speed() {
 }
 
 #[test]
-fn physics_that_gain_energy_are_a_verdict_one_line_and_a_failed_run() {
+fn physics_that_gain_energy_are_a_failed_run_in_one_line() {
     let folder = tempfile::tempdir().unwrap();
     let coarse = [
         "--set",
-        "physics.step_us=50000",
+        "physics.timestep_s=0.05",
         "--set",
-        "control.period_us=50000",
+        "control.period_s=0.05",
     ];
     let output = omnistep(
         folder.path(),
@@ -230,11 +211,11 @@ fn physics_that_gain_energy_are_a_verdict_one_line_and_a_failed_run() {
         said.starts_with("error: the physics gained ") && said.lines().count() == 1,
         "{said}"
     );
-    assert!(said.contains("use a physics.step_us below 50000"), "{said}");
+    assert!(said.contains("use a physics.timestep_s below 0.05"), "{said}");
 }
 
 #[test]
-fn fault_thresholds_below_a_count_are_warned_of_with_key_value_count_and_what_to_use() {
+fn fault_thresholds_below_a_count_are_warned_of_by_key() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
     let lines = |args: &[&str]| {

@@ -25,7 +25,7 @@ fn refused(text: &str, args: &[&str]) -> String {
 }
 
 #[test]
-fn a_bad_study_is_one_line_that_names_file_axis_value_and_what_is_allowed() {
+fn a_bad_study_is_one_line_with_file_axis_value_and_range() {
     for (from, to, expected) in [
         (
             "values = [0.5, 1]",
@@ -105,8 +105,8 @@ fn a_bad_study_is_one_line_that_names_file_axis_value_and_what_is_allowed() {
         ),
         (
             "\"slip_rms\"",
-            "\"slip\"",
-            "small.toml: map.figures: \"slip\" (did you mean \"slip_rms\"?), allowed: climbed, ",
+            "\"slip_rm\"",
+            "small.toml: map.figures: \"slip_rm\" (did you mean \"slip_rms\"?), allowed: climbed, ",
         ),
         (
             "[map]",
@@ -203,16 +203,16 @@ fn the_command_prints_a_map_and_goes_on_where_it_was() {
 }
 
 #[test]
-fn runs_are_compared_seed_by_seed_with_those_that_have_a_value_of_an_axis() {
+fn a_baseline_is_compared_seed_by_seed() {
     let folder = tempfile::tempdir().unwrap();
     let text = SMALL.replace("\"slip_rms\"", "\"work_j\"");
-    let against = [
+    let baseline = [
         "study",
         "small.toml",
-        "--against",
+        "--baseline",
         "vehicle.motor.stall_torque_n_m=1.5",
     ];
-    let output = omnistep(folder.path(), &text, &against);
+    let output = omnistep(folder.path(), &text, &baseline);
     let said = String::from_utf8(output.stdout).unwrap();
     assert!(
         said.contains("difference from vehicle.motor.stall_torque_n_m = 1.5, seed by seed\n"),
@@ -223,7 +223,7 @@ fn runs_are_compared_seed_by_seed_with_those_that_have_a_value_of_an_axis() {
         4,
         "two frictions, two torques: {said}"
     );
-    let output = omnistep(folder.path(), &text, &[&against[..], &["--json"]].concat());
+    let output = omnistep(folder.path(), &text, &[&baseline[..], &["--json"]].concat());
     let cells: Vec<serde_json::Value> = String::from_utf8(output.stdout)
         .unwrap()
         .lines()
@@ -251,20 +251,20 @@ fn runs_are_compared_seed_by_seed_with_those_that_have_a_value_of_an_axis() {
     for (value, expected) in [
         (
             "terrain.frction=1",
-            "against: \"terrain.frction\" (did you mean \"terrain.friction\"?), allowed: terrain.friction, vehicle",
+            "baseline: \"terrain.frction\" (did you mean \"terrain.friction\"?), allowed: terrain.friction, vehicle",
         ),
         (
             "terrain.friction=0.7",
-            "against: terrain.friction = 0.7, allowed: 0.5, 1",
+            "baseline: terrain.friction = 0.7, allowed: 0.5, 1",
         ),
     ] {
-        let said = refused(&text, &["--against", value]);
+        let said = refused(&text, &["--baseline", value]);
         assert!(said.contains(expected), "{said}");
     }
 }
 
 #[test]
-fn a_study_file_of_one_s_own_finds_scenario_and_vehicles_beside_itself() {
+fn a_study_file_finds_scenario_and_vehicles_beside_itself() {
     let folder = tempfile::tempdir().unwrap();
     let beside = folder.path().join("mine");
     fs::create_dir(&beside).unwrap();
@@ -274,8 +274,8 @@ fn a_study_file_of_one_s_own_finds_scenario_and_vehicles_beside_itself() {
         assert!(output.status.success(), "{output:?}");
         String::from_utf8(output.stdout).unwrap()
     };
-    made(&["new", "vehicle", "rover", "--like", "omni3"]);
-    made(&["new", "scenario", "kerb", "--like", "flat"]);
+    made(&["new", "vehicle", "rover", "--template", "omni3"]);
+    made(&["new", "scenario", "kerb", "--template", "flat"]);
     assert!(made(&["new", "study", "grid"]).ends_with("run it with: omnistep study grid.toml\n"));
     assert!(
         made(&["check", "grid.toml"]).contains(

@@ -15,7 +15,7 @@ fn with_a_part(plan: &Plan, folder: &Path) -> (Store, PathBuf, Vec<u8>) {
 }
 
 #[test]
-fn a_flipped_bit_anywhere_in_a_part_is_noticed_and_its_runs_are_missing_again() {
+fn a_flipped_bit_in_a_part_makes_its_runs_missing_again() {
     let plan = plan_of(SMALL);
     let folder = tempfile::tempdir().unwrap();
     let (store, path, whole) = with_a_part(&plan, folder.path());
@@ -55,7 +55,7 @@ fn a_flipped_bit_anywhere_in_a_part_is_noticed_and_its_runs_are_missing_again() 
 }
 
 #[test]
-fn the_same_rows_are_the_same_bytes_and_a_checksum_of_any_other_program() {
+fn the_same_rows_are_the_same_bytes_with_a_standard_checksum() {
     use sha2::{Digest, Sha256};
     let plan = plan_of(SMALL);
     let (one, two) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
@@ -72,7 +72,7 @@ fn the_same_rows_are_the_same_bytes_and_a_checksum_of_any_other_program() {
 }
 
 #[test]
-fn a_study_sets_a_part_with_a_flipped_bit_aside_and_shows_the_figures_that_it_had() {
+fn a_study_sets_a_part_with_a_flipped_bit_aside() {
     let folder = tempfile::tempdir().unwrap();
     let study = ["study", "small.toml", "--json"];
     let first = omnistep(folder.path(), SMALL, &study);
@@ -100,7 +100,7 @@ fn a_study_sets_a_part_with_a_flipped_bit_aside_and_shows_the_figures_that_it_ha
 }
 
 #[test]
-fn a_part_of_an_earlier_build_without_a_checksum_is_set_aside_and_said_to_be_that() {
+fn a_part_without_a_checksum_is_set_aside_with_the_reason() {
     let plan = plan_of(SMALL);
     let folder = tempfile::tempdir().unwrap();
     let (store, path, mut bytes) = with_a_part(&plan, folder.path());

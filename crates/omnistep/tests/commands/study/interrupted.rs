@@ -37,7 +37,7 @@ fn done(folder: &Path, plan: &Plan) -> BTreeSet<String> {
 }
 
 #[test]
-fn ctrl_c_loses_nothing_that_is_done_and_the_same_command_goes_on() {
+fn ctrl_c_loses_nothing_and_the_same_command_goes_on() {
     let folder = tempfile::tempdir().unwrap();
     // 240 runs of some 25 ms, two at a time: long enough to be interrupted in the middle.
     let text = SMALL

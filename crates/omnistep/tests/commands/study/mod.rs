@@ -137,7 +137,7 @@ fn each_row_holds_what_its_run_alone_gives() {
 }
 
 #[test]
-fn the_same_study_twice_has_the_same_rows_and_the_same_key_on_every_machine() {
+fn the_same_study_has_the_same_rows_on_every_machine() {
     let plan = plan_of(SMALL);
     let (one, two) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     assert_eq!(all_of(&plan, one.path()).rows, all_of(&plan, two.path()).rows);
@@ -218,7 +218,7 @@ axis = [{ key = "vehicle.motor.stall_torque_n_m", values = [2.0, 1e6] }]
 "#;
 
 #[test]
-fn a_run_that_fails_is_a_row_with_its_error_and_the_others_finish() {
+fn a_failed_run_is_a_row_and_the_others_finish() {
     let plan = plan_of(FAILING);
     let folder = tempfile::tempdir().unwrap();
     let found = all_of(&plan, folder.path());
@@ -258,7 +258,7 @@ fn a_panic_in_a_run_is_the_error_of_its_row() {
 }
 
 #[test]
-fn a_part_cut_short_anywhere_is_noticed_named_and_computed_again() {
+fn a_part_cut_short_is_noticed_and_computed_again() {
     let plan = plan_of(SMALL);
     let folder = tempfile::tempdir().unwrap();
     let store = Store::new(folder.path(), &plan).unwrap();
@@ -297,7 +297,7 @@ fn a_part_cut_short_anywhere_is_noticed_named_and_computed_again() {
 }
 
 #[test]
-fn a_folder_of_another_scenario_or_of_other_axes_is_refused_before_anything_runs() {
+fn a_folder_of_another_study_is_refused_before_anything_runs() {
     let folder = tempfile::tempdir().unwrap();
     all_of(&plan_of(SMALL), folder.path());
     let refusal = |text: &str| {
@@ -315,10 +315,10 @@ fn a_folder_of_another_scenario_or_of_other_axes_is_refused_before_anything_runs
     );
     let said = refusal(
         &SMALL
-            .replace("terrain.friction", "control.period_us")
-            .replace("[0.5, 1]", "[1000, 2000]"),
+            .replace("terrain.friction", "control.period_s")
+            .replace("[0.5, 1]", "[0.001, 0.002]"),
     );
-    assert!(said.contains("control.period_us = 1000"), "{said}");
+    assert!(said.contains("control.period_s = 0.001"), "{said}");
     let said = refusal(&SMALL.replace("perturbation.yaw_rad = 0.05", ""));
     assert!(said.contains("; use another folder"), "{said}");
 }

@@ -24,7 +24,7 @@ pub(super) fn growing(folder: &Path) -> usize {
 }
 
 #[test]
-fn listed_points_that_are_a_grid_are_the_runs_of_the_study_of_that_grid() {
+fn listed_points_of_a_grid_are_the_runs_of_that_grid() {
     let study = plan_of(SMALL);
     let mut points = Vec::new();
     for friction in ["terrain.friction=0.5", "terrain.friction=1"] {
@@ -58,10 +58,10 @@ fn listed_points_that_are_a_grid_are_the_runs_of_the_study_of_that_grid() {
 }
 
 #[test]
-fn a_key_that_a_point_does_not_replace_is_a_column_with_the_scenarios_own_value() {
+fn a_key_that_a_point_leaves_has_the_scenarios_value() {
     let points: [&[&str]; 4] = [
         &["terrain.friction=0.5"],
-        &["control.policy=paper"],
+        &["control.policy=scale_torques"],
         &[
             "command.vx_m_s=0.2",
             "heading_hold.gain_per_s=2.0",
@@ -72,7 +72,7 @@ fn a_key_that_a_point_does_not_replace_is_a_column_with_the_scenarios_own_value(
     let plan = of_scenarios(&points, Seeds::List(vec![7])).unwrap();
     let own = Scenario::load("flat", &[]).unwrap();
     let (friction, policy) = (own.terrain.friction(), own.control.policy.clone());
-    assert_ne!((friction, policy.as_str()), (0.5, "paper"));
+    assert_ne!((friction, policy.as_str()), (0.5, "scale_torques"));
     let axes = |i: usize| plan.runs()[i].axes[..4].to_vec();
     let speed = Cell::Float(own.command.vx_m_s);
     let text = |text: &str| Cell::Text(text.into());
@@ -82,7 +82,12 @@ fn a_key_that_a_point_does_not_replace_is_a_column_with_the_scenarios_own_value(
     );
     assert_eq!(
         axes(1),
-        [Cell::Float(friction), text("paper"), speed.clone(), Cell::Missing]
+        [
+            Cell::Float(friction),
+            text("scale_torques"),
+            speed.clone(),
+            Cell::Missing
+        ]
     );
     assert_eq!(
         axes(2),
@@ -186,7 +191,7 @@ fn a_batch_that_was_ended_in_the_middle_goes_on_where_it_was() {
 }
 
 #[test]
-fn a_batch_is_refused_where_the_folder_is_not_the_studys_or_the_program_is_another() {
+fn a_batch_of_another_folder_or_program_is_refused() {
     let plan = plan_of(SMALL);
     let batch = Batch::new(&plan, &plan.runs()[..4]).unwrap();
     let folder = tempfile::tempdir().unwrap();
@@ -230,7 +235,7 @@ fn a_figure_by_another_name_is_the_same_column() {
     let own = plan_of(SMALL);
     let called = SMALL.replace("\"slip_rms\"", "\"torque_squared_n2m2s\"");
     let plan = plan_of(&called);
-    assert_eq!(plan.study().map.figures, ["climbed", "heat_n2m2s"]);
+    assert_eq!(plan.study().map.figures, ["climbed", "torque_squared_n2m2s"]);
     assert_eq!(plan.columns(), own.columns());
     let keys = |plan: &Plan| plan.runs().iter().map(|run| run.key.clone()).collect::<Vec<_>>();
     assert_eq!(keys(&plan), keys(&own));

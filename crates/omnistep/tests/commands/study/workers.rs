@@ -37,7 +37,7 @@ fn ended_after(batch: &Batch, folder: &Path, most: usize, meanwhile: impl FnOnce
 }
 
 #[test]
-fn a_worker_that_ends_loses_no_row_of_another_with_the_same_batch() {
+fn a_worker_that_ends_loses_no_row_of_another() {
     let (folder, store, _lock, batch) = one_batch();
     let going = AtomicBool::new(false);
     let first = ended_after(&batch, folder.path(), 1, || {
@@ -52,7 +52,7 @@ fn a_worker_that_ends_loses_no_row_of_another_with_the_same_batch() {
 }
 
 #[test]
-fn a_part_is_whole_when_every_run_of_its_batch_has_a_row_and_not_before() {
+fn a_part_is_whole_once_every_run_of_its_batch_has_a_row() {
     let (folder, store, _lock, batch) = one_batch();
     let first = ended_after(&batch, folder.path(), 3, || {
         let second = ended_after(&batch, folder.path(), 5, || ());

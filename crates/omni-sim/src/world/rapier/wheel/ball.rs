@@ -21,7 +21,7 @@ use crate::config::WheelSpec;
 pub(super) fn insert(
     physics: &mut PhysicsWorld,
     spec: &WheelSpec,
-    contact_hz: f64,
+    contact_frequency_hz: f64,
     frame: RigidBodyHandle,
     start: Pose,
 ) -> Wheel {
@@ -29,7 +29,7 @@ pub(super) fn insert(
     let [x, y] = spec.position_m;
     let way_per_rad = spec.radius_m * libm::cos(spec.roller_angle_rad);
     let ball_per_wheel = way_per_rad / ball_radius;
-    let lower_m = lower_m(spec, contact_hz);
+    let lower_m = lower_m(spec, contact_frequency_hz);
     let ball_centre = Vector::new(x, y, ball_radius - lower_m);
     // One inertia for all axes: about the axle it is the wheel's, seen through the gearing.
     let inertia = spec.inertia_kg_m2 / (ball_per_wheel * ball_per_wheel);

@@ -5,6 +5,7 @@
 
 mod ball;
 mod contacts;
+mod insert;
 mod rollers;
 #[cfg(test)]
 mod tests;
@@ -13,7 +14,7 @@ use rapier3d_f64::prelude::*;
 
 pub(super) use contacts::FreshContacts;
 
-use crate::config::{RollerWheel, WheelSpec};
+use crate::config::WheelSpec;
 
 /// A wheel in the world.
 pub(super) struct Wheel {
@@ -48,21 +49,6 @@ pub(super) struct Wheel {
 }
 
 impl Wheel {
-    /// Adds a wheel to its carrier, whose local frame is the vehicle's: a ball, or rollers where there are some.
-    pub(super) fn insert(
-        physics: &mut PhysicsWorld,
-        spec: &WheelSpec,
-        rollers: Option<&RollerWheel>,
-        contact_hz: f64,
-        frame: RigidBodyHandle,
-        start: Pose,
-    ) -> Self {
-        match rollers {
-            None => ball::insert(physics, spec, contact_hz, frame, start),
-            Some(built) => rollers::insert(physics, spec, built, contact_hz, frame, start),
-        }
-    }
-
     /// How far the driven body, or what it bears, has come off its seat \[m\].
     pub(super) fn gap(&self, physics: &PhysicsWorld) -> f64 {
         let off = |carrier: RigidBodyHandle, seat: Vector, body: RigidBodyHandle| {
@@ -174,8 +160,8 @@ impl Wheel {
 }
 
 /// How much lower than the others a wheel is mounted \[m\], so that its contact presses by its preload more.
-fn lower_m(spec: &WheelSpec, contact_hz: f64) -> f64 {
-    spec.preload_n / spec.contact_stiffness_n_m(contact_hz)
+fn lower_m(spec: &WheelSpec, contact_frequency_hz: f64) -> f64 {
+    spec.preload_n / spec.contact_stiffness_n_m(contact_frequency_hz)
 }
 
 /// A wheel's rolling direction and push, unit vectors in the carrier's frame.

@@ -17,14 +17,14 @@ pub(super) fn insert(
     physics: &mut PhysicsWorld,
     spec: &WheelSpec,
     built: &RollerWheel,
-    contact_hz: f64,
+    contact_frequency_hz: f64,
     frame: RigidBodyHandle,
     start: Pose,
 ) -> Wheel {
     let [x, y] = spec.position_m;
     let [rolling, push] = directions(spec);
     let axle = Vector::Z.cross(rolling);
-    let centre = Vector::new(x, y, spec.radius_m - lower_m(spec, contact_hz));
+    let centre = Vector::new(x, y, spec.radius_m - lower_m(spec, contact_frequency_hz));
     let hub =
         physics.insert_body(hub(spec, built, axle).pose(Pose::from_parts(start * centre, start.rotation)));
     let bearing = GenericJointBuilder::new(JointAxesMask::LOCKED_REVOLUTE_AXES)

@@ -1,0 +1,93 @@
+//! What constants are written of: the parts of a scenario's controller in `f32`.
+
+use omni_core::constants::Constant;
+use omni_core::estimate::{EncoderCounter, VelocityEstimator};
+use omni_core::shaping::TwistLimiter;
+
+use crate::{Error, PlannedPath, Scenario, for_wheel_count, wheel_count_refused};
+
+/// Bits of an encoder's counter. One that has more is right too: its lower half counts as one of 16.
+const COUNTER_BITS: u32 = 16;
+
+/// What a scenario's controller is made of, in `f32`.
+pub(super) struct Values {
+    pub(super) traction: Option<TractionValues>,
+    /// The firmware's whole step, where the scenario has a `[drive]`.
+    pub(super) drive: Option<Box<dyn Constant>>,
+    pub(super) controller: Box<dyn Constant>,
+    /// What each wheel's motor gives.
+    pub(super) motors: Box<dyn Constant>,
+    pub(super) limiter: TwistLimiter<f32>,
+    pub(super) encoder: Option<EncoderValues>,
+    pub(super) path: Option<PlannedPath>,
+}
+
+/// From an encoder's counter to a velocity.
+pub(super) struct EncoderValues {
+    pub(super) counter: EncoderCounter<f32>,
+    pub(super) velocity: VelocityEstimator<f32>,
+}
+
+/// Traction control, where that is the scenario's policy.
+pub(super) struct TractionValues {
+    pub(super) supervisor: Box<dyn Constant>,
+    pub(super) traction: Box<dyn Constant>,
+}
+
+impl Scenario {
+    /// What its controller is made of.
+    pub(super) fn values(&self) -> Result<Values, Error> {
+        fn controller<const N: usize>(scenario: &Scenario) -> Result<Box<dyn Constant>, Error> {
+            Ok(Box::new(scenario.controller::<f32, N>()?))
+        }
+        fn drive<const N: usize>(scenario: &Scenario) -> Result<Option<Box<dyn Constant>>, Error> {
+            if let Some(drive) = scenario.traction_drive::<f32, N>()? {
+                return Ok(Some(Box::new(drive)));
+            }
+            let drive = scenario.drive::<f32, N>()?;
+            Ok(drive.map(|drive| Box::new(drive) as Box<dyn Constant>))
+        }
+        fn traction<const N: usize>(scenario: &Scenario) -> Result<Option<TractionValues>, Error> {
+            let parts = scenario.traction_parts::<f32, N>()?;
+            Ok(parts.map(|(supervisor, traction)| TractionValues {
+                supervisor: Box::new(supervisor),
+                traction: Box::new(traction),
+            }))
+        }
+        fn motors<const N: usize>(scenario: &Scenario) -> Result<Box<dyn Constant>, Error> {
+            Ok(Box::new(scenario.wheel_control::<f32, N>()?.limits))
+        }
+        let count = self.vehicle().wheel.len();
+        let refused = |count| {
+            Err(Error::Key {
+                file: format!("vehicle {}", self.vehicle().name),
+                key: "wheel".into(),
+                message: wheel_count_refused(count).to_string(),
+            })
+        };
+        Ok(Values {
+            traction: for_wheel_count!(count, traction[](self), |_| Ok(None))?,
+            drive: for_wheel_count!(count, drive[](self), |_| Ok(None))?,
+            controller: for_wheel_count!(count, controller[](self), refused)?,
+            motors: for_wheel_count!(count, motors[](self), refused)?,
+            limiter: self.limiter()?,
+            encoder: self.encoder_values()?,
+            path: self.planned_path()?,
+        })
+    }
+
+    fn encoder_values(&self) -> Result<Option<EncoderValues>, Error> {
+        let counts = self.sensors.encoder_counts;
+        if counts == 0.0 {
+            return Ok(None);
+        }
+        let refuse = |error: omni_core::ConfigError| Error::Key {
+            file: format!("scenario {}", self.name),
+            key: "sensors.encoder_counts".into(),
+            message: error.to_string(),
+        };
+        let counter = EncoderCounter::<f32>::new(counts as f32, COUNTER_BITS).map_err(refuse)?;
+        let velocity = self.velocity_estimator()?;
+        Ok(velocity.map(|velocity| EncoderValues { counter, velocity }))
+    }
+}

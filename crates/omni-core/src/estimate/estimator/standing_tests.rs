@@ -1,0 +1,130 @@
+use std::vec::Vec;
+
+use super::tests::{Random, filter, mecanum};
+use super::{Estimator, EstimatorConfig, EstimatorInput, EstimatorState};
+
+/// Noise of a mean square over 50 numbers, 99.9 % of it (chi-square of 50 over 50).
+const OF_FIFTY: core::ops::Range<f64> = 0.47..1.792;
+
+/// A period of a vehicle that stands and turns by `turns` \[rad/s\] about nothing, with a gyro of this bias.
+fn resting(random: &mut Random, bias: f64, turns: f64) -> EstimatorInput<f64, 4> {
+    let twist = crate::geometry::BodyTwist {
+        wz_rad_s: turns,
+        ..crate::geometry::BodyTwist::ZERO
+    };
+    let mut wheels = mecanum::<f64>().inverse(&twist);
+    for wheel in &mut wheels.rad_s {
+        *wheel += 0.1 * random.normal();
+    }
+    let mut input = EstimatorInput::new(&wheels);
+    input.commanded_rest = true;
+    input.yaw_rate_rad_s = bias + turns + 0.01 * random.normal();
+    input.acceleration_m_s2 = [0.05 * random.normal(), 0.05 * random.normal()];
+    input
+}
+
+/// Fifty vehicles that stand for a second and tremble about the vertical by this deviation \[rad/s\], each time for 45 ms: squares of what the
+/// bias is off by over its deviation, and the deviations.
+fn learnt(tremble: f64, change: fn(&mut EstimatorInput<f64, 4>)) -> (Vec<f64>, Vec<f64>) {
+    let estimator = filter::<f64>();
+    let mut random = Random(7);
+    let one = |_| {
+        let mut state = estimator.start();
+        let (bias, mut turns) = (0.02 * random.normal(), 0.0);
+        let left = (-1e-3_f64 / 0.045).exp();
+        for _ in 0..1000 {
+            turns = left * turns + tremble * (1.0 - left * left).sqrt() * random.normal();
+            let mut input = resting(&mut random, bias, turns);
+            change(&mut input);
+            estimator.step(&mut state, &input);
+        }
+        // Where it stood: what 50 ms show while it is not commanded to stand, and what it trembles.
+        assert!(
+            state.pose().x_m.abs() < 1e-3 && state.pose().yaw_rad.abs() < 5e-3,
+            "{:?}",
+            state.pose()
+        );
+        let deviation = state.gyro_bias_deviation_rad_s();
+        (((state.gyro_bias_rad_s() - bias) / deviation).powi(2), deviation)
+    };
+    (0..50).map(one).unzip()
+}
+
+fn mean(of: &[f64]) -> f64 {
+    of.iter().sum::<f64>() / of.len() as f64
+}
+
+#[test]
+fn a_vehicle_that_stands_learns_the_bias_and_keeps_its_pose() {
+    let (squares, deviations) = learnt(0.0, |_| {});
+    // The gyro's noise, and that of the yaw rate by four wheels at a lever of 0.25 + 0.2 m, over the root of the 950 periods after the first
+    // 50 ms. Beyond that the bias has wandered by 1e-4 rad/s in a second, of which half a variance is known: 3 %.
+    let noise = 0.01_f64.hypot(0.1 * 0.076 / (2.0 * 0.45));
+    let deviation = mean(&deviations);
+    assert!(
+        (deviation / (noise / 950.0_f64.sqrt()) - 1.0).abs() < 0.1,
+        "{deviation}"
+    );
+    assert!(OF_FIFTY.contains(&mean(&squares)), "{}", mean(&squares));
+}
+
+#[test]
+fn a_vehicle_that_trembles_is_as_sure_of_the_bias_as_it_may_be() {
+    // 1.5 mrad/s for 45 ms are as much as white noise of 0.014 rad/s: more than the gyro's own.
+    let (squares, _) = learnt(1.5e-3, |_| {});
+    assert!(OF_FIFTY.contains(&mean(&squares)), "{}", mean(&squares));
+    // Where a wheel's reading is missing, it has to allow for trembling: 0.3 mm/s at the wheels' mean lever of 0.45 m, 0.7 mrad/s.
+    let (squares, _) = learnt(6e-4, |input| input.wheels.rad_s[1] = f64::NAN);
+    assert!(OF_FIFTY.contains(&mean(&squares)), "{}", mean(&squares));
+}
+
+/// Standing after a second, and the bias then.
+fn after_a_second(config: EstimatorConfig<f64>, bias: f64) -> (bool, EstimatorState<f64, 4>) {
+    let estimator = Estimator::new(config, &mecanum()).expect("valid");
+    let (mut random, mut state, mut standing) = (Random(3), estimator.start(), false);
+    for _ in 0..1000 {
+        standing = estimator
+            .step(&mut state, &resting(&mut random, bias, 0.0))
+            .standing;
+    }
+    (standing, state)
+}
+
+#[test]
+fn a_bias_is_learnt_within_four_of_its_configured_deviations() {
+    let usual = EstimatorConfig::new(1e-3);
+    for (bias_rad_s, bias) in [(0.02, 0.08), (0.02, -0.08), (0.3, 1.2), (0.3, -1.2)] {
+        let (standing, state) = after_a_second(EstimatorConfig { bias_rad_s, ..usual }, bias);
+        // Four deviations of what is known then.
+        let off = (state.gyro_bias_rad_s() - bias).abs();
+        assert!(
+            standing && off < 4.0 * state.gyro_bias_deviation_rad_s(),
+            "{bias}: {standing}, off by {off}"
+        );
+    }
+    // The average over 50 ms that is looked at for 50 ms starts at 0: some 6 deviations get by, 8 do not.
+    let (standing, state) = after_a_second(usual, 0.16);
+    assert!(!standing && state.gyro_bias_rad_s().abs() < 0.01, "{standing}");
+    // Nor where nothing is allowed to shake, which this gyro's noise is not.
+    let mut strict = usual;
+    (strict.still_gyro_rad_s, strict.gyro_rad_s) = (1e-3, 1e-3);
+    assert!(!after_a_second(strict, 0.0).0);
+}
+
+#[test]
+fn who_is_braked_in_a_spin_with_locked_wheels_does_not_stand() {
+    let estimator = filter::<f64>();
+    let mut state = estimator.start();
+    let mut input = EstimatorInput::new(&[0.0; 4].into());
+    (input.commanded_rest, input.acceleration_m_s2) = (true, [0.0; 2]);
+    // Ice of 0.05 at a lever of 0.35 m: 1.4 rad/s^2, from 0.7 rad/s in half a second.
+    for k in 0..500 {
+        input.yaw_rate_rad_s = 0.7 - 1.4e-3 * f64::from(k);
+        assert!(!estimator.step(&mut state, &input).standing, "period {k}");
+    }
+    input.yaw_rate_rad_s = 0.0;
+    (0..400).for_each(|_| _ = estimator.step(&mut state, &input));
+    assert!(estimator.step(&mut state, &input).standing);
+    // Some 0.7 * 0.5 / 2 rad, less what the last 50 ms of turning are taken for.
+    assert!((state.pose().yaw_rad - 0.175).abs() < 0.01, "{:?}", state.pose());
+}

@@ -1,0 +1,279 @@
+//! One period of the filter.
+
+use super::{
+    BIAS, ConfigError, Estimator, EstimatorConfig, EstimatorInput, EstimatorState, EstimatorStep, Kinematics,
+    Matrix, Motion, Real, SIZE, SLIP, STANDING_M_S, Sum, VX, VY, X, Y, YAW, is_plausible,
+};
+
+/// The valid readings of a period.
+pub(super) struct ValidReadings<R, const N: usize> {
+    pub(super) wheels: [bool; N],
+    pub(super) count: usize,
+    pub(super) gyro: Option<R>,
+    pub(super) acceleration: Option<[R; 2]>,
+}
+
+impl<R: Real, const N: usize> ValidReadings<R, N> {
+    pub(super) fn of(input: &EstimatorInput<R, N>) -> Self {
+        let wheels = input.wheels.rad_s.map(is_plausible);
+        let [ax, ay] = input.acceleration_m_s2;
+        Self {
+            count: wheels.iter().filter(|valid| **valid).count(),
+            wheels,
+            gyro: Some(input.yaw_rate_rad_s).filter(|rate| is_plausible(*rate)),
+            acceleration: (is_plausible(ax) && is_plausible(ay)).then_some([ax, ay]),
+        }
+    }
+}
+
+pub(super) fn min<R: Real>(a: R, b: R) -> R {
+    if a < b { a } else { b }
+}
+
+pub(super) fn above_zero<R: Real>(a: R) -> R {
+    if a > R::zero() { a } else { R::zero() }
+}
+
+/// A part of the gap that a filter with the time constant `time_s` closes in a period.
+pub(super) fn part<R: Real>(period_s: R, time_s: f64) -> R {
+    min(period_s / R::of(time_s), R::one())
+}
+
+impl<R: Real, const N: usize> Estimator<R, N> {
+    /// A filter for these wheels.
+    ///
+    /// # Errors
+    /// The field of [`EstimatorConfig`] that is out of range, by its name.
+    pub fn new(config: EstimatorConfig<R>, kinematics: &Kinematics<R, N>) -> Result<Self, ConfigError> {
+        let mut squares = [R::zero(); 3];
+        for row in kinematics.inverse_matrix() {
+            for (sum, a) in squares.iter_mut().zip(row) {
+                *sum += *a * *a;
+            }
+        }
+        let [x, y, w] = squares;
+        Ok(Self {
+            config: config.checked()?,
+            kinematics: *kinematics,
+            shares: kinematics.forward_matrix().map(|row| row.map(|f| f * f)),
+            redundancy: kinematics.redundancy(),
+            lever_m2: R::of(2.0) * w / (x + y),
+        })
+    }
+
+    /// At the origin, facing +x, known exactly, at rest; the bias is unknown.
+    ///
+    /// ```
+    /// use omni_core::estimate::{Estimator, EstimatorConfig};
+    /// use omni_core::{Kinematics, WheelLayout};
+    /// let kinematics = Kinematics::new(&WheelLayout::<f64, 3>::omni(0.2, 0.0, 0.05)?)?;
+    /// let state = Estimator::new(EstimatorConfig::new(1e-3), &kinematics)?.start();
+    /// assert_eq!(state.covariance().standard_deviations(), [0.0; 3]);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    #[must_use]
+    pub fn start(&self) -> EstimatorState<R, N> {
+        let (zero, slip) = (R::zero(), self.config.slip_m_s);
+        let (still, slips) = (R::of(STANDING_M_S), slip * slip);
+        let bias = self.config.bias_rad_s;
+        EstimatorState {
+            x: Sum::of(zero),
+            y: Sum::of(zero),
+            yaw: Sum::of(zero),
+            velocity: [zero; 2],
+            bias: zero,
+            slip: [zero; 3],
+            covariance: Matrix::diagonal([
+                zero,
+                zero,
+                zero,
+                still * still,
+                still * still,
+                bias * bias,
+                slips,
+                slips,
+                slips / self.lever_m2,
+            ]),
+            yaw_rate: zero,
+            disagreement: [zero; N],
+            quiet: [zero; 3],
+            turning: zero,
+            restless: zero,
+            still_s: zero,
+            sideways: false,
+        }
+    }
+
+    /// One period. What is not valid (NaN, or beyond 1e6) is left out. Bounded: the same work whatever the readings, but for a wheel without
+    /// a valid reading, whose innovation is filled in by the others eight times over.
+    ///
+    /// ```
+    /// use omni_core::estimate::{Estimator, EstimatorConfig, EstimatorInput};
+    /// use omni_core::policy::Imu;
+    /// use omni_core::{BodyTwist, Kinematics, WheelLayout};
+    /// let kinematics = Kinematics::new(&WheelLayout::<f64, 4>::mecanum4(0.6, 0.4, 0.1)?)?;
+    /// let estimator = Estimator::new(EstimatorConfig::new(1e-3), &kinematics)?;
+    /// let mut state = estimator.start();
+    /// let left = BodyTwist { wz_rad_s: 1.0, ..BodyTwist::ZERO };
+    /// let mut imu = Imu::level();
+    /// imu.rate_rad_s[2] = 1.0;
+    /// let input = EstimatorInput::with_imu(&kinematics.inverse(&left), &imu, &left);
+    /// (0..1000).for_each(|_| _ = estimator.step(&mut state, &input));
+    /// assert!((state.pose().yaw_rad - 1.0).abs() < 1e-3);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    pub fn step(&self, state: &mut EstimatorState<R, N>, input: &EstimatorInput<R, N>) -> EstimatorStep<R> {
+        let valid = ValidReadings::of(input);
+        let mut next = *state;
+        let standing = self.stands(&mut next, input, &valid);
+        let mut nis = R::zero();
+        let mut moved = [R::zero(); SIZE];
+        if standing {
+            self.stand(&mut next, input, &valid, &mut moved);
+        } else {
+            self.predict(&mut next, input, &valid);
+            nis = self.correct(&mut next, input, &valid, &mut moved);
+        }
+        next.x = next.x.plus(moved[X]);
+        next.y = next.y.plus(moved[Y]);
+        next.yaw = next.yaw.plus(moved[YAW]);
+        if next.yaw.total.abs() > R::pi() {
+            let turn = if next.yaw.total > R::zero() {
+                -R::one()
+            } else {
+                R::one()
+            };
+            next.yaw = next.yaw.plus(turn * R::two_pi()).plus(turn * R::TURN_REST);
+        }
+        let taken = next.is_finite();
+        if !taken {
+            return EstimatorStep {
+                nis: R::zero(),
+                readings: 0,
+                standing,
+                taken,
+            };
+        }
+        next.covariance.keep_positive();
+        *state = next;
+        EstimatorStep {
+            nis,
+            readings: if standing { 0 } else { valid.count },
+            standing,
+            taken,
+        }
+    }
+
+    /// Variance that the velocity takes on in a period.
+    pub(super) fn gained(&self, valid: &ValidReadings<R, N>) -> R {
+        let (config, dt) = (&self.config, self.config.period_s);
+        match valid.acceleration {
+            Some(_) => config.accelerometer_m_s2 * config.accelerometer_m_s2 * dt * dt,
+            None => config.wander_m_s_per_sqrt_s * config.wander_m_s_per_sqrt_s * dt,
+        }
+    }
+
+    /// The state moves by what gyro and accelerometer say.
+    pub(super) fn predict(
+        &self,
+        state: &mut EstimatorState<R, N>,
+        input: &EstimatorInput<R, N>,
+        valid: &ValidReadings<R, N>,
+    ) {
+        let (config, zero, half) = (&self.config, R::zero(), R::of(0.5));
+        let (dt, [vx, vy]) = (config.period_s, state.velocity);
+        let (rate, biased, rate_variance) = match valid.gyro {
+            Some(gyro) => (gyro, R::one(), config.gyro_rad_s * config.gyro_rad_s),
+            None => {
+                // What the wheels say, as far as they do not slip; that lasts, and counts as often as it does.
+                let rate = if valid.count == N {
+                    self.kinematics.forward(&input.wheels).wz_rad_s - state.slip[2]
+                } else {
+                    state.yaw_rate - state.bias
+                };
+                let slip = state.covariance.0[SLIP + 2][SLIP + 2];
+                (rate + state.bias, zero, slip * R::of(2.0) * config.slip_s / dt)
+            }
+        };
+        let turn = ((rate + state.yaw_rate) * half - state.bias) * dt;
+        state.yaw_rate = rate;
+        let (sin, cos) = turn.sine_cosine();
+        // Along the new heading, first the velocity before, then with what was gained.
+        let before = [cos * vx + sin * vy, cos * vy - sin * vx];
+        let [ax, ay] = valid.acceleration.unwrap_or([zero; 2]);
+        let after = [before[0] + ax * dt, before[1] + ay * dt];
+        let yaw = state.yaw.total + turn;
+        let (s, c) = yaw.sine_cosine();
+        let middle = [
+            (before[0] + after[0]) * half * dt,
+            (before[1] + after[1]) * half * dt,
+        ];
+        let way = [c * middle[0] - s * middle[1], s * middle[0] + c * middle[1]];
+        // The place by the velocity before: turned back by the turn, which is the heading before. So only what was gained turns with the rate.
+        let (s0, c0) = (s * cos - c * sin, c * cos + s * sin);
+        let extra = [ax * half * dt * dt, ay * half * dt * dt];
+        let turns = [c * extra[0] - s * extra[1], s * extra[0] + c * extra[1]];
+        let fades = R::one() - dt / config.slip_s;
+        let motion = Motion {
+            way,
+            carried: [[c0 * dt, -(s0 * dt)], [s0 * dt, c0 * dt]],
+            turned: [cos, sin],
+            by_rate: [
+                -(turns[1] * dt),
+                turns[0] * dt,
+                dt,
+                before[1] * dt,
+                -(before[0] * dt),
+            ],
+            biased,
+            fades,
+        };
+        state.covariance.carry(&motion, rate_variance);
+        let gained = self.gained(valid);
+        let p = &mut state.covariance.0;
+        p[VX][VX] += gained;
+        p[VY][VY] += gained;
+        p[BIAS][BIAS] += config.bias_walk_rad_s_per_sqrt_s * config.bias_walk_rad_s_per_sqrt_s * dt;
+        // The yaw rate that the wheels are held against has the gyro's noise.
+        p[SLIP + 2][SLIP + 2] += config.gyro_rad_s * config.gyro_rad_s;
+        state.x = state.x.plus(way[0]);
+        state.y = state.y.plus(way[1]);
+        state.yaw = state.yaw.plus(turn);
+        state.velocity = after;
+        state.slip[2] *= fades;
+    }
+}
+
+impl<R: Real, const N: usize> EstimatorState<R, N> {
+    /// The estimates move by gain times innovation; `moved` keeps all of it, of which the pose is moved later.
+    pub(super) fn add(&mut self, gain: &[R; SIZE], innovation: R, moved: &mut [R; SIZE]) {
+        for (moved, gain) in moved.iter_mut().zip(gain) {
+            *moved += *gain * innovation;
+        }
+        self.velocity[0] += gain[VX] * innovation;
+        self.velocity[1] += gain[VY] * innovation;
+        self.bias += gain[BIAS] * innovation;
+        for (slip, gain) in self.slip.iter_mut().zip(&gain[SLIP..]) {
+            *slip += *gain * innovation;
+        }
+    }
+
+    fn is_finite(&self) -> bool {
+        let mut sum = self.x.total + self.y.total + self.yaw.total + self.bias + self.turning + self.restless;
+        for value in self
+            .velocity
+            .iter()
+            .chain(&self.slip)
+            .chain(&self.quiet)
+            .chain(&self.disagreement)
+        {
+            sum += *value;
+        }
+        for row in &self.covariance.0 {
+            for value in row {
+                sum += *value;
+            }
+        }
+        sum.is_finite_real()
+    }
+}

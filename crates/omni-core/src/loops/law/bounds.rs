@@ -1,0 +1,103 @@
+//! Integral zones and limits of proportional terms, of all wheels.
+
+use super::{Law, zero};
+use crate::Real;
+use crate::loops::wheel_loops::{ControlState, WheelSample};
+
+impl<R: Real> Law<'_, R> {
+    /// Brings the terms of `out` within their bounds: proportional terms within their limit, and integrals with an error beyond the
+    /// zone to 0. Those wheels. Where the integral is shared it is all of them or none: with some of its parts it
+    /// would leave the range of the kinematics.
+    #[inline(never)]
+    pub(super) fn bound<const N: usize>(
+        &self,
+        state: &mut ControlState<R, N>,
+        integrated_error: &mut [R; N],
+        out: &mut WheelSample<R, N>,
+    ) -> u32 {
+        let mut outside = 0;
+        for i in 0..N {
+            out.p_n_m[i] = self.pid.bounds().proportional(out.p_n_m[i]);
+            outside |= u32::from(self.pid.bounds().is_outside_zone(integrated_error[i])) << i;
+        }
+        if outside != 0 && self.shares_integral() {
+            outside = u32::MAX;
+        }
+        zero(&mut state.integral_n_m, outside);
+        zero(integrated_error, outside);
+        zero(&mut out.i_n_m, outside);
+        outside
+    }
+
+    /// Proportional terms without their limit; 0 of released wheels.
+    pub(super) fn unbounded<const N: usize>(&self, out: &WheelSample<R, N>) -> [R; N] {
+        let mut p_n_m = [R::zero(); N];
+        for (i, p_n_m) in p_n_m.iter_mut().enumerate() {
+            if out.active[i] {
+                *p_n_m = self
+                    .pid
+                    .proportional(out.reference.rad_s[i], out.measured.rad_s[i]);
+            }
+        }
+        p_n_m
+    }
+
+    /// Torque and slope of each wheel as they are about its limit: a proportional term that is at its own limit does not fall with
+    /// the reference at first, and one that is not may come to its limit on the way. `slopes` become those.
+    pub(super) fn about_limits<const N: usize>(
+        &self,
+        state: &ControlState<R, N>,
+        out: &WheelSample<R, N>,
+        unbounded_p: &[R; N],
+        outside_zone: u32,
+        slopes: &mut [R; N],
+    ) -> [R; N] {
+        let mut requested = out.requested.n_m;
+        for i in 0..N {
+            let reference = out.reference.rad_s[i];
+            let slope = self.pid.term_slopes(!self.pid.remembers() || state.started[i]);
+            let mut others = slope.d_n_m + slope.ff_n_m;
+            if outside_zone & (1 << i) == 0 {
+                others += slope.i_n_m;
+            }
+            slopes[i] = (slope.p_n_m + others) * reference;
+            let limit = if slopes[i] > R::zero() {
+                out.range.upper_n_m[i]
+            } else {
+                out.range.lower_n_m[i]
+            };
+            if (requested[i] - limit) * slopes[i] <= R::zero() {
+                continue; // not beyond, or not by its reference
+            }
+            let free = requested[i] + (unbounded_p[i] - out.p_n_m[i]);
+            let own = slope.p_n_m * reference;
+            let p_n_m = unbounded_p[i] - own * ((free - limit) / slopes[i]);
+            let bounded = self.pid.bounds().proportional(p_n_m);
+            if bounded == p_n_m {
+                requested[i] = free;
+            } else {
+                requested[i] += bounded - out.p_n_m[i];
+                slopes[i] = others * reference;
+            }
+        }
+        requested
+    }
+
+    /// Terms and torques once references were reduced by `less` of themselves: proportional terms come off their limit by what is
+    /// left of `unbounded_p`.
+    pub(super) fn bound_reduced<const N: usize>(
+        &self,
+        less: R,
+        out: &mut WheelSample<R, N>,
+        unbounded_p: &mut [R; N],
+        outside_zone: u32,
+    ) {
+        zero(&mut out.i_n_m, outside_zone);
+        let slope = self.pid.term_slopes(true).p_n_m;
+        for i in 0..N {
+            unbounded_p[i] -= slope * (less * out.reference.rad_s[i]);
+            out.p_n_m[i] = self.pid.bounds().proportional(unbounded_p[i]);
+            out.applied.n_m[i] = out.p_n_m[i] + out.i_n_m[i] + out.d_n_m[i] + out.ff_n_m[i];
+        }
+    }
+}

@@ -1,0 +1,246 @@
+//! What a supervisor makes of rows that climb and of a vehicle that is stuck.
+
+use super::*;
+
+#[test]
+fn the_row_behind_the_largest_drop_climbs_next_and_later_rows_are_run_up_to() {
+    let supervisor = supervisor(SupervisorConfig::traction(T));
+    for (heights, row, boost) in [
+        ([0.0; 3], 0, 1.0),
+        ([0.05, 0.0, 0.0], 1, 1.1936),
+        ([0.05, 0.05, 0.0], 2, 1.1524),
+        ([0.05; 3], 0, 1.0),
+        ([0.009, 0.0, 0.0], 0, 1.0), // less than a centimetre
+    ] {
+        let state = seen(heights, 0.3, 0.1);
+        let mut memory = SupervisorState::new();
+        let mut target = TractionTarget::at(0.0);
+        for _ in 0..200 {
+            target = supervisor.step(&mut memory, &state);
+        }
+        assert_eq!(memory.row(), row, "{heights:?}");
+        assert!(
+            (target.speed_m_s - 0.3 * boost).abs() < 1e-9,
+            "{heights:?}: {}",
+            target.speed_m_s
+        );
+        let climbing: Vec<_> = (0..7).filter(|i| target.climbing[*i]).collect();
+        assert_eq!(climbing, [&[4, 5, 6][..], &[3], &[0, 1, 2]][usize::from(row)]);
+    }
+}
+
+#[test]
+fn a_vehicle_that_is_stuck_backs_off_runs_up_and_gives_up_after_its_tries() {
+    let mut config = SupervisorConfig::traction(T);
+    config.retry.retries = 2;
+    let supervisor = supervisor(config);
+    let (mut memory, mut modes) = (SupervisorState::new(), Vec::new());
+    let mut targets = Vec::new();
+    for _ in 0..12_000 {
+        // It follows its target backwards at once, and never moves ahead.
+        let speed = targets.last().copied().unwrap_or(0.0_f64).min(0.0);
+        let state = seen([0.05, 0.0, 0.0], speed, 1.0);
+        let target = supervisor.step(&mut memory, &state);
+        targets.push(target.speed_m_s);
+        if modes.last() != Some(&memory.mode()) {
+            modes.push(memory.mode());
+        }
+    }
+    use SupervisorMode::{BackOff, Drive, GaveUp, RunUp};
+    assert_eq!(
+        modes,
+        [Drive, BackOff, RunUp, Drive, BackOff, RunUp, Drive, GaveUp]
+    );
+    assert_eq!((memory.row_retries(), memory.retries()), (2, 2));
+    let (slowest, fastest) = targets
+        .iter()
+        .fold((0.0_f64, 0.0_f64), |(low, high), t| (low.min(*t), high.max(*t)));
+    // Back at 0.3 m/s, up at 0.505 and then a little more.
+    assert!(
+        (slowest + 0.3).abs() < 1e-9 && (fastest - 0.505 - 0.0173).abs() < 1e-9,
+        "{slowest} {fastest}"
+    );
+    // At rest it forgets the row, not how often it has tried.
+    let mut state = seen([0.05, 0.0, 0.0], 0.0, 0.0);
+    preset().command(&mut state, &BodyTwist::ZERO);
+    let _ = supervisor.step(&mut memory, &state);
+    assert_eq!((memory.row_retries(), memory.retries(), memory.row()), (0, 2, 0));
+}
+
+#[test]
+fn a_vehicle_that_gets_one_front_wheel_up_and_falls_back_gives_up_too() {
+    for config in [SupervisorConfig::traction(T), SupervisorConfig::traction_runup(T)] {
+        let supervisor = supervisor(config);
+        let mut memory = SupervisorState::new();
+        let mut target_m_s = 0.0_f64;
+        for period in 0..200_000 {
+            // Up by half of a step for 0.2 s of every 3 s, level again and stuck for the rest.
+            let height = if period % 3000 < 200 { 0.025 } else { 0.0 };
+            let state = seen([height, 0.0, 0.0], target_m_s.min(0.0), 1.0);
+            target_m_s = supervisor.step(&mut memory, &state).speed_m_s;
+        }
+        assert_eq!(memory.retries(), u32::from(config.retry.retries));
+        assert_eq!(memory.mode(), SupervisorMode::GaveUp);
+    }
+}
+
+#[test]
+fn once_all_rows_are_past_an_obstacle_the_next_one_has_all_tries_again() {
+    let supervisor = supervisor(SupervisorConfig::traction(T));
+    let mut memory = SupervisorState::new();
+    let mut target_m_s = 0.0_f64;
+    let mut drive = |memory: &mut SupervisorState<f64>, heights, stuck: bool, periods| {
+        for _ in 0..periods {
+            let speed = if stuck { target_m_s.min(0.0) } else { target_m_s };
+            let state = seen(heights, speed, 1.0);
+            target_m_s = supervisor.step(memory, &state).speed_m_s;
+        }
+    };
+    drive(&mut memory, [0.0; 3], true, 60_000);
+    assert_eq!((memory.row_retries(), memory.retries()), (8, 8));
+    for heights in [[0.05, 0.0, 0.0], [0.05, 0.05, 0.0], [0.05; 3]] {
+        drive(&mut memory, heights, false, 1000);
+    }
+    assert_eq!((memory.row_retries(), memory.row()), (0, 0));
+    drive(&mut memory, [0.0; 3], true, 60_000);
+    assert_eq!((memory.row_retries(), memory.retries()), (8, 16));
+}
+
+#[test]
+fn rows_are_counted_in_the_direction_of_travel() {
+    let supervisor = supervisor(SupervisorConfig::traction(T));
+    let climbing = |vx_m_s: f64, vy_m_s: f64, high: [usize; 2]| {
+        let mut state = seen([0.0; 3], 0.0, 0.0);
+        let command = BodyTwist {
+            vx_m_s,
+            vy_m_s,
+            wz_rad_s: 0.0,
+        };
+        preset().command(&mut state, &command);
+        for i in high {
+            state.motion.height_m[i] = 0.05;
+        }
+        let target = supervisor.step(&mut SupervisorState::new(), &state);
+        (0..7).filter(|i| target.climbing[*i]).collect::<Vec<_>>()
+    };
+    assert_eq!(climbing(-0.3, 0.0, [0, 2]), [3]); // backwards the rear row is first, wheel 4 next
+    assert_eq!(climbing(0.0, 0.3, [2, 6]), [1, 3, 5]); // to the left the left wheels are, then those in the middle
+    assert_eq!(climbing(0.0, -0.3, [0, 4]), [1, 3, 5]);
+}
+
+#[test]
+fn a_vehicle_that_nothing_moves_gives_up_although_its_encoders_read_nothing_at_all() {
+    let any = crate::shaping::AxisLimits::unlimited();
+    let limits = crate::shaping::TwistLimits::PerAxis {
+        vx: any,
+        vy: any,
+        wz: any,
+    };
+    for usable in [7, 4] {
+        let mut config = SupervisorConfig::traction(T);
+        config.retry.retries = 2;
+        let limiter = crate::shaping::TwistLimiter::new(limits, T).expect("valid");
+        let mut policy = crate::traction::TractionPolicy::new(limiter, supervisor(config), preset());
+        let mut torques = [0.0; 7];
+        for period in 0..30_000 {
+            let mut rates = [0.0; 7];
+            rates[usable..].fill(f64::NAN);
+            // Once it has given up, a reading that fails does not make it push again.
+            if period > 25_000 {
+                rates[..usable - 2].fill(f64::NAN);
+            }
+            crate::policy::Policy::step(&mut policy, &level(AHEAD, &rates), &mut torques);
+        }
+        assert_eq!(
+            policy.supervisor().mode(),
+            SupervisorMode::GaveUp,
+            "{usable} wheels"
+        );
+        assert_eq!(torques, [0.0; 7]);
+    }
+}
+
+/// A policy with two tries, on sensors.
+fn policy_with(sensors: TractionSensors<f64>) -> crate::traction::TractionPolicy<f64, 7> {
+    let any = crate::shaping::AxisLimits::unlimited();
+    let limits = crate::shaping::TwistLimits::PerAxis {
+        vx: any,
+        vy: any,
+        wz: any,
+    };
+    let mut config = SupervisorConfig::traction(T);
+    config.retry.retries = 2;
+    let limiter = crate::shaping::TwistLimiter::new(limits, T).expect("valid");
+    let traction = seven(TractionConfig::traction(0.3, 2.0, T).with_sensors(sensors));
+    crate::traction::TractionPolicy::new(limiter, supervisor(config), traction)
+}
+
+#[test]
+fn a_vehicle_that_gave_up_drives_again_after_rest_or_in_another_direction() {
+    let mut coarse = TractionSensors::perfect();
+    coarse.encoder_counts = 256.0; // hide 0.04 m/s: slip is determined at 0.3 m/s, not at 0.05 m/s
+    for (sensors, dead) in [(coarse, 7), (TractionSensors::perfect(), 2)] {
+        for rests in [true, false] {
+            let mut policy = policy_with(sensors);
+            let mut torques = [0.0; 7];
+            let mut go = |vx_m_s: f64, usable: usize, periods: usize| {
+                let mut rates = [0.0; 7];
+                rates[usable..].fill(f64::NAN);
+                let command = BodyTwist {
+                    vx_m_s,
+                    ..BodyTwist::ZERO
+                };
+                for _ in 0..periods {
+                    crate::policy::Policy::step(&mut policy, &level(command, &rates), &mut torques);
+                }
+                (policy.supervisor().mode(), torques[0])
+            };
+            assert_eq!(go(0.3, 7, 25_000).0, SupervisorMode::GaveUp);
+            assert_eq!(go(0.3, dead, 1000), (SupervisorMode::GaveUp, 0.0)); // a reading that fails changes nothing
+            if rests {
+                let _ = go(0.0, dead, 5000);
+            }
+            let (mode, torque) = go(-0.05, dead, 100);
+            assert!(
+                mode == SupervisorMode::Drive && torque < -0.1,
+                "{dead} wheels, {rests}: {mode:?}, {torque} N.m"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_vehicle_that_is_stuck_gives_up_where_slip_is_undetermined_too() {
+    let mut coarse = TractionSensors::perfect();
+    coarse.encoder_counts = 128.0; // hide 0.058 m/s
+    let mut policy = policy_with(coarse);
+    let slow = BodyTwist {
+        vx_m_s: 0.1,
+        ..BodyTwist::ZERO
+    };
+    let mut torques = [0.0; 7];
+    for _ in 0..10_000 {
+        // At a wall, which no count leaves: after a second of half its torque such a wheel is mute for three.
+        crate::policy::Policy::step(&mut policy, &level(slow, &[0.0; 7]), &mut torques);
+    }
+    assert_eq!(policy.supervisor().mode(), SupervisorMode::GaveUp);
+    assert_eq!((torques, policy.supervisor().retries()), ([0.0; 7], 0));
+    // One that goes more than half as fast as commanded is not stuck, whatever it takes.
+    let supervisor = supervisor(SupervisorConfig::traction(T));
+    let mode = |speed_m_s: f64, periods: usize| {
+        let mut state = seen([0.0; 3], speed_m_s, 1.0);
+        preset().command(&mut state, &slow);
+        (state.discerns, state.speed_m_s) = (false, speed_m_s);
+        let mut memory = SupervisorState::new();
+        for _ in 0..periods {
+            let _ = supervisor.step(&mut memory, &state);
+        }
+        memory.mode()
+    };
+    assert_eq!(mode(0.051, 5000), SupervisorMode::Drive);
+    // A second.
+    assert_eq!(
+        (mode(0.03, 999), mode(0.03, 1002)),
+        (SupervisorMode::Drive, SupervisorMode::GaveUp)
+    );
+}

@@ -1,0 +1,57 @@
+//! What every controller is to the simulation, whatever it is written for.
+
+use omni_core::{BodyTwist, Kinematics, Readings, Real, WheelVelocities};
+
+use crate::control_sample::ControlSample;
+use crate::link_counters::LinkCounters;
+use crate::{Error, ReportColumns};
+
+/// A controller with its state.
+pub(super) trait ControlLaw: Send + Sync {
+    /// One control step. Overwrites `sample` but for what was asked for, the measured velocities and the path, whatever is returned; its
+    /// report is empty before.
+    fn step(&mut self, readings: &Readings<'_, f64>, sample: &mut ControlSample) -> Result<(), Error>;
+    /// What it reports.
+    fn columns(&self) -> ReportColumns {
+        ReportColumns::default()
+    }
+    /// Presses the emergency stop, or releases it; without one nothing happens.
+    fn emergency_stop(&mut self, _pressed: bool) {}
+    /// Actuator velocities \[rad/s\] that move the vehicle with `twist`.
+    fn inverse(&self, twist: &BodyTwist<f64>) -> Vec<f64>;
+    /// The state, for a snapshot; none at the other end of a link.
+    fn save(&self) -> Option<Vec<u8>> {
+        None
+    }
+    /// Goes on from a state that [`ControlLaw::save`] gave; says whether it is one.
+    fn restore(&mut self, _state: &[u8]) -> bool {
+        false
+    }
+    /// What was not received so far; none without a link.
+    fn link(&self) -> Option<LinkCounters> {
+        None
+    }
+}
+
+/// A twist in the controller's scalar.
+pub(super) fn scalar<R: Real>(twist: &BodyTwist<f64>) -> BodyTwist<R> {
+    BodyTwist::from_array(twist.to_array().map(R::of))
+}
+
+/// Measured velocities in the controller's scalar.
+pub(super) fn velocities<R: Real, const N: usize>(measured: &[f64]) -> WheelVelocities<R, N> {
+    let mut velocities = WheelVelocities::zero();
+    for (v, m) in velocities.rad_s.iter_mut().zip(measured) {
+        *v = R::of(*m);
+    }
+    velocities
+}
+
+/// Actuator velocities that move a vehicle with `twist`.
+pub(super) fn inverse<R: Real, const N: usize>(
+    kinematics: &Kinematics<R, N>,
+    twist: &BodyTwist<f64>,
+) -> Vec<f64> {
+    let velocities = kinematics.inverse(&scalar(twist));
+    velocities.rad_s.iter().map(|v| v.as_f64()).collect()
+}

@@ -1,0 +1,557 @@
+//! What a controller reports of itself beside the wheels' signals, and the columns that this is in traces and logs.
+
+use omni_core::DriveMode;
+use omni_core::drive::Fault;
+use omni_core::geometry::PlanarPose;
+use omni_core::shaping::CommandStatus;
+use omni_core::traction::{SupervisorMode, TractionLoops};
+use serde::{Deserialize, Serialize};
+
+use crate::config::Vehicle;
+
+/// What a controller reports in one control period beside its wheels' signals: a part is there where the controller has it. Of a period
+/// that no controller had a part in nothing is.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Report {
+    /// Of a scenario's `[drive]`.
+    pub drive: Option<DriveReport>,
+    /// Of traction control that runs here.
+    pub traction: Option<TractionReport>,
+    /// Of a controller of one's own, in the order of its names; NaN where one is not known.
+    pub own: Vec<f64>,
+    /// Where the path that is followed wants the vehicle at the end of the period.
+    pub path: Option<PlanarPose<f64>>,
+}
+
+/// What a drive reports, here or at the other end of a link.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DriveReport {
+    /// How far the vehicle can be relied on.
+    pub mode: DriveMode,
+    /// Enough wheels determine the motion.
+    pub motion_known: bool,
+    /// Why the twist is what it is; over a link it is not reported.
+    pub command: Option<CommandStatus>,
+    /// Pose since the start by its own odometry.
+    pub pose: PlanarPose<f64>,
+    /// Standard deviations of x \[m\], y \[m\] and yaw \[rad\]; over a link they are not reported.
+    pub deviations: Option<[f64; 3]>,
+    /// One entry a wheel.
+    pub wheels: Vec<DriveWheel>,
+}
+
+/// What a drive reports of a wheel.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DriveWheel {
+    /// What is wrong with it.
+    pub fault: Option<Fault>,
+    /// It is excluded from the motion.
+    pub left_out: bool,
+    /// Its motor's windings are shorted.
+    pub brake: bool,
+}
+
+/// What traction control reports.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TractionReport {
+    /// Measured speed over the commanded, -1 to 1; 1 where none is commanded.
+    pub factor: f64,
+    /// Measured speed along the direction of travel \[m/s\].
+    pub speed_m_s: f64,
+    /// The target that it follows \[m/s\].
+    pub target_m_s: f64,
+    /// Common thrust \[N.m\].
+    pub thrust_n_m: f64,
+    /// The wheel that the measured speed hangs on, counted from 0.
+    pub speed_wheel: Option<u32>,
+    /// The row that climbs next, 0 the foremost.
+    pub row: u16,
+    /// What its supervisor is at.
+    pub mode: SupervisorMode,
+    /// Tries of the present row.
+    pub tries: u16,
+    /// Times that it backed off for another try since the start.
+    pub retries: u32,
+    /// Heading error \[rad\], counter-clockwise positive.
+    pub heading_rad: f64,
+    /// The gyro's zero \[rad/s\].
+    pub gyro_zero_rad_s: f64,
+    /// What drives the wheels.
+    pub loops: TractionLoops,
+    /// Speed across the direction of travel \[m/s\], to the left.
+    pub drift_m_s: f64,
+    /// One entry a wheel.
+    pub wheels: Vec<TractionWheel>,
+}
+
+/// What traction control reports of a wheel; 0 of one that is not driven.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TractionWheel {
+    /// Slip along the direction of travel \[rad/s\].
+    pub slip_rad_s: f64,
+    /// What the ground takes of its torque \[N.m\], by the law's own estimate.
+    pub contact_n_m: f64,
+}
+
+/// Columns of a drive; then for each signal of [`DRIVE_WHEEL`] one a wheel.
+const DRIVE: [&str; 9] = [
+    "drive_mode",
+    "drive_motion_known",
+    "drive_command_status",
+    "drive_pose_x_m",
+    "drive_pose_y_m",
+    "drive_pose_yaw_rad",
+    "drive_std_x_m",
+    "drive_std_y_m",
+    "drive_std_yaw_rad",
+];
+const DRIVE_WHEEL: [&str; 3] = ["drive_fault", "drive_left_out", "drive_brake"];
+/// Columns of traction control; then for each signal of [`TRACTION_WHEEL`] one a wheel.
+const TRACTION: [&str; 13] = [
+    "traction_factor",
+    "traction_speed_m_s",
+    "traction_target_m_s",
+    "traction_thrust_n_m",
+    "traction_speed_wheel",
+    "traction_row",
+    "traction_mode",
+    "traction_tries",
+    "traction_retries",
+    "traction_heading_rad",
+    "traction_gyro_zero_rad_s",
+    "traction_loops",
+    "traction_drift_m_s",
+];
+const TRACTION_WHEEL: [&str; 2] = ["traction_slip_rad_s", "traction_contact_n_m"];
+/// Columns of a path that is followed.
+const PATH: [&str; 3] = ["path_x_m", "path_y_m", "path_yaw_rad"];
+
+/// By their numbers in columns, 0 first.
+const MODES: [DriveMode; 4] = [
+    DriveMode::Normal,
+    DriveMode::Degraded,
+    DriveMode::SafeStop,
+    DriveMode::EmergencyStop,
+];
+const COMMANDS: [CommandStatus; 5] = [
+    CommandStatus::Idle,
+    CommandStatus::Following,
+    CommandStatus::Limited,
+    CommandStatus::TimedOut,
+    CommandStatus::EmergencyStop,
+];
+const FAULTS: [Option<Fault>; 6] = [
+    None,
+    Some(Fault::NotANumber),
+    Some(Fault::Jump),
+    Some(Fault::Stuck),
+    Some(Fault::Silent),
+    Some(Fault::Lost),
+];
+const SUPERVISOR: [SupervisorMode; 4] = [
+    SupervisorMode::Drive,
+    SupervisorMode::BackOff,
+    SupervisorMode::RunUp,
+    SupervisorMode::GaveUp,
+];
+const LOOPS: [TractionLoops; 3] = [
+    TractionLoops::Plain,
+    TractionLoops::Traction,
+    TractionLoops::Fallback,
+];
+const FLAGS: [bool; 2] = [false, true];
+
+/// The number of a value in a column; NaN where it has none.
+fn number<T: PartialEq>(all: &[T], value: &T) -> f64 {
+    all.iter()
+        .position(|each| each == value)
+        .map_or(f64::NAN, |at| at as f64)
+}
+
+/// The value of a number in a column.
+fn value<T: Copy>(all: &[T], number: f64) -> Option<T> {
+    let whole = number as usize;
+    all.get(whole).copied().filter(|_| whole as f64 == number)
+}
+
+/// A whole number in a column, up to `most`.
+fn whole(number: f64, most: u32) -> Option<u32> {
+    let fits = number.fract() == 0.0 && (0.0..=f64::from(most)).contains(&number);
+    fits.then_some(number as u32)
+}
+
+fn pose([x_m, y_m, yaw_rad]: [f64; 3]) -> PlanarPose<f64> {
+    PlanarPose { x_m, y_m, yaw_rad }
+}
+
+impl DriveReport {
+    fn values(&self) -> Vec<f64> {
+        let mut values = vec![
+            number(&MODES, &self.mode),
+            number(&FLAGS, &self.motion_known),
+            self.command
+                .map_or(f64::NAN, |command| number(&COMMANDS, &command)),
+        ];
+        values.extend([self.pose.x_m, self.pose.y_m, self.pose.yaw_rad]);
+        values.extend(self.deviations.unwrap_or([f64::NAN; 3]));
+        values.extend(self.wheels.iter().map(|wheel| number(&FAULTS, &wheel.fault)));
+        values.extend(self.wheels.iter().map(|wheel| number(&FLAGS, &wheel.left_out)));
+        values.extend(self.wheels.iter().map(|wheel| number(&FLAGS, &wheel.brake)));
+        values
+    }
+
+    fn from_values(values: &[f64], wheels: usize) -> Option<Self> {
+        let (&[mode, motion_known, command, x, y, yaw, std_x, std_y, std_yaw], of_wheels) =
+            values.split_first_chunk()?;
+        let deviations = [std_x, std_y, std_yaw];
+        let wheel = |i: usize| {
+            let signal = |k: usize| of_wheels.get(k * wheels + i).copied();
+            Some(DriveWheel {
+                fault: value(&FAULTS, signal(0)?)?,
+                left_out: value(&FLAGS, signal(1)?)?,
+                brake: value(&FLAGS, signal(2)?)?,
+            })
+        };
+        Some(Self {
+            mode: value(&MODES, mode)?,
+            motion_known: value(&FLAGS, motion_known)?,
+            command: if command.is_nan() {
+                None
+            } else {
+                Some(value(&COMMANDS, command)?)
+            },
+            pose: pose([x, y, yaw]),
+            deviations: (!deviations.iter().all(|each| each.is_nan())).then_some(deviations),
+            wheels: (0..wheels).map(wheel).collect::<Option<_>>()?,
+        })
+    }
+}
+
+/// A drive's mode by its number in frames.
+pub(crate) fn drive_mode(number: u8) -> Option<DriveMode> {
+    value(&MODES, number.into())
+}
+
+/// What is wrong with a wheel, by its number in frames; the outer none where the number stands for nothing.
+pub(crate) fn wheel_fault(number: u8) -> Option<Option<Fault>> {
+    value(&FAULTS, number.into())
+}
+
+impl TractionReport {
+    fn values(&self) -> Vec<f64> {
+        let mut values = vec![
+            self.factor,
+            self.speed_m_s,
+            self.target_m_s,
+            self.thrust_n_m,
+            self.speed_wheel.map_or(0.0, |wheel| f64::from(wheel) + 1.0),
+            f64::from(self.row),
+            number(&SUPERVISOR, &self.mode),
+            f64::from(self.tries),
+            f64::from(self.retries),
+            self.heading_rad,
+            self.gyro_zero_rad_s,
+            number(&LOOPS, &self.loops),
+            self.drift_m_s,
+        ];
+        values.extend(self.wheels.iter().map(|wheel| wheel.slip_rad_s));
+        values.extend(self.wheels.iter().map(|wheel| wheel.contact_n_m));
+        values
+    }
+
+    fn from_values(values: &[f64], wheels: usize) -> Option<Self> {
+        let (common, of_wheels) = values.split_first_chunk()?;
+        let &[
+            factor,
+            speed_m_s,
+            target_m_s,
+            thrust_n_m,
+            speed_wheel,
+            row,
+            mode,
+            tries,
+            retries,
+            heading_rad,
+            gyro_zero_rad_s,
+            loops,
+            drift_m_s,
+        ] = common;
+        let wheel = |i: usize| {
+            Some(TractionWheel {
+                slip_rad_s: *of_wheels.get(i)?,
+                contact_n_m: *of_wheels.get(wheels + i)?,
+            })
+        };
+        Some(Self {
+            factor,
+            speed_m_s,
+            target_m_s,
+            thrust_n_m,
+            speed_wheel: whole(speed_wheel, wheels as u32)?.checked_sub(1),
+            row: whole(row, u16::MAX.into())? as u16,
+            mode: value(&SUPERVISOR, mode)?,
+            tries: whole(tries, u16::MAX.into())? as u16,
+            retries: whole(retries, u32::MAX)?,
+            heading_rad,
+            gyro_zero_rad_s,
+            loops: value(&LOOPS, loops)?,
+            drift_m_s,
+            wheels: (0..wheels).map(wheel).collect::<Option<_>>()?,
+        })
+    }
+}
+
+/// Which parts the reports of a run have, and their columns: the only place where reports and columns meet.
+///
+/// ```
+/// use omni_sim::{Simulation, config::{Override, Scenario}};
+/// let scenario = Scenario::load("flat", &[Override::new("drive.command_timeout_s", 0.5)])?;
+/// let mut simulation = Simulation::new(&scenario)?;
+/// simulation.step(&simulation.scenario_command())?;
+/// let (columns, report) = (simulation.controller().columns(), &simulation.sample().report);
+/// let values = columns.values(report);
+/// assert_eq!((columns.names()[0].as_str(), values[0]), ("drive_mode", 0.0)); // normal
+/// assert_eq!(columns.report(&values).as_ref(), Some(report));
+/// # Ok::<(), omni_sim::Error>(())
+/// ```
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ReportColumns {
+    names: Vec<String>,
+    /// Names of the wheels.
+    wheels: Vec<String>,
+    drive: bool,
+    traction: bool,
+    own: usize,
+    path: bool,
+}
+
+impl ReportColumns {
+    /// Of a controller of one's own: the names of its signals.
+    #[must_use]
+    pub fn own(names: Vec<String>) -> Self {
+        Self::new(Vec::new(), [false; 2], names, false)
+    }
+
+    /// Of a vehicle's drive, its traction control, or both.
+    pub(crate) fn built_in(vehicle: &Vehicle, drive: bool, traction: bool) -> Self {
+        let wheels = vehicle.wheel.iter().map(|wheel| wheel.name.clone());
+        Self::new(wheels.collect(), [drive, traction], Vec::new(), false)
+    }
+
+    /// The same, and where a path wants the vehicle.
+    pub(crate) fn following_a_path(self) -> Self {
+        let own = self.names[self.names.len() - self.own..].to_vec();
+        Self::new(self.wheels, [self.drive, self.traction], own, true)
+    }
+
+    fn new(wheels: Vec<String>, [drive, traction]: [bool; 2], own: Vec<String>, path: bool) -> Self {
+        let mut names = Vec::new();
+        for (there, common, of_wheels) in [
+            (drive, DRIVE.as_slice(), DRIVE_WHEEL.as_slice()),
+            (traction, TRACTION.as_slice(), TRACTION_WHEEL.as_slice()),
+        ] {
+            if there {
+                names.extend(common.iter().map(|name| (*name).to_owned()));
+                for signal in of_wheels {
+                    names.extend(wheels.iter().map(|wheel| format!("{signal}_{wheel}")));
+                }
+            }
+        }
+        let count = own.len();
+        names.extend(own);
+        names.extend(PATH.iter().filter(|_| path).map(|name| (*name).to_owned()));
+        Self {
+            names,
+            wheels,
+            drive,
+            traction,
+            own: count,
+            path,
+        }
+    }
+
+    /// Those with these names, as a log has them. Names of no drive and no traction control are those of a controller of one's own.
+    #[must_use]
+    pub fn named(names: &[String]) -> Self {
+        let of_wheels = |signal: &str| -> Vec<String> {
+            let wheels = names
+                .iter()
+                .filter_map(|name| name.strip_prefix(signal)?.strip_prefix('_'));
+            wheels.map(str::to_owned).collect()
+        };
+        let (drive, traction) = (of_wheels(DRIVE_WHEEL[0]), of_wheels(TRACTION_WHEEL[0]));
+        let parts = [!drive.is_empty(), !traction.is_empty()];
+        let wheels = if parts[0] { drive } else { traction };
+        let path = names.ends_with(&PATH.map(str::to_owned));
+        let built_in = Self::new(wheels, parts, Vec::new(), path);
+        if built_in.names == names {
+            built_in
+        } else {
+            let own = &names[..names.len() - if path { PATH.len() } else { 0 }];
+            Self::new(Vec::new(), [false; 2], own.to_vec(), path)
+        }
+    }
+
+    /// Their names, in order.
+    #[must_use]
+    pub fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// Names of the wheels of a drive or of traction control, in order.
+    #[must_use]
+    pub fn wheels(&self) -> &[String] {
+        &self.wheels
+    }
+
+    /// A path is followed.
+    pub(crate) fn follows_a_path(&self) -> bool {
+        self.path
+    }
+
+    /// Numbers of each part that is there: of the drive, of traction control, of a controller of one's own.
+    fn lengths(&self) -> [usize; 3] {
+        let wheels = self.wheels.len();
+        let of =
+            |there: bool, common: usize, of_wheel: usize| if there { common + of_wheel * wheels } else { 0 };
+        [
+            of(self.drive, DRIVE.len(), DRIVE_WHEEL.len()),
+            of(self.traction, TRACTION.len(), TRACTION_WHEEL.len()),
+            self.own,
+        ]
+    }
+
+    /// A number a name; NaN where the report lacks a part.
+    #[must_use]
+    pub fn values(&self, report: &Report) -> Vec<f64> {
+        let drive = report.drive.as_ref().map(DriveReport::values);
+        let traction = report.traction.as_ref().map(TractionReport::values);
+        let parts = [drive.as_deref(), traction.as_deref(), Some(report.own.as_slice())];
+        let mut values = Vec::with_capacity(self.names.len());
+        for (length, part) in self.lengths().into_iter().zip(parts) {
+            let end = values.len() + length;
+            values.extend(part.unwrap_or_default().iter().take(length));
+            values.resize(end, f64::NAN);
+        }
+        if let (true, Some(pose)) = (self.path, &report.path) {
+            values.extend([pose.x_m, pose.y_m, pose.yaw_rad]);
+        }
+        values.resize(self.names.len(), f64::NAN);
+        values
+    }
+
+    /// The report of these numbers, one a name. A part whose numbers are none of its, as NaN throughout, is not there. None where there
+    /// are more or fewer numbers than names.
+    #[must_use]
+    pub fn report(&self, values: &[f64]) -> Option<Report> {
+        if values.len() != self.names.len() {
+            return None;
+        }
+        let [drive, traction, own] = self.lengths();
+        let (of_drive, rest) = values.split_at(drive);
+        let (of_traction, rest) = rest.split_at(traction);
+        let (own, path) = rest.split_at(own);
+        let wheels = self.wheels.len();
+        let path = path
+            .first_chunk()
+            .filter(|path| !path.iter().any(|part| part.is_nan()));
+        Some(Report {
+            drive: DriveReport::from_values(of_drive, wheels),
+            traction: TractionReport::from_values(of_traction, wheels),
+            own: own.to_vec(),
+            path: path.copied().map(pose),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn report() -> Report {
+        let wheel = |fault| DriveWheel {
+            fault,
+            left_out: fault.is_some(),
+            brake: false,
+        };
+        Report {
+            drive: Some(DriveReport {
+                mode: DriveMode::SafeStop,
+                motion_known: true,
+                command: Some(CommandStatus::TimedOut),
+                pose: pose([1.0, -2.0, 0.5]),
+                deviations: None,
+                wheels: vec![wheel(None), wheel(Some(Fault::Lost))],
+            }),
+            traction: Some(TractionReport {
+                factor: 0.5,
+                speed_m_s: 0.1,
+                target_m_s: 0.2,
+                thrust_n_m: 0.3,
+                speed_wheel: Some(1),
+                row: 2,
+                mode: SupervisorMode::GaveUp,
+                tries: 3,
+                retries: 4,
+                heading_rad: 0.4,
+                gyro_zero_rad_s: -0.1,
+                loops: TractionLoops::Fallback,
+                drift_m_s: 0.0,
+                wheels: [1.0, 2.0]
+                    .map(|slip_rad_s| TractionWheel {
+                        slip_rad_s,
+                        contact_n_m: -1.0,
+                    })
+                    .into(),
+            }),
+            own: Vec::new(),
+            path: Some(pose([3.0, 4.0, 5.0])),
+        }
+    }
+
+    fn columns() -> ReportColumns {
+        ReportColumns::new(vec!["a".into(), "b".into()], [true; 2], Vec::new(), true)
+    }
+
+    #[test]
+    fn a_report_comes_back_from_its_columns_and_the_columns_from_their_names() {
+        let (columns, report) = (columns(), report());
+        let values = columns.values(&report);
+        assert_eq!(values.len(), columns.names().len());
+        let at = |name: &str| values[columns.names().iter().position(|each| each == name).expect(name)];
+        assert_eq!(
+            (at("drive_mode"), at("drive_fault_b"), at("traction_mode")),
+            (2.0, 5.0, 3.0)
+        );
+        assert_eq!(
+            (
+                at("traction_speed_wheel"),
+                at("traction_slip_rad_s_b"),
+                at("path_y_m")
+            ),
+            (2.0, 2.0, 4.0)
+        );
+        assert_eq!(columns.report(&values), Some(report));
+        assert_eq!(ReportColumns::named(columns.names()), columns);
+        let own = ReportColumns::own(vec!["effort_n_m".into()]);
+        assert_eq!(ReportColumns::named(own.names()), own);
+        assert_eq!(own.report(&[7.0]).map(|report| report.own), Some(vec![7.0]));
+    }
+
+    #[test]
+    fn numbers_that_stand_for_nothing_are_no_report() {
+        let columns = columns();
+        let nothing = columns
+            .report(&vec![f64::NAN; columns.names().len()])
+            .expect("as many");
+        assert_eq!(nothing, Report::default());
+        assert!(columns.values(&nothing).iter().all(|value| value.is_nan()));
+        let good = columns.values(&report());
+        for wrong in [4.0, 0.5, -1.0, f64::INFINITY, 1e300] {
+            let mut values = good.clone();
+            values[0] = wrong;
+            assert_eq!(columns.report(&values).expect("as many").drive, None, "{wrong}");
+        }
+        assert_eq!(columns.report(&good[1..]), None);
+    }
+}
