@@ -302,7 +302,7 @@ pub(crate) fn reference_factors<R: Real, const N: usize>(
     factors(requested_n_m, slopes_n_m, ranges, floor, lasts)
 }
 
-#[inline]
+#[inline(always)]
 fn factors<R: Real, const N: usize>(
     requested_n_m: &[R; N],
     slopes_n_m: &[R; N],

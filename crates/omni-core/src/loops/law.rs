@@ -7,28 +7,31 @@ use super::coordination::{Coordination, Integral};
 use super::pid::Pid;
 use super::wheel_loops::{ControlState, Overload, WheelSample};
 use crate::Real;
+use limit::AtLimit;
 
-/// Loops with one set of constants. In masks wheel i is bit i.
+/// Loops with one set of constants. Passed by value, because the compiler then sees which constants the references point to: an
+/// image with constant loops has no code for what they do not use. In masks wheel i is bit i.
+#[derive(Clone, Copy)]
 pub(super) struct Law<'a, R> {
     pub(super) pid: &'a Pid<R>,
-    pub(super) coordination: Coordination<R>,
-    /// Integrals know of limits that last only ([`Overload`]); otherwise of every limit.
-    pub(super) waits: bool,
+    pub(super) coordination: &'a Coordination<R>,
 }
 
 impl<R: Real> Law<'_, R> {
     /// One step from the references, measurements and ranges in `out`; those of wheels that are not active are 0. The
     /// integrals take in what `share` makes of the errors, each wheel its own where there is none. `share` is linear, and
-    /// the identity on the references. `some_released`: not all wheels are active.
+    /// the identity on the references. `some_released`: not all wheels are active. `waits`: integrals know of limits that last
+    /// only ([`Overload`]), otherwise of every limit.
     ///
     /// The usual case, every wheel there and none at its limit, is straight loops over the wheels that write where the
     /// result is wanted; whatever else happens is in functions of its own.
     #[inline]
     pub(super) fn step<const N: usize>(
-        &self,
+        self,
         state: &mut ControlState<R, N>,
         share: Option<impl Fn(&[R; N]) -> [R; N]>,
         some_released: bool,
+        waits: bool,
         out: &mut WheelSample<R, N>,
     ) {
         let mut integrated_error = [R::zero(); N];
@@ -49,27 +52,43 @@ impl<R: Real> Law<'_, R> {
         let beyond = self.request(out);
         let ki_dt = self.pid.integral_gain_dt();
         if beyond != 0 {
-            start_afresh_where_not_finite(state, &mut integrated_error, out);
-            let correction = self.limit(beyond, outside_zone, state, &mut integrated_error, out);
-            let correction = match (correction, &share) {
-                (Some(correction), Some(share)) => {
-                    let mut correction = share(&correction);
-                    zero_inactive(&mut correction, &out.active);
-                    correction
-                }
-                (correction, _) => correction.unwrap_or([R::zero(); N]),
+            if !all_finite(&out.requested.n_m) {
+                start_afresh_where_not_finite(state, &mut integrated_error, out);
+            }
+            let overloaded = if waits {
+                state.overload.step(beyond, &out.requested.n_m)
+            } else {
+                beyond
             };
-            for i in 0..N {
-                state.integral_n_m[i] += ki_dt * integrated_error[i] + correction[i];
+            let at = AtLimit { beyond, overloaded };
+            let mut correction = [R::zero(); N];
+            let corrected = self.limit(
+                at,
+                outside_zone,
+                state,
+                &mut integrated_error,
+                out,
+                &mut correction,
+            );
+            if corrected {
+                if let Some(share) = &share {
+                    correction = share(&correction);
+                    zero_inactive(&mut correction, &out.active);
+                }
+                for i in 0..N {
+                    state.integral_n_m[i] += ki_dt * integrated_error[i] + correction[i];
+                }
+            } else {
+                for i in 0..N {
+                    state.integral_n_m[i] += ki_dt * integrated_error[i];
+                }
             }
         } else {
             state.overload = Overload::new();
             for i in 0..N {
                 state.integral_n_m[i] += ki_dt * integrated_error[i];
             }
-            if self.pid.remembers() {
-                (state.derivative_n_m, state.last_reference_rad_s) = (out.d_n_m, out.reference.rad_s);
-            }
+            self.remember(state, out);
         }
         if self.pid.remembers() {
             (state.last_measured_rad_s, state.started) = (out.measured.rad_s, out.active);
@@ -77,14 +96,22 @@ impl<R: Real> Law<'_, R> {
         self.hold_integrals(state);
     }
 
-    pub(super) fn shares_integral(&self) -> bool {
+    /// The derivative and the reference that the next step compares with.
+    #[inline]
+    fn remember<const N: usize>(self, state: &mut ControlState<R, N>, out: &WheelSample<R, N>) {
+        if self.pid.remembers() {
+            (state.derivative_n_m, state.last_reference_rad_s) = (out.d_n_m, out.reference.rad_s);
+        }
+    }
+
+    pub(super) fn shares_integral(self) -> bool {
         self.coordination.integral == Integral::Shared
     }
 
     /// Writes the terms of every wheel for its reference and measurement.
     #[inline]
     pub(super) fn write_terms<const N: usize>(
-        &self,
+        self,
         state: &ControlState<R, N>,
         integrated_error: &[R; N],
         out: &mut WheelSample<R, N>,
@@ -124,7 +151,7 @@ impl<R: Real> Law<'_, R> {
 
     /// Writes the torques that the terms ask for. Those wheels that ask for more than they can have.
     #[inline]
-    fn request<const N: usize>(&self, out: &mut WheelSample<R, N>) -> u32 {
+    fn request<const N: usize>(self, out: &mut WheelSample<R, N>) -> u32 {
         const { assert!(N <= 32, "at most 32 wheels") };
         let mut beyond = 0_u32;
         let (mut requested, mut saturated) = ([R::zero(); N], [false; N]);
@@ -170,6 +197,16 @@ fn zero_inactive<R: Real, const N: usize>(values: &mut [R; N], active: &[bool; N
     }
 }
 
+/// One look at a sum, which is not finite where one of its parts is not.
+#[inline]
+fn all_finite<R: Real, const N: usize>(values: &[R; N]) -> bool {
+    let mut sum = R::zero();
+    for &value in values {
+        sum += value;
+    }
+    sum.is_finite_real()
+}
+
 /// Loops whose torque is not a number, because their state was set to nonsense, give nothing and start afresh.
 #[inline(never)]
 fn start_afresh_where_not_finite<R: Real, const N: usize>(
@@ -177,13 +214,6 @@ fn start_afresh_where_not_finite<R: Real, const N: usize>(
     integrated_error: &mut [R; N],
     out: &mut WheelSample<R, N>,
 ) {
-    let mut sum = R::zero();
-    for torque in out.requested.n_m {
-        sum += torque;
-    }
-    if sum.is_finite_real() {
-        return;
-    }
     let zero = R::zero();
     for i in 0..N {
         if !out.requested.n_m[i].is_finite_real() {

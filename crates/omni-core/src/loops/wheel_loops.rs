@@ -284,10 +284,9 @@ impl<R: Real, const N: usize> WheelController<R, N> {
 
         let law = Law {
             pid: &self.pid,
-            coordination: self.coordination,
-            waits: true,
+            coordination: &self.coordination,
         };
-        law.step(state, share, some_released, out);
+        law.step(state, share, some_released, true, out);
         if is_rest(inputs.reference) {
             let rest = self.rest.where_held(inputs.holds);
             rest.step(&mut state.rest, &mut state.integral_n_m, &out.applied.n_m);

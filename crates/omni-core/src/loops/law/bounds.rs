@@ -10,7 +10,7 @@ impl<R: Real> Law<'_, R> {
     /// would leave the range of the kinematics.
     #[inline(never)]
     pub(super) fn bound<const N: usize>(
-        &self,
+        self,
         state: &mut ControlState<R, N>,
         integrated_error: &mut [R; N],
         out: &mut WheelSample<R, N>,
@@ -29,26 +29,23 @@ impl<R: Real> Law<'_, R> {
         outside
     }
 
-    /// Proportional terms without their limit; 0 of released wheels.
-    pub(super) fn unbounded<const N: usize>(&self, out: &WheelSample<R, N>) -> [R; N] {
-        let mut p_n_m = [R::zero(); N];
-        for (i, p_n_m) in p_n_m.iter_mut().enumerate() {
-            if out.active[i] {
-                *p_n_m = self
-                    .pid
-                    .proportional(out.reference.rad_s[i], out.measured.rad_s[i]);
-            }
+    /// Proportional term of wheel i without its limit, for its reference times `factor`; 0 of a released wheel.
+    #[inline]
+    pub(super) fn unbounded<const N: usize>(self, i: usize, factor: R, out: &WheelSample<R, N>) -> R {
+        if out.active[i] {
+            self.pid
+                .proportional(factor * out.reference.rad_s[i], out.measured.rad_s[i])
+        } else {
+            R::zero()
         }
-        p_n_m
     }
 
     /// Torque and slope of each wheel as they are about its limit: a proportional term that is at its own limit does not fall with
     /// the reference at first, and one that is not may come to its limit on the way. `slopes` become those.
     pub(super) fn about_limits<const N: usize>(
-        &self,
+        self,
         state: &ControlState<R, N>,
         out: &WheelSample<R, N>,
-        unbounded_p: &[R; N],
         outside_zone: u32,
         slopes: &mut [R; N],
     ) -> [R; N] {
@@ -69,9 +66,10 @@ impl<R: Real> Law<'_, R> {
             if (requested[i] - limit) * slopes[i] <= R::zero() {
                 continue; // not beyond, or not by its reference
             }
-            let free = requested[i] + (unbounded_p[i] - out.p_n_m[i]);
+            let unbounded_p = self.unbounded(i, R::one(), out);
+            let free = requested[i] + (unbounded_p - out.p_n_m[i]);
             let own = slope.p_n_m * reference;
-            let p_n_m = unbounded_p[i] - own * ((free - limit) / slopes[i]);
+            let p_n_m = unbounded_p - own * ((free - limit) / slopes[i]);
             let bounded = self.pid.bounds().proportional(p_n_m);
             if bounded == p_n_m {
                 requested[i] = free;
@@ -83,20 +81,12 @@ impl<R: Real> Law<'_, R> {
         requested
     }
 
-    /// Terms and torques once references were reduced by `less` of themselves: proportional terms come off their limit by what is
-    /// left of `unbounded_p`.
-    pub(super) fn bound_reduced<const N: usize>(
-        &self,
-        less: R,
-        out: &mut WheelSample<R, N>,
-        unbounded_p: &mut [R; N],
-        outside_zone: u32,
-    ) {
+    /// Terms and torques once references were reduced by the common factor: proportional terms come off their limit.
+    pub(super) fn bound_reduced<const N: usize>(self, out: &mut WheelSample<R, N>, outside_zone: u32) {
         zero(&mut out.i_n_m, outside_zone);
-        let slope = self.pid.term_slopes(true).p_n_m;
         for i in 0..N {
-            unbounded_p[i] -= slope * (less * out.reference.rad_s[i]);
-            out.p_n_m[i] = self.pid.bounds().proportional(unbounded_p[i]);
+            let unbounded_p = self.unbounded(i, out.common_factor, out);
+            out.p_n_m[i] = self.pid.bounds().proportional(unbounded_p);
             out.applied.n_m[i] = out.p_n_m[i] + out.i_n_m[i] + out.d_n_m[i] + out.ff_n_m[i];
         }
     }

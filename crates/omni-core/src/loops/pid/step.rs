@@ -27,8 +27,10 @@ impl<R: Real> Pid<R> {
     pub fn step(&self, state: &mut PidState<R>, reference_rad_s: R, measured_rad_s: R) -> PidSample<R> {
         let terms = if is_plausible(reference_rad_s) && is_plausible(measured_rad_s) {
             let (mut loops, mut out) = self.one(state, reference_rad_s, measured_rad_s);
-            self.law()
-                .step(&mut loops, None::<fn(&[R; 1]) -> [R; 1]>, false, &mut out);
+            let coordination = Coordination::independent();
+            let share = None::<fn(&[R; 1]) -> [R; 1]>;
+            self.law(&coordination)
+                .step(&mut loops, share, false, false, &mut out);
             if out.active[0] && terms(&out).sum().is_finite_real() {
                 if self.remembers {
                     state.derivative_n_m = loops.derivative_n_m[0];
@@ -86,17 +88,17 @@ impl<R: Real> Pid<R> {
             state.integral_n_m = R::zero();
         } else if self.integral_gain_dt() > R::zero() {
             let (loops, mut out) = self.one(state, reference_rad_s, measured_rad_s);
-            self.law().write_terms(&loops, &[error], &mut out);
+            self.law(&Coordination::independent())
+                .write_terms(&loops, &[error], &mut out);
             out.p_n_m = out.p_n_m.map(|p_n_m| self.bounds().proportional(p_n_m));
             state.integral_n_m = self.held(state.integral_n_m + output_n_m - terms(&out).sum());
         }
     }
 
-    fn law(&self) -> Law<'_, R> {
+    fn law<'a>(&'a self, coordination: &'a Coordination<R>) -> Law<'a, R> {
         Law {
             pid: self,
-            coordination: Coordination::independent(),
-            waits: false,
+            coordination,
         }
     }
 
