@@ -7,7 +7,6 @@ use super::coordination::{Coordination, Integral};
 use super::pid::Pid;
 use super::wheel_loops::{ControlState, Overload, WheelSample};
 use crate::Real;
-use limit::AtLimit;
 
 /// Loops with one set of constants. Passed by value, because the compiler then sees which constants the references point to: an
 /// image with constant loops has no code for what they do not use. In masks wheel i is bit i.
@@ -15,6 +14,15 @@ use limit::AtLimit;
 pub(super) struct Law<'a, R> {
     pub(super) pid: &'a Pid<R>,
     pub(super) coordination: &'a Coordination<R>,
+}
+
+/// Which wheels a limit concerns.
+#[derive(Clone, Copy)]
+struct AtLimit {
+    /// They ask for more than they can have.
+    beyond: u32,
+    /// They have done so for long enough that integrals know of it.
+    overloaded: u32,
 }
 
 impl<R: Real> Law<'_, R> {

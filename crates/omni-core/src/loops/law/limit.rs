@@ -1,20 +1,11 @@
 //! What happens to the loops at a limit: torques brought within, integrals kept from winding up.
 
-use super::{Law, zero};
+use super::{AtLimit, Law, zero};
 use crate::Real;
 use crate::loops::coordination::{Saturation, reference_factor, reference_factors, torque_factor};
 use crate::loops::pid::{AntiWindup, Excess};
 use crate::loops::wheel_loops::{ControlState, WheelSample};
 use crate::motor::TorqueRanges;
-
-/// Which wheels a limit concerns.
-#[derive(Clone, Copy)]
-pub(super) struct AtLimit {
-    /// They ask for more than they can have.
-    pub(super) beyond: u32,
-    /// They have done so for long enough that integrals know of it.
-    pub(super) overloaded: u32,
-}
 
 impl<R: Real> Law<'_, R> {
     /// Brings the requested torques of `out` within the limits by the law of the coordination, and the derivative and reference to
