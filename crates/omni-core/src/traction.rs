@@ -5,9 +5,10 @@
 //! wheels the thrust that this speed lacks, and takes out of each the part that would only spin it: what the ground takes is estimated
 //! from the motor's torque and the wheel's acceleration (maximum transmissible torque; Yin, Oh and Hori, 2009).
 //!
-//! - [`Traction`] is the law: [`Traction::observe`] says how the vehicle moves, [`Traction::act`] makes torques of a target speed.
+//! - [`Traction`] is the law: [`Traction::command`] takes the command, [`Traction::step`] measures the speed and makes torques from a
+//!   target speed.
 //! - [`Supervisor`] chooses the target speed: more of it for rows that need a run-up, another try where the vehicle is stuck.
-//! - [`TractionPolicy`] is both behind the face of any controller.
+//! - [`TractionPolicy`] is both, and implements [`Policy`](crate::policy::Policy).
 
 mod config;
 mod direction;

@@ -495,6 +495,7 @@ impl<R: Real> FaultMonitor<R> {
         };
         wheel.silent = 0;
         if !is_plausible(reading) {
+            wheel.last_gap = wheel.last_gap.saturating_add(1);
             wheel.fail(Fault::NotANumber);
             return R::zero();
         }
@@ -547,10 +548,7 @@ impl<R: Real> FaultMonitor<R> {
             _ => R::zero(),
         };
         let limit = config.stuck_periods;
-        if wheel.evidence > R::zero()
-            && limit != u16::MAX
-            && wheel.evidence >= R::of(FULL) * R::of(f64::from(limit))
-        {
+        if limit != u16::MAX && wheel.evidence >= R::of(FULL) * R::of(f64::from(limit)) {
             wheel.fail(Fault::Stuck);
         }
         reading

@@ -263,7 +263,7 @@ impl<R: Real, const N: usize> SlipState<R, N> {
     }
 }
 
-/// How many times more of the disagreement the slip of the accused must explain than that of anyone else.
+/// How many times more of the disagreement the slip of the suspect must explain than that of anyone else.
 const MARGIN: f64 = 1.25;
 
 /// Redundancy below which the others check a wheel too little to exclude it.
@@ -297,7 +297,7 @@ impl<R: Real> SlipDetector<R> {
 
     /// One step: what the actuator velocities `measured` \[rad/s\] say of the vehicle and of each other.
     ///
-    /// The wheel is accused whose slip alone would explain most of the squared residual (the w-test of data snooping),
+    /// The wheel is suspect whose slip alone would explain most of the squared residual (the w-test of data snooping),
     /// by a quarter more than that of any other; one that the others see less than a twentieth of is not. At most one
     /// wheel is left out a step, the most suspected. A measurement of a declared wheel may be anything finite. Closed
     /// form, O(N).
@@ -332,7 +332,7 @@ impl<R: Real> SlipDetector<R> {
         }
         let zero = R::zero();
         let (mut slip_rad_s, mut checked) = ([zero; N], [false; N]);
-        let (mut accused, mut weight, mut runner_up, mut changed) = (None, zero, zero, false);
+        let (mut suspect, mut weight, mut runner_up, mut changed) = (None, zero, zero, false);
         for i in 0..N {
             let redundancy = state.redundancy[i];
             if redundancy < R::of(LEAST_REDUNDANCY) {
@@ -356,21 +356,21 @@ impl<R: Real> SlipDetector<R> {
                 let explains = residual.rad_s[i] * slip;
                 if explains > weight {
                     let suspected = slip.abs() > self.config.enter_rad_s;
-                    (accused, weight, runner_up) = (suspected.then_some(i), explains, weight);
+                    (suspect, weight, runner_up) = (suspected.then_some(i), explains, weight);
                 } else if explains > runner_up {
                     runner_up = explains;
                 }
             }
         }
-        let unattributed = accused.is_some() && weight < R::of(MARGIN) * runner_up;
+        let unattributed = suspect.is_some() && weight < R::of(MARGIN) * runner_up;
         if unattributed {
-            accused = None;
+            suspect = None;
         }
         for i in 0..N {
             if state.slipping[i] || state.declared[i] {
                 continue;
             }
-            state.periods[i] = if accused == Some(i) {
+            state.periods[i] = if suspect == Some(i) {
                 state.periods[i].saturating_add(1)
             } else {
                 0

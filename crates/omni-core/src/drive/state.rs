@@ -44,7 +44,7 @@ pub struct DriveState<R, const N: usize> {
     pub(super) stopping: bool,
     pub(super) emergency: bool,
     /// Periods in a row in which too few wheels determined the motion.
-    pub(super) unobservable_periods: u16,
+    pub(super) blind_periods: u16,
     /// What the wheels should have measured by what the others said, and which of these are worth something.
     pub(super) by_others: WheelVelocities<R, N>,
     #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
@@ -67,7 +67,7 @@ impl<R: Real, const N: usize> DriveState<R, N> {
             slip: SlipState::new(drive.controller.kinematics()),
             stopping: false,
             emergency: false,
-            unobservable_periods: 0,
+            blind_periods: 0,
             by_others: WheelVelocities::zero(),
             checked: [false; N],
             reference: WheelVelocities::zero(),
@@ -131,7 +131,7 @@ impl<R: Real, const N: usize> DriveState<R, N> {
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
     pub fn release_safe_stop(&mut self) {
-        (self.stopping, self.unobservable_periods) = (false, 0);
+        (self.stopping, self.blind_periods) = (false, 0);
         self.faults.clear();
     }
 }

@@ -26,7 +26,10 @@ struct AtLimit {
 }
 
 impl<R: Real> Law<'_, R> {
-    /// One step from the references, measurements and ranges in `out`; those of wheels that are not active are 0. The
+    /// One step, eq. (10): with e' = share(e), the torques are u = p(e) + i(I, e') + d + ff, brought within their limits, and
+    /// I' = I + ki T e' + what anti-windup adds.
+    ///
+    /// It starts from the references, measurements and ranges in `out`; those of wheels that are not active are 0. The
     /// integrals take in what `share` makes of the errors, each wheel its own where there is none. `share` is linear, and
     /// the identity on the references. `some_released`: not all wheels are active. `waits`: integrals know of limits that last
     /// only ([`Overload`]), otherwise of every limit.
@@ -228,7 +231,7 @@ fn start_afresh_where_not_finite<R: Real, const N: usize>(
             (state.integral_n_m[i], state.derivative_n_m[i], state.started[i]) = (zero, zero, false);
             (out.p_n_m[i], out.i_n_m[i], out.d_n_m[i], out.ff_n_m[i]) = (zero, zero, zero, zero);
             (out.requested.n_m[i], out.applied.n_m[i], integrated_error[i]) = (zero, zero, zero);
-            (out.reference.rad_s[i], out.active[i]) = (zero, false);
+            (out.reference.rad_s[i], out.active[i], out.saturated[i]) = (zero, false, false);
         }
     }
 }

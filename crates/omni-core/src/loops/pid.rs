@@ -24,7 +24,17 @@ pub use sample::{LastStep, PidSample, PidState, PidTerms};
 
 /// A PID loop's constants. What changes from step to step is in [`PidState`].
 ///
-/// Formed once from a [`PidConfig`]; derivatives are backward differences, zero in the first step.
+/// Formed once from a [`PidConfig`]; derivatives are backward differences, zero in the first step. With the reference r, the
+/// measurement y, the period T, the weights b and c and the filter time Td of the derivative:
+///
+/// ```text
+/// p  = kp (b r - y)
+/// i  = I + ki T (r - y)      AfterOutput: I alone
+/// d' = (Td d + kd (c (r - r_last) - (y - y_last))) / (Td + T)
+/// ff = what the motor's model needs for r, see FeedForward
+/// u  = p + i + d' + ff       cut to the limits of the output
+/// I' = I + ki T (r - y)      and what anti-windup adds
+/// ```
 ///
 /// ```
 /// use omni_core::loops::{Pid, PidState};
@@ -41,19 +51,25 @@ pub use sample::{LastStep, PidSample, PidState, PidTerms};
 #[repr(C)]
 pub struct Pid<R> {
     kp: R,
+    /// kp b.
     kp_reference: R,
+    /// ki T.
     ki_dt: R,
+    /// ki T where the integral takes in an error before the output; 0 otherwise.
     ki_dt_output: R,
-    kd_per_dt: R,
+    /// kd / (Td + T).
+    kd_discrete: R,
+    /// c.
     derivative_weight: R,
+    /// Td / (Td + T).
     derivative_memory: R,
     feed_forward: Discrete<R>,
     /// Some term compares with the step before: a derivative or a feed-forward.
     remembers: bool,
     feeds_forward: bool,
-    /// Change of the reference with the output (0 where there is none), later and in the first step.
-    per_slope: R,
-    per_first_slope: R,
+    /// 1 / (du/dr) \[rad/s per N.m\], 0 where du/dr is 0; in the first step.
+    inverse_slope: R,
+    inverse_first_slope: R,
     // Part of an excess that a conditioned integral takes back; in a first step.
     conditioned_gain: R,
     first_conditioned_gain: R,
@@ -68,14 +84,14 @@ constant_struct!(Pid<R> {
     kp_reference: R,
     ki_dt: R,
     ki_dt_output: R,
-    kd_per_dt: R,
+    kd_discrete: R,
     derivative_weight: R,
     derivative_memory: R,
     feed_forward: Discrete<R>,
     remembers: bool,
     feeds_forward: bool,
-    per_slope: R,
-    per_first_slope: R,
+    inverse_slope: R,
+    inverse_first_slope: R,
     conditioned_gain: R,
     first_conditioned_gain: R,
     anti_windup: AntiWindup<R>,
@@ -122,27 +138,31 @@ impl<R: Real> Pid<R> {
             zero
         };
         // Backward Euler of T d' + d = kd e'.
-        let kd_per_dt = kd / (filter + dt);
+        let kd_discrete = kd / (filter + dt);
         let common = kp_reference + ki_dt_output;
-        let slope = common + kd_per_dt * derivative_weight + feed_forward.gain;
+        let slope = common + kd_discrete * derivative_weight + feed_forward.gain;
         let first_slope = common + feed_forward.gain * (one - feed_forward.decay);
         Ok(Self {
             kp,
             kp_reference,
             ki_dt,
             ki_dt_output,
-            kd_per_dt,
+            kd_discrete,
             derivative_weight,
             derivative_memory: filter / (filter + dt),
             feed_forward,
             remembers: kd > zero || feeds_forward,
             feeds_forward,
-            per_slope: reciprocal(slope),
-            per_first_slope: reciprocal(first_slope),
-            conditioned_gain: back_calculation_gain(ki_dt, reciprocal(slope), kd_per_dt * derivative_weight),
+            inverse_slope: reciprocal(slope),
+            inverse_first_slope: reciprocal(first_slope),
+            conditioned_gain: back_calculation_gain(
+                ki_dt,
+                reciprocal(slope),
+                kd_discrete * derivative_weight,
+            ),
             first_conditioned_gain: back_calculation_gain(ki_dt, reciprocal(first_slope), zero),
             anti_windup: config.anti_windup,
-            tracking: config.anti_windup.tracking(dt)?,
+            tracking: config.anti_windup.checked_tracking_part(dt)?,
             bounds: TermBounds::new(config.integral_zone_rad_s, config.proportional_limit_n_m)?,
             output,
         })
@@ -172,7 +192,7 @@ impl<R: Real> Pid<R> {
 
     #[inline]
     pub(crate) fn derivative(&self, last: R, change: R) -> R {
-        self.derivative_memory * last + self.kd_per_dt * change
+        self.derivative_memory * last + self.kd_discrete * change
     }
 
     #[inline]
@@ -210,7 +230,7 @@ impl<R: Real> Pid<R> {
     #[inline]
     pub(crate) fn derivative_slope(&self, started: bool) -> R {
         if started {
-            self.kd_per_dt * self.derivative_weight
+            self.kd_discrete * self.derivative_weight
         } else {
             R::zero()
         }

@@ -96,9 +96,10 @@ pub struct TractionConfig<R> {
     pub soft_part: R,
     /// Inverse of the lack at which the whole gain is there \[s/rad\], 0 to 1e6.
     pub soft_s_rad: R,
-    /// Gains of wheels that point across the way: their rate follows the vehicle's motion \[N.m.s/rad, N.m/rad\], 0 to 1e6.
+    /// Proportional gain of a wheel's own velocity loop \[N.m.s/rad\], 0 to 1e6: of wheels across the direction of travel always, of all wheels
+    /// without traction control.
     pub free_gain_n_m_s_rad: R,
-    /// The second of them.
+    /// Integral gain of the same loop \[N.m/rad\], 0 to 1e6.
     pub free_integral_n_m_rad: R,
     /// Time constant of the measured speed \[s\], 0 to 10; one period or less follows at once.
     pub speed_s: R,
@@ -357,7 +358,7 @@ const PERIODS: f64 = 5.0;
 const DELAYS: f64 = 6.0;
 const WINDOWS: f64 = 4.0;
 /// Noise makes no more than a tenth of the torque.
-const NOISE_PART: f64 = 10.0;
+const NOISE_MARGIN: f64 = 10.0;
 /// Slip that noise makes is left alone up to so many standard deviations of a filtered wheel.
 const DEVIATIONS: f64 = 2.0;
 /// Counts come rarely where fewer than this come in their window: plain loops on estimates from half a count on have the commanded speed to
@@ -377,7 +378,7 @@ impl<R: Real> TractionTimes<R> {
     ) -> Self {
         let (sensors, zero) = (&config.sensors, R::zero());
         let late_s = sensors.delay_s + sensors.lag_s;
-        let noise_s = R::of(NOISE_PART) * inertia_kg_m2 * sensors.encoder_noise_rad_s / torque_n_m;
+        let noise_s = R::of(NOISE_MARGIN) * inertia_kg_m2 * sensors.encoder_noise_rad_s / torque_n_m;
         let (mut count_rad, mut window) = (zero, zero);
         let (mut rough_m_s, mut rare_rad_s) = (zero, zero);
         if sensors.encoder_counts > zero {

@@ -31,7 +31,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
     pub fn command(&self, state: &mut TractionState<R, N>, command: &BodyTwist<R>) {
-        if state.has_direction && *command == state.command {
+        if state.wheels_found && *command == state.command {
             return;
         }
         if !command.to_array().into_iter().all(is_plausible) {
@@ -49,13 +49,17 @@ impl<R: Real, const N: usize> Traction<R, N> {
         }
         // With a gap between coming and going; a vehicle that only turns hides whatever there is.
         if *command != BodyTwist::ZERO {
-            let part = R::of(if state.discerns { HIDDEN_PART } else { HIDDEN_AGAIN });
-            state.discerns = speed > zero && self.times.hidden_m_s <= part * speed;
+            let part = R::of(if state.slip_observable {
+                HIDDEN_PART
+            } else {
+                HIDDEN_AGAIN
+            });
+            state.slip_observable = speed > zero && self.times.hidden_m_s <= part * speed;
             // An estimate out of rare counts is late by as many windows; the loops' integrals make a mean of them.
             let fastest = largest(state.reference_rad_s.map(|rate| rate.abs()));
-            state.raw = !state.discerns && fastest < self.times.rare_rad_s;
+            state.raw = !state.slip_observable && fastest < self.times.rare_rad_s;
         }
-        if state.has_direction && direction == state.direction {
+        if state.wheels_found && direction == state.direction {
             return;
         }
         let [dx, dy] = state.direction;
@@ -73,7 +77,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
             kept * state.speed_m_s + turned * state.drift_m_s,
             kept * state.drift_m_s - turned * state.speed_m_s,
         );
-        (state.direction, state.has_direction) = (direction, true);
+        (state.direction, state.wheels_found) = (direction, true);
         self.find_wheels(state);
     }
 
@@ -81,41 +85,41 @@ impl<R: Real, const N: usize> Traction<R, N> {
         let zero = R::zero();
         let [dx, dy] = state.direction;
         let rows = self.kinematics.inverse_matrix();
-        let per_m = rows.map(|[ax, ay, _]| ax * dx + ay * dy);
-        let largest = largest(per_m.map(|per_m| per_m.abs()));
+        let rate_rad_m = rows.map(|[ax, ay, _]| ax * dx + ay * dy);
+        let largest = largest(rate_rad_m.map(|rate_rad_m| rate_rad_m.abs()));
         // Do those that push most push without turning the vehicle?
         let (mut moment, mut levers) = (zero, zero);
-        for (per_m, [_, _, turned]) in per_m.iter().zip(rows) {
-            if per_m.abs() >= R::of(ENOUGH_PART) * largest {
-                moment += *per_m * *turned;
-                levers += (*per_m * *turned).abs();
+        for (rate_rad_m, [_, _, turned]) in rate_rad_m.iter().zip(rows) {
+            if rate_rad_m.abs() >= R::of(ENOUGH_PART) * largest {
+                moment += *rate_rad_m * *turned;
+                levers += (*rate_rad_m * *turned).abs();
             }
         }
         let balanced = moment.abs() <= R::of(BALANCED_PART) * levers;
         let least = largest * R::of(if balanced { ENOUGH_PART } else { DRIVEN_PART });
-        state.largest_per_m = largest;
+        state.largest_rate_rad_m = largest;
         for i in 0..N {
             let (old, [x, y]) = (state.travel[i], self.place_m[i]);
-            let (size, along) = (per_m[i].abs(), per_m[i].signum());
+            let (size, along) = (rate_rad_m[i].abs(), rate_rad_m[i].signum());
             let driven = largest > zero && size >= least;
-            let cosine = size * self.way_m_rad[i];
+            let cosine_squared = size * self.way_m_rad[i];
             state.travel[i] = WheelAlongTravel {
                 driven,
-                per_m: per_m[i],
+                rate_rad_m: rate_rad_m[i],
                 along,
-                per_side_m: rows[i][1] * dx - rows[i][0] * dy,
-                way_m: if driven { R::one() / per_m[i] } else { zero },
-                part: if driven { per_m[i] / largest } else { zero },
+                side_rate_rad_m: rows[i][1] * dx - rows[i][0] * dy,
+                way_m: if driven { R::one() / rate_rad_m[i] } else { zero },
+                part: if driven { rate_rad_m[i] / largest } else { zero },
                 lever: along * (y * dx * self.per_lever[0] - x * dy * self.per_lever[1]),
-                cosine: cosine * cosine,
-                slip_gain: self.inertia_kg_m2[i] / self.times.slip_s * per_m[i],
+                cosine_squared: cosine_squared * cosine_squared,
+                slip_gain: self.inertia_kg_m2[i] / self.times.slip_s * rate_rad_m[i],
             };
             let wheel = &mut state.wheels[i];
             // What the ground takes along the thrust is so along another thrust too.
             wheel.contact_n_m *= along * old.along;
             // It turns as fast as before.
             wheel.speed_m_s = if old.driven {
-                wheel.speed_m_s * old.per_m * state.travel[i].way_m
+                wheel.speed_m_s * old.rate_rad_m * state.travel[i].way_m
             } else {
                 state.speed_m_s
             };

@@ -34,11 +34,11 @@ pub(super) struct Turn<R> {
 
 impl<R: Real, const N: usize> Traction<R, N> {
     /// Steps the yaw rate, by the gyro less its zero, or by the wheels where there is none, or none whose zero is known.
-    pub(super) fn measure_yaw(&self, state: &mut TractionState<R, N>, imu: &Imu<R>, free_rad_s: &[R; N]) {
+    pub(super) fn measure_yaw(&self, state: &mut TractionState<R, N>, imu: &Imu<R>, rolling_rad_s: &[R; N]) {
         let config = &self.config;
         let gyro = Some(imu.rate_rad_s[2]).filter(|rate| is_plausible(*rate));
         if let Some(rate) = gyro
-            && let Some(turns) = self.turns_by_wheels(state, free_rad_s)
+            && let Some(turns) = self.turns_by_wheels(state, rolling_rad_s)
         {
             let most = config.gyro_zero_most_rad_s;
             state.gyro_found_s = min(state.gyro_found_s + config.period_s, config.gyro_zero_s);
@@ -48,12 +48,12 @@ impl<R: Real, const N: usize> Traction<R, N> {
         }
         let rate = match gyro {
             Some(rate) if self.knows_zero(state) => rate - state.gyro_zero_rad_s,
-            _ => self.by_wheels(state, free_rad_s, &self.kinematics.forward_matrix()[2]),
+            _ => self.by_wheels(state, rolling_rad_s, &self.kinematics.forward_matrix()[2]),
         };
         let [dx, dy] = state.direction;
         let [ahead, left, _] = self.kinematics.forward_matrix();
         let across: [R; N] = core::array::from_fn(|i| left[i] * dx - ahead[i] * dy);
-        let drift = self.by_wheels(state, free_rad_s, &across);
+        let drift = self.by_wheels(state, rolling_rad_s, &across);
         let part = config.part(self.times.speed_s);
         follow(&mut state.yaw_rad_s, rate, part);
         follow(&mut state.drift_m_s, drift, part);
@@ -65,15 +65,20 @@ impl<R: Real, const N: usize> Traction<R, N> {
     }
 
     /// A part of the motion by the wheels, one that is not usable taken to turn as it would with the last motion.
-    pub(super) fn by_wheels(&self, state: &TractionState<R, N>, free_rad_s: &[R; N], per_rate: &[R; N]) -> R {
+    pub(super) fn by_wheels(
+        &self,
+        state: &TractionState<R, N>,
+        rolling_rad_s: &[R; N],
+        per_rate: &[R; N],
+    ) -> R {
         let mut sum = R::zero();
         for i in 0..N {
             let rate = if state.wheels[i].usable {
-                free_rad_s[i]
+                rolling_rad_s[i]
             } else {
                 let travel = &state.travel[i];
-                travel.per_m * state.speed_m_s
-                    + travel.per_side_m * state.drift_m_s
+                travel.rate_rad_m * state.speed_m_s
+                    + travel.side_rate_rad_m * state.drift_m_s
                     + self.turned_by(i) * state.yaw_rad_s
             };
             sum += per_rate[i] * rate;
@@ -83,12 +88,13 @@ impl<R: Real, const N: usize> Traction<R, N> {
 
     /// The yaw rate by the wheels where it can be trusted with a gyro's zero: where the vehicle stands, or drives on the level with little
     /// thrust and no wheel that disagrees with the others.
-    fn turns_by_wheels(&self, state: &TractionState<R, N>, free_rad_s: &[R; N]) -> Option<R> {
+    fn turns_by_wheels(&self, state: &TractionState<R, N>, rolling_rad_s: &[R; N]) -> Option<R> {
         let (config, zero) = (&self.config, R::zero());
         if config.gyro_zero_s == zero || !state.wheels.iter().all(|wheel| wheel.usable) {
             return None;
         }
-        let quiet = state.thrust_n_m.abs() < config.gyro_zero_part * state.largest_n_m || state.is_resting();
+        let quiet =
+            state.thrust_n_m.abs() < config.gyro_zero_part * state.largest_motor_n_m || state.is_resting();
         let still = state
             .motion
             .rise_m_s
@@ -97,7 +103,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         if !(quiet && still) {
             return None;
         }
-        if state.is_resting() && free_rad_s.iter().all(|rate| *rate == zero) {
+        if state.is_resting() && rolling_rad_s.iter().all(|rate| *rate == zero) {
             return Some(zero);
         }
         let level = (0..N)
@@ -105,12 +111,12 @@ impl<R: Real, const N: usize> Traction<R, N> {
         if !level {
             return None;
         }
-        let turns = self.by_wheels(state, free_rad_s, &self.kinematics.forward_matrix()[2]);
+        let turns = self.by_wheels(state, rolling_rad_s, &self.kinematics.forward_matrix()[2]);
         // Without that every driven wheel rolls at the same speed.
         let (mut slowest, mut fastest) = (R::of(1e30), -R::of(1e30));
         for i in 0..N {
             if state.travel[i].driven {
-                let rolls = (free_rad_s[i] - self.turned_by(i) * turns) * state.travel[i].way_m;
+                let rolls = (rolling_rad_s[i] - self.turned_by(i) * turns) * state.travel[i].way_m;
                 (slowest, fastest) = (min(slowest, rolls), max(fastest, rolls));
             }
         }
@@ -123,7 +129,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         let (config, zero, one) = (&self.config, R::zero(), R::one());
         // The yaw rate that keeps to the path, at the speed that there is.
         let asked = state.command.wz_rad_s;
-        let on_the_spot = asked.abs() * self.per_yaw > state.commanded_m_s * state.largest_per_m;
+        let on_the_spot = asked.abs() * self.per_yaw > state.commanded_m_s * state.largest_rate_rad_m;
         let path = if on_the_spot {
             asked
         } else {
@@ -146,11 +152,14 @@ impl<R: Real, const N: usize> Traction<R, N> {
         state.drift_m = drift.limited(-R::of(DRIFT_M), R::of(DRIFT_M));
         let gain = self.times.thrust_gain_n_m_s_rad;
         // Where much of the torque is asked for, what is high is held back.
-        let load = state.thrust_n_m.abs() - config.levelling_from * state.largest_n_m;
+        let load = state.thrust_n_m.abs() - config.levelling_from * state.largest_motor_n_m;
         let levels = load > zero;
         let mut level = zero;
         if levels {
-            let part = min(load / (state.largest_n_m * (one - config.levelling_from)), one);
+            let part = min(
+                load / (state.largest_motor_n_m * (one - config.levelling_from)),
+                one,
+            );
             level = gain * config.levelling_per_s * part * state.thrust_n_m.signum();
         }
         Turn {

@@ -45,7 +45,8 @@ impl<R: Real, const N: usize> Traction<R, N> {
         sample
     }
 
-    /// As [`Traction::step`], into a sample that is kept from period to period: returned by value it is copied. All of it is written.
+    /// As [`Traction::step`], into a sample that is kept from period to period: returned by value it is copied. All but `wheels.ff_n_m` and
+    /// `wheels.common_factor` is written.
     ///
     /// ```
     /// use omni_core::traction::{TractionSample, TractionState, TractionTarget};
@@ -83,10 +84,10 @@ impl<R: Real, const N: usize> Traction<R, N> {
         // 1. How bodies and wheels move.
         let rates_rad_s = self.read_wheels(state, readings);
         self.find_motion(state, readings);
-        let free_rad_s = self.free_of_carriers(&rates_rad_s, &state.motion);
+        let rolling_rad_s = self.free_of_carriers(&rates_rad_s, &state.motion);
         // 2. One speed.
-        self.measure_yaw(state, &readings.imu, &free_rad_s);
-        let speed_wheel = self.measure_speed(state, &free_rad_s);
+        self.measure_yaw(state, &readings.imu, &rolling_rad_s);
+        let speed_wheel = self.measure_speed(state, &rolling_rad_s);
         // 3. One thrust.
         let wheels = &mut sample.wheels;
         self.limits.ranges(&rates_rad_s, &mut wheels.range);
@@ -104,7 +105,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         let turn = self.turn(state, target);
         let asked = Asked {
             rates_rad_s: &rates_rad_s,
-            free_rad_s: &free_rad_s,
+            rolling_rad_s: &rolling_rad_s,
             target,
             turn,
         };
@@ -112,7 +113,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         wheels.measured.rad_s = rates_rad_s;
         wheels.reference.rad_s = state.reference_rad_s;
         self.find_torques(state, &asked, sample);
-        sample.command = readings.command;
+        sample.command = state.command;
         sample.loops = state.loops;
         sample.factor = state.speed_part();
         (sample.speed_m_s, sample.target_m_s, sample.thrust_n_m) =

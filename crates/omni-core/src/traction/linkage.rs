@@ -12,15 +12,15 @@ const MOTIONS: usize = 3;
 /// Traction control comes back once a wheel was to spare for so long \[s\].
 const SPARE_AGAIN_S: f64 = 0.5;
 
-/// A reading is mute where it stays the same to the bit while the motor gives more than this part of its torque: that of a wheel that turns
-/// for the second time, that of a wheel that stands for the first \[s\]. Such a wheel is usable again after the last.
-const MUTE_PART: f64 = 0.5;
-const MUTE_STANDING_S: f64 = 1.0;
-const MUTE_TURNING_S: f64 = 0.25;
-const MUTE_AGAIN_S: f64 = 4.0;
+/// A reading is stuck if it does not change by a bit while its motor gives more than this part of its torque: for the first time if it is
+/// 0, else for the second \[s\]. A stuck reading of 0 is used again after the last.
+const STUCK_PART: f64 = 0.5;
+const STUCK_STANDING_S: f64 = 1.0;
+const STUCK_TURNING_S: f64 = 0.25;
+const STUCK_AGAIN_S: f64 = 4.0;
 
 impl<R: Real, const N: usize> Traction<R, N> {
-    /// Rates of the wheels, 0 of those that are not usable. A wheel is not usable where its reading is no number, mute, or doubted.
+    /// Rates of the wheels, 0 of those that are not usable. A wheel is not usable where its reading is no number, stuck, or doubted.
     pub(super) fn read_wheels(&self, state: &mut TractionState<R, N>, readings: &Readings<'_, R>) -> [R; N] {
         let period_s = self.config.period_s;
         let (resting, raw) = (state.is_resting(), state.raw);
@@ -32,8 +32,9 @@ impl<R: Real, const N: usize> Traction<R, N> {
             let read = readings.wheels_rad_s.get(i).copied();
             let read = read.filter(|read| is_plausible(*read));
             wheel.doubted &= !resting;
-            wheel.usable = read.is_some_and(|read| !wheel.is_mute(read, period_s, resting)) && !wheel.doubted;
-            // One that reads exactly zero may be mute because it is blocked: it counts as one that works.
+            wheel.usable =
+                read.is_some_and(|read| !wheel.check_stuck(read, period_s, resting)) && !wheel.doubted;
+            // One that reads exactly zero may be stuck because it is blocked: it counts as one that works.
             let works = wheel.usable || (read == Some(R::zero()) && !wheel.doubted);
             known += usize::from(works);
             driven += usize::from(works && state.travel[i].driven);
@@ -55,15 +56,15 @@ impl<R: Real, const N: usize> Traction<R, N> {
         }
         let gyro = is_plausible(readings.imu.rate_rad_s[2]) && self.knows_zero(state);
         let spare = known >= if gyro { MOTIONS } else { MOTIONS + 1 } && driven > 1;
-        state.lacked_s = if spare {
-            max(state.lacked_s - period_s, R::zero())
+        state.redundant_again_s = if spare {
+            max(state.redundant_again_s - period_s, R::zero())
         } else {
             R::of(SPARE_AGAIN_S)
         };
         rates
     }
 
-    /// How the bodies turn and the wheels rise, through the filter of the rates. What is no number stands, as far as anybody knows.
+    /// How the bodies turn and the wheels rise, through the filter of the rates. What is no number counts as 0.
     pub(super) fn find_motion(&self, state: &mut TractionState<R, N>, readings: &Readings<'_, R>) {
         let part = self.config.part(self.config.rates_s);
         let read = Attitude::of_imu(&readings.imu);
@@ -73,7 +74,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
             values.len() >= hinges && values.iter().take(hinges).all(|value| is_plausible(*value))
         };
         // An attitude that is no number is no unit.
-        state.sees = hinges > 0
+        state.reads_linkage = hinges > 0
             && is_plausible(imu.nose_up_rad + imu.left_up_rad + imu.nose_up_rad_s + imu.left_up_rad_s)
             && all(readings.hinges_rad)
             && all(readings.hinges_rad_s);
@@ -106,30 +107,30 @@ impl<R: Real, const N: usize> Traction<R, N> {
     }
 
     /// Speed along the way at which a wheel that rises so does not slip \[m/s\]: that of its centre, up the edge too.
-    pub(super) fn rolled_m_s(&self, speed_m_s: R, sign: R, rise_m_s: R, cosine: R) -> R {
+    pub(super) fn rolled_m_s(&self, speed_m_s: R, sign: R, rise_m_s: R, cosine_squared: R) -> R {
         let rise = rise_m_s * rise_m_s;
         if rise < R::of(NO_RISE) {
             speed_m_s
         } else {
-            sign * rolled(speed_m_s * speed_m_s, rise, cosine)
+            sign * rolled(speed_m_s * speed_m_s, rise, cosine_squared)
         }
     }
 }
 
 impl<R: Real> super::state::WheelState<R> {
-    /// A reading that stays the same to the bit while its motor pushes says nothing: that of a wheel that stands later than of one that
-    /// turns, because a wheel may be blocked. It is listened to again after a while.
-    fn is_mute(&mut self, read_rad_s: R, period_s: R, resting: bool) -> bool {
+    /// Is the reading stuck? Notes for how long it has been the same. A wheel that stands has longer than one that turns, because it may
+    /// be blocked, and is used again after a while.
+    fn check_stuck(&mut self, read_rad_s: R, period_s: R, resting: bool) -> bool {
         let zero = R::zero();
         let stands = read_rad_s == zero;
-        let long = R::of(if stands { MUTE_STANDING_S } else { MUTE_TURNING_S });
-        let pushes = self.applied_n_m.abs() > R::of(MUTE_PART) * self.most_n_m;
+        let long = R::of(if stands { STUCK_STANDING_S } else { STUCK_TURNING_S });
+        let pushes = self.applied_n_m.abs() > R::of(STUCK_PART) * self.most_n_m;
         if resting || !read_rad_s.same_bits(self.read_rad_s) {
             self.same_s = zero;
         } else if pushes || self.same_s > long {
             self.same_s += period_s;
         }
-        if stands && self.same_s > R::of(MUTE_AGAIN_S) {
+        if stands && self.same_s > R::of(STUCK_AGAIN_S) {
             self.same_s = zero;
         }
         self.read_rad_s = read_rad_s;

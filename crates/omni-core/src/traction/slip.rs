@@ -9,7 +9,7 @@ use super::target::TractionTarget;
 use crate::Real;
 use crate::scalar::{follow, max, min};
 
-/// A wheel that swings from one limit of its torque to the other within so many slip times swings too fast: it is held more softly.
+/// A wheel whose torque goes from one limit to the other within so many slip times oscillates: its gain is reduced.
 const SWINGS: f64 = 8.0;
 const SOFTER: f64 = 0.7;
 const SOFTEST: f64 = 0.1;
@@ -21,7 +21,7 @@ const SURE_M_S: f64 = 5e-3;
 /// What the motion asks of the wheels in a period, the same for all.
 pub(super) struct Asked<'a, R, const N: usize> {
     pub(super) rates_rad_s: &'a [R; N],
-    pub(super) free_rad_s: &'a [R; N],
+    pub(super) rolling_rad_s: &'a [R; N],
     pub(super) target: &'a TractionTarget<R, N>,
     pub(super) turn: Turn<R>,
 }
@@ -48,7 +48,8 @@ impl<R: Real, const N: usize> Traction<R, N> {
                 torque
             } else {
                 let reference = if traction {
-                    state.travel[i].per_m * state.speed_m_s + self.turned_by(i) * asked.turn.reference_rad_s
+                    state.travel[i].rate_rad_m * state.speed_m_s
+                        + self.turned_by(i) * asked.turn.reference_rad_s
                 } else {
                     state.reference_rad_s[i]
                 };
@@ -60,17 +61,21 @@ impl<R: Real, const N: usize> Traction<R, N> {
             sample.wheels.applied.n_m[i] = applied;
             sample.wheels.saturated[i] = applied != torque;
             let wheel = &mut state.wheels[i];
-            if wheel.swings(
+            if wheel.check_swing(
                 torque,
                 applied,
                 self.config.period_s,
                 R::of(SWINGS) * self.times.slip_s,
             ) {
-                state.softness = max(R::of(SOFTER) * state.softness, R::of(SOFTEST));
+                state.slip_gain_part = max(R::of(SOFTER) * state.slip_gain_part, R::of(SOFTEST));
             }
             (wheel.applied_n_m, wheel.measured_rad_s) = (applied, rate);
         }
-        follow(&mut state.softness, R::one(), self.config.part(R::of(RECOVERS_S)));
+        follow(
+            &mut state.slip_gain_part,
+            R::one(),
+            self.config.part(R::of(RECOVERS_S)),
+        );
     }
 
     /// A wheel's own velocity loop \[N.m\].
@@ -123,14 +128,14 @@ impl<R: Real, const N: usize> Traction<R, N> {
         } else {
             -R::one()
         };
-        let gain = travel.slip_gain * state.softness;
+        let gain = travel.slip_gain * state.slip_gain_part;
         let rolls = if speed.abs() > R::of(SURE_M_S) {
             speed.signum()
         } else {
             state.target_sign()
         };
-        let rim = (asked.free_rad_s[i] - self.turned_by(i) * asked.turn.reference_rad_s) * travel.way_m;
-        let slip = rim - self.rolled_m_s(speed, rolls, rise_m_s, travel.cosine);
+        let rim = (asked.rolling_rad_s[i] - self.turned_by(i) * asked.turn.reference_rad_s) * travel.way_m;
+        let slip = rim - self.rolled_m_s(speed, rolls, rise_m_s, travel.cosine_squared);
         let climbs = asked.target.climbing[i];
         let free = if climbs {
             times.free_m_s + asked.target.allowance_m_s
@@ -141,7 +146,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         let back = ahead * (R::of(BACK_PART) * state.target_m_s - speed);
         let sized = travel.along * ahead; // of a torque along the thrust
         let mut own = sized
-            * self.held(
+            * self.slip_torque(
                 sized * thrust,
                 sized * contact,
                 ahead * slip,
@@ -152,11 +157,11 @@ impl<R: Real, const N: usize> Traction<R, N> {
         if climbs && asked.target.spin_m_s > zero {
             let spun = asked.target.spin_gain
                 * self.times.thrust_gain_n_m_s_rad
-                * travel.per_m.abs()
+                * travel.rate_rad_m.abs()
                 * (asked.target.spin_m_s - slip);
-            own = travel.along * max(min(spun, state.largest_n_m), travel.along * own);
+            own = travel.along * max(min(spun, state.largest_motor_n_m), travel.along * own);
         }
-        own += self.turned_by(i) * asked.turn.thrust_n_m + travel.per_side_m * asked.turn.side_n_m2_rad
+        own += self.turned_by(i) * asked.turn.thrust_n_m + travel.side_rate_rad_m * asked.turn.side_n_m2_rad
             - travel.lever * self.tilt(state, &asked.turn, i);
         if asked.turn.levels {
             // Whatever is taken from a wheel that pushes, it is not turned back.
@@ -168,7 +173,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
             sample.wheels.i_n_m[i],
             sample.wheels.d_n_m[i],
         ) = (thrust, zero, own - thrust);
-        (sample.slip_rad_s[i], sample.contact_n_m[i]) = (travel.per_m.abs() * slip, contact);
+        (sample.slip_rad_s[i], sample.contact_n_m[i]) = (travel.rate_rad_m.abs() * slip, contact);
         own
     }
 
@@ -178,7 +183,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
     /// (by `back`) and half of its target: so a wrong speed can take thrust away, but never turns a wheel back. A slower wheel is driven only
     /// as far as it is slower than both the vehicle and its target.
     #[inline(always)]
-    fn held(&self, thrust: R, contact: R, slip: R, free: R, [back, lack]: [R; 2], gain: R) -> R {
+    fn slip_torque(&self, thrust: R, contact: R, slip: R, free: R, [back, lack]: [R; 2], gain: R) -> R {
         let (zero, one) = (R::zero(), R::one());
         let faster = slip - free;
         if faster > zero {
@@ -195,8 +200,8 @@ impl<R: Real, const N: usize> Traction<R, N> {
 }
 
 impl<R: Real> super::state::WheelState<R> {
-    /// Has its torque come from the one limit to the other within `window_s`?
-    fn swings(&mut self, torque: R, applied: R, period_s: R, window_s: R) -> bool {
+    /// Has its torque come from the one limit to the other within `window_s`? Notes when it is limited.
+    fn check_swing(&mut self, torque: R, applied: R, period_s: R, window_s: R) -> bool {
         if self.limited_s != R::zero() {
             self.limited_s += self.limited_s.signum() * period_s;
         }

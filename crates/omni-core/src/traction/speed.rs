@@ -24,12 +24,12 @@ impl<R: Real, const N: usize> Traction<R, N> {
     pub(super) fn measure_speed(
         &self,
         state: &mut TractionState<R, N>,
-        free_rad_s: &[R; N],
+        rolling_rad_s: &[R; N],
     ) -> Option<usize> {
         let part = self.config.part(self.times.speed_s);
         for i in 0..N {
             let (travel, wheel) = (&state.travel[i], &mut state.wheels[i]);
-            let now = (free_rad_s[i] - self.turned_by(i) * state.yaw_rad_s) * travel.way_m;
+            let now = (rolling_rad_s[i] - self.turned_by(i) * state.yaw_rad_s) * travel.way_m;
             follow(&mut wheel.speed_m_s, now, part);
         }
         if !state.can_discern() {
@@ -37,7 +37,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
             let [dx, dy] = state.direction;
             let [ahead, left, _] = self.kinematics.forward_matrix();
             let along: [R; N] = core::array::from_fn(|i| ahead[i] * dx + left[i] * dy);
-            let speed = self.by_wheels(state, free_rad_s, &along);
+            let speed = self.by_wheels(state, rolling_rad_s, &along);
             follow(&mut state.speed_m_s, speed, part);
             return None;
         }

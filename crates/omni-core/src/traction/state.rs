@@ -30,18 +30,19 @@ pub struct TractionState<R, const N: usize> {
     pub(super) commanded_m_s: R,
     #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub(super) reference_rad_s: [R; N],
-    /// Direction of travel in the vehicle's frame, a unit vector: that of the last command that was not rest. There has been one.
+    /// Direction of travel in the vehicle's frame, a unit vector: that of the last command that was not rest.
     pub(super) direction: [R; 2],
-    pub(super) has_direction: bool,
+    /// `travel` has been worked out for `direction`.
+    pub(super) wheels_found: bool,
     /// The wheels on it.
     #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub(super) travel: [WheelAlongTravel<R>; N],
-    pub(super) largest_per_m: R,
+    pub(super) largest_rate_rad_m: R,
     /// Filtered rates: of the base's nose and left side, of the hinges.
     pub(super) base_rad_s: [R; 2],
     pub(super) hinges_rad_s: [R; MAX_HINGES],
-    /// It sees how its wheels rise: it has hinges, and every one and the attitude of the base are read.
-    pub(super) sees: bool,
+    /// How the wheels rise is known: there are hinges, and every one and the attitude of the base are read.
+    pub(super) reads_linkage: bool,
     /// How bodies and wheels move.
     pub(super) motion: LinkageMotion<R, N>,
     /// Along the direction \[m/s\].
@@ -49,8 +50,8 @@ pub struct TractionState<R, const N: usize> {
     pub(super) target_m_s: R,
     pub(super) thrust_n_m: R,
     pub(super) integral_n_m: R,
-    /// Largest thrust that a driven wheel has.
-    pub(super) largest_n_m: R,
+    /// Largest torque of one driven wheel's motor \[N.m\].
+    pub(super) largest_motor_n_m: R,
     pub(super) heading_rad: R,
     pub(super) yaw_rad_s: R,
     /// Speed across the direction of travel, to the left \[m/s\], and how far that went \[m\].
@@ -65,18 +66,18 @@ pub struct TractionState<R, const N: usize> {
     pub(super) calm_s: R,
     pub(super) off_speed_s: R,
     /// Slip stands out from the sensors' noise at the commanded speed.
-    pub(super) discerns: bool,
-    /// They do not, and counts come rarely: encoders are read as they come.
+    pub(super) slip_observable: bool,
+    /// Slip is not observable and counts are rare: own loops use the readings without the estimator.
     pub(super) raw: bool,
-    /// Time that is left until a wheel was to spare for long enough \[s\].
-    pub(super) lacked_s: R,
-    /// Thrust at which every driven wheel gives all it has.
-    pub(super) whole_n_m: R,
-    /// For how long one wheel has said that the vehicle is slow while the ground carried most driven wheels, less four times as long of when it
-    /// was not so \[s\].
+    /// Time until traction control is possible again, once there are wheels to spare \[s\]; 0 when it is.
+    pub(super) redundant_again_s: R,
+    /// Thrust at which every driven wheel gives its largest torque \[N.m\].
+    pub(super) full_thrust_n_m: R,
+    /// For how long one wheel has shown a slow vehicle while the ground carried most driven wheels, less four times the time for which
+    /// it was not so \[s\].
     pub(super) carried_s: R,
-    /// Part of the slip's gain that swinging wheels have left.
-    pub(super) softness: R,
+    /// Part of the gain of slip control that is in use: less where wheels swing from limit to limit.
+    pub(super) slip_gain_part: R,
     #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub(super) wheels: [WheelState<R>; N],
 }
@@ -87,7 +88,7 @@ pub struct TractionState<R, const N: usize> {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct WheelState<R> {
     pub(super) usable: bool,
-    /// It said that the vehicle is slow while the ground carried the others: not usable until the command rests.
+    /// It showed a slow vehicle while the ground carried the others: not usable until the command rests.
     pub(super) doubted: bool,
     pub(super) encoder: EncoderState<R>,
     /// What was read last \[rad/s\], and for how long just that while it pushed \[s\].
@@ -148,18 +149,18 @@ impl<R: Real, const N: usize> TractionState<R, N> {
             commanded_m_s: R::ZERO,
             reference_rad_s: [R::ZERO; N],
             direction: [R::ONE, R::ZERO],
-            has_direction: false,
+            wheels_found: false,
             travel: [WheelAlongTravel::NONE; N],
-            largest_per_m: R::ZERO,
+            largest_rate_rad_m: R::ZERO,
             base_rad_s: [R::ZERO; 2],
             hinges_rad_s: [R::ZERO; MAX_HINGES],
-            sees: false,
+            reads_linkage: false,
             motion: LinkageMotion::flat(),
             speed_m_s: R::ZERO,
             target_m_s: R::ZERO,
             thrust_n_m: R::ZERO,
             integral_n_m: R::ZERO,
-            largest_n_m: R::ZERO,
+            largest_motor_n_m: R::ZERO,
             heading_rad: R::ZERO,
             yaw_rad_s: R::ZERO,
             drift_m_s: R::ZERO,
@@ -170,12 +171,12 @@ impl<R: Real, const N: usize> TractionState<R, N> {
             held_up_s: R::ZERO,
             calm_s: R::ZERO,
             off_speed_s: R::ZERO,
-            discerns: true,
+            slip_observable: true,
             raw: false,
-            lacked_s: R::ZERO,
-            whole_n_m: R::ZERO,
+            redundant_again_s: R::ZERO,
+            full_thrust_n_m: R::ZERO,
             carried_s: R::ZERO,
-            softness: R::ONE,
+            slip_gain_part: R::ONE,
             wheels: [WheelState::new(); N],
         }
     }
@@ -205,12 +206,12 @@ impl<R: Real, const N: usize> TractionState<R, N> {
 
     /// Slip stands out from noise, and a wrong wheel from the others.
     pub(super) fn can_discern(&self) -> bool {
-        self.discerns && self.lacked_s == R::zero()
+        self.slip_observable && self.redundant_again_s == R::zero()
     }
 
     /// What the target is faster, as a rate of the wheel with the most turns per way \[rad/s\].
     pub(super) fn lack_rad_s(&self) -> R {
-        (self.target_m_s - self.speed_m_s) * self.largest_per_m
+        (self.target_m_s - self.speed_m_s) * self.largest_rate_rad_m
     }
 
     /// Sign of the target, ahead where it is none.
@@ -239,10 +240,10 @@ impl<R: Real, const N: usize> TractionState<R, N> {
 pub(super) struct WheelAlongTravel<R> {
     pub(super) driven: bool,
     /// Rate of its actuator per speed along the direction \[rad/m\], and the sign of that.
-    pub(super) per_m: R,
+    pub(super) rate_rad_m: R,
     pub(super) along: R,
     /// Rate of its actuator per speed across the direction, to the left \[rad/m\].
-    pub(super) per_side_m: R,
+    pub(super) side_rate_rad_m: R,
     /// Speed along the direction per rate of the actuator \[m/rad\]; 0 of a wheel that is not driven.
     pub(super) way_m: R,
     /// Its part of the common thrust.
@@ -250,7 +251,7 @@ pub(super) struct WheelAlongTravel<R> {
     /// How far it is to the left of the middle, as a part of how far the outermost wheel is, signed as its thrust.
     pub(super) lever: R,
     /// Square of the cosine of the angle between its push and the direction.
-    pub(super) cosine: R,
+    pub(super) cosine_squared: R,
     /// Torque taken out per speed of slip \[N.s\], with the sign of `along`.
     pub(super) slip_gain: R,
 }
@@ -258,13 +259,13 @@ pub(super) struct WheelAlongTravel<R> {
 impl<R: Real> WheelAlongTravel<R> {
     pub(super) const NONE: Self = Self {
         driven: false,
-        per_m: R::ZERO,
+        rate_rad_m: R::ZERO,
         along: R::ONE,
-        per_side_m: R::ZERO,
+        side_rate_rad_m: R::ZERO,
         way_m: R::ZERO,
         part: R::ZERO,
         lever: R::ZERO,
-        cosine: R::ZERO,
+        cosine_squared: R::ZERO,
         slip_gain: R::ZERO,
     };
 }

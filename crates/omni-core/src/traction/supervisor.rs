@@ -154,7 +154,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
         target.square_up = state.row == 0
             && state.mode == SupervisorMode::Drive
             && state.since_start_s > config.starting_s
-            && traction.thrust_n_m > R::of(SQUARES_PART) * traction.largest_n_m
+            && traction.thrust_n_m > R::of(SQUARES_PART) * traction.largest_motor_n_m
             && traction.speed_m_s < R::of(SQUARES_M_S);
         target
     }
@@ -188,7 +188,8 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
 
     /// It pushes with nearly all it has, and neither moves nor rises.
     fn is_stuck(&self, traction: &TractionState<R, N>, slow_m_s: R) -> bool {
-        traction.thrust_n_m > self.config.stuck_thrust * traction.largest_n_m && !moves(traction, slow_m_s)
+        traction.thrust_n_m > self.config.stuck_thrust * traction.largest_motor_n_m
+            && !moves(traction, slow_m_s)
     }
 
     /// Tries are of the furthest row so far: those of a row are over once a row behind it climbs for the first time. All are over where

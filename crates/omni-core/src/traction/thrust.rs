@@ -18,7 +18,7 @@ const HELD_UP_S: f64 = 0.15;
 const HELD_UP_BLIND_S: f64 = 0.3;
 /// Slip that calls for traction control, in multiples of what is left alone.
 const SLIPS: f64 = 2.5;
-/// Traction control hands back after so long without a need \[s\], below this part of the largest thrust.
+/// Traction control hands back after so long without a need \[s\], below this part of the largest thrust and this error of the heading \[rad\].
 const CALM_S: f64 = 0.5;
 const CALM_PART: f64 = 0.4;
 const CALM_RAD: f64 = 0.02;
@@ -52,7 +52,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         let sign = state.target_sign();
         let (speed, wanted) = (sign * state.speed_m_s, state.target_m_s.abs());
         let held_up = speed < R::of(HELD_UP_PART) * wanted
-            || sign * state.thrust_n_m > R::of(HELD_UP_THRUST) * state.largest_n_m;
+            || sign * state.thrust_n_m > R::of(HELD_UP_THRUST) * state.largest_motor_n_m;
         state.held_up_s = count(state.held_up_s, held_up);
         // The largest slip, and do most driven wheels go against the target, or much faster?
         let (mut slip, mut off_speed, mut carried, mut driven) = (zero, 0, 0, 0);
@@ -61,7 +61,8 @@ impl<R: Real, const N: usize> Traction<R, N> {
         for (i, (travel, wheel)) in state.travel.iter().zip(&state.wheels).enumerate() {
             if travel.driven && wheel.usable {
                 // Speed across the direction of travel is none of its slip.
-                let ahead = sign * (wheel.speed_m_s - travel.per_side_m * state.drift_m_s * travel.way_m);
+                let ahead =
+                    sign * (wheel.speed_m_s - travel.side_rate_rad_m * state.drift_m_s * travel.way_m);
                 slip = max(slip, (ahead - speed).abs());
                 driven += 1;
                 off_speed += u32::from(ahead < -R::of(BACKWARD_M_S) || ahead > wanted + R::of(OFF_SPEED_M_S));
@@ -74,10 +75,14 @@ impl<R: Real, const N: usize> Traction<R, N> {
             }
         }
         let off_speed = 2 * off_speed > driven || speed < -R::of(BACKWARD_M_S);
-        // One says that the vehicle is slow, and the ground carries the others.
+        // One shows a slow vehicle, and the ground carries the others.
         let wrong = least_m_s < R::of(HELD_UP_PART) * wanted && 2 * carried >= driven && carried > 0;
         // What cannot see how its wheels rise takes a climb for slip: it helps only where the vehicle is held up.
-        let held_up_s = R::of(if state.sees { HELD_UP_S } else { HELD_UP_BLIND_S });
+        let held_up_s = R::of(if state.reads_linkage {
+            HELD_UP_S
+        } else {
+            HELD_UP_BLIND_S
+        });
         let climbs = || {
             state
                 .motion
@@ -85,7 +90,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
                 .iter()
                 .any(|rise| rise.abs() > R::of(CLIMBS_M_S))
         };
-        let needed = (state.sees && (slip > R::of(SLIPS) * self.times.free_m_s || climbs()))
+        let needed = (state.reads_linkage && (slip > R::of(SLIPS) * self.times.free_m_s || climbs()))
             || state.held_up_s > held_up_s
             || target.is_special();
         state.calm_s = count(state.calm_s, !needed);
@@ -100,12 +105,12 @@ impl<R: Real, const N: usize> Traction<R, N> {
             }
             TractionLoops::Traction => {
                 state.off_speed_s = count(state.off_speed_s, off_speed);
-                // A late loop swings about that: so it is where it is four times as often as not.
+                // The time falls four times as fast as it rises, because a late loop oscillates about the threshold.
                 let leak = R::of(LEAK) * self.config.period_s;
                 state.carried_s = max(count(state.carried_s, wrong), max(state.carried_s - leak, zero));
                 let mut undecided = false;
                 if state.carried_s > max(R::of(CARRIED) * self.times.slip_s, R::of(CARRIED_S)) {
-                    // Of half against half no one knows which is wrong, and two are not wrong at once.
+                    // Half against half does not show which is wrong, and two are not wrong at once.
                     undecided = 2 * carried == driven || state.wheels.iter().any(|wheel| wheel.doubted);
                     if let Some(slowest) = slowest.filter(|_| !undecided) {
                         state.wheels[slowest].doubted = true;
@@ -113,7 +118,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
                     state.carried_s = zero;
                 }
                 let calm = state.calm_s > R::of(CALM_S)
-                    && state.thrust_n_m.abs() < R::of(CALM_PART) * state.largest_n_m
+                    && state.thrust_n_m.abs() < R::of(CALM_PART) * state.largest_motor_n_m
                     && state.heading_rad.abs() < R::of(CALM_RAD);
                 if undecided || state.off_speed_s > R::of(OFF_SPEED_S) {
                     state.loops = TractionLoops::Fallback;
@@ -134,7 +139,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         for i in 0..N {
             let wheel = &mut state.wheels[i];
             if state.travel[i].driven {
-                let rate = state.travel[i].per_m * wheel.speed_m_s + self.turned_by(i) * state.yaw_rad_s;
+                let rate = state.travel[i].rate_rad_m * wheel.speed_m_s + self.turned_by(i) * state.yaw_rad_s;
                 let error = state.reference_rad_s[i] - rate;
                 wheel.integral_n_m = wheel.applied_n_m - gain * error;
             }
@@ -166,7 +171,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
 
     /// The common thrust, of a wheel with the most way per turn \[N.m\].
     pub(super) fn find_thrust(&self, state: &mut TractionState<R, N>) {
-        let (error, largest) = (state.lack_rad_s(), state.whole_n_m);
+        let (error, largest) = (state.lack_rad_s(), state.full_thrust_n_m);
         let asked = self.proportional(state) + state.integral_n_m;
         state.thrust_n_m = asked.limited(-largest, largest);
         // It does not wind up at the limit.
@@ -179,14 +184,14 @@ impl<R: Real, const N: usize> Traction<R, N> {
     /// The thrust that a driven wheel has at most, and that at which every one gives what it has \[N.m\]: those with less way per turn get a
     /// smaller part of it.
     pub(super) fn find_largest(&self, state: &mut TractionState<R, N>, range: &TorqueRanges<R, N>) {
-        (state.largest_n_m, state.whole_n_m) = (R::zero(), R::zero());
+        (state.largest_motor_n_m, state.full_thrust_n_m) = (R::zero(), R::zero());
         for i in 0..N {
             let wheel = &mut state.wheels[i];
             wheel.most_n_m = max(range.upper_n_m[i], -range.lower_n_m[i]);
             if state.travel[i].driven {
-                state.largest_n_m = max(state.largest_n_m, wheel.most_n_m);
-                let whole = state.largest_per_m * state.travel[i].way_m.abs(); // over its part
-                state.whole_n_m = max(state.whole_n_m, whole * wheel.most_n_m);
+                state.largest_motor_n_m = max(state.largest_motor_n_m, wheel.most_n_m);
+                let whole = state.largest_rate_rad_m * state.travel[i].way_m.abs(); // over its part
+                state.full_thrust_n_m = max(state.full_thrust_n_m, whole * wheel.most_n_m);
             }
         }
     }

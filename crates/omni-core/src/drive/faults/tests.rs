@@ -347,6 +347,25 @@ fn a_gap_is_no_jump_and_a_slow_sensor_recovers() {
 }
 
 #[test]
+fn periods_that_read_no_number_are_a_gap_like_those_without_a_reading() {
+    let mut bench = Bench::new();
+    bench.read(Some(0.0));
+    for _ in 0..5 {
+        assert_eq!(bench.read(Some(f64::NAN)).1, Some(Fault::NotANumber));
+    }
+    // 9 rad/s after 6 periods of up to 2 rad/s each: good from the first.
+    for reading in 1..=CONFIG.recovery_periods {
+        assert_eq!(
+            bench.state.faults(),
+            [Some(Fault::NotANumber)],
+            "before reading {reading}"
+        );
+        bench.read(Some(9.0));
+    }
+    assert_eq!(bench.state.faults(), [None]);
+}
+
+#[test]
 fn jumps_in_most_periods_add_up_to_a_fault() {
     let mut bench = Bench::new();
     let mut found = None;

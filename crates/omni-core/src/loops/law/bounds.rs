@@ -40,16 +40,15 @@ impl<R: Real> Law<'_, R> {
         }
     }
 
-    /// Torque and slope of each wheel as they are about its limit: a proportional term that is at its own limit does not fall with
-    /// the reference at first, and one that is not may come to its limit on the way. `slopes` become those.
-    pub(super) fn about_limits<const N: usize>(
+    /// Torques and slopes of the wheels as they are about their limits: a proportional term that is at its own limit does not fall with
+    /// the reference at first, and one that is not may come to its limit on the way.
+    pub(super) fn linearised_at_limits<const N: usize>(
         self,
         state: &ControlState<R, N>,
         out: &WheelSample<R, N>,
         outside_zone: u32,
-        slopes: &mut [R; N],
-    ) -> [R; N] {
-        let mut requested = out.requested.n_m;
+    ) -> ([R; N], [R; N]) {
+        let (mut requested, mut slopes) = (out.requested.n_m, [R::zero(); N]);
         for i in 0..N {
             let reference = out.reference.rad_s[i];
             let slope = self.pid.term_slopes(!self.pid.remembers() || state.started[i]);
@@ -78,7 +77,7 @@ impl<R: Real> Law<'_, R> {
                 slopes[i] = others * reference;
             }
         }
-        requested
+        (requested, slopes)
     }
 
     /// Terms and torques once references were reduced by the common factor: proportional terms come off their limit.

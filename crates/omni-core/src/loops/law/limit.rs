@@ -79,9 +79,8 @@ impl<R: Real> Law<'_, R> {
         out: &mut WheelSample<R, N>,
     ) {
         let all_started = state.all_started();
-        let mut slopes = self.slopes(all_started, state, out);
-        let about_limits = self.about_limits(state, out, outside_zone, &mut slopes);
-        let factors = common_factors(&about_limits, &slopes, &out.range, floor, at);
+        let (torques, slopes) = self.linearised_at_limits(state, out, outside_zone);
+        let factors = common_factors(&torques, &slopes, &out.range, floor, at);
         self.reduce_references(factors, &slopes, all_started, state, integrated_error, out);
         zero(integrated_error, outside_zone);
         self.bound_reduced(out, outside_zone);
@@ -172,8 +171,8 @@ impl<R: Real> Law<'_, R> {
         }
     }
 
-    /// Writes to `correction`, which is zero, what anti-windup adds to the integrals of overloaded wheels, because torques `asked`
-    /// for were not applied. The derivative and reference of `state` are brought to what was realised.
+    /// Writes to `correction`, which is zero, what anti-windup adds to the integrals because torques `asked` for were not applied;
+    /// nothing of wheels that are beyond a limit and not overloaded yet. The derivative and reference of `state` are brought to what was realised.
     #[inline(always)]
     fn correct<const N: usize>(
         self,
@@ -194,9 +193,7 @@ impl<R: Real> Law<'_, R> {
         for i in 0..N {
             correction[i] = (out.applied.n_m[i] - asked[i]) * gain;
         }
-        if at.overloaded != at.beyond {
-            zero(correction, !at.overloaded);
-        }
+        zero(correction, at.beyond & !at.overloaded);
         if plain_gain.is_none() {
             self.condition(law, state, integrated_error, out, correction);
         }

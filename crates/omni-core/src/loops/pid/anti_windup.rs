@@ -7,7 +7,10 @@ use crate::{ConfigError, Real};
 /// How the integral of a saturated loop is kept from winding up.
 ///
 /// `excess` below is the output as applied minus the output as asked for: not zero only while something, a limit or a
-/// coordination law, changed the output.
+/// coordination law, changed the output. In a [`WheelController`](crate::loops::WheelController) it counts from the eighth period
+/// in a row beyond the same limit ([`Overload`](crate::loops::Overload)), in a [`Pid`](super::Pid) at once. Under
+/// [`Saturation::ScaleReferences`](crate::loops::Saturation::ScaleReferences) the law is `Conditioned` whatever is set here; `Clamp`
+/// limits the integrals there too.
 ///
 /// ```
 /// use omni_core::loops::{AntiWindup, Pid, PidState};
@@ -38,9 +41,10 @@ use crate::{ConfigError, Real};
 pub enum AntiWindup<R> {
     /// Nothing: the integral takes in every error. Overshoots after every saturation.
     None,
-    /// The integral term itself is held within +-`limit_n_m`.
+    /// The integral is held within +-`limit_n_m` after each step. With [`IntegrationOrder::BeforeOutput`](super::IntegrationOrder) the
+    /// term of a step may be larger by that step's `ki T e`.
     Clamp {
-        /// Largest integral term \[N.m\], 0 to 1e9.
+        /// Largest integral \[N.m\], 0 to 1e9.
         limit_n_m: R,
     },
     /// No error is taken in that would drive a saturated output further out (conditional integration).
@@ -59,7 +63,7 @@ constant_enum!(AntiWindup<R> { None, Clamp { limit_n_m }, Conditional, BackCalcu
 
 impl<R: Real> AntiWindup<R> {
     /// The share of an excess that back-calculation gives back each period, 0 for the other laws.
-    pub(super) fn tracking(&self, period: R) -> Result<R, ConfigError> {
+    pub(super) fn checked_tracking_part(&self, period: R) -> Result<R, ConfigError> {
         match *self {
             Self::Clamp { limit_n_m } => {
                 within("limit_n_m", limit_n_m, 0.0..=1e9, "0 to 1e9")?;
@@ -93,8 +97,11 @@ pub(super) fn reciprocal<R: Real>(slope: R) -> R {
 
 /// Part of an excess that a conditioned integral takes back; 0 where it stops instead. Integral and derivative act one period
 /// late: together they must not take back more than the whole excess, they would swing.
-pub(super) fn back_calculation_gain<R: Real>(ki_dt: R, per_slope: R, derivative_slope: R) -> R {
-    let (gain, room) = (ki_dt * per_slope, R::one() - derivative_slope * per_slope);
+///
+/// With g = ki T / slope and the part rho = 1 - (slope of the derivative) / slope that is left for the integral, the result is
+/// min(g, rho) where g <= rho (0.1 % more for rounding), or where the derivative takes back at most half; otherwise 0.
+pub(super) fn back_calculation_gain<R: Real>(ki_dt: R, inverse_slope: R, derivative_slope: R) -> R {
+    let (gain, room) = (ki_dt * inverse_slope, R::one() - derivative_slope * inverse_slope);
     if gain <= R::of(1.001) * room || room >= R::of(0.5) {
         gain.limited(R::zero(), room)
     } else {

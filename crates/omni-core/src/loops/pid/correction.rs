@@ -71,20 +71,20 @@ impl<R: Real> Pid<R> {
     /// Shift of the reference \[rad/s\] with which the output would have been the applied one, the integral's part of the change
     /// of the output that goes with it, and that change \[N.m\].
     fn realised(&self, excess: &Excess<R>, started: bool) -> (R, R, R) {
-        let (per_slope, gain) = if started {
-            (self.per_slope, self.conditioned_gain)
+        let (inverse_slope, gain) = if started {
+            (self.inverse_slope, self.conditioned_gain)
         } else {
-            (self.per_first_slope, self.first_conditioned_gain)
+            (self.inverse_first_slope, self.first_conditioned_gain)
         };
         if !self.bounds.any {
-            return (excess.excess_n_m * per_slope, gain, excess.excess_n_m);
+            return (excess.excess_n_m * inverse_slope, gain, excess.excess_n_m);
         }
         if excess.excess_n_m == R::zero() {
             return (R::zero(), gain, R::zero());
         }
         // As if the term had no limit there.
         let free = excess.excess_n_m + (excess.p_n_m - excess.unbounded_p_n_m);
-        let shift = free * per_slope;
+        let shift = free * inverse_slope;
         let p_n_m = excess.unbounded_p_n_m + self.kp_reference * shift;
         let bounded = self.bounds.proportional(p_n_m);
         if bounded == p_n_m {

@@ -29,8 +29,9 @@ impl<R: Real> Pid<R> {
             let (mut loops, mut out) = self.one(state, reference_rad_s, measured_rad_s);
             let coordination = Coordination::independent();
             let share = None::<fn(&[R; 1]) -> [R; 1]>;
+            let (some_released, waits) = (false, false);
             self.law(&coordination)
-                .step(&mut loops, share, false, false, &mut out);
+                .step(&mut loops, share, some_released, waits, &mut out);
             if out.active[0] && terms(&out).sum().is_finite_real() {
                 if self.remembers {
                     state.derivative_n_m = loops.derivative_n_m[0];
@@ -47,6 +48,9 @@ impl<R: Real> Pid<R> {
                 PidTerms::integral_alone(state.integral_n_m)
             }
         } else {
+            if !state.integral_n_m.is_finite_real() {
+                *state = PidState::default();
+            }
             PidTerms::integral_alone(state.integral_n_m)
         };
         let requested = terms.sum();

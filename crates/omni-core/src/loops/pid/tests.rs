@@ -371,6 +371,8 @@ fn an_infinite_state_starts_afresh_without_output_limits_too() {
                 ..PidState::default()
             },
         ] {
+            let unread = pid.step(&mut { state }, 1.0, f64::NAN).output_n_m;
+            assert!(unread.is_finite(), "{infinite}: {unread} without a measurement");
             let first = pid.step(&mut state, 1.0, 0.0).output_n_m;
             let second = pid.step(&mut state, 1.0, 0.0).output_n_m;
             assert!(

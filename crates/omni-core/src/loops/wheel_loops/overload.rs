@@ -2,16 +2,15 @@
 
 use crate::Real;
 
-/// Periods in a row that a wheel is beyond the same limit before the integrals know of it.
-///
-/// One encoder count, or noise, can ask for more than a motor has in a single reading. With each such reading, an integral
-/// would drop what it says and keep the rest: a bias, and the vehicle runs away or creeps. Noise is beyond the same limit 8
-/// times in a row in one period of 2^8.
 #[cfg(test)]
 const OVERLOAD_PERIODS: usize = 1 << Overload::new().count.len();
 
-/// For how many periods in a row each wheel has asked for more than the same limit: what keeps integrals from winding up
-/// waits for 8. Wheel i is bit i; at most 32 wheels.
+/// For how many periods in a row each wheel has asked for more than the same limit: anti-windup waits for 8. Wheel i is
+/// bit i; at most 32 wheels.
+///
+/// One encoder count, or noise, can ask for more than a motor has in a single reading. If the integral reacted to each, it
+/// would drop what such readings say and keep the rest: a bias, and the vehicle runs away or creeps. Noise is beyond the
+/// same limit 8 times in a row in one period of 2^8.
 ///
 /// ```
 /// use omni_core::ControlState;
@@ -26,7 +25,7 @@ pub struct Overload {
     beyond: u32,
     /// Those of them that asked for more than their upper limit.
     above: u32,
-    /// Periods in a row before that one, up to 7, a binary digit a number: the counts of all wheels go up at once.
+    /// Periods in a row before that one, 0 to 7: bit i of `count[k]` is binary digit k of wheel i's count.
     count: [u32; 3],
 }
 

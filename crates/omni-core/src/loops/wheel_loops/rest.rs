@@ -182,7 +182,7 @@ impl<R: Real> RestRule<R> {
     /// The integrals have fallen: the ranges of the torques shrink, or the torque has ended.
     #[inline]
     pub(crate) fn shrinks(&self, state: &RestState<R>) -> bool {
-        // So does what a state set from outside has for a number.
+        // NaN, from a state set from outside, counts as past the half.
         let before = state.bled_periods <= R::of(0.5) * self.bleed_periods;
         !before
     }
@@ -190,7 +190,7 @@ impl<R: Real> RestRule<R> {
     /// The torque has ended: every wheel's is 0 for as long as the references are.
     #[inline]
     pub(crate) fn is_over(&self, state: &RestState<R>) -> bool {
-        // What a state set from outside has for a number ends the torque too.
+        // NaN, from a state set from outside, counts as ended.
         let bleeds = state.bled_periods < self.bleed_periods;
         state.held >= self.hold && !bleeds
     }

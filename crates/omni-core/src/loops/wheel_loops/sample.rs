@@ -63,13 +63,13 @@ pub struct ControlState<R, const N: usize> {
     /// Derivative term of each wheel \[N.m\], after its filter.
     #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub derivative_n_m: [R; N],
-    /// Reference of the step before, as realised \[rad/s\].
+    /// Reference of the step before, as realised \[rad/s\]; 0 without derivative and feed-forward.
     #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub last_reference_rad_s: [R; N],
-    /// Measurement of the step before \[rad/s\].
+    /// Measurement of the step before \[rad/s\]; 0 without derivative and feed-forward.
     #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub last_measured_rad_s: [R; N],
-    /// There was a step before.
+    /// The wheel has a step to compare with; only loops with a derivative or a feed-forward set it.
     #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub started: [bool; N],
     /// Which wheels are overloaded, and for how long the others have been beyond a limit.

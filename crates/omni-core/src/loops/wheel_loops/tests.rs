@@ -186,6 +186,32 @@ fn a_wheel_without_a_usable_measurement_is_released_and_the_others_drive_on() {
 }
 
 #[test]
+fn a_scaled_wheel_forgets_what_it_did_not_get_whatever_a_third_wheel_asks_for() {
+    let mut config = gains(1.0, 0.1);
+    config.anti_windup = AntiWindup::BackCalculation { tracking_time_s: 0.1 };
+    let controller = controller::<3>(config, 1.0, Saturation::ScaleTorques);
+    let forgotten = |third: f64| {
+        let mut state = ControlState::default();
+        for _ in 0..8 {
+            controller.step(&mut state, &[4.0, 0.8, 0.9].into(), &[0.0; 3].into());
+        }
+        assert_eq!(state.overload.wheels(), 1);
+        let before = state.integral_n_m[1];
+        controller.step(&mut state, &[4.0, 0.8, third].into(), &[0.0; 3].into());
+        before - state.integral_n_m[1]
+    };
+    // It gets a quarter of 0.8 N.m: 0.6 N.m too little, of which DT / 0.1 s are forgotten in a period; its own error adds 1e-4 of that.
+    let expected = 0.6 * DT / 0.1;
+    for third in [0.9, 1.01] {
+        let forgotten = forgotten(third);
+        assert!(
+            (forgotten / expected - 1.0).abs() < 0.03,
+            "{third}: {forgotten}, expected {expected}"
+        );
+    }
+}
+
+#[test]
 fn a_state_set_to_nonsense_is_healed_in_one_step() {
     for saturation in saturations(0.0) {
         let controller = controller::<3>(gains(0.3, 2.0), 100.0, saturation);
@@ -193,6 +219,7 @@ fn a_state_set_to_nonsense_is_healed_in_one_step() {
         state.integral_n_m[1] = f64::NAN;
         let sample = controller.step(&mut state, &REFERENCE.into(), &[9.0, 9.0, 4.0].into());
         assert_eq!((sample.applied.n_m[1], sample.active[1]), (0.0, false));
+        assert_eq!(sample.saturated, [false; 3]);
         assert!(
             sample.applied.n_m[0] > 0.3 && sample.common_factor == 1.0,
             "{saturation:?}"

@@ -355,12 +355,12 @@ fn supervisor(config: SupervisorConfig<f64>) -> Supervisor<f64, 7> {
     Supervisor::new(&PLACES, config).expect("valid")
 }
 
-/// What the supervisor sees of a vehicle whose rows stand so high, front first \[m\], going at so many m/s with so much thrust.
+/// What the supervisor reads of a vehicle whose rows stand so high, front first \[m\], going at so many m/s with so much thrust.
 fn seen(heights: [f64; 3], speed_m_s: f64, thrust: f64) -> TractionState<f64, 7> {
     let (traction, mut state) = (preset(), TractionState::new());
     traction.command(&mut state, &AHEAD);
     state.motion.height_m = [2, 2, 2, 1, 0, 0, 0].map(|row: usize| heights[row]);
-    (state.speed_m_s, state.thrust_n_m, state.largest_n_m) = (speed_m_s, thrust * LIMIT_N_M, LIMIT_N_M);
+    (state.speed_m_s, state.thrust_n_m, state.largest_motor_n_m) = (speed_m_s, thrust * LIMIT_N_M, LIMIT_N_M);
     state
 }
 

@@ -75,6 +75,7 @@ fn a_command_or_target_that_is_no_number_is_none() {
             let sample = step(command, nonsense);
             assert!(sample.wheels.applied.n_m.iter().all(|torque| torque.is_finite()));
             assert_eq!((sample.target_m_s, sample.factor.is_finite()), (0.3, true)); // the last ones go on
+            assert_eq!(sample.command, AHEAD);
         }
     }
     assert!(

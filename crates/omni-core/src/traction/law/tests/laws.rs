@@ -218,11 +218,11 @@ fn a_loop_that_swings_between_its_limits_is_held_more_softly_and_recovers() {
         rates[3] += if period / 10 % 2 == 0 { 20.0 } else { -20.0 };
         let _ = traction.step(&mut state, &level(AHEAD, &rates), &TractionTarget::at(0.3));
     }
-    assert!(state.softness < 0.5, "{}", state.softness); // 0.7 for each swing, of which some are bridged by the recovery
+    assert!(state.slip_gain_part < 0.5, "{}", state.slip_gain_part); // 0.7 for each swing, of which some are bridged by the recovery
     for _ in 0..5000 {
         let _ = traction.step(&mut state, &level(AHEAD, &flat), &TractionTarget::at(0.3));
     }
-    assert!(state.softness > 0.98, "{}", state.softness); // five times the second in which it recovers
+    assert!(state.slip_gain_part > 0.98, "{}", state.slip_gain_part); // five times the second in which it recovers
 }
 
 #[test]
@@ -240,7 +240,7 @@ fn a_gyro_is_not_used_before_its_zero_is_known() {
         .rad_s
         .map(|rate| 2.0 * rate);
     (readings.command, readings.wheels_rad_s) = (turning, &rates);
-    state.largest_n_m = LIMIT_N_M;
+    state.largest_motor_n_m = LIMIT_N_M;
     let mut sample = TractionSample::zero();
     for _ in 0..100 {
         state.thrust_n_m = LIMIT_N_M;

@@ -230,7 +230,7 @@ fn a_vehicle_that_is_stuck_gives_up_where_slip_is_undetermined_too() {
     let mode = |speed_m_s: f64, periods: usize| {
         let mut state = seen([0.0; 3], speed_m_s, 1.0);
         preset().command(&mut state, &slow);
-        (state.discerns, state.speed_m_s) = (false, speed_m_s);
+        (state.slip_observable, state.speed_m_s) = (false, speed_m_s);
         let mut memory = SupervisorState::new();
         for _ in 0..periods {
             let _ = supervisor.step(&mut memory, &state);
