@@ -365,7 +365,7 @@ def slip_ratio(
 
     Args:
         rim_m_s: radius times the wheel's velocity against the world [m/s], a number or (T,).
-        along_m_s: velocity of the wheel's centre along its rolling direction [m/s], likewise.
+        along_m_s: velocity of the wheel's centre along the push [m/s], likewise.
         floor_m_s: speed [m/s] under which a difference counts as noise, above 0.
         literal: eq. (15) as printed, over the rim's speed: infinite or not a number at rest.
 
@@ -2772,16 +2772,16 @@ class Sample:
         """Safe form of eq. (15), within -2 to 2; spinning is +; 0 in the air."""
     @property
     def rim_m_s(self) -> _Floats:
-        """Speed of the rim [m/s], from the wheel's rotation against the world."""
+        """Speed along the push [m/s], from the wheel's rotation against the world."""
     @property
     def along_m_s(self) -> _Floats:
-        """Velocity of the wheel's centre along its rolling direction in the contact's tangent plane [m/s]."""
+        """Velocity of the wheel's centre along the push in the contact's tangent plane [m/s]."""
     @property
     def force_normal_n(self) -> _Floats:
         """Ground force along the contact normals [N], averaged over the period."""
     @property
     def force_along_n(self) -> _Floats:
-        """Ground force along the rolling direction [N], averaged over the period."""
+        """Ground force along the push [N], averaged over the period."""
     @property
     def normal_x(self) -> _Floats:
         """Direction of the normal force in the world, x; zero in the air."""

@@ -1,6 +1,7 @@
 //! The laws that a simulation keeps, and the figures that documents promise.
 
 mod articulated;
+mod change_of_policy;
 mod clearance;
 mod coarse_encoders;
 mod core_serde;

@@ -300,6 +300,17 @@ impl Outlets {
         }
     }
 
+    /// From now on viewers are shown another scenario.
+    fn set_scenario(&mut self, scenario: &Scenario) {
+        if let Some(viewers) = &mut self.viewers {
+            viewers.set_scenario(scenario);
+        }
+        #[cfg(feature = "ros2")]
+        if let Some((_, ros)) = &mut self.ros {
+            ros.set_scenario(scenario);
+        }
+    }
+
     /// The next period's command, and the controller that somebody wants from now on.
     fn command(
         &mut self,
@@ -307,13 +318,10 @@ impl Outlets {
         simulation: &mut Simulation,
     ) -> Result<BodyTwist<f64>, omni_sim::Error> {
         if let Some(changed) = self.requests.take_changed() {
-            simulation.take_control(&changed)?;
-            if let Some(viewers) = &mut self.viewers {
-                viewers.describes(&changed);
-            }
-            #[cfg(feature = "ros2")]
-            if let Some((_, ros)) = &mut self.ros {
-                ros.describes(&changed);
+            if let Err(error) = simulation.take_control(&changed) {
+                (self.warn)(&error.to_string());
+            } else {
+                self.set_scenario(&changed);
             }
         }
         if let Some(twist) = self.pilot.as_ref().and_then(Pilot::take)

@@ -91,7 +91,7 @@ impl Messages {
 
     /// Another scenario of the same vehicle from now on: another policy or torque limit.
     #[cfg(feature = "live")]
-    pub(crate) fn describes(&mut self, scenario: &Scenario) {
+    pub(crate) fn set_scenario(&mut self, scenario: &Scenario) {
         self.policy = scenario.control.law();
         self.scenario = scenario.clone();
     }
@@ -151,7 +151,7 @@ impl Messages {
         Ok(())
     }
 
-    /// What wheels turned in a control period; part of [`Messages::push`].
+    /// Integrates the measured velocities over a control period; part of [`Messages::push`]. A stuck encoder stops its wheel in `/tf`.
     pub(crate) fn turn_wheels(&mut self, sample: &ControlSample) {
         for (angle, wheel) in self.wheel_angles.iter_mut().zip(&sample.wheels) {
             // A wheel without a measurement is shown where it was: NaN would stay.
@@ -222,12 +222,13 @@ impl Messages {
                 -hinge.damping_n_m_s_rad * o.rate_rad_s,
             );
         }
-        for ((wheel, s), angle) in vehicle.wheel.iter().zip(&sample.wheels).zip(&self.wheel_angles) {
+        let wheels = sample.wheels.iter().zip(&seen.wheels).zip(&self.wheel_angles);
+        for (wheel, ((s, o), angle)) in vehicle.wheel.iter().zip(wheels) {
             add(
                 wheel_link(&wheel.name),
                 angle * wheel.gear,
                 s.measured_rad_s * wheel.gear,
-                s.applied_n_m / wheel.gear,
+                o.torque_n_m / wheel.gear,
             );
         }
         joints

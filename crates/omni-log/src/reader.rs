@@ -13,8 +13,8 @@ use omni_sim::Outcome;
 use serde::de::DeserializeOwned;
 
 use crate::ros2::{
-    ControllerSignals, JointState, MarkerArray, Odometry, RosMessage, Sensors, StringMessage, TfMessage,
-    TwistStamped, VehicleState,
+    CDR_LE, ControllerSignals, JointState, MarkerArray, Odometry, RosMessage, Sensors, StringMessage,
+    TfMessage, TwistStamped, VehicleState,
 };
 use crate::run_log::{OUTCOME, OWN_CONTROLLER, RECORDED, RUN, SCENARIO};
 use crate::{Error, LogError, WORLD_LINK, size_limits, topic};
@@ -399,9 +399,15 @@ impl Seen {
 
 /// A message from little-endian CDR with its encapsulation header.
 fn decode<M: RosMessage + DeserializeOwned>(data: &[u8]) -> Result<M, String> {
-    let body = data.get(4..).unwrap_or_default();
+    let body = data
+        .strip_prefix(&CDR_LE)
+        .ok_or("a message that is not little-endian CDR")?;
     match cdr_encoding::from_bytes::<M, LittleEndian>(body) {
-        Ok((message, _)) => Ok(message),
+        Ok((message, used)) if used == body.len() => Ok(message),
+        Ok(_) => Err(format!(
+            "a message that is not a {} of this version of omnistep",
+            M::TYPE
+        )),
         Err(error) => Err(format!("a message that is not a {}: {error}", M::TYPE)),
     }
 }

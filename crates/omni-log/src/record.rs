@@ -52,7 +52,7 @@ impl<'a, E: From<omni_sim::Error> + 'a> LogRun<E> for Run<'a, E> {
     fn record<F: From<E> + From<omni_sim::Error> + From<Error>>(self, log: &mut RunLog) -> Result<Record, F> {
         let mut link = None;
         let run = self.watch(|simulation, _| {
-            link = simulation.controller().link();
+            link = simulation.controller().link_counters();
             push::<F>(log, simulation)
         });
         let (outcome, ended) = run.outcome()?;

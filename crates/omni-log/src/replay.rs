@@ -56,7 +56,7 @@ pub struct Replay {
     pub policy: String,
     /// Control periods.
     pub periods: u64,
-    /// Those in which any signal differs in any bit.
+    /// Those in which a compared signal differs in any bit.
     pub differing: u64,
     /// The first difference.
     pub first: Option<Difference>,
@@ -69,7 +69,8 @@ pub struct Replay {
 }
 
 /// Feeds the measurements of a log to its scenario's controller, or with other keys (`control.policy`, `vehicle.gains...`), period by
-/// period, and compares every signal with the log, bit for bit. The vehicle does not move otherwise than it did: what is shown is
+/// period, and compares the controller's signals of each wheel, the common factor and the estimated twist with the log, bit for bit;
+/// not `/controller_signals` nor the limited command. The vehicle does not move otherwise than it did: what is shown is
 /// what the controller would have commanded. Of a [`Recording`](crate::Recording) only torques are compared, where it has them.
 ///
 /// # Errors

@@ -18,7 +18,7 @@ pub use sensors::Sensors;
 use serde::{Deserialize, Serialize};
 
 /// Encapsulation header of little-endian plain CDR; alignment counts from behind it.
-const CDR_LE: [u8; 4] = [0x00, 0x01, 0x00, 0x00];
+pub(crate) const CDR_LE: [u8; 4] = [0x00, 0x01, 0x00, 0x00];
 
 /// Length of that header \[bytes\].
 #[cfg(feature = "ros2")]
@@ -236,7 +236,7 @@ pub struct VehicleState {
     pub asked_twist: Twist,
     /// Common factor put on all wheels \[1\], 0 to 1; 1 where no wheel holds the others back.
     pub common_factor: f64,
-    /// Twist by odometry in the body frame \[m/s, rad/s\].
+    /// Least-squares twist of the measured wheel velocities at the start of the period, in the body frame \[m/s, rad/s\].
     pub estimated_twist: Twist,
     /// One entry a wheel, in the order of the vehicle file.
     pub wheels: Vec<WheelState>,

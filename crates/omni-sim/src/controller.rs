@@ -140,7 +140,7 @@ impl AnyController {
     /// One control step; `measured_rad_s` has one actuator velocity a wheel. `sample` is overwritten, whatever is returned.
     ///
     /// # Errors
-    /// [`Error::Link`] where a link has stopped, and ever after: the torques are zero then. No other controller fails.
+    /// As [`AnyController::step_readings`].
     pub fn step(
         &mut self,
         command: &BodyTwist<f64>,
@@ -155,7 +155,7 @@ impl AnyController {
     /// returned.
     ///
     /// # Errors
-    /// As [`AnyController::step`]; [`Error::Policy`] where a controller of one's own gives no torque that is a number, [`Error::PolicyFailed`]
+    /// [`Error::Link`] where a link has stopped, and ever after: the torques are zero then; [`Error::Policy`] where a controller of one's own gives no torque that is a number, [`Error::PolicyFailed`]
     /// where it says that it failed.
     pub fn step_readings(
         &mut self,
@@ -222,10 +222,15 @@ impl AnyController {
         self.control.restore(state)
     }
 
+    /// Goes on from the state of another controller of the same vehicle; says whether it can.
+    pub(crate) fn take_over(&mut self, state: &[u8]) -> bool {
+        self.control.take_over(state)
+    }
+
     /// What was lost on the link so far; none where the controller runs here.
     #[must_use]
-    pub fn link(&self) -> Option<LinkCounters> {
-        self.control.link()
+    pub fn link_counters(&self) -> Option<LinkCounters> {
+        self.control.link_counters()
     }
 }
 

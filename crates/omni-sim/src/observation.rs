@@ -257,7 +257,7 @@ pub struct WheelObservation {
     pub torque_n_m: f64,
     normal_force_n: [f64; 3],
     moment_m_n: [f64; 3],
-    push_n: f64,
+    normal_sum_n: f64,
 }
 
 /// A physics step's share in the average force on a wheel.
@@ -267,7 +267,7 @@ pub(crate) struct ContactForce {
     pub(crate) along_n: f64,
     /// Sum over contacts of the point times the size of the normal force \[m.N\], and of that size \[N\].
     pub(crate) moment_m_n: [f64; 3],
-    pub(crate) push_n: f64,
+    pub(crate) normal_sum_n: f64,
 }
 
 impl WheelObservation {
@@ -289,7 +289,7 @@ impl WheelObservation {
 
     fn start_period(&mut self) {
         (self.force_n, self.normal_force_n, self.normal) = ([0.0; 3], [0.0; 3], [0.0; 3]);
-        (self.moment_m_n, self.contact_m, self.push_n) = ([0.0; 3], [0.0; 3], 0.0);
+        (self.moment_m_n, self.contact_m, self.normal_sum_n) = ([0.0; 3], [0.0; 3], 0.0);
         (self.force_normal_n, self.force_along_n, self.torque_n_m) = (0.0, 0.0, 0.0);
     }
 
@@ -299,12 +299,12 @@ impl WheelObservation {
             self.normal_force_n[k] += contact.normal_n[k];
             self.moment_m_n[k] += contact.moment_m_n[k];
         }
-        self.push_n += contact.push_n;
+        self.normal_sum_n += contact.normal_sum_n;
         self.force_along_n += contact.along_n;
         self.force_normal_n = self.normal_force_n.iter().map(|n| n * n).sum::<f64>().sqrt();
         if self.force_normal_n > 0.0 {
             self.normal = self.normal_force_n.map(|n| n / self.force_normal_n);
-            self.contact_m = self.moment_m_n.map(|moment| moment / self.push_n);
+            self.contact_m = self.moment_m_n.map(|moment| moment / self.normal_sum_n);
         }
     }
 }

@@ -144,8 +144,9 @@ impl Simulation {
         }
     }
 
-    /// Goes on with the controller of another scenario of the same vehicle: another policy, gains or torque limit. It takes over
-    /// the present one's state, so that nothing jumps.
+    /// Goes on with the controller of another scenario of the same vehicle: another policy, gains or torque limit. It goes on
+    /// from the present one's state. Between traction control and wheel loops that is the limited command, or all of a `[drive]` but its
+    /// loops: their integrals start at 0.
     ///
     /// # Errors
     /// As [`AnyController::new`]; [`Error::Snapshot`] where the state does not fit: other wheels, another precision, or a controller at
@@ -244,13 +245,13 @@ impl Simulation {
         self.world.advance(torques_n_m);
     }
 
-    /// Actuator velocities as the encoders see them now \[rad/s\], one a wheel: what the next step's controller measures.
+    /// Actuator velocities as the encoders read them after the last step \[rad/s\], one a wheel: what the next step's controller measures.
     #[must_use]
     pub fn measured_rad_s(&self) -> &[f64] {
         &self.sensed.wheels_rad_s
     }
 
-    /// Everything that the sensors say now: what the next step's controller knows beside its command and its own torques.
+    /// Everything that the sensors read after the last step, one control period later than `period().sensed`: what the next step's controller knows beside its command and its own torques.
     #[must_use]
     pub fn sensed(&self) -> &Sensed {
         &self.sensed

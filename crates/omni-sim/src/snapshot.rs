@@ -8,7 +8,7 @@ use crate::odometry;
 use crate::{Error, Period, Sensed, Simulation, config::Scenario, sensing, state_bytes};
 
 /// The layout of the bytes below: another number, another layout.
-const FORMAT: u32 = 9;
+const FORMAT: u32 = 10;
 
 /// What comes first, so that a wrong file is named rather than misread.
 #[derive(PartialEq, Serialize, Deserialize)]
@@ -151,9 +151,11 @@ impl Simulation {
             state_bytes::take_from_bytes(whole).map_err(|_| refuse("it is not a snapshot"))?;
         let own = Header::of(scenario)?;
         if header.format != own.format || header.program != own.program {
-            let (theirs, ours) = (header.program, own.program);
+            let named = |header: &Header| format!("version {}, format {}", header.program, header.format);
             return Err(refuse(format!(
-                "it has version {theirs}, this program reads version {ours}"
+                "it has {}, this program reads {}",
+                named(&header),
+                named(&own)
             )));
         }
         // Physics that go on from numbers of no run end in a panic, or in a run of another scenario.

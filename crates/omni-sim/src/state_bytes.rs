@@ -25,9 +25,12 @@ pub(crate) fn to_bytes<T: Serialize>(state: &T) -> Result<Vec<u8>, Error> {
     }
 }
 
-/// A state out of the first bytes: plain loops take over from traction control, whose state begins with theirs.
+/// A state out of all the bytes.
 pub(crate) fn from_bytes<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Error> {
-    take_from_bytes(bytes).map(|(state, _)| state)
+    match take_from_bytes(bytes)? {
+        (state, []) => Ok(state),
+        _ => Err(Error::DeserializeBadEncoding),
+    }
 }
 
 /// A state out of the first bytes, and the rest.

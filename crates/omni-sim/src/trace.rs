@@ -123,10 +123,14 @@ impl TryFrom<Unchecked> for Trace {
     }
 }
 
-/// Equal columns; a figure of the outcome that was not measured, NaN, does not count.
+/// Equal names and columns; NaN equals NaN. The outcome is not compared.
 impl PartialEq for Trace {
     fn eq(&self, other: &Self) -> bool {
-        self.names == other.names && self.wheel_names == other.wheel_names && self.data == other.data
+        let equal = |(a, b): (&f64, &f64)| a == b || (a.is_nan() && b.is_nan());
+        self.names == other.names
+            && self.wheel_names == other.wheel_names
+            && self.data.len() == other.data.len()
+            && self.data.iter().zip(&other.data).all(equal)
     }
 }
 
@@ -174,7 +178,7 @@ impl Trace {
     #[must_use]
     pub fn wheel(&self, signal: &str, wheel: usize) -> Option<&[f64]> {
         let all = self.wheels(signal)?;
-        all.chunks_exact(self.rows.max(1)).nth(wheel)
+        (wheel < self.wheel_names.len()).then(|| &all[wheel * self.rows..][..self.rows])
     }
 
     /// A signal of all wheels: one wheel's column after the other.

@@ -34,22 +34,24 @@ macro_rules! for_each_wheel_signal {
                 /// Part of the measured velocity that no motion of the vehicle explains [rad/s].
                 residual_rad_s: trace;
             }
+            // `saturated` stays first: Python shows it as yes or no.
             of_control {
                 /// 1 where the request was outside the limits, else 0.
                 saturated: log = WheelSignals::saturated;
                 /// Safe form of eq. (14), within -2 to 2; lagging is +.
                 disturbed_ratio: log = WheelSignals::disturbed_ratio;
             }
+            // The push is the rolling direction, or of a mecanum wheel the axis of its lowest roller.
             observed {
                 /// Safe form of eq. (15), within -2 to 2; spinning is +; 0 in the air.
                 slip_ratio: log = WheelObservation::slip_ratio;
-                /// Speed of the rim [m/s], from the wheel's rotation against the world.
+                /// Speed along the push [m/s], from the wheel's rotation against the world.
                 rim_m_s: trace = |wheel| wheel.rim_m_s;
-                /// Velocity of the wheel's centre along its rolling direction in the contact's tangent plane [m/s].
+                /// Velocity of the wheel's centre along the push in the contact's tangent plane [m/s].
                 along_m_s: trace = |wheel| wheel.along_m_s;
                 /// Ground force along the contact normals [N], averaged over the period.
                 force_normal_n: log = |wheel| wheel.force_normal_n;
-                /// Ground force along the rolling direction [N], averaged over the period.
+                /// Ground force along the push [N], averaged over the period.
                 force_along_n: log = |wheel| wheel.force_along_n;
                 /// Direction of the normal force in the world, x; zero in the air.
                 normal_x: trace = |wheel| wheel.normal[0];

@@ -92,17 +92,19 @@ pub(super) fn info(paths: &[PathBuf], json: bool, explain: bool, out: &mut dyn W
     Ok(code)
 }
 
+/// The engine that simulated: physics of one's own are in the outcome, not in the scenario.
+fn engine(file: &LogFile) -> &'static str {
+    let of_outcome = file.outcome.as_ref().map(|outcome| outcome.engine);
+    of_outcome.unwrap_or(file.scenario.physics.engine).name()
+}
+
 /// Its column of the table.
 fn shown(file: &LogFile, stopped: Option<String>) -> Run<'_> {
     let name = file.path.file_name().unwrap_or_default().to_string_lossy();
     // Of a controller of one's own the run says its name, the scenario does not.
     let policy = file.run.get("policy").cloned();
     let policy = policy.unwrap_or_else(|| file.scenario.control.law());
-    let engine = if file.recorded {
-        "-"
-    } else {
-        file.scenario.physics.engine.name()
-    };
+    let engine = if file.recorded { "-" } else { engine(file) };
     Run {
         name: name.into_owned(),
         labels: vec![("policy", policy), ("engine", engine.into())],
@@ -126,7 +128,7 @@ fn described(file: &LogFile) -> String {
             run("vehicle"),
             run("policy"),
             run("seed"),
-            file.scenario.physics.engine.name(),
+            engine(file),
             run("omnistep")
         )
     };

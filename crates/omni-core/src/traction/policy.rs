@@ -64,6 +64,23 @@ impl<R: Real, const N: usize> TractionPolicyState<R, N> {
     }
 }
 
+impl<R: Real, const N: usize> TractionPolicyState<R, N> {
+    /// A fresh start whose command goes on as `limited` says: for a change of policy while the vehicle drives.
+    #[must_use]
+    pub fn after(limited: TwistLimiterState<R>) -> Self {
+        Self {
+            limited,
+            ..Self::new()
+        }
+    }
+
+    /// How far the command has come within its limits.
+    #[must_use]
+    pub fn limited(&self) -> &TwistLimiterState<R> {
+        &self.limited
+    }
+}
+
 impl<R: Real, const N: usize> TractionPolicy<R, N> {
     /// Freshly started.
     #[must_use]

@@ -94,8 +94,8 @@ impl OnRos {
     }
 
     /// From the next message on the run has another controller.
-    pub(super) fn describes(&mut self, scenario: &Scenario) {
-        self.messages.describes(scenario);
+    pub(super) fn set_scenario(&mut self, scenario: &Scenario) {
+        self.messages.set_scenario(scenario);
     }
 
     /// The messages of a control period, the time before what happened then.

@@ -99,8 +99,8 @@ impl Viewers {
     }
 
     /// From the next message on the run has another controller; the description is sent to those that subscribe next.
-    pub(super) fn describes(&mut self, scenario: &Scenario) {
-        self.messages.describes(scenario);
+    pub(super) fn set_scenario(&mut self, scenario: &Scenario) {
+        self.messages.set_scenario(scenario);
     }
 
     /// Informs all that a command ended by itself.

@@ -3,8 +3,9 @@
 use omni_core::drive::{BodyReadings, DrivePolicy, DriveSample, TractionDrive, TractionDriveState};
 use omni_core::loops::ControllerPolicy;
 use omni_core::policy::Imu;
-use omni_core::traction::{SupervisorState, TractionPolicy, TractionSample};
-use omni_core::{BodyTwist, DriveInput, DriveState, Kinematics, Policy, Readings, Real};
+use omni_core::shaping::TwistLimiterState;
+use omni_core::traction::{SupervisorState, TractionPolicy, TractionPolicyState, TractionSample};
+use omni_core::{BodyTwist, ControlState, DriveInput, DriveState, Kinematics, Policy, Readings, Real};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -14,15 +15,51 @@ use crate::control_sample::ControlSample;
 use crate::report::{DriveReport, DriveWheel, TractionReport, TractionWheel};
 use crate::{Error, ReportColumns, state_bytes};
 
+/// Controllers that share the state of the command's limits, and those that share the state of a drive.
+const LIMITED: &str = "limited";
+const DRIVEN: &str = "driven";
+
 /// A controller of omni-core with its state.
-trait Law<R, const N: usize>: Send + Sync {
+trait CoreController<R, const N: usize>: Send + Sync {
+    /// What it shares with others, and which of those it is.
+    const KIND: [&'static str; 2];
+    /// What another of the same first kind goes on from: the limited command, or all that is around the loops.
+    type Shared: Serialize + DeserializeOwned;
     type State: Serialize + DeserializeOwned;
+    fn shared(&self) -> &Self::Shared;
+    /// A fresh start from what another one shares.
+    fn start_from(&mut self, shared: Self::Shared);
     /// One control step, and what it did.
     fn step(&mut self, readings: &Readings<'_, R>, sample: &mut ControlSample);
     fn kinematics(&self) -> &Kinematics<R, N>;
     fn state(&self) -> &Self::State;
     fn restore(&mut self, state: Self::State);
     fn emergency_stop(&mut self, _pressed: bool) {}
+}
+
+/// Of which controller a saved state is.
+#[derive(PartialEq, Serialize, serde::Deserialize)]
+struct Kind {
+    shares: String,
+    law: String,
+    scalar_bytes: u8,
+    wheels: u8,
+}
+
+impl Kind {
+    fn of<L: CoreController<R, N>, R, const N: usize>() -> Self {
+        Self {
+            shares: L::KIND[0].into(),
+            law: L::KIND[1].into(),
+            scalar_bytes: size_of::<R>() as u8,
+            wheels: N as u8,
+        }
+    }
+
+    /// One starts from what the other shares.
+    fn shares_with(&self, other: &Self) -> bool {
+        (&self.shares, self.scalar_bytes, self.wheels) == (&other.shares, other.scalar_bytes, other.wheels)
+    }
 }
 
 /// Such a controller behind the interface of the simulation.
@@ -55,7 +92,7 @@ pub(super) fn built_in<R: Real + Serialize + DeserializeOwned, const N: usize>(
     })
 }
 
-fn boxed<L: Law<R, N> + 'static, R: Real, const N: usize>(
+fn boxed<L: CoreController<R, N> + 'static, R: Real, const N: usize>(
     law: L,
     columns: ReportColumns,
 ) -> Box<dyn ControlLaw> {
@@ -66,7 +103,7 @@ fn boxed<L: Law<R, N> + 'static, R: Real, const N: usize>(
     })
 }
 
-impl<L: Law<R, N>, R: Real, const N: usize> ControlLaw for BuiltIn<L, R, N> {
+impl<L: CoreController<R, N>, R: Real, const N: usize> ControlLaw for BuiltIn<L, R, N> {
     fn step(&mut self, readings: &Readings<'_, f64>, sample: &mut ControlSample) -> Result<(), Error> {
         let wheels = velocities::<R, N>(readings.wheels_rad_s);
         let [hinges_rad, hinges_rad_s] = &mut self.hinges;
@@ -98,15 +135,31 @@ impl<L: Law<R, N>, R: Real, const N: usize> ControlLaw for BuiltIn<L, R, N> {
     }
 
     fn save(&self) -> Option<Vec<u8>> {
-        state_bytes::to_bytes(self.law.state()).ok()
+        state_bytes::to_bytes(&(Kind::of::<L, R, N>(), self.law.shared(), self.law.state())).ok()
     }
 
     fn restore(&mut self, state: &[u8]) -> bool {
-        let state = state_bytes::from_bytes(state);
-        state.is_ok_and(|state| {
-            self.law.restore(state);
-            true
-        })
+        let read: Result<(Kind, L::Shared, L::State), _> = state_bytes::from_bytes(state);
+        let Some((_, _, state)) = read.ok().filter(|(kind, ..)| *kind == Kind::of::<L, R, N>()) else {
+            return false;
+        };
+        self.law.restore(state);
+        true
+    }
+
+    fn take_over(&mut self, state: &[u8]) -> bool {
+        let own = Kind::of::<L, R, N>();
+        let Ok((kind, rest)) = state_bytes::take_from_bytes::<Kind>(state) else {
+            return false;
+        };
+        if kind == own || !kind.shares_with(&own) {
+            return self.restore(state);
+        }
+        let Ok((shared, _)) = state_bytes::take_from_bytes(rest) else {
+            return false;
+        };
+        self.law.start_from(shared);
+        true
     }
 }
 
@@ -119,11 +172,18 @@ fn imu<R: Real>(read: &Imu<f64>) -> Imu<R> {
     imu
 }
 
-impl<R: Real + Serialize + DeserializeOwned, const N: usize> Law<R, N> for ControllerPolicy<R, N> {
-    type State = (
-        omni_core::shaping::TwistLimiterState<R>,
-        omni_core::ControlState<R, N>,
-    );
+impl<R: Real + Serialize + DeserializeOwned, const N: usize> CoreController<R, N> for ControllerPolicy<R, N> {
+    const KIND: [&'static str; 2] = [LIMITED, "loops"];
+    type Shared = TwistLimiterState<R>;
+    type State = (TwistLimiterState<R>, ControlState<R, N>);
+
+    fn shared(&self) -> &Self::Shared {
+        &self.state().0
+    }
+
+    fn start_from(&mut self, shared: Self::Shared) {
+        self.restore((shared, ControlState::new()));
+    }
 
     fn step(&mut self, readings: &Readings<'_, R>, sample: &mut ControlSample) {
         Policy::step(self, readings, &mut [R::zero(); N]);
@@ -145,8 +205,18 @@ impl<R: Real + Serialize + DeserializeOwned, const N: usize> Law<R, N> for Contr
     }
 }
 
-impl<R: Real + Serialize + DeserializeOwned, const N: usize> Law<R, N> for TractionPolicy<R, N> {
-    type State = omni_core::traction::TractionPolicyState<R, N>;
+impl<R: Real + Serialize + DeserializeOwned, const N: usize> CoreController<R, N> for TractionPolicy<R, N> {
+    const KIND: [&'static str; 2] = [LIMITED, "traction"];
+    type Shared = TwistLimiterState<R>;
+    type State = TractionPolicyState<R, N>;
+
+    fn shared(&self) -> &Self::Shared {
+        self.state().limited()
+    }
+
+    fn start_from(&mut self, shared: Self::Shared) {
+        self.restore(TractionPolicyState::after(shared));
+    }
 
     fn step(&mut self, readings: &Readings<'_, R>, sample: &mut ControlSample) {
         Policy::step(self, readings, &mut [R::zero(); N]);
@@ -177,8 +247,18 @@ impl<R: Real + Serialize + DeserializeOwned, const N: usize> Law<R, N> for Tract
     }
 }
 
-impl<R: Real + Serialize + DeserializeOwned, const N: usize> Law<R, N> for DrivePolicy<R, N> {
+impl<R: Real + Serialize + DeserializeOwned, const N: usize> CoreController<R, N> for DrivePolicy<R, N> {
+    const KIND: [&'static str; 2] = [DRIVEN, "loops"];
+    type Shared = DriveState<R, N>;
     type State = DriveState<R, N>;
+
+    fn shared(&self) -> &Self::Shared {
+        self.state()
+    }
+
+    fn start_from(&mut self, shared: Self::Shared) {
+        *self.state_mut() = shared;
+    }
 
     fn step(&mut self, readings: &Readings<'_, R>, sample: &mut ControlSample) {
         Policy::step(self, readings, &mut [R::zero(); N]);
@@ -210,8 +290,19 @@ struct SupervisedDrive<R, const N: usize> {
     state: TractionDriveState<R, N>,
 }
 
-impl<R: Real + Serialize + DeserializeOwned, const N: usize> Law<R, N> for SupervisedDrive<R, N> {
+impl<R: Real + Serialize + DeserializeOwned, const N: usize> CoreController<R, N> for SupervisedDrive<R, N> {
+    const KIND: [&'static str; 2] = [DRIVEN, "traction"];
+    type Shared = DriveState<R, N>;
     type State = TractionDriveState<R, N>;
+
+    fn shared(&self) -> &Self::Shared {
+        &self.state.drive
+    }
+
+    fn start_from(&mut self, shared: Self::Shared) {
+        self.state = TractionDriveState::new(&self.drive);
+        self.state.drive = shared;
+    }
 
     fn step(&mut self, readings: &Readings<'_, R>, sample: &mut ControlSample) {
         let mut input = DriveInput::received(&omni_core::WheelVelocities {

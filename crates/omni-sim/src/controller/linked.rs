@@ -218,7 +218,7 @@ impl<const N: usize> ControlLaw for Linked<N> {
         inverse(self.here.kinematics(), twist)
     }
 
-    fn link(&self) -> Option<LinkCounters> {
+    fn link_counters(&self) -> Option<LinkCounters> {
         Some(self.counters())
     }
 }

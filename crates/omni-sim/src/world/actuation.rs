@@ -71,7 +71,7 @@ struct Span {
 }
 
 impl Span {
-    fn holds(&self, wheel: usize, time_s: f64) -> bool {
+    fn is_active(&self, wheel: usize, time_s: f64) -> bool {
         self.wheel == wheel && self.time_s.contains(&time_s)
     }
 }
@@ -164,11 +164,11 @@ impl Actuation {
 
     /// Works out the torques that act in the next physics step; [`Actuation::torques_n_m`] has them.
     pub(super) fn follow(&mut self, time_s: f64, commanded_n_m: &[f64]) {
-        let asked: f64 = self.state.torque_n_m.iter().map(|t| t.abs()).sum();
+        let acting_n_m: f64 = self.state.torque_n_m.iter().map(|t| t.abs()).sum();
         let full = self.stall_n_m * self.gear.len() as f64;
         let supply = self.supply.iter().filter(|(span, _)| span.contains(&time_s));
         let voltage =
-            (1.0 - self.sag * (asked / full).min(1.0)) * supply.map(|(_, part)| part).product::<f64>();
+            (1.0 - self.sag * (acting_n_m / full).min(1.0)) * supply.map(|(_, part)| part).product::<f64>();
         for (i, commanded) in commanded_n_m.iter().enumerate() {
             // A bridge that shorts the windings drives no current through them.
             let strength = if self.is_shorted(i) {
@@ -191,7 +191,7 @@ impl Actuation {
 
     /// What is left of a motor: of its torque at every speed.
     fn strength(&self, wheel: usize, time_s: f64) -> f64 {
-        let weak = self.weak.iter().filter(|(span, _)| span.holds(wheel, time_s));
+        let weak = self.weak.iter().filter(|(span, _)| span.is_active(wheel, time_s));
         weak.map(|(_, part)| part).product()
     }
 
@@ -237,7 +237,7 @@ impl Actuation {
     }
 
     /// Does the gear of this wheel ever hold it by friction?
-    pub(super) fn holds(&self, wheel: usize) -> bool {
+    pub(super) fn has_gear_friction(&self, wheel: usize) -> bool {
         self.friction[wheel].is_some()
     }
 
@@ -256,7 +256,10 @@ impl Actuation {
     /// A motor's torque falls with its speed because its windings see the voltage that it makes: shorted they see nothing else, and
     /// the slope is a damper. A motor that is lost has no windings to short, and a weak one only a part.
     pub(super) fn damper_n_m_s_rad(&self, wheel: usize, time_s: f64) -> f64 {
-        let holding = self.drags.iter().filter(|(span, _)| span.holds(wheel, time_s));
+        let holding = self
+            .drags
+            .iter()
+            .filter(|(span, _)| span.is_active(wheel, time_s));
         let drags: f64 = holding.map(|(_, damper)| damper).sum();
         let drags = match &self.friction[wheel] {
             None => drags,
@@ -295,7 +298,7 @@ impl Actuation {
         for i in 0..self.gear.len() {
             let mut drag = drag_n_m(self, i);
             let [turned, after] = moved(i, self.state.velocity_rad_s[i]);
-            if self.holds(i) {
+            if self.has_gear_friction(i) {
                 // All that the gear takes of the motor's torque.
                 let geared = self.geared(i);
                 let held = self.gear[i] * held_n_m(geared, i, turned);

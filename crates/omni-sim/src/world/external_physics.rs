@@ -34,6 +34,8 @@ pub(super) struct External {
     shown: ExternalStep,
     turned_rad: Vec<f64>,
     state: ExternalState,
+    /// Why it cannot go on: from then on every step says so.
+    failure: Option<ExternalFailure>,
 }
 
 /// What of a wheel never changes.
@@ -112,10 +114,11 @@ impl External {
                 ..ExternalState::default()
             },
             physics,
+            failure: None,
         };
         let started = external.physics.start(x_m, yaw_rad);
+        let started = started.and_then(|()| external.look());
         started.map_err(|failure| external.failed(failure))?;
-        external.look()?;
         external.start_potential_j = external.state.potential_j;
         Ok(external)
     }
@@ -136,11 +139,11 @@ impl External {
     }
 
     /// Takes the present state.
-    fn look(&mut self) -> Result<(), Error> {
+    fn look(&mut self) -> Result<(), ExternalFailure> {
         let counts = |state: &ExternalState| [state.bodies.len(), state.hinges.len(), state.wheels.len()];
         let before = counts(&self.state);
         let observed = self.physics.observe(&mut self.state);
-        let checked = observed.and_then(|()| {
+        observed.and_then(|()| {
             if counts(&self.state) != before {
                 let found = counts(&self.state);
                 return Err(ExternalFailure::Failed(format!(
@@ -156,8 +159,20 @@ impl External {
             } else {
                 Err(ExternalFailure::Diverged)
             }
-        });
-        checked.map_err(|failure| self.failed(failure))
+        })
+    }
+
+    /// The physics steps of a control period.
+    fn step_period(
+        &mut self,
+        torques_n_m: &[f64],
+        observation: &mut Observation,
+    ) -> Result<(), ExternalFailure> {
+        let share = 1.0 / self.steps_per_period as f64;
+        for _ in 0..self.steps_per_period {
+            self.step_once(torques_n_m, share, observation)?;
+        }
+        self.look()
     }
 
     /// One physics step with the torques that the actuators make of those that are asked for.
@@ -166,7 +181,7 @@ impl External {
         torques_n_m: &[f64],
         share: f64,
         observation: &mut Observation,
-    ) -> Result<(), Error> {
+    ) -> Result<(), ExternalFailure> {
         let time_s = self.time_ns as f64 * 1e-9;
         self.actuation.follow(time_s, torques_n_m);
         for (i, (axle, wheel)) in self.axles.iter_mut().zip(&self.wheels).enumerate() {
@@ -178,12 +193,9 @@ impl External {
             };
         }
         self.shown.touches.clear();
-        let stepped = self.physics.step(&self.axles, &mut self.shown);
-        let checked = stepped.and_then(|()| {
-            let shown = [&self.shown.turned_rad, &self.shown.rate_rad_s];
-            all_sound(shown, self.wheels.len())
-        });
-        checked.map_err(|failure| self.failed(failure))?;
+        self.physics.step(&self.axles, &mut self.shown)?;
+        let shown = [&self.shown.turned_rad, &self.shown.rate_rad_s];
+        all_sound(shown, self.wheels.len())?;
         let Self {
             shown,
             turned_rad,
@@ -283,12 +295,13 @@ impl Plant for External {
     }
 
     fn step(&mut self, torques_n_m: &[f64], observation: &mut Observation) -> Result<(), Error> {
-        observation.start_period();
-        let share = 1.0 / self.steps_per_period as f64;
-        for _ in 0..self.steps_per_period {
-            self.step_once(torques_n_m, share, observation)?;
+        if self.failure.is_none() {
+            observation.start_period();
+            self.failure = self.step_period(torques_n_m, observation).err();
         }
-        self.look()?;
+        if let Some(failure) = self.failure.clone() {
+            return Err(self.failed(failure));
+        }
         self.observe(observation);
         self.close((self.steps_per_period * self.step_ns) as f64 * 1e-9, observation);
         Ok(())

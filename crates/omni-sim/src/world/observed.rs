@@ -34,7 +34,7 @@ impl ContactSum {
             normal_n: (self.normal * per_second).into(),
             along_n: self.force.dot(along) * per_second,
             moment_m_n: (self.moment * per_second).into(),
-            push_n: self.size * per_second,
+            normal_sum_n: self.size * per_second,
         });
     }
 }

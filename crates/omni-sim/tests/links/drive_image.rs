@@ -157,7 +157,7 @@ fn run_with_damage(
     let controller = AnyController::over_link(scenario, link)?;
     let mut counters = LinkCounters::default();
     let trace = Run::new(scenario).controller(controller).watch(|simulation, _| {
-        counters = simulation.controller().link().unwrap();
+        counters = simulation.controller().link_counters().unwrap();
         Ok(())
     });
     let trace = trace.trace();

@@ -177,7 +177,7 @@ fn run_linked(
     let trace = Run::new(scenario)
         .controller(linked(place, scenario, requests, answers))
         .watch(|simulation, _| {
-            counters = simulation.controller().link().unwrap();
+            counters = simulation.controller().link_counters().unwrap();
             Ok(())
         })
         .trace();

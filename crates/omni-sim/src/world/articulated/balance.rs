@@ -54,7 +54,7 @@ impl Balance {
         roller_rad_s: f64,
     ) {
         let spin = mean.spins[contact.wheel];
-        self.impact_loss_j -= contact.normal_impulse * contact.closing.at(mean.u, spin);
+        self.impact_loss_j -= contact.normal_impulse * contact.separation.at(mean.u, spin);
         self.friction_loss_j -= contact.friction_impulse * contact.slip.at(mean.u, spin);
         if let Some(across) = &contact.across {
             let slip = across.line.at(mean.u, spin) + across.lever_m * roller_rad_s;

@@ -73,11 +73,11 @@ pub(super) struct Contact<const N: usize> {
     pub(super) normal: Vector3,
     pub(super) along: Vector3,
     /// Speed of separation.
-    pub(super) closing: LinearForm<N>,
+    pub(super) separation: LinearForm<N>,
     /// Slip along the driven direction.
     pub(super) slip: LinearForm<N>,
     pub(super) across: Option<Across<N>>,
-    /// The normal impulse is `-stiffness (separation + bias)`, or 0 \[kg\], \[m/s\].
+    /// Normal impulse per separation speed \[kg\], step (step spring + damper): the normal impulse is `-stiffness (separation + bias)`, or 0.
     pub(super) stiffness: f64,
     pub(super) bias: f64,
     pub(super) friction: f64,
@@ -122,12 +122,12 @@ impl<const N: usize> Contact<N> {
         let lever_m = axle.cross(point - centre).dot(along);
         let mut slip = tree.along(wheel.body, point, along);
         tree.add_turning(&mut slip, wheel.body, axle * -lever_m);
-        let closing = LinearForm {
+        let separation = LinearForm {
             row: tree.along(wheel.body, point, normal),
             lever_m: 0.0,
         };
         let slip = LinearForm { row: slip, lever_m };
-        Self::new(wheel, index, touch, [point, along], [closing, slip], step_s)
+        Self::new(wheel, index, touch, [point, along], [separation, slip], step_s)
     }
 
     /// A contact that is still open; its spring is the wheel's.
@@ -136,7 +136,7 @@ impl<const N: usize> Contact<N> {
         index: usize,
         touch: &Touch,
         [point, along]: [Vector3; 2],
-        [closing, slip]: [LinearForm<N>; 2],
+        [separation, slip]: [LinearForm<N>; 2],
         step_s: f64,
     ) -> Self {
         let [spring, damper] = wheel.contact;
@@ -147,7 +147,7 @@ impl<const N: usize> Contact<N> {
             point,
             normal: touch.normal,
             along,
-            closing,
+            separation,
             slip,
             across: None,
             stiffness,
@@ -170,7 +170,7 @@ impl<const N: usize> Contact<N> {
         let before = warm_starts.iter().find(|known| known.key == self.key);
         self.mode = match before.map(|known| known.mode) {
             Some(mode @ Mode::Closed(..)) => mode,
-            _ if self.closing.at(u, spin) + self.bias < 0.0 => Mode::Closed(Grip::Stick, Grip::Stick),
+            _ if self.separation.at(u, spin) + self.bias < 0.0 => Mode::Closed(Grip::Stick, Grip::Stick),
             _ => Mode::Open,
         };
     }

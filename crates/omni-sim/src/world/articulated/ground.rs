@@ -163,7 +163,7 @@ pub(super) fn nearest_on_field(
             (triangle.project_local_point(point, false).point - point).length() < SAME_POINT_M
         });
         if !nearer {
-            kept.push((*place, face & 0xf_ffff));
+            kept.push((*place, *face));
         }
     }
     kept

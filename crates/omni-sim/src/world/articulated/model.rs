@@ -239,13 +239,10 @@ impl Wheel {
 fn outwards(vehicle: &Vehicle) -> (Vec<usize>, Vec<Option<usize>>) {
     let index = |name: &str| vehicle.body.iter().position(|body| body.name == name);
     let (mut order, mut hinges) = (vec![0], vec![None]);
-    // A loaded vehicle is a tree: some hinge leads on from what has been found until everything has.
-    while let Some((hinge, child)) = vehicle.hinge.iter().enumerate().find_map(|(i, hinge)| {
-        let (parent, child) = (index(&hinge.parent)?, index(&hinge.child)?);
-        (order.contains(&parent) && !order.contains(&child)).then_some((i, child))
-    }) {
-        order.push(child);
-        hinges.push(Some(hinge));
+    // Hinges are in this order in the file: a vehicle is checked for it when it is loaded.
+    for (i, hinge) in vehicle.hinge.iter().enumerate() {
+        order.push(index(&hinge.child).unwrap_or(0));
+        hinges.push(Some(i));
     }
     (order, hinges)
 }

@@ -35,10 +35,11 @@ impl SolverStats {
     }
 }
 
-/// A roller's row of the system: `diagonal spin + holds = right`, the velocity `holds` being that at which the sticking contacts hold on.
+/// A roller's row of the system: `diagonal spin + off_diagonal = right`, `off_diagonal` being a sum over the sticking contacts of what
+/// bodies and wheel move.
 struct RollerRow<const N: usize> {
     diagonal: f64,
-    holds: LinearForm<N>,
+    off_diagonal: LinearForm<N>,
     right: f64,
 }
 
@@ -48,13 +49,13 @@ impl<const N: usize> RollerRow<N> {
         let roller = contacts.first()?.across.as_ref()?;
         let mut row = Self {
             diagonal: roller.inertia_kg_m2,
-            holds: LinearForm::ZERO,
+            off_diagonal: LinearForm::ZERO,
             right: roller.inertia_kg_m2 * roller.free_rad_s,
         };
         for contact in contacts {
             if let (Mode::Closed(_, Grip::Stick), Some(across)) = (contact.mode, &contact.across) {
                 row.diagonal += STICK * across.lever_m * across.lever_m;
-                row.holds.add(STICK * across.lever_m, &across.line);
+                row.off_diagonal.add(STICK * across.lever_m, &across.line);
             }
         }
         Some(row)
@@ -143,14 +144,14 @@ fn solve_modes<const N: usize>(
         let mut closed = own.iter().filter(|contact| contact.mode != Mode::Open);
         if let (Some(contact), None, false) = (closed.next(), closed.next(), row.coupled)
             && let (Mode::Closed(Grip::Stick, _), None) = (contact.mode, contact.across)
-            && contact.closing.lever_m == 0.0
+            && contact.separation.lever_m == 0.0
         {
             // The usual case in closed form: large numbers would cancel below.
             let lever_m = contact.slip.lever_m;
             let gain = 1.0 / (1.0 / STICK + lever_m * lever_m / wheel.inertia_kg_m2);
-            let (closing, slip) = (&contact.closing.row, &contact.slip.row);
-            add_outer(&mut whole.matrix, contact.stiffness, closing, closing);
-            add(&mut whole.right, -contact.stiffness * contact.bias, closing);
+            let (separation, slip) = (&contact.separation.row, &contact.slip.row);
+            add_outer(&mut whole.matrix, contact.stiffness, separation, separation);
+            add(&mut whole.right, -contact.stiffness * contact.bias, separation);
             add_outer(&mut whole.matrix, gain, slip, slip);
             add(&mut whole.right, -gain * lever_m * wheel.free_rad_s, slip);
             add(&mut row.row, STICK * lever_m, slip);
@@ -170,7 +171,7 @@ fn solve_modes<const N: usize>(
                     continue;
                 };
                 // What the normal force works along: the normal, and the directions in which it makes friction.
-                let mut works = contact.closing;
+                let mut works = contact.separation;
                 match along {
                     Grip::Slide(sign) => works.add(sign * contact.friction, &contact.slip),
                     Grip::Stick => row.add_force(&mut whole, STICK, &contact.slip, &contact.slip, 0.0),
@@ -182,7 +183,7 @@ fn solve_modes<const N: usize>(
                         works.add(friction, &own.line);
                         if let Some(roller) = &roller {
                             // It turns the roller, and where that sticks as well it is held.
-                            works.add(-friction * own.lever_m / roller.diagonal, &roller.holds);
+                            works.add(-friction * own.lever_m / roller.diagonal, &roller.off_diagonal);
                         }
                     }
                     (Some(own), Grip::Stick) if roller.is_some() => {
@@ -198,7 +199,7 @@ fn solve_modes<const N: usize>(
                     &mut whole,
                     contact.stiffness,
                     &works,
-                    &contact.closing,
+                    &contact.separation,
                     contact.bias,
                 );
             }
@@ -206,8 +207,8 @@ fn solve_modes<const N: usize>(
                 row.add_force(
                     &mut whole,
                     -1.0 / roller.diagonal,
-                    &roller.holds,
-                    &roller.holds,
+                    &roller.off_diagonal,
+                    &roller.off_diagonal,
                     -roller.right,
                 );
             }
@@ -238,7 +239,7 @@ fn solve_modes<const N: usize>(
 
 /// The normal impulse of a contact at these velocities, below 0 where it is open.
 fn normal_impulse<const N: usize>(contact: &Contact<N>, u: &Vector<N>, spin: f64) -> f64 {
-    -contact.stiffness * (contact.closing.at(u, spin) + contact.bias)
+    -contact.stiffness * (contact.separation.at(u, spin) + contact.bias)
 }
 
 /// Gives the rollers in touch the spins that go with these velocities.
@@ -248,7 +249,7 @@ fn turn_rollers<const N: usize>(contacts: &mut [Contact<N>], u: &Vector<N>, spin
             continue;
         };
         let spin = spins[group[0].wheel];
-        let mut right = row.right - row.holds.at(u, spin);
+        let mut right = row.right - row.off_diagonal.at(u, spin);
         for contact in group.iter() {
             if let (Mode::Closed(_, Grip::Slide(sign)), Some(across)) = (contact.mode, contact.across) {
                 right += sign * across.lever_m * contact.friction * normal_impulse(contact, u, spin).max(0.0);

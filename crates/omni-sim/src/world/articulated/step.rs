@@ -28,13 +28,13 @@ impl<const N: usize> World<N> {
         let step_s = self.step_s;
         self.before_com = self.com();
         self.spins.clear();
-        let mut held = [0.0; N];
+        let mut motor_reaction = [0.0; N];
         for (i, wheel) in self.model.wheels.iter().enumerate() {
             let mut carried = [0.0; N];
             let axle = self.tree.rotation[wheel.body] * wheel.axle;
             self.tree.add_turning(&mut carried, wheel.body, axle);
-            // A motor holds on to the carrier.
-            add(&mut held, -self.torques_n_m[i], &carried);
+            // The motor's reaction acts on the carrier.
+            add(&mut motor_reaction, -self.torques_n_m[i], &carried);
             let gained = step_s * self.torques_n_m[i] / wheel.inertia_kg_m2;
             let [damper, hold] = drags(i);
             self.spins.push(Spin {
@@ -61,7 +61,7 @@ impl<const N: usize> World<N> {
             right: times(&self.tree.mass, &u0),
         };
         add(&mut system.right, step_s, &self.tree.bias_force);
-        add(&mut system.right, step_s, &held);
+        add(&mut system.right, step_s, &motor_reaction);
         if self.model.rollers > 0 {
             let bearings = self.bearings.on_tree(&self.tree, &self.model);
             add(&mut system.right, step_s, &bearings);

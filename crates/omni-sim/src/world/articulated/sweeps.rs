@@ -86,7 +86,7 @@ pub(super) fn sweep<const N: usize>(
         .map(|contact| {
             let wheel = contact.wheel;
             (
-                respond(&contact.closing, wheel),
+                respond(&contact.separation, wheel),
                 respond(&contact.slip, wheel),
                 contact.across.map(|across| respond(&across.line, wheel)),
             )
@@ -135,8 +135,8 @@ pub(super) fn sweep<const N: usize>(
             let contact = &mut contacts[i];
             let (normal, along, across_roller) = &responses[i];
             let wheel = contact.wheel;
-            let compliance = normal.along(&contact.closing, wheel) + 1.0 / contact.stiffness;
-            let off = contact.closing.at(&u, spins[wheel])
+            let compliance = normal.along(&contact.separation, wheel) + 1.0 / contact.stiffness;
+            let off = contact.separation.at(&u, spins[wheel])
                 + contact.bias
                 + contact.normal_impulse / contact.stiffness;
             let by = (-off / compliance * part).max(-contact.normal_impulse);

@@ -59,6 +59,6 @@ pub(super) fn accumulate(
                 }
             }
         }
-        sum.add_to(wheel.axle_world(physics), per_second, seen);
+        sum.add_to(wheel.across_push_world(physics), per_second, seen);
     }
 }

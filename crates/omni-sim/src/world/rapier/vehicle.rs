@@ -216,7 +216,7 @@ impl VehicleBodies {
             let (centre, velocity) = wheel.centre_world(physics);
             seen.centre_m = centre.into();
             let (across, way_m_s) = (
-                wheel.axle_world(physics),
+                wheel.across_push_world(physics),
                 wheel.wheel_velocity(physics) * wheel.way_per_rad,
             );
             seen.rim_m_s = rim_speed(way_m_s, wheel.radius_m, across, wheel.carrier_rad_s(physics));

@@ -22,7 +22,7 @@ pub(super) fn insert(
     physics: &mut PhysicsWorld,
     spec: &WheelSpec,
     contact_frequency_hz: f64,
-    frame: RigidBodyHandle,
+    carrier: RigidBodyHandle,
     start: Pose,
 ) -> Wheel {
     let ball_radius = spec.contact_radius_m();
@@ -46,18 +46,18 @@ pub(super) fn insert(
         .local_anchor1(ball_centre)
         .local_anchor2(Vector::ZERO)
         .contacts_enabled(false);
-    physics.insert_impulse_joint(frame, ball, joint);
+    physics.insert_impulse_joint(carrier, ball, joint);
     let [_, push] = directions(spec);
-    let axle = Vector::Z.cross(push);
+    let across_push = Vector::Z.cross(push);
     Wheel {
         name: spec.name.clone(),
         seat: ball_centre,
         driven: ball,
         borne: Vec::new(),
         colliders: vec![collider],
-        frame,
-        drive_axis: axle,
-        axle,
+        carrier,
+        drive_axis: across_push,
+        across_push,
         centre: Vector::new(x, y, spec.radius_m - lower_m),
         radius_m: spec.radius_m,
         way_per_rad,

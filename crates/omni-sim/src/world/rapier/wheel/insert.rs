@@ -12,12 +12,12 @@ impl Wheel {
         spec: &WheelSpec,
         rollers: Option<&RollerWheel>,
         contact_frequency_hz: f64,
-        frame: RigidBodyHandle,
+        carrier: RigidBodyHandle,
         start: Pose,
     ) -> Self {
         match rollers {
-            None => ball::insert(physics, spec, contact_frequency_hz, frame, start),
-            Some(built) => rollers::insert(physics, spec, built, contact_frequency_hz, frame, start),
+            None => ball::insert(physics, spec, contact_frequency_hz, carrier, start),
+            Some(built) => rollers::insert(physics, spec, built, contact_frequency_hz, carrier, start),
         }
     }
 }

@@ -27,11 +27,11 @@ pub(super) struct Wheel {
     /// All that may touch the ground.
     colliders: Vec<ColliderHandle>,
     /// The body that carries it.
-    frame: RigidBodyHandle,
+    carrier: RigidBodyHandle,
     /// What the driven body is driven about, in the carrier's frame.
     drive_axis: Vector,
     /// Across the push, in the carrier's frame: the axle, turned by the roller angle.
-    axle: Vector,
+    across_push: Vector,
     /// Where the driven body is borne, in the carrier's frame \[m\].
     seat: Vector,
     /// Centre of the axle in the carrier's frame \[m\].
@@ -59,7 +59,7 @@ impl Wheel {
             .borne
             .iter()
             .map(|(body, seat)| off(self.driven, *seat, *body));
-        borne.fold(off(self.frame, self.seat, self.driven), f64::max)
+        borne.fold(off(self.carrier, self.seat, self.driven), f64::max)
     }
 
     /// Makes a world as it was read out of a snapshot whole again, with the shapes of one that was built of the same scenario.
@@ -84,20 +84,20 @@ impl Wheel {
         &self.colliders
     }
 
-    /// The axle in the world; of a mecanum wheel the horizontal axis across its push.
-    pub(super) fn axle_world(&self, physics: &PhysicsWorld) -> Vector {
-        physics.bodies[self.frame].rotation() * self.axle
+    /// The axis across the push, in the world: the axle, or of a mecanum wheel the horizontal axis across its push.
+    pub(super) fn across_push_world(&self, physics: &PhysicsWorld) -> Vector {
+        physics.bodies[self.carrier].rotation() * self.across_push
     }
 
     /// Turning speed of the wheel against its carrier \[rad/s\].
     pub(super) fn wheel_velocity(&self, physics: &PhysicsWorld) -> f64 {
-        let relative = physics.bodies[self.driven].angvel() - physics.bodies[self.frame].angvel();
+        let relative = physics.bodies[self.driven].angvel() - physics.bodies[self.carrier].angvel();
         relative.dot(self.drive_axis_world(physics)) / self.driven_per_wheel
     }
 
     /// How the carrier turns \[rad/s\], in the world.
     pub(super) fn carrier_rad_s(&self, physics: &PhysicsWorld) -> Vector {
-        physics.bodies[self.frame].angvel()
+        physics.bodies[self.carrier].angvel()
     }
 
     /// Turning speed of the actuator \[rad/s\].
@@ -117,7 +117,7 @@ impl Wheel {
             .contacts_enabled(false)
             .motor_velocity(JointAxis::AngX, 0.0, 0.0)
             .motor_max_force(JointAxis::AngX, 0.0);
-        let friction = physics.insert_impulse_joint(self.frame, self.driven, joint);
+        let friction = physics.insert_impulse_joint(self.carrier, self.driven, joint);
         Self {
             friction: Some(friction),
             ..self
@@ -144,18 +144,18 @@ impl Wheel {
         let on_driven =
             self.drive_axis_world(physics) * (actuator_torque / self.gear / self.driven_per_wheel);
         physics.bodies[self.driven].add_torque(on_driven, true);
-        physics.bodies[self.frame].add_torque(-on_driven, true);
+        physics.bodies[self.carrier].add_torque(-on_driven, true);
     }
 
     /// Position \[m\] and velocity \[m/s\] of the axle's centre.
     pub(super) fn centre_world(&self, physics: &PhysicsWorld) -> (Vector, Vector) {
-        let frame = &physics.bodies[self.frame];
-        let point = frame.position() * self.centre;
-        (point, frame.velocity_at_point(point))
+        let carrier = &physics.bodies[self.carrier];
+        let point = carrier.position() * self.centre;
+        (point, carrier.velocity_at_point(point))
     }
 
     fn drive_axis_world(&self, physics: &PhysicsWorld) -> Vector {
-        physics.bodies[self.frame].rotation() * self.drive_axis
+        physics.bodies[self.carrier].rotation() * self.drive_axis
     }
 }
 

@@ -18,7 +18,7 @@ pub(super) fn insert(
     spec: &WheelSpec,
     built: &RollerWheel,
     contact_frequency_hz: f64,
-    frame: RigidBodyHandle,
+    carrier: RigidBodyHandle,
     start: Pose,
 ) -> Wheel {
     let [x, y] = spec.position_m;
@@ -33,7 +33,7 @@ pub(super) fn insert(
         .local_anchor1(centre)
         .local_anchor2(Vector::ZERO)
         .contacts_enabled(false);
-    physics.insert_impulse_joint(frame, hub, bearing);
+    physics.insert_impulse_joint(carrier, hub, bearing);
 
     let [axial, across] = built.roller_inertia_kg_m2();
     let shape = SharedShape::new(BarrelShape(built.barrel));
@@ -77,9 +77,9 @@ pub(super) fn insert(
         driven: hub,
         borne,
         colliders,
-        frame,
+        carrier,
         drive_axis: axle,
-        axle: Vector::Z.cross(push),
+        across_push: Vector::Z.cross(push),
         centre,
         radius_m: spec.radius_m,
         way_per_rad: spec.radius_m * libm::cos(spec.roller_angle_rad),

@@ -67,14 +67,14 @@ fn a_barrel_touches_faces_and_edges_where_a_dense_search_finds_it_also_deep_insi
 fn a_roller_off_its_bearing_is_a_gap_of_its_wheel() {
     let scenario = scenario();
     let mut physics = PhysicsWorld::new();
-    let frame = physics.insert_body(RigidBodyBuilder::dynamic());
+    let carrier = physics.insert_body(RigidBodyBuilder::dynamic());
     let spec = &scenario.vehicle().wheel[0];
     let wheel = Wheel::insert(
         &mut physics,
         spec,
         scenario.rollers(0).as_ref(),
         200.0,
-        frame,
+        carrier,
         Pose::IDENTITY,
     );
     assert!(wheel.gap(&physics) < 1e-12);
