@@ -14,108 +14,85 @@ use crate::ranges::NAME;
 use crate::ranges::{DAMPING_N_M_S_RAD, MASS_KG, PART, PLACE_M, TIME_S, is_name, within};
 use crate::suggestion::did_you_mean;
 
-/// When a fault lasts.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
-#[cfg_attr(feature = "schema", derive(JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct FaultSpan {
-    /// From this time \[s\], 0 to 3600.
-    #[garde(custom(within(TIME_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
-    pub from_s: f64,
-    /// Until this time \[s\]; left out: to the end.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[garde(inner(custom(within(TIME_S))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
-    pub until_s: Option<f64>,
+/// A table of keys that lasts: whatever else it has, it has one span, with the same two keys.
+macro_rules! lasting {
+    ($(#[$doc:meta])* $table:ident { $($(#[$key_is:meta])* $key:ident: $type:ty,)* }) => {
+        $(#[$doc])*
+        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
+        #[cfg_attr(feature = "schema", derive(JsonSchema))]
+        #[serde(deny_unknown_fields)]
+        pub struct $table {
+            $($(#[$key_is])* pub $key: $type,)*
+            /// From this time \[s\], 0 to 3600.
+            #[garde(custom(within(TIME_S)))]
+            #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
+            pub from_s: f64,
+            /// Until this time \[s\]; left out: to the end.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            #[garde(inner(custom(within(TIME_S))))]
+            #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
+            pub until_s: Option<f64>,
+        }
+
+        impl $table {
+            fn span_s(&self) -> Range<f64> {
+                self.from_s..self.until_s.unwrap_or(f64::INFINITY)
+            }
+        }
+    };
 }
 
-/// A wheel, and when its fault lasts.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
-#[cfg_attr(feature = "schema", derive(JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct WheelFault {
-    /// The wheel's name.
-    #[garde(custom(is_name))]
-    #[cfg_attr(feature = "schema", schemars(regex(pattern = NAME)))]
-    pub wheel: String,
-    /// From this time \[s\], 0 to 3600.
-    #[garde(custom(within(TIME_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
-    pub from_s: f64,
-    /// Until this time \[s\]; left out: to the end.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[garde(inner(custom(within(TIME_S))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
-    pub until_s: Option<f64>,
+lasting! {
+    /// When a fault lasts.
+    FaultSpan {}
 }
 
-/// A wheel, what is left of it, and when its fault lasts.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
-#[cfg_attr(feature = "schema", derive(JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct WheelPart {
-    /// The wheel's name.
-    #[garde(custom(is_name))]
-    #[cfg_attr(feature = "schema", schemars(regex(pattern = NAME)))]
-    pub wheel: String,
-    /// What is left: of the motor's torque, or of the turning that the encoder counts, 0 to 1.
-    #[garde(custom(within(PART)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = PART.min, max = PART.max)))]
-    pub part: f64,
-    /// From this time \[s\], 0 to 3600.
-    #[garde(custom(within(TIME_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
-    pub from_s: f64,
-    /// Until this time \[s\]; left out: to the end.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[garde(inner(custom(within(TIME_S))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
-    pub until_s: Option<f64>,
+lasting! {
+    /// A wheel, and when its fault lasts.
+    WheelFault {
+        /// The wheel's name.
+        #[garde(custom(is_name))]
+        #[cfg_attr(feature = "schema", schemars(regex(pattern = NAME)))]
+        wheel: String,
+    }
 }
 
-/// A wheel that drags, and when.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
-#[cfg_attr(feature = "schema", derive(JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct WheelDrag {
-    /// The wheel's name.
-    #[garde(custom(is_name))]
-    #[cfg_attr(feature = "schema", schemars(regex(pattern = NAME)))]
-    pub wheel: String,
-    /// Torque per speed \[N.m per rad/s\], 0 to 1e6.
-    #[garde(custom(within(DAMPING_N_M_S_RAD)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = DAMPING_N_M_S_RAD.min, max = DAMPING_N_M_S_RAD.max)))]
-    pub damper_n_m_s_rad: f64,
-    /// From this time \[s\], 0 to 3600.
-    #[garde(custom(within(TIME_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
-    pub from_s: f64,
-    /// Until this time \[s\]; left out: to the end.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[garde(inner(custom(within(TIME_S))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
-    pub until_s: Option<f64>,
+lasting! {
+    /// A wheel, what is left of it, and when its fault lasts.
+    WheelPart {
+        /// The wheel's name.
+        #[garde(custom(is_name))]
+        #[cfg_attr(feature = "schema", schemars(regex(pattern = NAME)))]
+        wheel: String,
+        /// What is left: of the motor's torque, or of the turning that the encoder counts, 0 to 1.
+        #[garde(custom(within(PART)))]
+        #[cfg_attr(feature = "schema", schemars(range(min = PART.min, max = PART.max)))]
+        part: f64,
+    }
 }
 
-/// What is left of the supply's voltage, and when.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
-#[cfg_attr(feature = "schema", derive(JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct SupplyPart {
-    /// What is left of the voltage, 0 to 1.
-    #[garde(custom(within(PART)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = PART.min, max = PART.max)))]
-    pub part: f64,
-    /// From this time \[s\], 0 to 3600.
-    #[garde(custom(within(TIME_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
-    pub from_s: f64,
-    /// Until this time \[s\]; left out: to the end.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[garde(inner(custom(within(TIME_S))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
-    pub until_s: Option<f64>,
+lasting! {
+    /// A wheel that drags, and when.
+    WheelDrag {
+        /// The wheel's name.
+        #[garde(custom(is_name))]
+        #[cfg_attr(feature = "schema", schemars(regex(pattern = NAME)))]
+        wheel: String,
+        /// Torque per speed \[N.m per rad/s\], 0 to 1e6.
+        #[garde(custom(within(DAMPING_N_M_S_RAD)))]
+        #[cfg_attr(feature = "schema", schemars(range(min = DAMPING_N_M_S_RAD.min, max = DAMPING_N_M_S_RAD.max)))]
+        damper_n_m_s_rad: f64,
+    }
+}
+
+lasting! {
+    /// What is left of the supply's voltage, and when.
+    SupplyPart {
+        /// What is left of the voltage, 0 to 1.
+        #[garde(custom(within(PART)))]
+        #[cfg_attr(feature = "schema", schemars(range(min = PART.min, max = PART.max)))]
+        part: f64,
+    }
 }
 
 /// A mass that is put on a body.
@@ -196,41 +173,26 @@ impl Validate for Fault {
     type Context = ();
 
     fn validate_into(&self, context: &(), parent: &mut dyn FnMut() -> Path, report: &mut Report) {
-        match self {
-            Self::WheelLost(fault)
-            | Self::EncoderStuck(fault)
-            | Self::EncoderDead(fault)
-            | Self::EncoderToggles(fault)
-            | Self::EncoderSilent(fault) => fault.validate_into(context, parent, report),
-            Self::WheelDrag(fault) => fault.validate_into(context, parent, report),
-            Self::MotorWeak(fault) | Self::EncoderSlips(fault) => {
-                fault.validate_into(context, parent, report)
-            }
-            Self::SupplySag(fault) => fault.validate_into(context, parent, report),
-            Self::CommandLost(fault) | Self::EmergencyStop(fault) => {
-                fault.validate_into(context, parent, report);
-            }
-            Self::LoadAdded(fault) => fault.validate_into(context, parent, report),
-        }
+        self.parts().0.validate_into(context, parent, report);
     }
 }
 
 impl Fault {
-    /// Its wheel, and from when and until when it lasts \[s\].
-    fn parts(&self) -> (Option<&str>, f64, Option<f64>) {
+    /// Its table, its wheel, and from when up to when it lasts \[s\].
+    fn parts(&self) -> (&dyn Validate<Context = ()>, Option<&str>, Range<f64>) {
         match self {
             Self::WheelLost(fault)
             | Self::EncoderStuck(fault)
             | Self::EncoderDead(fault)
             | Self::EncoderToggles(fault)
-            | Self::EncoderSilent(fault) => (Some(&fault.wheel), fault.from_s, fault.until_s),
-            Self::WheelDrag(fault) => (Some(&fault.wheel), fault.from_s, fault.until_s),
+            | Self::EncoderSilent(fault) => (fault, Some(&fault.wheel), fault.span_s()),
+            Self::WheelDrag(fault) => (fault, Some(&fault.wheel), fault.span_s()),
             Self::MotorWeak(fault) | Self::EncoderSlips(fault) => {
-                (Some(&fault.wheel), fault.from_s, fault.until_s)
+                (fault, Some(&fault.wheel), fault.span_s())
             }
-            Self::SupplySag(fault) => (None, fault.from_s, fault.until_s),
-            Self::CommandLost(fault) | Self::EmergencyStop(fault) => (None, fault.from_s, fault.until_s),
-            Self::LoadAdded(fault) => (None, fault.from_s, None),
+            Self::SupplySag(fault) => (fault, None, fault.span_s()),
+            Self::CommandLost(fault) | Self::EmergencyStop(fault) => (fault, None, fault.span_s()),
+            Self::LoadAdded(fault) => (fault, None, fault.from_s..f64::INFINITY),
         }
     }
 
@@ -243,8 +205,7 @@ impl Fault {
     /// ```
     #[must_use]
     pub fn span_s(&self) -> Range<f64> {
-        let (_, from_s, until_s) = self.parts();
-        from_s..until_s.unwrap_or(f64::INFINITY)
+        self.parts().2
     }
 
     /// The wheel that has it; none where it is no wheel's.
@@ -256,7 +217,7 @@ impl Fault {
     /// ```
     #[must_use]
     pub fn wheel(&self) -> Option<&str> {
-        self.parts().0
+        self.parts().1
     }
 
     /// The key and what is wrong with it, where the vehicle has no such part or the fault ends before it begins.
