@@ -11,7 +11,7 @@ use crate::Vehicle;
 use crate::kind_tables::deserialize_by_kind;
 #[cfg(feature = "schema")]
 use crate::ranges::NAME;
-use crate::ranges::{DAMPING_N_M_S_RAD, MASS_KG, PART, PLACE_M, TIME_S, is_name, within};
+use crate::ranges::{self, DAMPING_N_M_S_RAD, MASS_KG, PART, PLACE_M, TIME_S, is_name};
 use crate::suggestion::did_you_mean;
 
 /// A table of keys that lasts: whatever else it has, it has one span, with the same two keys.
@@ -24,13 +24,11 @@ macro_rules! lasting {
         pub struct $table {
             $($(#[$key_is])* pub $key: $type,)*
             /// From this time \[s\], 0 to 3600.
-            #[garde(custom(within(TIME_S)))]
-            #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
+            #[garde(adapt(ranges), range(min = TIME_S.min, max = TIME_S.max))]
             pub from_s: f64,
             /// Until this time \[s\]; left out: to the end.
             #[serde(skip_serializing_if = "Option::is_none")]
-            #[garde(inner(custom(within(TIME_S))))]
-            #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
+            #[garde(adapt(ranges), range(min = TIME_S.min, max = TIME_S.max))]
             pub until_s: Option<f64>,
         }
 
@@ -65,8 +63,7 @@ lasting! {
         #[cfg_attr(feature = "schema", schemars(regex(pattern = NAME)))]
         wheel: String,
         /// What is left: of the motor's torque, or of the turning that the encoder counts, 0 to 1.
-        #[garde(custom(within(PART)))]
-        #[cfg_attr(feature = "schema", schemars(range(min = PART.min, max = PART.max)))]
+        #[garde(adapt(ranges), range(min = PART.min, max = PART.max))]
         part: f64,
     }
 }
@@ -79,8 +76,7 @@ lasting! {
         #[cfg_attr(feature = "schema", schemars(regex(pattern = NAME)))]
         wheel: String,
         /// Torque per speed \[N.m per rad/s\], 0 to 1e6.
-        #[garde(custom(within(DAMPING_N_M_S_RAD)))]
-        #[cfg_attr(feature = "schema", schemars(range(min = DAMPING_N_M_S_RAD.min, max = DAMPING_N_M_S_RAD.max)))]
+        #[garde(adapt(ranges), range(min = DAMPING_N_M_S_RAD.min, max = DAMPING_N_M_S_RAD.max))]
         damper_n_m_s_rad: f64,
     }
 }
@@ -89,8 +85,7 @@ lasting! {
     /// What is left of the supply's voltage, and when.
     SupplyPart {
         /// What is left of the voltage, 0 to 1.
-        #[garde(custom(within(PART)))]
-        #[cfg_attr(feature = "schema", schemars(range(min = PART.min, max = PART.max)))]
+        #[garde(adapt(ranges), range(min = PART.min, max = PART.max))]
         part: f64,
     }
 }
@@ -105,16 +100,13 @@ pub struct AddedLoad {
     #[cfg_attr(feature = "schema", schemars(regex(pattern = NAME)))]
     pub body: String,
     /// Mass \[kg\], 0.001 to 10000.
-    #[garde(custom(within(MASS_KG)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = MASS_KG.min, max = MASS_KG.max)))]
+    #[garde(adapt(ranges), range(min = MASS_KG.min, max = MASS_KG.max))]
     pub mass_kg: f64,
     /// Its place in the vehicle's frame as the vehicle stands on flat ground \[m\], -100 to 100.
-    #[garde(custom(within(PLACE_M)))]
-    #[cfg_attr(feature = "schema", schemars(inner(range(min = PLACE_M.min, max = PLACE_M.max))))]
+    #[garde(adapt(ranges), inner(range(min = PLACE_M.min, max = PLACE_M.max)))]
     pub at_m: [f64; 3],
     /// From this time \[s\], 0 to 3600.
-    #[garde(custom(within(TIME_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
+    #[garde(adapt(ranges), range(min = TIME_S.min, max = TIME_S.max))]
     pub from_s: f64,
 }
 
@@ -187,9 +179,7 @@ impl Fault {
             | Self::EncoderToggles(fault)
             | Self::EncoderSilent(fault) => (fault, Some(&fault.wheel), fault.span_s()),
             Self::WheelDrag(fault) => (fault, Some(&fault.wheel), fault.span_s()),
-            Self::MotorWeak(fault) | Self::EncoderSlips(fault) => {
-                (fault, Some(&fault.wheel), fault.span_s())
-            }
+            Self::MotorWeak(fault) | Self::EncoderSlips(fault) => (fault, Some(&fault.wheel), fault.span_s()),
             Self::SupplySag(fault) => (fault, None, fault.span_s()),
             Self::CommandLost(fault) | Self::EmergencyStop(fault) => (fault, None, fault.span_s()),
             Self::LoadAdded(fault) => (fault, None, fault.from_s..f64::INFINITY),
