@@ -44,7 +44,7 @@ pub enum Terrain {
         /// Height of the step \[m\], 1e-4 to 10.
         #[garde(adapt(ranges), range(min = STEP_HEIGHT_M.min, max = STEP_HEIGHT_M.max))]
         height_m: f64,
-        /// World x of the riser \[m\], 1e-3 to 1000.
+        /// World x of the riser \[m\], 0.001 to 190.
         #[garde(adapt(ranges), range(min = RISER_M.min, max = RISER_M.max))]
         start_x_m: f64,
     },
@@ -56,7 +56,7 @@ pub enum Terrain {
         /// Depth of the step \[m\], 1e-4 to 10.
         #[garde(adapt(ranges), range(min = STEP_HEIGHT_M.min, max = STEP_HEIGHT_M.max))]
         height_m: f64,
-        /// World x of the edge \[m\], 1e-3 to 1000.
+        /// World x of the edge \[m\], 0.001 to 190.
         #[garde(adapt(ranges), range(min = RISER_M.min, max = RISER_M.max))]
         start_x_m: f64,
     },
@@ -74,7 +74,7 @@ pub enum Terrain {
         /// Number of steps, 1 to 100.
         #[garde(adapt(ranges), range(min = COUNT.min, max = COUNT.max))]
         count: u32,
-        /// World x of the first riser \[m\], 1e-3 to 1000.
+        /// World x of the first riser \[m\], 0.001 to 190.
         #[garde(adapt(ranges), range(min = RISER_M.min, max = RISER_M.max))]
         start_x_m: f64,
     },
@@ -89,7 +89,7 @@ pub enum Terrain {
         /// Length of the slope, measured level \[m\], 0.01 to 100.
         #[garde(adapt(ranges), range(min = LENGTH_M.min, max = LENGTH_M.max))]
         length_m: f64,
-        /// World x of its foot \[m\], 1e-3 to 1000.
+        /// World x of its foot \[m\], 0.001 to 190.
         #[garde(adapt(ranges), range(min = RISER_M.min, max = RISER_M.max))]
         start_x_m: f64,
     },
@@ -105,7 +105,7 @@ pub enum Terrain {
         #[serde(default)]
         #[garde(adapt(ranges), range(min = PLACE_M.min, max = PLACE_M.max))]
         left_of_m: f64,
-        /// World x of the riser \[m\], 1e-3 to 1000.
+        /// World x of the riser \[m\], 0.001 to 190.
         #[garde(adapt(ranges), range(min = RISER_M.min, max = RISER_M.max))]
         start_x_m: f64,
     },
@@ -120,7 +120,7 @@ pub enum Terrain {
         /// Depth of the trench \[m\], 1e-3 to 10.
         #[garde(adapt(ranges), range(min = WIDTH_M.min, max = WIDTH_M.max))]
         depth_m: f64,
-        /// World x of the near wall \[m\], 1e-3 to 1000.
+        /// World x of the near wall \[m\], 0.001 to 190.
         #[garde(adapt(ranges), range(min = RISER_M.min, max = RISER_M.max))]
         start_x_m: f64,
     },
@@ -141,7 +141,7 @@ pub enum Terrain {
         /// Number of bars, 1 to 100.
         #[garde(adapt(ranges), range(min = COUNT.min, max = COUNT.max))]
         count: u32,
-        /// World x of the first bar's near side \[m\], 1e-3 to 1000.
+        /// World x of the first bar's near side \[m\], 0.001 to 190.
         #[garde(adapt(ranges), range(min = RISER_M.min, max = RISER_M.max))]
         start_x_m: f64,
     },
@@ -166,7 +166,7 @@ pub enum Terrain {
         #[serde(default)]
         #[garde(adapt(ranges), range(min = SEED.min, max = SEED.max))]
         seed: u32,
-        /// World x at which it begins \[m\], 1e-3 to 1000.
+        /// World x at which it begins \[m\], 0.001 to 190.
         #[garde(adapt(ranges), range(min = RISER_M.min, max = RISER_M.max))]
         start_x_m: f64,
     },
@@ -189,7 +189,7 @@ pub enum Terrain {
         /// Height of white \[m\], -10 to 10.
         #[garde(adapt(ranges), range(min = LEVEL_M.min, max = LEVEL_M.max))]
         white_height_m: f64,
-        /// World x of the picture's lower edge \[m\], 1e-3 to 1000.
+        /// World x of the picture's lower edge \[m\], 0.001 to 190.
         #[garde(adapt(ranges), range(min = RISER_M.min, max = RISER_M.max))]
         start_x_m: f64,
     },
