@@ -10,7 +10,7 @@ use toml::{Table, Value};
 
 use crate::command_file::CommandFile;
 use crate::path::{PathChoice, PathFollow, PathPlan};
-use crate::ranges::{LENGTH_M, PLACE_M, TIME_S, TURN_RAD, VELOCITY_M_S, VELOCITY_RAD_S, counted, within};
+use crate::ranges::{self, LENGTH_M, PLACE_M, TIME_S, TURN_RAD, VELOCITY_M_S, VELOCITY_RAD_S};
 
 /// Where the vehicle stands at the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Validate)]
@@ -19,16 +19,13 @@ use crate::ranges::{LENGTH_M, PLACE_M, TIME_S, TURN_RAD, VELOCITY_M_S, VELOCITY_
 #[non_exhaustive]
 pub struct Start {
     /// World x \[m\], -100 to 100. It sets at which angle of their rotation the wheels meet the obstacle.
-    #[garde(custom(within(PLACE_M)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = PLACE_M.min, max = PLACE_M.max)))]
+    #[garde(adapt(ranges), range(min = PLACE_M.min, max = PLACE_M.max))]
     pub x_m: f64,
     /// World y \[m\], -100 to 100 (left is +).
-    #[garde(custom(within(PLACE_M)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = PLACE_M.min, max = PLACE_M.max)))]
+    #[garde(adapt(ranges), range(min = PLACE_M.min, max = PLACE_M.max))]
     pub y_m: f64,
     /// Heading \[rad\], counter-clockwise from world x, -3.2 to 3.2: 0 meets the obstacle head-on.
-    #[garde(custom(within(TURN_RAD)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = TURN_RAD.min, max = TURN_RAD.max)))]
+    #[garde(adapt(ranges), range(min = TURN_RAD.min, max = TURN_RAD.max))]
     pub heading_rad: f64,
 }
 
@@ -54,23 +51,19 @@ pub enum CommandFrame {
 pub struct Command {
     /// Forward \[m/s\], -100 to 100; 0 if left out.
     #[serde(default)]
-    #[garde(custom(within(VELOCITY_M_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = VELOCITY_M_S.min, max = VELOCITY_M_S.max)))]
+    #[garde(adapt(ranges), range(min = VELOCITY_M_S.min, max = VELOCITY_M_S.max))]
     pub vx_m_s: f64,
     /// Left \[m/s\], -100 to 100; 0 if left out.
     #[serde(default)]
-    #[garde(custom(within(VELOCITY_M_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = VELOCITY_M_S.min, max = VELOCITY_M_S.max)))]
+    #[garde(adapt(ranges), range(min = VELOCITY_M_S.min, max = VELOCITY_M_S.max))]
     pub vy_m_s: f64,
     /// Counter-clockwise \[rad/s\], -1000 to 1000; 0 if left out.
     #[serde(default)]
-    #[garde(custom(within(VELOCITY_RAD_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = VELOCITY_RAD_S.min, max = VELOCITY_RAD_S.max)))]
+    #[garde(adapt(ranges), range(min = VELOCITY_RAD_S.min, max = VELOCITY_RAD_S.max))]
     pub wz_rad_s: f64,
     /// Time from rest to the whole twist \[s\], 0 to 3600; 0.3 if left out.
     #[serde(default = "soft_start")]
-    #[garde(custom(within(TIME_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
+    #[garde(adapt(ranges), range(min = TIME_S.min, max = TIME_S.max))]
     pub ramp_s: f64,
     /// Axes of forward and left: the vehicle's or the world's.
     #[serde(default)]
@@ -78,8 +71,7 @@ pub struct Command {
     pub frame: CommandFrame,
     /// Later twists, in the order of their times.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    #[garde(custom(counted(0, 1000)), dive)]
-    #[cfg_attr(feature = "schema", schemars(length(max = 1000)))]
+    #[garde(adapt(ranges), length(max = 1000), dive)]
     pub then: Vec<Then>,
     /// A path to follow instead of the twist: `square`, `figure_eight`, or waypoints.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -87,8 +79,7 @@ pub struct Command {
     pub path: Option<PathChoice>,
     /// Side of the square, diameter of the figure of eight's circles \[m\], 0.01 to 100; 1 if left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[garde(inner(custom(within(LENGTH_M))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = LENGTH_M.min, max = LENGTH_M.max)))]
+    #[garde(adapt(ranges), range(min = LENGTH_M.min, max = LENGTH_M.max))]
     pub path_size_m: Option<f64>,
     /// Limits for the planning of the path.
     #[serde(default, skip_serializing_if = "is_default")]
@@ -124,25 +115,20 @@ const TWIST: [&str; 4] = ["vx_m_s", "vy_m_s", "wz_rad_s", "ramp_s"];
 #[non_exhaustive]
 pub struct Then {
     /// When it begins \[s\], 0 to 3600; after the one before it.
-    #[garde(custom(within(TIME_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
+    #[garde(adapt(ranges), range(min = TIME_S.min, max = TIME_S.max))]
     pub at_s: f64,
     /// Forward \[m/s\], -100 to 100.
-    #[garde(custom(within(VELOCITY_M_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = VELOCITY_M_S.min, max = VELOCITY_M_S.max)))]
+    #[garde(adapt(ranges), range(min = VELOCITY_M_S.min, max = VELOCITY_M_S.max))]
     pub vx_m_s: f64,
     /// Left \[m/s\], -100 to 100.
-    #[garde(custom(within(VELOCITY_M_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = VELOCITY_M_S.min, max = VELOCITY_M_S.max)))]
+    #[garde(adapt(ranges), range(min = VELOCITY_M_S.min, max = VELOCITY_M_S.max))]
     pub vy_m_s: f64,
     /// Counter-clockwise \[rad/s\], -1000 to 1000.
-    #[garde(custom(within(VELOCITY_RAD_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = VELOCITY_RAD_S.min, max = VELOCITY_RAD_S.max)))]
+    #[garde(adapt(ranges), range(min = VELOCITY_RAD_S.min, max = VELOCITY_RAD_S.max))]
     pub wz_rad_s: f64,
     /// Time from the twist at `at_s` to this one \[s\], 0 to 3600.
     #[serde(default)]
-    #[garde(custom(within(TIME_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
+    #[garde(adapt(ranges), range(min = TIME_S.min, max = TIME_S.max))]
     pub ramp_s: f64,
 }
 

@@ -8,7 +8,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use toml::Value;
 
-use crate::ranges::{MAX_RETRIES, PART, Range, TRACKING_S, WINDUP_N_M, ZONE_RAD_S, within};
+use crate::ranges::{self, MAX_RETRIES, PART, Range, TRACKING_S, WINDUP_N_M, ZONE_RAD_S, within};
 use crate::rest::Rest;
 use crate::suggestion::did_you_mean;
 
@@ -177,21 +177,18 @@ pub struct Control {
     /// Integral zone \[rad/s\], 0 to 1e6: errors up to this are integrated, larger ones set the integrals to 0; every error
     /// counts if left out.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[garde(inner(custom(within(ZONE_RAD_S))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = ZONE_RAD_S.min, max = ZONE_RAD_S.max)))]
+    #[garde(adapt(ranges), range(min = ZONE_RAD_S.min, max = ZONE_RAD_S.max))]
     pub integral_zone_rad_s: Option<f64>,
     /// Largest proportional term of a loop \[N.m\], 0 to 1e6; unlimited if left out.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[garde(inner(custom(within(WINDUP_N_M))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = WINDUP_N_M.min, max = WINDUP_N_M.max)))]
+    #[garde(adapt(ranges), range(min = WINDUP_N_M.min, max = WINDUP_N_M.max))]
     pub proportional_limit_n_m: Option<f64>,
     /// Retries at each row of wheels with `traction` and `traction_runup`, 0 to 100; 8 if left out. With 0 a stuck vehicle stays stuck.
     #[serde(
         skip_serializing_if = "Option::is_none",
         deserialize_with = "crate::integers::max_retries"
     )]
-    #[garde(inner(custom(within(MAX_RETRIES))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = MAX_RETRIES.min, max = MAX_RETRIES.max)))]
+    #[garde(adapt(ranges), range(min = MAX_RETRIES.min, max = MAX_RETRIES.max))]
     pub max_retries: Option<u32>,
     /// Control period \[us\], in files `period_s` \[s\]: whole microseconds, a multiple of the physics step, 1e-6 to 0.1; 0.001 if left out.
     #[serde(

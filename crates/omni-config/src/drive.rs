@@ -6,8 +6,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::ranges::{
-    ACCELERATION_M_S2, ACCELERATION_RAD_S2, PERIODS, PERIODS_FROM_0, PERIODS_FROM_2, PLACE_M, RESIDUAL_GAIN,
-    STALL_TORQUE_N_M, THRESHOLD_RAD_S, TIME_S, WHEEL_NOISE, within,
+    self, ACCELERATION_M_S2, ACCELERATION_RAD_S2, PERIODS, PERIODS_FROM_0, PERIODS_FROM_2, PLACE_M,
+    RESIDUAL_GAIN, STALL_TORQUE_N_M, THRESHOLD_RAD_S, TIME_S, WHEEL_NOISE,
 };
 
 /// omni-core's `Drive` in the loop: what firmware runs instead of the bare loops. A table without keys has every default.
@@ -26,33 +26,27 @@ use crate::ranges::{
 #[non_exhaustive]
 pub struct Drive {
     /// How old a command may become before the vehicle rests \[s\], 0 to 3600; 0.5 by default.
-    #[garde(custom(within(TIME_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
+    #[garde(adapt(ranges), range(min = TIME_S.min, max = TIME_S.max))]
     pub command_timeout_s: f64,
     /// Deceleration in an emergency stop and in a safe stop \[m/s^2\], 0.001 to 1e4; 2 by default.
-    #[garde(custom(within(ACCELERATION_M_S2)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = ACCELERATION_M_S2.min, max = ACCELERATION_M_S2.max)))]
+    #[garde(adapt(ranges), range(min = ACCELERATION_M_S2.min, max = ACCELERATION_M_S2.max))]
     pub stop_m_s2: f64,
     /// The same for the yaw rate \[rad/s^2\], 0.001 to 1e5; 8 by default.
-    #[garde(custom(within(ACCELERATION_RAD_S2)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = ACCELERATION_RAD_S2.min, max = ACCELERATION_RAD_S2.max)))]
+    #[garde(adapt(ranges), range(min = ACCELERATION_RAD_S2.min, max = ACCELERATION_RAD_S2.max))]
     pub stop_rad_s2: f64,
     /// Control periods with too few usable wheels for the motion before the vehicle is stopped, 0 to 65534; 10 by default.
     #[serde(deserialize_with = "crate::integers::periods_from_0")]
-    #[garde(custom(within(PERIODS_FROM_0)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = PERIODS_FROM_0.min, max = PERIODS_FROM_0.max)))]
+    #[garde(adapt(ranges), range(min = PERIODS_FROM_0.min, max = PERIODS_FROM_0.max))]
     pub blind_periods: u32,
     /// The point of the body that moves as commanded, from the origin \[m\], -100 to 100; the origin by default.
-    #[garde(custom(within(PLACE_M)))]
-    #[cfg_attr(feature = "schema", schemars(inner(range(min = PLACE_M.min, max = PLACE_M.max))))]
+    #[garde(adapt(ranges), inner(range(min = PLACE_M.min, max = PLACE_M.max)))]
     pub command_point_m: [f64; 2],
     /// Takes the rotation within a period into account; false by default.
     #[garde(skip)]
     pub discretize: bool,
     /// Largest velocity of every actuator \[rad/s\], 1e-9 to 1e6: faster commands are slowed down as a whole. None by default.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[garde(inner(custom(within(THRESHOLD_RAD_S))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = THRESHOLD_RAD_S.min, max = THRESHOLD_RAD_S.max)))]
+    #[garde(adapt(ranges), range(min = THRESHOLD_RAD_S.min, max = THRESHOLD_RAD_S.max))]
     pub speed_limit_rad_s: Option<f64>,
     /// When a wheel counts as slipping; left out: slip is not detected.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -92,22 +86,18 @@ impl Default for Drive {
 #[non_exhaustive]
 pub struct DriveSlip {
     /// Slip of the actuator above which a wheel is suspected \[rad/s\], 1e-9 to 1e6; 2 by default.
-    #[garde(custom(within(THRESHOLD_RAD_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = THRESHOLD_RAD_S.min, max = THRESHOLD_RAD_S.max)))]
+    #[garde(adapt(ranges), range(min = THRESHOLD_RAD_S.min, max = THRESHOLD_RAD_S.max))]
     pub enter_rad_s: f64,
     /// Slip below which it is no longer suspected \[rad/s\], 1e-9 to `enter_rad_s`; 1 by default.
-    #[garde(custom(within(THRESHOLD_RAD_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = THRESHOLD_RAD_S.min, max = THRESHOLD_RAD_S.max)))]
+    #[garde(adapt(ranges), range(min = THRESHOLD_RAD_S.min, max = THRESHOLD_RAD_S.max))]
     pub leave_rad_s: f64,
     /// Periods in a row that it must be suspected before it is excluded, 1 to 65535; 10 by default.
     #[serde(deserialize_with = "crate::integers::periods")]
-    #[garde(custom(within(PERIODS)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = PERIODS.min, max = PERIODS.max)))]
+    #[garde(adapt(ranges), range(min = PERIODS.min, max = PERIODS.max))]
     pub enter_periods: u32,
     /// Periods in a row below `leave_rad_s` before it is included again, 1 to 65535; 50 by default.
     #[serde(deserialize_with = "crate::integers::periods")]
-    #[garde(custom(within(PERIODS)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = PERIODS.min, max = PERIODS.max)))]
+    #[garde(adapt(ranges), range(min = PERIODS.min, max = PERIODS.max))]
     pub leave_periods: u32,
 }
 
@@ -131,26 +121,22 @@ pub struct DriveFaults {
     /// Largest plausible change of a reading in a period \[rad/s\], 1e-9 to 1e6. Left out: twice the motor's no-load speed and three encoder
     /// counts; not checked where a motor has no no-load speed.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[garde(inner(custom(within(THRESHOLD_RAD_S))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = THRESHOLD_RAD_S.min, max = THRESHOLD_RAD_S.max)))]
+    #[garde(adapt(ranges), range(min = THRESHOLD_RAD_S.min, max = THRESHOLD_RAD_S.max))]
     pub jump_rad_s: Option<f64>,
     /// Jumps that make a wheel faulty, 1 to 65535; 5 by default.
     #[serde(deserialize_with = "crate::integers::periods")]
-    #[garde(custom(within(PERIODS)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = PERIODS.min, max = PERIODS.max)))]
+    #[garde(adapt(ranges), range(min = PERIODS.min, max = PERIODS.max))]
     pub jump_periods: u32,
     /// A constant reading is stuck if the velocity expected from the other wheels changes by more than this \[rad/s\], 1e-9 to 1e6. Left out:
     /// 1, or what two encoder counts read as where that is more.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[garde(inner(custom(within(THRESHOLD_RAD_S))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = THRESHOLD_RAD_S.min, max = THRESHOLD_RAD_S.max)))]
+    #[garde(adapt(ranges), range(min = THRESHOLD_RAD_S.min, max = THRESHOLD_RAD_S.max))]
     pub stuck_rad_s: Option<f64>,
     /// A constant reading away from its reference is stuck if the commanded torque is at least this \[N.m\], 1e-6 to 1e6: after ten times
     /// `stuck_periods`; with three wheels after `stuck_periods` if another wheel turns. A reading of 0 is so only once the other wheels, if they
     /// can, show that the wheel has turned by `stuck_rad_s` in that time. Left out: half the stall torque.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[garde(inner(custom(within(STALL_TORQUE_N_M))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = STALL_TORQUE_N_M.min, max = STALL_TORQUE_N_M.max)))]
+    #[garde(adapt(ranges), range(min = STALL_TORQUE_N_M.min, max = STALL_TORQUE_N_M.max))]
     pub stuck_torque_n_m: Option<f64>,
     /// Periods of evidence in a row that make a reading stuck, 2 to 65535. Left out: 100 or, where these are more, as many as it takes until
     /// an encoder is known to stand: 0.1 s or the time of three counts at 0.25 rad/s, and three over the bandwidth of an observer.
@@ -158,18 +144,15 @@ pub struct DriveFaults {
         skip_serializing_if = "Option::is_none",
         deserialize_with = "crate::integers::periods_from_2"
     )]
-    #[garde(inner(custom(within(PERIODS_FROM_2))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = PERIODS_FROM_2.min, max = PERIODS_FROM_2.max)))]
+    #[garde(adapt(ranges), range(min = PERIODS_FROM_2.min, max = PERIODS_FROM_2.max))]
     pub stuck_periods: Option<u32>,
     /// Periods without a reading after which a wheel is faulty, 1 to 65535; 20 by default.
     #[serde(deserialize_with = "crate::integers::periods")]
-    #[garde(custom(within(PERIODS)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = PERIODS.min, max = PERIODS.max)))]
+    #[garde(adapt(ranges), range(min = PERIODS.min, max = PERIODS.max))]
     pub silent_periods: u32,
     /// Good readings in a row after which a faulty wheel is used again, 1 to 65535; 200 by default.
     #[serde(deserialize_with = "crate::integers::periods")]
-    #[garde(custom(within(PERIODS)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = PERIODS.min, max = PERIODS.max)))]
+    #[garde(adapt(ranges), range(min = PERIODS.min, max = PERIODS.max))]
     pub recovery_periods: u32,
 }
 
@@ -194,12 +177,10 @@ impl Default for DriveFaults {
 #[non_exhaustive]
 pub struct DriveNoise {
     /// Standard deviation of a wheel's angle after it turned by a radian, 0 to 100; 0.02 by default.
-    #[garde(custom(within(WHEEL_NOISE)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = WHEEL_NOISE.min, max = WHEEL_NOISE.max)))]
+    #[garde(adapt(ranges), range(min = WHEEL_NOISE.min, max = WHEEL_NOISE.max))]
     pub wheel_rad_per_sqrt_rad: f64,
     /// Variance per squared residual of a step, 0 to 1e6; 1 by default.
-    #[garde(custom(within(RESIDUAL_GAIN)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = RESIDUAL_GAIN.min, max = RESIDUAL_GAIN.max)))]
+    #[garde(adapt(ranges), range(min = RESIDUAL_GAIN.min, max = RESIDUAL_GAIN.max))]
     pub residual_gain: f64,
 }
 

@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::kind_tables::deserialize_by_kind;
-use crate::ranges::{BANDWIDTH_RAD_S, WINDOW_PERIODS, within};
+use crate::ranges::{self, BANDWIDTH_RAD_S, WINDOW_PERIODS};
 
 /// How a velocity is computed from whole counts: one of [`omni_core::estimate::VelocityMethod`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Validate)]
@@ -17,8 +17,7 @@ pub enum EncoderVelocity {
     /// Counts of the last control periods over their time.
     Window {
         /// Control periods, 1 to 32.
-        #[garde(custom(within(WINDOW_PERIODS)))]
-        #[cfg_attr(feature = "schema", schemars(range(min = WINDOW_PERIODS.min, max = WINDOW_PERIODS.max)))]
+        #[garde(adapt(ranges), range(min = WINDOW_PERIODS.min, max = WINDOW_PERIODS.max))]
         periods: u16,
     },
     /// Counts between edges over the time between them, the edges being stamped by a timer (period measurement, the M/T method).
@@ -26,8 +25,7 @@ pub enum EncoderVelocity {
     /// A second-order tracking observer.
     Observer {
         /// Bandwidth \[rad/s\], 0.001 to 1 over the control period.
-        #[garde(custom(within(BANDWIDTH_RAD_S)))]
-        #[cfg_attr(feature = "schema", schemars(range(min = BANDWIDTH_RAD_S.min, max = BANDWIDTH_RAD_S.max)))]
+        #[garde(adapt(ranges), range(min = BANDWIDTH_RAD_S.min, max = BANDWIDTH_RAD_S.max))]
         bandwidth_rad_s: f64,
     },
 }

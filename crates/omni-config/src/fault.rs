@@ -11,111 +11,83 @@ use crate::Vehicle;
 use crate::kind_tables::deserialize_by_kind;
 #[cfg(feature = "schema")]
 use crate::ranges::NAME;
-use crate::ranges::{DAMPING_N_M_S_RAD, MASS_KG, PART, PLACE_M, TIME_S, is_name, within};
+use crate::ranges::{self, DAMPING_N_M_S_RAD, MASS_KG, PART, PLACE_M, TIME_S, is_name};
 use crate::suggestion::did_you_mean;
 
-/// When a fault lasts.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
-#[cfg_attr(feature = "schema", derive(JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct FaultSpan {
-    /// From this time \[s\], 0 to 3600.
-    #[garde(custom(within(TIME_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
-    pub from_s: f64,
-    /// Until this time \[s\]; left out: to the end.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[garde(inner(custom(within(TIME_S))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
-    pub until_s: Option<f64>,
+/// A table of keys that lasts: whatever else it has, it has one span, with the same two keys.
+macro_rules! lasting {
+    ($(#[$doc:meta])* $table:ident { $($(#[$key_is:meta])* $key:ident: $type:ty,)* }) => {
+        $(#[$doc])*
+        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
+        #[cfg_attr(feature = "schema", derive(JsonSchema))]
+        #[serde(deny_unknown_fields)]
+        pub struct $table {
+            $($(#[$key_is])* pub $key: $type,)*
+            /// From this time \[s\], 0 to 3600.
+            #[garde(adapt(ranges), range(min = TIME_S.min, max = TIME_S.max))]
+            pub from_s: f64,
+            /// Until this time \[s\]; left out: to the end.
+            #[serde(skip_serializing_if = "Option::is_none")]
+            #[garde(adapt(ranges), range(min = TIME_S.min, max = TIME_S.max))]
+            pub until_s: Option<f64>,
+        }
+
+        impl $table {
+            fn span_s(&self) -> Range<f64> {
+                self.from_s..self.until_s.unwrap_or(f64::INFINITY)
+            }
+        }
+    };
 }
 
-/// A wheel, and when its fault lasts.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
-#[cfg_attr(feature = "schema", derive(JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct WheelFault {
-    /// The wheel's name.
-    #[garde(custom(is_name))]
-    #[cfg_attr(feature = "schema", schemars(regex(pattern = NAME)))]
-    pub wheel: String,
-    /// From this time \[s\], 0 to 3600.
-    #[garde(custom(within(TIME_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
-    pub from_s: f64,
-    /// Until this time \[s\]; left out: to the end.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[garde(inner(custom(within(TIME_S))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
-    pub until_s: Option<f64>,
+lasting! {
+    /// When a fault lasts.
+    FaultSpan {}
 }
 
-/// A wheel, what is left of it, and when its fault lasts.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
-#[cfg_attr(feature = "schema", derive(JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct WheelPart {
-    /// The wheel's name.
-    #[garde(custom(is_name))]
-    #[cfg_attr(feature = "schema", schemars(regex(pattern = NAME)))]
-    pub wheel: String,
-    /// What is left: of the motor's torque, or of the turning that the encoder counts, 0 to 1.
-    #[garde(custom(within(PART)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = PART.min, max = PART.max)))]
-    pub part: f64,
-    /// From this time \[s\], 0 to 3600.
-    #[garde(custom(within(TIME_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
-    pub from_s: f64,
-    /// Until this time \[s\]; left out: to the end.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[garde(inner(custom(within(TIME_S))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
-    pub until_s: Option<f64>,
+lasting! {
+    /// A wheel, and when its fault lasts.
+    WheelFault {
+        /// The wheel's name.
+        #[garde(custom(is_name))]
+        #[cfg_attr(feature = "schema", schemars(regex(pattern = NAME)))]
+        wheel: String,
+    }
 }
 
-/// A wheel that drags, and when.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
-#[cfg_attr(feature = "schema", derive(JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct WheelDrag {
-    /// The wheel's name.
-    #[garde(custom(is_name))]
-    #[cfg_attr(feature = "schema", schemars(regex(pattern = NAME)))]
-    pub wheel: String,
-    /// Torque per speed \[N.m per rad/s\], 0 to 1e6.
-    #[garde(custom(within(DAMPING_N_M_S_RAD)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = DAMPING_N_M_S_RAD.min, max = DAMPING_N_M_S_RAD.max)))]
-    pub damper_n_m_s_rad: f64,
-    /// From this time \[s\], 0 to 3600.
-    #[garde(custom(within(TIME_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
-    pub from_s: f64,
-    /// Until this time \[s\]; left out: to the end.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[garde(inner(custom(within(TIME_S))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
-    pub until_s: Option<f64>,
+lasting! {
+    /// A wheel, what is left of it, and when its fault lasts.
+    WheelPart {
+        /// The wheel's name.
+        #[garde(custom(is_name))]
+        #[cfg_attr(feature = "schema", schemars(regex(pattern = NAME)))]
+        wheel: String,
+        /// What is left: of the motor's torque, or of the turning that the encoder counts, 0 to 1.
+        #[garde(adapt(ranges), range(min = PART.min, max = PART.max))]
+        part: f64,
+    }
 }
 
-/// What is left of the supply's voltage, and when.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
-#[cfg_attr(feature = "schema", derive(JsonSchema))]
-#[serde(deny_unknown_fields)]
-pub struct SupplyPart {
-    /// What is left of the voltage, 0 to 1.
-    #[garde(custom(within(PART)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = PART.min, max = PART.max)))]
-    pub part: f64,
-    /// From this time \[s\], 0 to 3600.
-    #[garde(custom(within(TIME_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
-    pub from_s: f64,
-    /// Until this time \[s\]; left out: to the end.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[garde(inner(custom(within(TIME_S))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
-    pub until_s: Option<f64>,
+lasting! {
+    /// A wheel that drags, and when.
+    WheelDrag {
+        /// The wheel's name.
+        #[garde(custom(is_name))]
+        #[cfg_attr(feature = "schema", schemars(regex(pattern = NAME)))]
+        wheel: String,
+        /// Torque per speed \[N.m per rad/s\], 0 to 1e6.
+        #[garde(adapt(ranges), range(min = DAMPING_N_M_S_RAD.min, max = DAMPING_N_M_S_RAD.max))]
+        damper_n_m_s_rad: f64,
+    }
+}
+
+lasting! {
+    /// What is left of the supply's voltage, and when.
+    SupplyPart {
+        /// What is left of the voltage, 0 to 1.
+        #[garde(adapt(ranges), range(min = PART.min, max = PART.max))]
+        part: f64,
+    }
 }
 
 /// A mass that is put on a body.
@@ -128,16 +100,13 @@ pub struct AddedLoad {
     #[cfg_attr(feature = "schema", schemars(regex(pattern = NAME)))]
     pub body: String,
     /// Mass \[kg\], 0.001 to 10000.
-    #[garde(custom(within(MASS_KG)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = MASS_KG.min, max = MASS_KG.max)))]
+    #[garde(adapt(ranges), range(min = MASS_KG.min, max = MASS_KG.max))]
     pub mass_kg: f64,
     /// Its place in the vehicle's frame as the vehicle stands on flat ground \[m\], -100 to 100.
-    #[garde(custom(within(PLACE_M)))]
-    #[cfg_attr(feature = "schema", schemars(inner(range(min = PLACE_M.min, max = PLACE_M.max))))]
+    #[garde(adapt(ranges), inner(range(min = PLACE_M.min, max = PLACE_M.max)))]
     pub at_m: [f64; 3],
     /// From this time \[s\], 0 to 3600.
-    #[garde(custom(within(TIME_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
+    #[garde(adapt(ranges), range(min = TIME_S.min, max = TIME_S.max))]
     pub from_s: f64,
 }
 
@@ -196,41 +165,24 @@ impl Validate for Fault {
     type Context = ();
 
     fn validate_into(&self, context: &(), parent: &mut dyn FnMut() -> Path, report: &mut Report) {
-        match self {
-            Self::WheelLost(fault)
-            | Self::EncoderStuck(fault)
-            | Self::EncoderDead(fault)
-            | Self::EncoderToggles(fault)
-            | Self::EncoderSilent(fault) => fault.validate_into(context, parent, report),
-            Self::WheelDrag(fault) => fault.validate_into(context, parent, report),
-            Self::MotorWeak(fault) | Self::EncoderSlips(fault) => {
-                fault.validate_into(context, parent, report)
-            }
-            Self::SupplySag(fault) => fault.validate_into(context, parent, report),
-            Self::CommandLost(fault) | Self::EmergencyStop(fault) => {
-                fault.validate_into(context, parent, report);
-            }
-            Self::LoadAdded(fault) => fault.validate_into(context, parent, report),
-        }
+        self.parts().0.validate_into(context, parent, report);
     }
 }
 
 impl Fault {
-    /// Its wheel, and from when and until when it lasts \[s\].
-    fn parts(&self) -> (Option<&str>, f64, Option<f64>) {
+    /// Its table, its wheel, and from when up to when it lasts \[s\].
+    fn parts(&self) -> (&dyn Validate<Context = ()>, Option<&str>, Range<f64>) {
         match self {
             Self::WheelLost(fault)
             | Self::EncoderStuck(fault)
             | Self::EncoderDead(fault)
             | Self::EncoderToggles(fault)
-            | Self::EncoderSilent(fault) => (Some(&fault.wheel), fault.from_s, fault.until_s),
-            Self::WheelDrag(fault) => (Some(&fault.wheel), fault.from_s, fault.until_s),
-            Self::MotorWeak(fault) | Self::EncoderSlips(fault) => {
-                (Some(&fault.wheel), fault.from_s, fault.until_s)
-            }
-            Self::SupplySag(fault) => (None, fault.from_s, fault.until_s),
-            Self::CommandLost(fault) | Self::EmergencyStop(fault) => (None, fault.from_s, fault.until_s),
-            Self::LoadAdded(fault) => (None, fault.from_s, None),
+            | Self::EncoderSilent(fault) => (fault, Some(&fault.wheel), fault.span_s()),
+            Self::WheelDrag(fault) => (fault, Some(&fault.wheel), fault.span_s()),
+            Self::MotorWeak(fault) | Self::EncoderSlips(fault) => (fault, Some(&fault.wheel), fault.span_s()),
+            Self::SupplySag(fault) => (fault, None, fault.span_s()),
+            Self::CommandLost(fault) | Self::EmergencyStop(fault) => (fault, None, fault.span_s()),
+            Self::LoadAdded(fault) => (fault, None, fault.from_s..f64::INFINITY),
         }
     }
 
@@ -243,8 +195,7 @@ impl Fault {
     /// ```
     #[must_use]
     pub fn span_s(&self) -> Range<f64> {
-        let (_, from_s, until_s) = self.parts();
-        from_s..until_s.unwrap_or(f64::INFINITY)
+        self.parts().2
     }
 
     /// The wheel that has it; none where it is no wheel's.
@@ -256,7 +207,7 @@ impl Fault {
     /// ```
     #[must_use]
     pub fn wheel(&self) -> Option<&str> {
-        self.parts().0
+        self.parts().1
     }
 
     /// The key and what is wrong with it, where the vehicle has no such part or the fault ends before it begins.

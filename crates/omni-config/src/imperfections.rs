@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::encoder_velocity::EncoderVelocity;
 use crate::ranges::{
-    BIAS_RAD_S, ENCODER_NOISE_RAD_S, GYRO_NOISE_RAD_S, HOLD_PER_S, LAG_S, SAG, SPEED_RAD_S,
-    is_encoder_counts, within,
+    self, BIAS_RAD_S, ENCODER_NOISE_RAD_S, GYRO_NOISE_RAD_S, HOLD_PER_S, LAG_S, SAG, SPEED_RAD_S,
+    is_encoder_counts,
 };
 
 /// Encoders and the gyro; ideal by default.
@@ -29,8 +29,7 @@ pub struct Sensors {
     #[garde(dive)]
     pub encoder_velocity: Option<EncoderVelocity>,
     /// Standard deviation of normal noise on each measured velocity \[rad/s\], 0 to 100.
-    #[garde(custom(within(ENCODER_NOISE_RAD_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = ENCODER_NOISE_RAD_S.min, max = ENCODER_NOISE_RAD_S.max)))]
+    #[garde(adapt(ranges), range(min = ENCODER_NOISE_RAD_S.min, max = ENCODER_NOISE_RAD_S.max))]
     pub encoder_noise_rad_s: f64,
     /// Delay of all readings, gyro included, at the controller \[us\], in files `delay_s` \[s\]: a multiple of the control period, up to 0.1.
     #[serde(
@@ -42,12 +41,10 @@ pub struct Sensors {
     #[cfg_attr(feature = "schema", schemars(with = "f64", range(min = crate::ranges::DELAY_S.min, max = crate::ranges::DELAY_S.max)))]
     pub delay_us: u64,
     /// Standard deviation of normal noise on the gyro's rate \[rad/s\], 0 to 10.
-    #[garde(custom(within(GYRO_NOISE_RAD_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = GYRO_NOISE_RAD_S.min, max = GYRO_NOISE_RAD_S.max)))]
+    #[garde(adapt(ranges), range(min = GYRO_NOISE_RAD_S.min, max = GYRO_NOISE_RAD_S.max))]
     pub gyro_noise_rad_s: f64,
     /// Constant error of the gyro's rate \[rad/s\], -1 to 1.
-    #[garde(custom(within(BIAS_RAD_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = BIAS_RAD_S.min, max = BIAS_RAD_S.max)))]
+    #[garde(adapt(ranges), range(min = BIAS_RAD_S.min, max = BIAS_RAD_S.max))]
     pub gyro_bias_rad_s: f64,
     /// No encoders on the hinges: the controller gets none of their angles.
     #[garde(skip)]
@@ -64,13 +61,11 @@ pub struct Sensors {
 #[non_exhaustive]
 pub struct Actuators {
     /// Time constant of the torque, first order \[s\], 0 to 1.
-    #[garde(custom(within(LAG_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = LAG_S.min, max = LAG_S.max)))]
+    #[garde(adapt(ranges), range(min = LAG_S.min, max = LAG_S.max))]
     pub torque_lag_s: f64,
     /// Part of the supply's voltage that is lost while every motor gives its stall torque, 0 to 0.9; in proportion below that.
     /// The motors' torque-speed line falls with the voltage, unknown to the controller.
-    #[garde(custom(within(SAG)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = SAG.min, max = SAG.max)))]
+    #[garde(adapt(ranges), range(min = SAG.min, max = SAG.max))]
     pub voltage_sag: f64,
 }
 
@@ -81,12 +76,10 @@ pub struct Actuators {
 #[non_exhaustive]
 pub struct HeadingHold {
     /// Commanded yaw rate per heading error \[rad/s per rad\], 0.001 to 100.
-    #[garde(custom(within(HOLD_PER_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = HOLD_PER_S.min, max = HOLD_PER_S.max)))]
+    #[garde(adapt(ranges), range(min = HOLD_PER_S.min, max = HOLD_PER_S.max))]
     pub gain_per_s: f64,
     /// Largest correction \[rad/s\], 0.001 to 1000.
-    #[garde(custom(within(SPEED_RAD_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = SPEED_RAD_S.min, max = SPEED_RAD_S.max)))]
+    #[garde(adapt(ranges), range(min = SPEED_RAD_S.min, max = SPEED_RAD_S.max))]
     pub limit_rad_s: f64,
 }
 

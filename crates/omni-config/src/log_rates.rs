@@ -5,7 +5,7 @@ use garde::Validate;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::ranges::{LOG_HZ, within};
+use crate::ranges::{self, LOG_HZ};
 
 /// Messages per second of each topic; 0: none; more than there are control periods: one in each period.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
@@ -14,29 +14,23 @@ use crate::ranges::{LOG_HZ, within};
 #[non_exhaustive]
 pub struct LogRates {
     /// `/vehicle_state` \[Hz\], 0 to 1e6; left out: every control period, which replay needs.
-    #[garde(inner(custom(within(LOG_HZ))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = LOG_HZ.min, max = LOG_HZ.max)))]
+    #[garde(adapt(ranges), range(min = LOG_HZ.min, max = LOG_HZ.max))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub vehicle_state_hz: Option<f64>,
     /// `/tf` \[Hz\], 0 to 1e6.
-    #[garde(custom(within(LOG_HZ)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = LOG_HZ.min, max = LOG_HZ.max)))]
+    #[garde(adapt(ranges), range(min = LOG_HZ.min, max = LOG_HZ.max))]
     pub tf_hz: f64,
     /// `/joint_states` \[Hz\], 0 to 1e6.
-    #[garde(custom(within(LOG_HZ)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = LOG_HZ.min, max = LOG_HZ.max)))]
+    #[garde(adapt(ranges), range(min = LOG_HZ.min, max = LOG_HZ.max))]
     pub joint_states_hz: f64,
     /// `/odom` and `/ground_truth/odom` \[Hz\], 0 to 1e6.
-    #[garde(custom(within(LOG_HZ)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = LOG_HZ.min, max = LOG_HZ.max)))]
+    #[garde(adapt(ranges), range(min = LOG_HZ.min, max = LOG_HZ.max))]
     pub odom_hz: f64,
     /// `/cmd_vel` \[Hz\], 0 to 1e6.
-    #[garde(custom(within(LOG_HZ)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = LOG_HZ.min, max = LOG_HZ.max)))]
+    #[garde(adapt(ranges), range(min = LOG_HZ.min, max = LOG_HZ.max))]
     pub cmd_vel_hz: f64,
     /// `/markers` \[Hz\], 0 to 1e6.
-    #[garde(custom(within(LOG_HZ)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = LOG_HZ.min, max = LOG_HZ.max)))]
+    #[garde(adapt(ranges), range(min = LOG_HZ.min, max = LOG_HZ.max))]
     pub markers_hz: f64,
 }
 

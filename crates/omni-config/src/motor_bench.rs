@@ -11,9 +11,7 @@ use crate::load::{Source, read};
 use crate::override_key::Override;
 #[cfg(feature = "schema")]
 use crate::ranges::NAME;
-use crate::ranges::{
-    DAMPING_N_M_S_RAD, DURATION_S, INERTIA_KG_M2, SPEED_RPM, TIME_S, counted, is_name, within,
-};
+use crate::ranges::{self, DAMPING_N_M_S_RAD, DURATION_S, INERTIA_KG_M2, SPEED_RPM, TIME_S, is_name};
 use crate::vehicle::Gains;
 
 /// Three motors, each with an inertia, a friction and dampers that act for a time.
@@ -31,12 +29,10 @@ pub struct MotorBench {
     #[cfg_attr(feature = "schema", schemars(regex(pattern = NAME)))]
     pub name: String,
     /// Reference and initial velocity of every wheel \[rpm\], 0.001 to 100000.
-    #[garde(custom(within(SPEED_RPM)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = SPEED_RPM.min, max = SPEED_RPM.max)))]
+    #[garde(adapt(ranges), range(min = SPEED_RPM.min, max = SPEED_RPM.max))]
     pub speed_rpm: f64,
     /// Simulated time \[s\], 0.01 to 3600.
-    #[garde(custom(within(DURATION_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = DURATION_S.min, max = DURATION_S.max)))]
+    #[garde(adapt(ranges), range(min = DURATION_S.min, max = DURATION_S.max))]
     pub duration_s: f64,
     /// Control period \[us\], in files `period_s` \[s\]: whole microseconds, 1e-6 to 0.1.
     #[serde(
@@ -48,19 +44,16 @@ pub struct MotorBench {
     #[cfg_attr(feature = "schema", schemars(with = "f64", range(min = crate::ranges::PERIOD_S.min, max = crate::ranges::PERIOD_S.max)))]
     pub period_us: u64,
     /// Inertia of a wheel \[kg.m^2\], 1e-10 to 1e6.
-    #[garde(custom(within(INERTIA_KG_M2)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = INERTIA_KG_M2.min, max = INERTIA_KG_M2.max)))]
+    #[garde(adapt(ranges), range(min = INERTIA_KG_M2.min, max = INERTIA_KG_M2.max))]
     pub inertia_kg_m2: f64,
     /// Viscous friction of every wheel besides the loads \[N.m.s/rad\], 0 to 1e6.
-    #[garde(custom(within(DAMPING_N_M_S_RAD)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = DAMPING_N_M_S_RAD.min, max = DAMPING_N_M_S_RAD.max)))]
+    #[garde(adapt(ranges), range(min = DAMPING_N_M_S_RAD.min, max = DAMPING_N_M_S_RAD.max))]
     pub friction_n_m_s_rad: f64,
     /// Gains of every wheel's loop.
     #[garde(dive)]
     pub gains: Gains,
     /// The dampers.
-    #[garde(custom(counted(0, 1000)), dive)]
-    #[cfg_attr(feature = "schema", schemars(length(max = 1000)))]
+    #[garde(adapt(ranges), length(max = 1000), dive)]
     pub load: Vec<DamperLoad>,
 }
 
@@ -75,16 +68,13 @@ pub struct DamperLoad {
     #[cfg_attr(feature = "schema", schemars(extend("enum" = LETTERS)))]
     pub wheel: String,
     /// Coefficient \[N.m.s/rad\], 0 to 1e6.
-    #[garde(custom(within(DAMPING_N_M_S_RAD)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = DAMPING_N_M_S_RAD.min, max = DAMPING_N_M_S_RAD.max)))]
+    #[garde(adapt(ranges), range(min = DAMPING_N_M_S_RAD.min, max = DAMPING_N_M_S_RAD.max))]
     pub damper_n_m_s_rad: f64,
     /// Applied from this time \[s\], 0 to 3600.
-    #[garde(custom(within(TIME_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
+    #[garde(adapt(ranges), range(min = TIME_S.min, max = TIME_S.max))]
     pub from_s: f64,
     /// Until this time \[s\], 0 to 3600.
-    #[garde(custom(within(TIME_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
+    #[garde(adapt(ranges), range(min = TIME_S.min, max = TIME_S.max))]
     pub until_s: f64,
 }
 

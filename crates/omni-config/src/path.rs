@@ -9,8 +9,8 @@ use serde::de::{self, Deserializer, IgnoredAny, SeqAccess, Visitor};
 use serde::{Deserialize, Serialize};
 
 use crate::ranges::{
-    ACCELERATION_M_S2, ACCELERATION_RAD_S2, FOLLOW_PER_S, JERK_M_S3, JERK_RAD_S3, PATH_TIME_S, PLACE_M,
-    SHARE, SPEED_M_S, SPEED_RAD_S, SWEEP_RAD, TURN_RAD, within,
+    self, ACCELERATION_M_S2, ACCELERATION_RAD_S2, FOLLOW_PER_S, JERK_M_S3, JERK_RAD_S3, PATH_TIME_S, PLACE_M,
+    SHARE, SPEED_M_S, SPEED_RAD_S, SWEEP_RAD, TURN_RAD,
 };
 
 /// Names of built-in paths.
@@ -106,18 +106,15 @@ fn is_line(kind: &WayKind) -> bool {
 #[non_exhaustive]
 pub struct PathPoint {
     /// World x \[m\], -100 to 100.
-    #[garde(custom(within(PLACE_M)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = PLACE_M.min, max = PLACE_M.max)))]
+    #[garde(adapt(ranges), range(min = PLACE_M.min, max = PLACE_M.max))]
     pub x_m: f64,
     /// World y \[m\], -100 to 100 (left is +).
-    #[garde(custom(within(PLACE_M)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = PLACE_M.min, max = PLACE_M.max)))]
+    #[garde(adapt(ranges), range(min = PLACE_M.min, max = PLACE_M.max))]
     pub y_m: f64,
     /// Heading there \[rad\], counter-clockwise from world x, -3.2 to 3.2, by the shorter turn; left out: interpolated towards the
     /// next waypoint that has one, or else kept to the end.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[garde(inner(custom(within(TURN_RAD))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = TURN_RAD.min, max = TURN_RAD.max)))]
+    #[garde(adapt(ranges), range(min = TURN_RAD.min, max = TURN_RAD.max))]
     pub heading_rad: Option<f64>,
     /// Shape of the path to this waypoint; `line` by default.
     #[serde(default, skip_serializing_if = "is_line")]
@@ -125,18 +122,15 @@ pub struct PathPoint {
     pub kind: WayKind,
     /// Turn of the direction of travel on an arc \[rad\], 0.01 to 6.2 to the left, or as much to the right (-).
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[garde(inner(custom(within(SWEEP_RAD))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = SWEEP_RAD.min, max = SWEEP_RAD.max)))]
+    #[garde(adapt(ranges), range(min = SWEEP_RAD.min, max = SWEEP_RAD.max))]
     pub sweep_rad: Option<f64>,
     /// Speed limit on the way to this waypoint \[m/s\], 0.001 to 100; left out: as fast as the limits permit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[garde(inner(custom(within(SPEED_M_S))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = SPEED_M_S.min, max = SPEED_M_S.max)))]
+    #[garde(adapt(ranges), range(min = SPEED_M_S.min, max = SPEED_M_S.max))]
     pub speed_m_s: Option<f64>,
     /// Time of arrival \[s\], 0.001 to 3600, later than that of the waypoint before; left out: as soon as the limits permit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[garde(inner(custom(within(PATH_TIME_S))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = PATH_TIME_S.min, max = PATH_TIME_S.max)))]
+    #[garde(adapt(ranges), range(min = PATH_TIME_S.min, max = PATH_TIME_S.max))]
     pub time_s: Option<f64>,
 }
 
@@ -147,33 +141,26 @@ pub struct PathPoint {
 #[non_exhaustive]
 pub struct PathPlan {
     /// Speed along the path \[m/s\], 0.001 to 100; 1 by default.
-    #[garde(custom(within(SPEED_M_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = SPEED_M_S.min, max = SPEED_M_S.max)))]
+    #[garde(adapt(ranges), range(min = SPEED_M_S.min, max = SPEED_M_S.max))]
     pub speed_m_s: f64,
     /// Acceleration, deceleration and centripetal acceleration \[m/s^2\], 0.001 to 1e4; 1 by default. The plan does not know the
     /// friction: use less than friction times gravity.
-    #[garde(custom(within(ACCELERATION_M_S2)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = ACCELERATION_M_S2.min, max = ACCELERATION_M_S2.max)))]
+    #[garde(adapt(ranges), range(min = ACCELERATION_M_S2.min, max = ACCELERATION_M_S2.max))]
     pub acceleration_m_s2: f64,
     /// Jerk along the path \[m/s^3\], 0.001 to 1e5; 10 by default.
-    #[garde(custom(within(JERK_M_S3)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = JERK_M_S3.min, max = JERK_M_S3.max)))]
+    #[garde(adapt(ranges), range(min = JERK_M_S3.min, max = JERK_M_S3.max))]
     pub jerk_m_s3: f64,
     /// Yaw rate \[rad/s\], 0.001 to 1000; 1.5 by default.
-    #[garde(custom(within(SPEED_RAD_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = SPEED_RAD_S.min, max = SPEED_RAD_S.max)))]
+    #[garde(adapt(ranges), range(min = SPEED_RAD_S.min, max = SPEED_RAD_S.max))]
     pub yaw_rad_s: f64,
     /// Its change \[rad/s^2\], 0.001 to 1e5; 4 by default.
-    #[garde(custom(within(ACCELERATION_RAD_S2)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = ACCELERATION_RAD_S2.min, max = ACCELERATION_RAD_S2.max)))]
+    #[garde(adapt(ranges), range(min = ACCELERATION_RAD_S2.min, max = ACCELERATION_RAD_S2.max))]
     pub yaw_rad_s2: f64,
     /// The change of that \[rad/s^3\], 0.001 to 1e6; 40 by default.
-    #[garde(custom(within(JERK_RAD_S3)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = JERK_RAD_S3.min, max = JERK_RAD_S3.max)))]
+    #[garde(adapt(ranges), range(min = JERK_RAD_S3.min, max = JERK_RAD_S3.max))]
     pub yaw_rad_s3: f64,
     /// Part of the wheels' speeds and torques that the plan may use, 0.05 to 1; 0.8 by default. The rest is for the follower.
-    #[garde(custom(within(SHARE)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = SHARE.min, max = SHARE.max)))]
+    #[garde(adapt(ranges), range(min = SHARE.min, max = SHARE.max))]
     pub share: f64,
     /// Whether the plan keeps to the wheels' speeds and torques and to the vehicle's `[limits]`; true by default.
     #[garde(skip)]
@@ -215,20 +202,16 @@ pub enum PoseSource {
 #[non_exhaustive]
 pub struct PathFollow {
     /// Velocity per distance \[1/s\], 0 to 1000; 2 by default.
-    #[garde(custom(within(FOLLOW_PER_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = FOLLOW_PER_S.min, max = FOLLOW_PER_S.max)))]
+    #[garde(adapt(ranges), range(min = FOLLOW_PER_S.min, max = FOLLOW_PER_S.max))]
     pub gain_per_s: f64,
     /// Yaw rate per heading error \[1/s\], 0 to 1000; 2 by default.
-    #[garde(custom(within(FOLLOW_PER_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = FOLLOW_PER_S.min, max = FOLLOW_PER_S.max)))]
+    #[garde(adapt(ranges), range(min = FOLLOW_PER_S.min, max = FOLLOW_PER_S.max))]
     pub heading_gain_per_s: f64,
     /// Largest correction of the velocity \[m/s\], 0.001 to 100; 0.3 by default.
-    #[garde(custom(within(SPEED_M_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = SPEED_M_S.min, max = SPEED_M_S.max)))]
+    #[garde(adapt(ranges), range(min = SPEED_M_S.min, max = SPEED_M_S.max))]
     pub limit_m_s: f64,
     /// Largest correction of the yaw rate \[rad/s\], 0.001 to 1000; 1 by default.
-    #[garde(custom(within(SPEED_RAD_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = SPEED_RAD_S.min, max = SPEED_RAD_S.max)))]
+    #[garde(adapt(ranges), range(min = SPEED_RAD_S.min, max = SPEED_RAD_S.max))]
     pub limit_rad_s: f64,
     /// Source of the pose; `odometry` by default.
     #[garde(skip)]

@@ -5,9 +5,7 @@ use garde::Validate;
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
 
-use crate::ranges::{
-    CONTACT_DAMPING_RATIO, CONTACT_FREQUENCY_HZ, GRAVITY_M_S2, ITERATIONS, SUBSTEPS, within,
-};
+use crate::ranges::{self, CONTACT_DAMPING_RATIO, CONTACT_FREQUENCY_HZ, GRAVITY_M_S2, ITERATIONS, SUBSTEPS};
 use crate::rollers::WheelModel;
 
 /// What simulates the vehicle on the ground.
@@ -84,20 +82,16 @@ pub struct Physics {
         skip_serializing_if = "Option::is_none",
         deserialize_with = "crate::integers::iterations"
     )]
-    #[garde(inner(custom(within(ITERATIONS))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = ITERATIONS.min, max = ITERATIONS.max)))]
+    #[garde(adapt(ranges), range(min = ITERATIONS.min, max = ITERATIONS.max))]
     pub solver_iterations: Option<usize>,
     /// Natural frequency of contacts \[Hz\], 1 to 100000; 200 if left out.
-    #[garde(custom(within(CONTACT_FREQUENCY_HZ)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = CONTACT_FREQUENCY_HZ.min, max = CONTACT_FREQUENCY_HZ.max)))]
+    #[garde(adapt(ranges), range(min = CONTACT_FREQUENCY_HZ.min, max = CONTACT_FREQUENCY_HZ.max))]
     pub contact_frequency_hz: f64,
     /// Damping ratio of contacts, 0.001 to 1000; 5 if left out.
-    #[garde(custom(within(CONTACT_DAMPING_RATIO)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = CONTACT_DAMPING_RATIO.min, max = CONTACT_DAMPING_RATIO.max)))]
+    #[garde(adapt(ranges), range(min = CONTACT_DAMPING_RATIO.min, max = CONTACT_DAMPING_RATIO.max))]
     pub contact_damping_ratio: f64,
     /// Gravity \[m/s^2\], downwards, 0 to 100; 9.81 if left out.
-    #[garde(custom(within(GRAVITY_M_S2)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = GRAVITY_M_S2.min, max = GRAVITY_M_S2.max)))]
+    #[garde(adapt(ranges), range(min = GRAVITY_M_S2.min, max = GRAVITY_M_S2.max))]
     pub gravity_m_s2: f64,
     /// Wheel model: `contact` is each wheel's own contact, mostly a ball, which is fast and for level ground; `rollers` makes every roller a body.
     #[garde(skip)]
@@ -108,8 +102,7 @@ pub struct Physics {
         skip_serializing_if = "Option::is_none",
         deserialize_with = "crate::integers::substeps"
     )]
-    #[garde(inner(custom(within(SUBSTEPS))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = SUBSTEPS.min, max = SUBSTEPS.max)))]
+    #[garde(adapt(ranges), range(min = SUBSTEPS.min, max = SUBSTEPS.max))]
     pub roller_substeps: Option<u64>,
 }
 

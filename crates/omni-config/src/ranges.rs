@@ -1,5 +1,8 @@
 //! Range checks for garde, which says where a value is; these say what it was and what is allowed.
-//! (garde's own `range` lets NaN through.)
+//!
+//! A field says its bounds once: `#[garde(adapt(ranges), range(min = X.min, max = X.max))]`, `inner(range(...))` where it is a list of
+//! numbers, `length(...)` for how many there are. schemars takes the schema's bounds from there. garde checks these rules by the
+//! modules of their names in this file, because its own `range` lets NaN through.
 
 use garde::Error;
 
@@ -232,6 +235,16 @@ impl<const N: usize> Bounded for [f64; N] {
     }
 }
 
+/// A number that may be left out.
+impl<T: Bounded> Bounded for Option<T> {
+    fn outside(&self, range: Range) -> bool {
+        self.as_ref().is_some_and(|value| value.outside(range))
+    }
+    fn shown(&self) -> String {
+        self.as_ref().map_or_else(String::new, T::shown)
+    }
+}
+
 /// Within a range, both ends included.
 pub(crate) fn within<T: Bounded>(range: Range) -> impl FnOnce(&T, &()) -> garde::Result {
     move |value, _| {
@@ -246,6 +259,44 @@ pub(crate) fn within<T: Bounded>(range: Range) -> impl FnOnce(&T, &()) -> garde:
     }
 }
 
+/// The rule `range` of garde, as `adapt(ranges)` has it.
+pub(crate) mod range {
+    /// Within a range, both ends included.
+    pub(crate) fn apply<T: super::Bounded>(
+        value: &T,
+        (min, max): (Option<f64>, Option<f64>),
+    ) -> garde::Result {
+        let min = min.unwrap_or(f64::NEG_INFINITY);
+        let max = max.unwrap_or(f64::INFINITY);
+        super::within(super::Range { min, max })(value, &())
+    }
+}
+
+/// The rule `inner` of garde, as `adapt(ranges)` has it.
+pub(crate) mod inner {
+    use garde::error::NoKey;
+
+    /// A list as one value: a message names its key without an index, and shows all of it.
+    pub(crate) fn apply<T>(list: &T, mut check: impl FnMut(&T, &NoKey)) {
+        check(list, &NoKey::default());
+    }
+}
+
+/// The rule `length` of garde, as `adapt(ranges)` has it.
+pub(crate) mod length {
+    pub(crate) mod simple {
+        /// A list of so many elements.
+        pub(crate) fn apply<T>(list: &[T], (min, max): (usize, usize)) -> garde::Result {
+            if (min..=max).contains(&list.len()) {
+                Ok(())
+            } else {
+                let found = format!("{} entries", list.len());
+                crate::ranges::refuse(found, &format!("{min} to {max}"))
+            }
+        }
+    }
+}
+
 /// A direction: components within [`DIRECTION`], and long enough to point somewhere.
 pub(crate) fn direction<const N: usize>(values: &[f64; N], context: &()) -> garde::Result {
     within(DIRECTION)(values, context)?;
@@ -256,17 +307,6 @@ pub(crate) fn direction<const N: usize>(values: &[f64; N], context: &()) -> gard
             values.shown(),
             "a direction with a component of at least 0.001 or at most -0.001",
         )
-    }
-}
-
-/// A list of so many elements.
-pub(crate) fn counted<T>(min: usize, max: usize) -> impl FnOnce(&Vec<T>, &()) -> garde::Result {
-    move |list, _| {
-        if (min..=max).contains(&list.len()) {
-            Ok(())
-        } else {
-            refuse(format!("{} entries", list.len()), &format!("{min} to {max}"))
-        }
     }
 }
 

@@ -5,7 +5,7 @@ use garde::Validate;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::ranges::{BLEED_S, HOLD_HEAT_N2M2S, TIME_S, within};
+use crate::ranges::{self, BLEED_S, HOLD_HEAT_N2M2S, TIME_S};
 
 /// How torque ends while rest is commanded: in a stop, after a time-out. By default it falls to 0 within half a second, whatever is measured,
 /// and a vehicle on a slope then rolls. A hold on the slope is bounded by time and heat.
@@ -15,17 +15,14 @@ use crate::ranges::{BLEED_S, HOLD_HEAT_N2M2S, TIME_S, within};
 #[non_exhaustive]
 pub struct Rest {
     /// Time within which every torque falls to 0 \[s\], 0 to 10; 0.5 by default.
-    #[garde(custom(within(BLEED_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = BLEED_S.min, max = BLEED_S.max)))]
+    #[garde(adapt(ranges), range(min = BLEED_S.min, max = BLEED_S.max))]
     pub bleed_s: f64,
     /// Time before that in which the wheels are held \[s\], 0 to 3600; 0 by default.
-    #[garde(custom(within(TIME_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
+    #[garde(adapt(ranges), range(min = TIME_S.min, max = TIME_S.max))]
     pub hold_s: f64,
     /// The hold also ends when the sum over the wheels of the integral of torque squared reaches this \[N^2.m^2.s\], 0 to 1e9; above 0 where
     /// `hold_s` is, 0 by default.
-    #[garde(custom(within(HOLD_HEAT_N2M2S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = HOLD_HEAT_N2M2S.min, max = HOLD_HEAT_N2M2S.max)))]
+    #[garde(adapt(ranges), range(min = HOLD_HEAT_N2M2S.min, max = HOLD_HEAT_N2M2S.max))]
     pub hold_heat_n2m2s: f64,
     /// Shorts the windings of every motor when its torque has ended, so that the motors brake a vehicle that still rolls; false by default. A
     /// `[drive]` does so in a safe stop and in an emergency stop by itself.

@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::ranges::{
-    BEARING_N_M_S_RAD, CROWN_M, ROLLER_COUNT, ROLLER_MASS_KG, ROLLER_RADIUS_M, ROLLER_ROWS, WIDTH_M, within,
+    self, BEARING_N_M_S_RAD, CROWN_M, ROLLER_COUNT, ROLLER_MASS_KG, ROLLER_RADIUS_M, ROLLER_ROWS, WIDTH_M,
 };
 
 /// How wheels are simulated.
@@ -32,44 +32,36 @@ pub enum WheelModel {
 pub struct Rollers {
     /// Rollers a row, 3 to 32.
     #[serde(deserialize_with = "crate::integers::roller_count")]
-    #[garde(custom(within(ROLLER_COUNT)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = ROLLER_COUNT.min, max = ROLLER_COUNT.max)))]
+    #[garde(adapt(ranges), range(min = ROLLER_COUNT.min, max = ROLLER_COUNT.max))]
     pub count: usize,
     /// Rows side by side, 1 or 2; the second one is turned by half a pitch and closes the gaps of the first.
     #[serde(default = "one_row", deserialize_with = "crate::integers::roller_rows")]
-    #[garde(custom(within(ROLLER_ROWS)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = ROLLER_ROWS.min, max = ROLLER_ROWS.max)))]
+    #[garde(adapt(ranges), range(min = ROLLER_ROWS.min, max = ROLLER_ROWS.max))]
     pub rows: usize,
     /// Distance of the rows' planes along the axle \[m\], 0.001 to 10, for two rows; left out: as close as they fit.
     #[serde(default)]
-    #[garde(inner(custom(within(WIDTH_M))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = WIDTH_M.min, max = WIDTH_M.max)))]
+    #[garde(adapt(ranges), range(min = WIDTH_M.min, max = WIDTH_M.max))]
     pub row_gap_m: Option<f64>,
     /// Largest radius of a roller, in its middle \[m\], 0.00001 to 5, less than half the wheel's.
-    #[garde(custom(within(ROLLER_RADIUS_M)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = ROLLER_RADIUS_M.min, max = ROLLER_RADIUS_M.max)))]
+    #[garde(adapt(ranges), range(min = ROLLER_RADIUS_M.min, max = ROLLER_RADIUS_M.max))]
     pub radius_m: f64,
     /// Length of a roller \[m\], 0.001 to 10; left out: as long as fits, but no longer than needed to close the gaps.
     #[serde(default)]
-    #[garde(inner(custom(within(WIDTH_M))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = WIDTH_M.min, max = WIDTH_M.max)))]
+    #[garde(adapt(ranges), range(min = WIDTH_M.min, max = WIDTH_M.max))]
     pub length_m: Option<f64>,
     /// How much thinner a roller is at its ends than in its middle \[m\], from 0, a cylinder, to the value that follows the
     /// wheel's rim; left out: follows the rim.
     #[serde(default)]
-    #[garde(inner(custom(within(CROWN_M))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = CROWN_M.min, max = CROWN_M.max)))]
+    #[garde(adapt(ranges), range(min = CROWN_M.min, max = CROWN_M.max))]
     pub crown_m: Option<f64>,
     /// Mass of a roller \[kg\], 1e-6 to 1000, part of the wheel's; left out: all rollers together are three tenths of the wheel's
     /// mass, or less, so that the hub keeps a fifth of its inertia.
     #[serde(default)]
-    #[garde(inner(custom(within(ROLLER_MASS_KG))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = ROLLER_MASS_KG.min, max = ROLLER_MASS_KG.max)))]
+    #[garde(adapt(ranges), range(min = ROLLER_MASS_KG.min, max = ROLLER_MASS_KG.max))]
     pub roller_mass_kg: Option<f64>,
     /// Viscous damping of a roller's bearing \[N.m.s/rad\], 0 to 1.
     #[serde(default)]
-    #[garde(custom(within(BEARING_N_M_S_RAD)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = BEARING_N_M_S_RAD.min, max = BEARING_N_M_S_RAD.max)))]
+    #[garde(adapt(ranges), range(min = BEARING_N_M_S_RAD.min, max = BEARING_N_M_S_RAD.max))]
     pub friction_n_m_s_rad: f64,
 }
 

@@ -26,7 +26,7 @@ use crate::override_key::Override;
 use crate::physics::{Engine, Physics, ROLLER_STEP_US};
 #[cfg(feature = "schema")]
 use crate::ranges::NAME;
-use crate::ranges::{DURATION_S, HEADING_RAD, OFFSET_M, SUBSTEPS, TIME_LIMIT_S, counted, is_name, within};
+use crate::ranges::{self, DURATION_S, HEADING_RAD, OFFSET_M, SUBSTEPS, TIME_LIMIT_S, is_name};
 use crate::roller_wheel::RollerWheel;
 use crate::rollers::WheelModel;
 use crate::suggestion::did_you_mean;
@@ -52,8 +52,7 @@ pub struct Scenario {
     vehicle: Vehicle,
     /// Simulated time \[s\], 0.01 to 3600; 10 if left out.
     #[serde(default = "ten_seconds")]
-    #[garde(custom(within(DURATION_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = DURATION_S.min, max = DURATION_S.max)))]
+    #[garde(adapt(ranges), range(min = DURATION_S.min, max = DURATION_S.max))]
     pub duration_s: f64,
     /// Ends a run as soon as every wheel stands beyond the obstacle, before `duration_s`; without effect on flat ground. False by default.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
@@ -62,8 +61,7 @@ pub struct Scenario {
     /// Longest time that a run may take on the clock \[s\], 0.01 to 1e6; it then ends with an error. Without effect where there is no clock:
     /// in `wasm32-unknown-unknown`.
     #[serde(default = "an_hour")]
-    #[garde(custom(within(TIME_LIMIT_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = TIME_LIMIT_S.min, max = TIME_LIMIT_S.max)))]
+    #[garde(adapt(ranges), range(min = TIME_LIMIT_S.min, max = TIME_LIMIT_S.max))]
     pub time_limit_s: f64,
     /// Seed of the perturbation and of the sensors' noise.
     #[serde(default, deserialize_with = "crate::integers::seed_64")]
@@ -74,8 +72,7 @@ pub struct Scenario {
     pub terrain: Terrain,
     /// Parts of the ground with another friction.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    #[garde(custom(counted(0, 1000)), dive)]
-    #[cfg_attr(feature = "schema", schemars(length(max = 1000)))]
+    #[garde(adapt(ranges), length(max = 1000), dive)]
     pub friction_patch: Vec<FrictionPatch>,
     /// Where the vehicle stands at the start.
     #[serde(default)]
@@ -106,8 +103,7 @@ pub struct Scenario {
     pub actuators: Actuators,
     /// Faults during the run.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    #[garde(custom(counted(0, 100)), dive)]
-    #[cfg_attr(feature = "schema", schemars(length(max = 100)))]
+    #[garde(adapt(ranges), length(max = 100), dive)]
     pub fault: Vec<Fault>,
     /// Random differences between runs of different seeds; none by default.
     #[serde(default)]
@@ -157,12 +153,10 @@ fn an_hour() -> f64 {
 #[non_exhaustive]
 pub struct Perturbation {
     /// Heading at the start \[rad\], 0 to 3.2.
-    #[garde(custom(within(HEADING_RAD)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = HEADING_RAD.min, max = HEADING_RAD.max)))]
+    #[garde(adapt(ranges), range(min = HEADING_RAD.min, max = HEADING_RAD.max))]
     pub yaw_rad: f64,
     /// Position along x at the start \[m\], 0 to 100. It varies at which angle of their rotation the wheels meet the step.
-    #[garde(custom(within(OFFSET_M)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = OFFSET_M.min, max = OFFSET_M.max)))]
+    #[garde(adapt(ranges), range(min = OFFSET_M.min, max = OFFSET_M.max))]
     pub start_m: f64,
 }
 

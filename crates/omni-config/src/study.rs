@@ -17,7 +17,7 @@ use crate::load::{Source, read};
 use crate::override_key::{Override, dotted, too_long};
 #[cfg(feature = "schema")]
 use crate::ranges::NAME;
-use crate::ranges::{AXIS_COUNT, is_name, within};
+use crate::ranges::{self, AXIS_COUNT, is_name};
 use crate::suggestion::did_you_mean;
 pub use points::Point;
 pub use seeds::Seeds;
@@ -100,8 +100,7 @@ pub struct Axis {
     to: Option<f64>,
     /// How many, 2 to 10000.
     #[serde(default, deserialize_with = "crate::integers::axis_count")]
-    #[garde(inner(custom(within(AXIS_COUNT))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = AXIS_COUNT.min, max = AXIS_COUNT.max)))]
+    #[garde(adapt(ranges), range(min = AXIS_COUNT.min, max = AXIS_COUNT.max))]
     count: Option<u32>,
 }
 

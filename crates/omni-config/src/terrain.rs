@@ -10,8 +10,8 @@ use serde::{Deserialize, Serialize};
 use crate::height_map::HeightMap;
 use crate::kind_tables::deserialize_by_kind;
 use crate::ranges::{
-    BUMP_M, COUNT, FIELD_M, FRICTION, LENGTH_M, LEVEL_M, PIXEL_M, PLACE_M, RISER_M, RMS_M, SEED, SLOPE_RAD,
-    STEP_HEIGHT_M, TIME_S, TREAD_M, VELOCITY_M_S, WAVELENGTH_M, WIDTH_M, WORLD_M, within,
+    self, BUMP_M, COUNT, FIELD_M, FRICTION, LENGTH_M, LEVEL_M, PIXEL_M, PLACE_M, RISER_M, RMS_M, SEED,
+    SLOPE_RAD, STEP_HEIGHT_M, TIME_S, TREAD_M, VELOCITY_M_S, WAVELENGTH_M, WIDTH_M, WORLD_M, within,
 };
 
 /// The ground ahead of the vehicle: a plane at z = 0 and, from world x = `start_x_m` on, an obstacle across the path. Every kind has
@@ -33,206 +33,164 @@ pub enum Terrain {
     /// A plane.
     Flat {
         /// Coulomb friction coefficient between wheels and ground, 0 to 2.
-        #[garde(custom(within(FRICTION)))]
-        #[cfg_attr(feature = "schema", schemars(range(min = FRICTION.min, max = FRICTION.max)))]
+        #[garde(adapt(ranges), range(min = FRICTION.min, max = FRICTION.max))]
         friction: f64,
     },
     /// A higher plane from `start_x_m` on.
     Step {
         /// Coulomb friction coefficient between wheels and ground, 0 to 2.
-        #[garde(custom(within(FRICTION)))]
-        #[cfg_attr(feature = "schema", schemars(range(min = FRICTION.min, max = FRICTION.max)))]
+        #[garde(adapt(ranges), range(min = FRICTION.min, max = FRICTION.max))]
         friction: f64,
         /// Height of the step \[m\], 1e-4 to 10.
-        #[garde(custom(within(STEP_HEIGHT_M)))]
-        #[cfg_attr(feature = "schema", schemars(range(min = STEP_HEIGHT_M.min, max = STEP_HEIGHT_M.max)))]
+        #[garde(adapt(ranges), range(min = STEP_HEIGHT_M.min, max = STEP_HEIGHT_M.max))]
         height_m: f64,
-        /// World x of the riser \[m\], 1e-3 to 1000.
-        #[garde(custom(within(RISER_M)))]
-        #[cfg_attr(feature = "schema", schemars(range(min = RISER_M.min, max = RISER_M.max)))]
+        /// World x of the riser \[m\], 0.001 to 190.
+        #[garde(adapt(ranges), range(min = RISER_M.min, max = RISER_M.max))]
         start_x_m: f64,
     },
     /// A lower plane from `start_x_m` on.
     StepDown {
         /// Coulomb friction coefficient between wheels and ground, 0 to 2.
-        #[garde(custom(within(FRICTION)))]
-        #[cfg_attr(feature = "schema", schemars(range(min = FRICTION.min, max = FRICTION.max)))]
+        #[garde(adapt(ranges), range(min = FRICTION.min, max = FRICTION.max))]
         friction: f64,
         /// Depth of the step \[m\], 1e-4 to 10.
-        #[garde(custom(within(STEP_HEIGHT_M)))]
-        #[cfg_attr(feature = "schema", schemars(range(min = STEP_HEIGHT_M.min, max = STEP_HEIGHT_M.max)))]
+        #[garde(adapt(ranges), range(min = STEP_HEIGHT_M.min, max = STEP_HEIGHT_M.max))]
         height_m: f64,
-        /// World x of the edge \[m\], 1e-3 to 1000.
-        #[garde(custom(within(RISER_M)))]
-        #[cfg_attr(feature = "schema", schemars(range(min = RISER_M.min, max = RISER_M.max)))]
+        /// World x of the edge \[m\], 0.001 to 190.
+        #[garde(adapt(ranges), range(min = RISER_M.min, max = RISER_M.max))]
         start_x_m: f64,
     },
     /// Equal steps up, one after the other; the last one goes on as a plane.
     Stairs {
         /// Coulomb friction coefficient between wheels and ground, 0 to 2.
-        #[garde(custom(within(FRICTION)))]
-        #[cfg_attr(feature = "schema", schemars(range(min = FRICTION.min, max = FRICTION.max)))]
+        #[garde(adapt(ranges), range(min = FRICTION.min, max = FRICTION.max))]
         friction: f64,
         /// Height of each step \[m\], 1e-4 to 10.
-        #[garde(custom(within(STEP_HEIGHT_M)))]
-        #[cfg_attr(feature = "schema", schemars(range(min = STEP_HEIGHT_M.min, max = STEP_HEIGHT_M.max)))]
+        #[garde(adapt(ranges), range(min = STEP_HEIGHT_M.min, max = STEP_HEIGHT_M.max))]
         height_m: f64,
         /// Distance from riser to riser \[m\], 0.01 to 10.
-        #[garde(custom(within(TREAD_M)))]
-        #[cfg_attr(feature = "schema", schemars(range(min = TREAD_M.min, max = TREAD_M.max)))]
+        #[garde(adapt(ranges), range(min = TREAD_M.min, max = TREAD_M.max))]
         tread_m: f64,
         /// Number of steps, 1 to 100.
-        #[garde(custom(within(COUNT)))]
-        #[cfg_attr(feature = "schema", schemars(range(min = COUNT.min, max = COUNT.max)))]
+        #[garde(adapt(ranges), range(min = COUNT.min, max = COUNT.max))]
         count: u32,
-        /// World x of the first riser \[m\], 1e-3 to 1000.
-        #[garde(custom(within(RISER_M)))]
-        #[cfg_attr(feature = "schema", schemars(range(min = RISER_M.min, max = RISER_M.max)))]
+        /// World x of the first riser \[m\], 0.001 to 190.
+        #[garde(adapt(ranges), range(min = RISER_M.min, max = RISER_M.max))]
         start_x_m: f64,
     },
     /// A slope up to a higher plane.
     Ramp {
         /// Coulomb friction coefficient between wheels and ground, 0 to 2.
-        #[garde(custom(within(FRICTION)))]
-        #[cfg_attr(feature = "schema", schemars(range(min = FRICTION.min, max = FRICTION.max)))]
+        #[garde(adapt(ranges), range(min = FRICTION.min, max = FRICTION.max))]
         friction: f64,
         /// Slope \[rad\], 0.001 to 1.2; up is positive.
-        #[garde(custom(within(SLOPE_RAD)))]
-        #[cfg_attr(feature = "schema", schemars(range(min = SLOPE_RAD.min, max = SLOPE_RAD.max)))]
+        #[garde(adapt(ranges), range(min = SLOPE_RAD.min, max = SLOPE_RAD.max))]
         slope_rad: f64,
         /// Length of the slope, measured level \[m\], 0.01 to 100.
-        #[garde(custom(within(LENGTH_M)))]
-        #[cfg_attr(feature = "schema", schemars(range(min = LENGTH_M.min, max = LENGTH_M.max)))]
+        #[garde(adapt(ranges), range(min = LENGTH_M.min, max = LENGTH_M.max))]
         length_m: f64,
-        /// World x of its foot \[m\], 1e-3 to 1000.
-        #[garde(custom(within(RISER_M)))]
-        #[cfg_attr(feature = "schema", schemars(range(min = RISER_M.min, max = RISER_M.max)))]
+        /// World x of its foot \[m\], 0.001 to 190.
+        #[garde(adapt(ranges), range(min = RISER_M.min, max = RISER_M.max))]
         start_x_m: f64,
     },
     /// A step that only the left wheels meet: the higher plane lies at y > `left_of_m`.
     HalfStep {
         /// Coulomb friction coefficient between wheels and ground, 0 to 2.
-        #[garde(custom(within(FRICTION)))]
-        #[cfg_attr(feature = "schema", schemars(range(min = FRICTION.min, max = FRICTION.max)))]
+        #[garde(adapt(ranges), range(min = FRICTION.min, max = FRICTION.max))]
         friction: f64,
         /// Height of the step \[m\], 1e-4 to 10.
-        #[garde(custom(within(STEP_HEIGHT_M)))]
-        #[cfg_attr(feature = "schema", schemars(range(min = STEP_HEIGHT_M.min, max = STEP_HEIGHT_M.max)))]
+        #[garde(adapt(ranges), range(min = STEP_HEIGHT_M.min, max = STEP_HEIGHT_M.max))]
         height_m: f64,
         /// World y of the step's side (left is +) \[m\], -100 to 100; the step lies to the left of it.
         #[serde(default)]
-        #[garde(custom(within(PLACE_M)))]
-        #[cfg_attr(feature = "schema", schemars(range(min = PLACE_M.min, max = PLACE_M.max)))]
+        #[garde(adapt(ranges), range(min = PLACE_M.min, max = PLACE_M.max))]
         left_of_m: f64,
-        /// World x of the riser \[m\], 1e-3 to 1000.
-        #[garde(custom(within(RISER_M)))]
-        #[cfg_attr(feature = "schema", schemars(range(min = RISER_M.min, max = RISER_M.max)))]
+        /// World x of the riser \[m\], 0.001 to 190.
+        #[garde(adapt(ranges), range(min = RISER_M.min, max = RISER_M.max))]
         start_x_m: f64,
     },
     /// A trench with upright walls.
     Ditch {
         /// Coulomb friction coefficient between wheels and ground, 0 to 2.
-        #[garde(custom(within(FRICTION)))]
-        #[cfg_attr(feature = "schema", schemars(range(min = FRICTION.min, max = FRICTION.max)))]
+        #[garde(adapt(ranges), range(min = FRICTION.min, max = FRICTION.max))]
         friction: f64,
         /// Width of the trench, along x \[m\], 1e-3 to 10.
-        #[garde(custom(within(WIDTH_M)))]
-        #[cfg_attr(feature = "schema", schemars(range(min = WIDTH_M.min, max = WIDTH_M.max)))]
+        #[garde(adapt(ranges), range(min = WIDTH_M.min, max = WIDTH_M.max))]
         width_m: f64,
         /// Depth of the trench \[m\], 1e-3 to 10.
-        #[garde(custom(within(WIDTH_M)))]
-        #[cfg_attr(feature = "schema", schemars(range(min = WIDTH_M.min, max = WIDTH_M.max)))]
+        #[garde(adapt(ranges), range(min = WIDTH_M.min, max = WIDTH_M.max))]
         depth_m: f64,
-        /// World x of the near wall \[m\], 1e-3 to 1000.
-        #[garde(custom(within(RISER_M)))]
-        #[cfg_attr(feature = "schema", schemars(range(min = RISER_M.min, max = RISER_M.max)))]
+        /// World x of the near wall \[m\], 0.001 to 190.
+        #[garde(adapt(ranges), range(min = RISER_M.min, max = RISER_M.max))]
         start_x_m: f64,
     },
     /// Round bars across the path, sunk into the ground: cables and sills.
     Bumps {
         /// Coulomb friction coefficient between wheels and ground, 0 to 2.
-        #[garde(custom(within(FRICTION)))]
-        #[cfg_attr(feature = "schema", schemars(range(min = FRICTION.min, max = FRICTION.max)))]
+        #[garde(adapt(ranges), range(min = FRICTION.min, max = FRICTION.max))]
         friction: f64,
         /// Height above the ground \[m\], 1e-4 to 1.
-        #[garde(custom(within(BUMP_M)))]
-        #[cfg_attr(feature = "schema", schemars(range(min = BUMP_M.min, max = BUMP_M.max)))]
+        #[garde(adapt(ranges), range(min = BUMP_M.min, max = BUMP_M.max))]
         height_m: f64,
         /// Width at the ground, at least twice the height \[m\], 1e-3 to 10. A half round is twice as wide as high.
-        #[garde(custom(within(WIDTH_M)))]
-        #[cfg_attr(feature = "schema", schemars(range(min = WIDTH_M.min, max = WIDTH_M.max)))]
+        #[garde(adapt(ranges), range(min = WIDTH_M.min, max = WIDTH_M.max))]
         width_m: f64,
         /// Distance from bar to bar \[m\], 0.01 to 100.
-        #[garde(custom(within(LENGTH_M)))]
-        #[cfg_attr(feature = "schema", schemars(range(min = LENGTH_M.min, max = LENGTH_M.max)))]
+        #[garde(adapt(ranges), range(min = LENGTH_M.min, max = LENGTH_M.max))]
         spacing_m: f64,
         /// Number of bars, 1 to 100.
-        #[garde(custom(within(COUNT)))]
-        #[cfg_attr(feature = "schema", schemars(range(min = COUNT.min, max = COUNT.max)))]
+        #[garde(adapt(ranges), range(min = COUNT.min, max = COUNT.max))]
         count: u32,
-        /// World x of the first bar's near side \[m\], 1e-3 to 1000.
-        #[garde(custom(within(RISER_M)))]
-        #[cfg_attr(feature = "schema", schemars(range(min = RISER_M.min, max = RISER_M.max)))]
+        /// World x of the first bar's near side \[m\], 0.001 to 190.
+        #[garde(adapt(ranges), range(min = RISER_M.min, max = RISER_M.max))]
         start_x_m: f64,
     },
     /// A random surface: a sum of waves in all directions that fades into the plane at its borders.
     Rough {
         /// Coulomb friction coefficient between wheels and ground, 0 to 2.
-        #[garde(custom(within(FRICTION)))]
-        #[cfg_attr(feature = "schema", schemars(range(min = FRICTION.min, max = FRICTION.max)))]
+        #[garde(adapt(ranges), range(min = FRICTION.min, max = FRICTION.max))]
         friction: f64,
         /// Root mean square of the height \[m\], 0 to 1.
-        #[garde(custom(within(RMS_M)))]
-        #[cfg_attr(feature = "schema", schemars(range(min = RMS_M.min, max = RMS_M.max)))]
+        #[garde(adapt(ranges), range(min = RMS_M.min, max = RMS_M.max))]
         rms_m: f64,
         /// Shortest wave \[m\], 0.02 to 10; the longest is four times as long.
-        #[garde(custom(within(WAVELENGTH_M)))]
-        #[cfg_attr(feature = "schema", schemars(range(min = WAVELENGTH_M.min, max = WAVELENGTH_M.max)))]
+        #[garde(adapt(ranges), range(min = WAVELENGTH_M.min, max = WAVELENGTH_M.max))]
         wavelength_m: f64,
         /// Extent along x \[m\], 0.1 to 50.
-        #[garde(custom(within(FIELD_M)))]
-        #[cfg_attr(feature = "schema", schemars(range(min = FIELD_M.min, max = FIELD_M.max)))]
+        #[garde(adapt(ranges), range(min = FIELD_M.min, max = FIELD_M.max))]
         length_m: f64,
         /// Extent along y, half of it on either side \[m\], 0.1 to 50.
-        #[garde(custom(within(FIELD_M)))]
-        #[cfg_attr(feature = "schema", schemars(range(min = FIELD_M.min, max = FIELD_M.max)))]
+        #[garde(adapt(ranges), range(min = FIELD_M.min, max = FIELD_M.max))]
         width_m: f64,
         /// Seed of the surface; the scenario's own seed does not change the ground.
         #[serde(default)]
-        #[garde(custom(within(SEED)))]
-        #[cfg_attr(feature = "schema", schemars(range(min = SEED.min, max = SEED.max)))]
+        #[garde(adapt(ranges), range(min = SEED.min, max = SEED.max))]
         seed: u32,
-        /// World x at which it begins \[m\], 1e-3 to 1000.
-        #[garde(custom(within(RISER_M)))]
-        #[cfg_attr(feature = "schema", schemars(range(min = RISER_M.min, max = RISER_M.max)))]
+        /// World x at which it begins \[m\], 0.001 to 190.
+        #[garde(adapt(ranges), range(min = RISER_M.min, max = RISER_M.max))]
         start_x_m: f64,
     },
     /// Heights from a grey picture: up in the picture is forward, its middle column lies at y = 0.
     HeightMap {
         /// Coulomb friction coefficient between wheels and ground, 0 to 2.
-        #[garde(custom(within(FRICTION)))]
-        #[cfg_attr(feature = "schema", schemars(range(min = FRICTION.min, max = FRICTION.max)))]
+        #[garde(adapt(ranges), range(min = FRICTION.min, max = FRICTION.max))]
         friction: f64,
         /// A PNG, grey, of 8 or 16 bits: a path relative to this file. (A log holds it as a data URL.)
         #[garde(skip)] // read or refused when the file is loaded
         #[cfg_attr(feature = "schema", schemars(with = "String"))]
         image: HeightMap,
         /// Edge of a pixel \[m\], 1e-4 to 10.
-        #[garde(custom(within(PIXEL_M)))]
-        #[cfg_attr(feature = "schema", schemars(range(min = PIXEL_M.min, max = PIXEL_M.max)))]
+        #[garde(adapt(ranges), range(min = PIXEL_M.min, max = PIXEL_M.max))]
         pixel_m: f64,
         /// Height of black \[m\], -10 to 10.
         #[serde(default)]
-        #[garde(custom(within(LEVEL_M)))]
-        #[cfg_attr(feature = "schema", schemars(range(min = LEVEL_M.min, max = LEVEL_M.max)))]
+        #[garde(adapt(ranges), range(min = LEVEL_M.min, max = LEVEL_M.max))]
         black_height_m: f64,
         /// Height of white \[m\], -10 to 10.
-        #[garde(custom(within(LEVEL_M)))]
-        #[cfg_attr(feature = "schema", schemars(range(min = LEVEL_M.min, max = LEVEL_M.max)))]
+        #[garde(adapt(ranges), range(min = LEVEL_M.min, max = LEVEL_M.max))]
         white_height_m: f64,
-        /// World x of the picture's lower edge \[m\], 1e-3 to 1000.
-        #[garde(custom(within(RISER_M)))]
-        #[cfg_attr(feature = "schema", schemars(range(min = RISER_M.min, max = RISER_M.max)))]
+        /// World x of the picture's lower edge \[m\], 0.001 to 190.
+        #[garde(adapt(ranges), range(min = RISER_M.min, max = RISER_M.max))]
         start_x_m: f64,
     },
 }
@@ -336,23 +294,19 @@ pub struct FrictionPatch {
     #[cfg_attr(feature = "schema", schemars(inner(range(min = WORLD_M.min, max = WORLD_M.max))))]
     pub y_m: [f64; 2],
     /// Coulomb friction coefficient between wheels and ground, 0 to 2. Where patches overlap the last one counts.
-    #[garde(custom(within(FRICTION)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = FRICTION.min, max = FRICTION.max)))]
+    #[garde(adapt(ranges), range(min = FRICTION.min, max = FRICTION.max))]
     pub friction: f64,
     /// How it moves, world x and y \[m/s\], -100 to 100; left out: not at all. `x_m` and `y_m` are where it is at `from_s`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[garde(inner(custom(within(VELOCITY_M_S))))]
-    #[cfg_attr(feature = "schema", schemars(inner(range(min = VELOCITY_M_S.min, max = VELOCITY_M_S.max))))]
+    #[garde(adapt(ranges), inner(range(min = VELOCITY_M_S.min, max = VELOCITY_M_S.max)))]
     pub velocity_m_s: Option<[f64; 2]>,
     /// It is there from this time \[s\], 0 to 3600; left out: from the start.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[garde(inner(custom(within(TIME_S))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
+    #[garde(adapt(ranges), range(min = TIME_S.min, max = TIME_S.max))]
     pub from_s: Option<f64>,
     /// It is there until this time \[s\], 0 to 3600; left out: to the end.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[garde(inner(custom(within(TIME_S))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = TIME_S.min, max = TIME_S.max)))]
+    #[garde(adapt(ranges), range(min = TIME_S.min, max = TIME_S.max))]
     pub until_s: Option<f64>,
 }
 

@@ -23,8 +23,8 @@ use crate::key_place::with_place;
 use crate::load::{Source, read};
 use crate::override_key::Override;
 use crate::ranges::{
-    ACCELERATION_M_S2, ACCELERATION_RAD_S2, DAMPING_N_M_S_RAD, EDGE_M, GAIN, MASS_KG, PLACE_M, SPEED_M_S,
-    SPEED_RAD_S, STOP_RAD, counted, direction, is_name, within,
+    self, ACCELERATION_M_S2, ACCELERATION_RAD_S2, DAMPING_N_M_S_RAD, EDGE_M, GAIN, MASS_KG, PLACE_M,
+    SPEED_M_S, SPEED_RAD_S, STOP_RAD, direction, is_name,
 };
 #[cfg(feature = "schema")]
 use crate::ranges::{DIRECTION, NAME};
@@ -51,22 +51,18 @@ pub struct Vehicle {
     #[cfg_attr(feature = "schema", schemars(regex(pattern = NAME)))]
     pub name: String,
     /// Rigid bodies; the first one is the base, whose pose is the vehicle's.
-    #[garde(custom(counted(1, 16)), dive)]
-    #[cfg_attr(feature = "schema", schemars(length(min = 1, max = 16)))]
+    #[garde(adapt(ranges), length(min = 1, max = 16), dive)]
     pub body: Vec<Body>,
     /// Passive hinges that join the bodies into a tree.
     #[serde(default)]
-    #[garde(custom(counted(0, 15)), dive)]
-    #[cfg_attr(feature = "schema", schemars(length(max = 15)))]
+    #[garde(adapt(ranges), length(max = 15), dive)]
     pub hinge: Vec<Hinge>,
     /// Hinges that turn together, as a differential makes them.
     #[serde(default)]
-    #[garde(custom(counted(0, 15)), dive)]
-    #[cfg_attr(feature = "schema", schemars(length(max = 15)))]
+    #[garde(adapt(ranges), length(max = 15), dive)]
     pub coupling: Vec<Coupling>,
     /// Wheels, in the controller's order.
-    #[garde(custom(counted(3, 8)), dive)]
-    #[cfg_attr(feature = "schema", schemars(length(min = 3, max = 8)))]
+    #[garde(adapt(ranges), length(min = 3, max = 8), dive)]
     pub wheel: Vec<WheelSpec>,
     /// Rollers of the wheels whose `contact` gives none of their own, for
     /// `physics.wheel_model = "rollers"`.
@@ -105,22 +101,18 @@ pub struct Body {
     #[cfg_attr(feature = "schema", schemars(regex(pattern = NAME)))]
     pub name: String,
     /// Mass \[kg\], 0.001 to 10000.
-    #[garde(custom(within(MASS_KG)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = MASS_KG.min, max = MASS_KG.max)))]
+    #[garde(adapt(ranges), range(min = MASS_KG.min, max = MASS_KG.max))]
     pub mass_kg: f64,
     /// Centre of mass \[m\], each within 100. Left out: half way up the box, in the middle of the wheels that the body carries.
-    #[garde(custom(within(PLACE_M)))]
-    #[cfg_attr(feature = "schema", schemars(inner(range(min = PLACE_M.min, max = PLACE_M.max))))]
+    #[garde(adapt(ranges), inner(range(min = PLACE_M.min, max = PLACE_M.max)))]
     pub com_m: [f64; 3],
     /// Edge lengths \[m\], 0.001 to 100, of the solid box that has this body's inertia. It is no contact: nothing stops at it. A run whose
     /// ground reaches into its lower face has touched.
-    #[garde(custom(within(EDGE_M)))]
-    #[cfg_attr(feature = "schema", schemars(inner(range(min = EDGE_M.min, max = EDGE_M.max))))]
+    #[garde(adapt(ranges), inner(range(min = EDGE_M.min, max = EDGE_M.max)))]
     pub inertia_box_m: [f64; 3],
     /// Height of its lowest point above level ground with the vehicle at rest \[m\], 0.001 to 100. Left out: that of the box's lower face.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[garde(inner(custom(within(EDGE_M))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = EDGE_M.min, max = EDGE_M.max)))]
+    #[garde(adapt(ranges), range(min = EDGE_M.min, max = EDGE_M.max))]
     pub clearance_m: Option<f64>,
 }
 
@@ -166,16 +158,13 @@ pub struct Hinge {
     #[cfg_attr(feature = "schema", schemars(inner(range(min = DIRECTION.min, max = DIRECTION.max))))]
     pub axis: [f64; 3],
     /// A point of the axis \[m\], within or near the vehicle.
-    #[garde(custom(within(PLACE_M)))]
-    #[cfg_attr(feature = "schema", schemars(inner(range(min = PLACE_M.min, max = PLACE_M.max))))]
+    #[garde(adapt(ranges), inner(range(min = PLACE_M.min, max = PLACE_M.max)))]
     pub anchor_m: [f64; 3],
     /// The angle stays within plus and minus this \[rad\], 0 to 3.
-    #[garde(custom(within(STOP_RAD)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = STOP_RAD.min, max = STOP_RAD.max)))]
+    #[garde(adapt(ranges), range(min = STOP_RAD.min, max = STOP_RAD.max))]
     pub limit_rad: f64,
     /// Viscous damping \[N.m.s/rad\], 0 to 1e6. Left out: what stops the child in 0.2 s.
-    #[garde(custom(within(DAMPING_N_M_S_RAD)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = DAMPING_N_M_S_RAD.min, max = DAMPING_N_M_S_RAD.max)))]
+    #[garde(adapt(ranges), range(min = DAMPING_N_M_S_RAD.min, max = DAMPING_N_M_S_RAD.max))]
     pub damping_n_m_s_rad: f64,
 }
 
@@ -186,26 +175,21 @@ pub struct Hinge {
 #[non_exhaustive]
 pub struct Limits {
     /// Speed forward \[m/s\], 0.001 to 100.
-    #[garde(custom(within(SPEED_M_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = SPEED_M_S.min, max = SPEED_M_S.max)))]
+    #[garde(adapt(ranges), range(min = SPEED_M_S.min, max = SPEED_M_S.max))]
     pub vx_m_s: f64,
     /// Speed sideways \[m/s\], 0.001 to 100.
-    #[garde(custom(within(SPEED_M_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = SPEED_M_S.min, max = SPEED_M_S.max)))]
+    #[garde(adapt(ranges), range(min = SPEED_M_S.min, max = SPEED_M_S.max))]
     pub vy_m_s: f64,
     /// Yaw rate \[rad/s\], 0.001 to 1000.
-    #[garde(custom(within(SPEED_RAD_S)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = SPEED_RAD_S.min, max = SPEED_RAD_S.max)))]
+    #[garde(adapt(ranges), range(min = SPEED_RAD_S.min, max = SPEED_RAD_S.max))]
     pub wz_rad_s: f64,
     /// Acceleration and deceleration, forward and sideways \[m/s^2\], 0.001 to 1e4; left out: unlimited.
     #[serde(default)]
-    #[garde(inner(custom(within(ACCELERATION_M_S2))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = ACCELERATION_M_S2.min, max = ACCELERATION_M_S2.max)))]
+    #[garde(adapt(ranges), range(min = ACCELERATION_M_S2.min, max = ACCELERATION_M_S2.max))]
     pub linear_m_s2: Option<f64>,
     /// The same for the yaw rate \[rad/s^2\], 0.001 to 1e5; left out: unlimited.
     #[serde(default)]
-    #[garde(inner(custom(within(ACCELERATION_RAD_S2))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = ACCELERATION_RAD_S2.min, max = ACCELERATION_RAD_S2.max)))]
+    #[garde(adapt(ranges), range(min = ACCELERATION_RAD_S2.min, max = ACCELERATION_RAD_S2.max))]
     pub yaw_rad_s2: Option<f64>,
 }
 
@@ -237,17 +221,14 @@ impl Limits {
 #[non_exhaustive]
 pub struct Gains {
     /// k_p \[N.m per rad/s\], 0 to 1e6.
-    #[garde(custom(within(GAIN)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = GAIN.min, max = GAIN.max)))]
+    #[garde(adapt(ranges), range(min = GAIN.min, max = GAIN.max))]
     pub kp_n_m_s_rad: f64,
     /// k_i \[N.m per rad\], 0 to 1e6.
-    #[garde(custom(within(GAIN)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = GAIN.min, max = GAIN.max)))]
+    #[garde(adapt(ranges), range(min = GAIN.min, max = GAIN.max))]
     pub ki_n_m_rad: f64,
     /// k_d \[N.m per rad/s^2\], 0 to 1e6; 0 if left out.
     #[serde(default)]
-    #[garde(custom(within(GAIN)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = GAIN.min, max = GAIN.max)))]
+    #[garde(adapt(ranges), range(min = GAIN.min, max = GAIN.max))]
     pub kd_n_m_s2_rad: f64,
 }
 

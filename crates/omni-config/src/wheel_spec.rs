@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::kind_tables::deserialize_by_kind;
 use crate::ranges::{
-    CONTACT_N_M, GEAR, INERTIA_KG_M2, MASS_KG, PLACE_M, PRELOAD_N, RADIUS_M, ROLLER_ANGLE_RAD, WIDTH_M,
-    direction, is_name, one, within,
+    self, CONTACT_N_M, GEAR, INERTIA_KG_M2, MASS_KG, PLACE_M, PRELOAD_N, RADIUS_M, ROLLER_ANGLE_RAD, WIDTH_M,
+    direction, is_name, one,
 };
 #[cfg(feature = "schema")]
 use crate::ranges::{DIRECTION, NAME};
@@ -26,8 +26,7 @@ pub enum WheelContact {
     /// that meet obstacles sideways, with a roller.
     Roller {
         /// Radius of the rollers \[m\], 0.001 to 10, less than the wheel's.
-        #[garde(custom(within(RADIUS_M)))]
-        #[cfg_attr(feature = "schema", schemars(range(min = RADIUS_M.min, max = RADIUS_M.max)))]
+        #[garde(adapt(ranges), range(min = RADIUS_M.min, max = RADIUS_M.max))]
         radius_m: f64,
     },
     /// Rollers, each a body on its own bearing.
@@ -58,8 +57,7 @@ pub struct WheelSpec {
     #[cfg_attr(feature = "schema", schemars(regex(pattern = NAME)))]
     pub body: String,
     /// Position in the ground plane \[m\], each within 100: x forward, y left. The axle is `radius_m` above.
-    #[garde(custom(within(PLACE_M)))]
-    #[cfg_attr(feature = "schema", schemars(inner(range(min = PLACE_M.min, max = PLACE_M.max))))]
+    #[garde(adapt(ranges), inner(range(min = PLACE_M.min, max = PLACE_M.max)))]
     pub position_m: [f64; 2],
     /// Direction in which this wheel drives the vehicle when it turns positively.
     #[garde(custom(direction))]
@@ -68,43 +66,35 @@ pub struct WheelSpec {
     /// Axis of the roller on the ground, counter-clockwise from the rolling direction \[rad\], -1.5 to 1.5: 0 for an omni
     /// wheel, usually +-pi/4 for a mecanum wheel.
     #[serde(default)]
-    #[garde(custom(within(ROLLER_ANGLE_RAD)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = ROLLER_ANGLE_RAD.min, max = ROLLER_ANGLE_RAD.max)))]
+    #[garde(adapt(ranges), range(min = ROLLER_ANGLE_RAD.min, max = ROLLER_ANGLE_RAD.max))]
     pub roller_angle_rad: f64,
     /// Rolling radius \[m\], 0.001 to 10.
-    #[garde(custom(within(RADIUS_M)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = RADIUS_M.min, max = RADIUS_M.max)))]
+    #[garde(adapt(ranges), range(min = RADIUS_M.min, max = RADIUS_M.max))]
     pub radius_m: f64,
     /// Width \[m\], 0.001 to 10, for pictures and URDF; the physics does not use it. Left out: half the radius.
     #[serde(default)]
-    #[garde(inner(custom(within(WIDTH_M))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = WIDTH_M.min, max = WIDTH_M.max)))]
+    #[garde(adapt(ranges), range(min = WIDTH_M.min, max = WIDTH_M.max))]
     pub width_m: Option<f64>,
     /// Mass \[kg\], 0.001 to 10000.
-    #[garde(custom(within(MASS_KG)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = MASS_KG.min, max = MASS_KG.max)))]
+    #[garde(adapt(ranges), range(min = MASS_KG.min, max = MASS_KG.max))]
     pub mass_kg: f64,
     /// Moment of inertia about the axle \[kg.m^2\], rotor included, 1e-10 to 1e6. Left out: that of a solid wheel, and of the motor's
     /// rotor where its inertia is given.
-    #[garde(custom(within(INERTIA_KG_M2)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = INERTIA_KG_M2.min, max = INERTIA_KG_M2.max)))]
+    #[garde(adapt(ranges), range(min = INERTIA_KG_M2.min, max = INERTIA_KG_M2.max))]
     pub inertia_kg_m2: f64,
     /// Wheel velocity over actuator velocity, k of eq. (1), 1e-6 to 1000; 1 for direct drive.
     #[serde(default = "one")]
-    #[garde(custom(within(GEAR)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = GEAR.min, max = GEAR.max)))]
+    #[garde(adapt(ranges), range(min = GEAR.min, max = GEAR.max))]
     pub gear: f64,
     /// Stiffness of its contact with the ground \[N/m\], 100 to 1e10; left out: that of `physics.contact_frequency_hz` with the wheel's mass. On a
     /// rigid frame it sets how the wheels of a row share their load. Only with `physics.engine = "articulated"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[garde(inner(custom(within(CONTACT_N_M))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = CONTACT_N_M.min, max = CONTACT_N_M.max)))]
+    #[garde(adapt(ranges), range(min = CONTACT_N_M.min, max = CONTACT_N_M.max))]
     pub contact_stiffness_n_m: Option<f64>,
     /// Extra force that presses it on the ground \[N\], -1e5 to 1e5: it is mounted lower by this force over the stiffness of
     /// its contact. Only on a frame with other wheels; 0 if left out.
     #[serde(default)]
-    #[garde(custom(within(PRELOAD_N)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = PRELOAD_N.min, max = PRELOAD_N.max)))]
+    #[garde(adapt(ranges), range(min = PRELOAD_N.min, max = PRELOAD_N.max))]
     pub preload_n: f64,
     /// What touches the ground; a ball if left out.
     #[garde(dive)]

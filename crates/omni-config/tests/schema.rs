@@ -366,3 +366,45 @@ fn every_key_is_described_in_plain_words() {
         }
     }
 }
+
+#[test]
+fn a_description_that_says_a_range_says_that_of_its_schema() {
+    // Further bounds depend on other keys, or hold beside a single value.
+    let more_is_said = ["bandwidth_rad_s", "sweep_rad", "encoder_counts"];
+    let number = |word: &str| {
+        word.trim_end_matches(['.', ',', ';', ':', ')'])
+            .parse::<f64>()
+            .ok()
+    };
+    let mut ranges = 0;
+    for place in KINDS.into_iter().flat_map(places) {
+        let bounds = if place.schema["items"].is_object() {
+            &place.schema["items"]
+        } else {
+            &place.schema
+        };
+        let (Some(least), Some(most)) = (bounds["minimum"].as_f64(), bounds["maximum"].as_f64()) else {
+            continue;
+        };
+        let words: Vec<_> = place.schema["description"]
+            .as_str()
+            .unwrap_or_default()
+            .split(' ')
+            .collect();
+        let said: Vec<_> = words
+            .windows(3)
+            .filter(|three| three[1] == "to")
+            .filter_map(|three| Some((number(three[0])?, number(three[2])?)))
+            .collect();
+        if said.is_empty() || more_is_said.iter().any(|key| place.key.ends_with(key)) {
+            continue;
+        }
+        assert!(
+            said.contains(&(least, most)),
+            "{}: {said:?}, {least} to {most}",
+            place.key
+        );
+        ranges += 1;
+    }
+    assert!(ranges >= 150, "{ranges} ranges");
+}

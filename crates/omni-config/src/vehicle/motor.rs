@@ -8,8 +8,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::ranges::{
-    DAMPING_N_M_S_RAD, EFFICIENCY, GEAR_FRICTION_N_M, NO_LOAD_RAD_S, NO_LOAD_RPM, STALL_TORQUE_N_M, one,
-    within,
+    self, DAMPING_N_M_S_RAD, EFFICIENCY, GEAR_FRICTION_N_M, NO_LOAD_RAD_S, NO_LOAD_RPM, STALL_TORQUE_N_M, one,
 };
 
 /// Keys of which a file gives exactly one.
@@ -25,47 +24,39 @@ const LINE: [&str; 3] = ["slope_n_m_s_rad", "no_load_rpm", "no_load_rad_s"];
 #[non_exhaustive]
 pub struct Motor {
     /// Torque at rest \[N.m\], 1e-6 to 1e6; or in kg.cm or oz.in, under `stall_torque_kg_cm` or `stall_torque_oz_in`.
-    #[garde(custom(within(STALL_TORQUE_N_M)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = STALL_TORQUE_N_M.min, max = STALL_TORQUE_N_M.max)))]
+    #[garde(adapt(ranges), range(min = STALL_TORQUE_N_M.min, max = STALL_TORQUE_N_M.max))]
     pub stall_torque_n_m: f64,
     /// Torque lost per speed while driving \[N.m per rad/s\], 0 to 1e6; 0 for a constant limit. Exactly one of this, `no_load_rpm` and
     /// `no_load_rad_s`.
     #[serde(default)]
-    #[garde(inner(custom(within(DAMPING_N_M_S_RAD))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = DAMPING_N_M_S_RAD.min, max = DAMPING_N_M_S_RAD.max)))]
+    #[garde(adapt(ranges), range(min = DAMPING_N_M_S_RAD.min, max = DAMPING_N_M_S_RAD.max))]
     pub slope_n_m_s_rad: Option<f64>,
     /// No-load speed in turns per minute, as in data sheets, 0.001 to 1e6, instead of `slope_n_m_s_rad`.
     #[serde(default)]
-    #[garde(inner(custom(within(NO_LOAD_RPM))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = NO_LOAD_RPM.min, max = NO_LOAD_RPM.max)))]
+    #[garde(adapt(ranges), range(min = NO_LOAD_RPM.min, max = NO_LOAD_RPM.max))]
     pub no_load_rpm: Option<f64>,
     /// No-load speed \[rad/s\], 1e-4 to 1e5, instead of `slope_n_m_s_rad`.
     #[serde(default)]
-    #[garde(inner(custom(within(NO_LOAD_RAD_S))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = NO_LOAD_RAD_S.min, max = NO_LOAD_RAD_S.max)))]
+    #[garde(adapt(ranges), range(min = NO_LOAD_RAD_S.min, max = NO_LOAD_RAD_S.max))]
     pub no_load_rad_s: Option<f64>,
     /// Most torque that the drive lets the motor have \[N.m\], 1e-6 to the stall torque, at every speed: the corner of a current limit. Left
     /// out: the stall torque.
     #[serde(default)]
-    #[garde(inner(custom(within(STALL_TORQUE_N_M))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = STALL_TORQUE_N_M.min, max = STALL_TORQUE_N_M.max)))]
+    #[garde(adapt(ranges), range(min = STALL_TORQUE_N_M.min, max = STALL_TORQUE_N_M.max))]
     pub torque_limit_n_m: Option<f64>,
     /// Dry (Coulomb) friction of the gear at the wheel \[N.m\], 0 to 1e6: the same at every speed, also at rest. The torque-speed
     /// line does not include it. 0 by default.
     #[serde(default)]
-    #[garde(custom(within(GEAR_FRICTION_N_M)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = GEAR_FRICTION_N_M.min, max = GEAR_FRICTION_N_M.max)))]
+    #[garde(adapt(ranges), range(min = GEAR_FRICTION_N_M.min, max = GEAR_FRICTION_N_M.max))]
     pub gear_friction_n_m: f64,
     /// Viscous friction at the wheel \[N.m per rad/s of the wheel\], 0 to 1e6; 0 by default.
     #[serde(default)]
-    #[garde(custom(within(DAMPING_N_M_S_RAD)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = DAMPING_N_M_S_RAD.min, max = DAMPING_N_M_S_RAD.max)))]
+    #[garde(adapt(ranges), range(min = DAMPING_N_M_S_RAD.min, max = DAMPING_N_M_S_RAD.max))]
     pub viscous_n_m_s_rad: f64,
     /// Efficiency of the gear, 0.01 to 1: driving, the wheel gets this part of the torque; driven by the ground, the motor feels this part of
     /// it. 1 by default.
     #[serde(default = "one")]
-    #[garde(custom(within(EFFICIENCY)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = EFFICIENCY.min, max = EFFICIENCY.max)))]
+    #[garde(adapt(ranges), range(min = EFFICIENCY.min, max = EFFICIENCY.max))]
     pub efficiency: f64,
 }
 

@@ -12,7 +12,7 @@ use crate::Error;
 use crate::load::{Source, checked};
 #[cfg(feature = "schema")]
 use crate::ranges::NAME;
-use crate::ranges::{EDGE_M, HEADING_DEG, INERTIA_KG_M2, MASS_KG, RADIUS_M, is_name, within};
+use crate::ranges::{self, EDGE_M, HEADING_DEG, INERTIA_KG_M2, MASS_KG, RADIUS_M, is_name};
 
 /// Four mecanum wheels at the corners of a rectangle, instead of `wheel`.
 #[derive(Deserialize, Validate)]
@@ -20,12 +20,10 @@ use crate::ranges::{EDGE_M, HEADING_DEG, INERTIA_KG_M2, MASS_KG, RADIUS_M, is_na
 #[serde(deny_unknown_fields)]
 pub(super) struct Mecanum4 {
     /// From the front axles to the rear ones \[m\], 0.001 to 100.
-    #[garde(custom(within(EDGE_M)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = EDGE_M.min, max = EDGE_M.max)))]
+    #[garde(adapt(ranges), range(min = EDGE_M.min, max = EDGE_M.max))]
     wheelbase_m: f64,
     /// From the middle of the left wheels to that of the right ones \[m\], 0.001 to 100.
-    #[garde(custom(within(EDGE_M)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = EDGE_M.min, max = EDGE_M.max)))]
+    #[garde(adapt(ranges), range(min = EDGE_M.min, max = EDGE_M.max))]
     track_m: f64,
     /// What the axes of the rollers on the ground form, seen from above; O if left out. From above the upper rollers are seen, which form
     /// the other letter. With X a vehicle hardly turns.
@@ -33,17 +31,14 @@ pub(super) struct Mecanum4 {
     #[garde(skip)]
     mounting: Mounting,
     /// Rolling radius \[m\], 0.001 to 10.
-    #[garde(custom(within(RADIUS_M)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = RADIUS_M.min, max = RADIUS_M.max)))]
+    #[garde(adapt(ranges), range(min = RADIUS_M.min, max = RADIUS_M.max))]
     radius_m: f64,
     /// Mass of a wheel \[kg\], 0.001 to 10000.
-    #[garde(custom(within(MASS_KG)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = MASS_KG.min, max = MASS_KG.max)))]
+    #[garde(adapt(ranges), range(min = MASS_KG.min, max = MASS_KG.max))]
     wheel_mass_kg: f64,
     /// Inertia of a wheel about its axle, rotor included \[kg.m^2\], 1e-10 to 1e6; left out as of any wheel.
     #[serde(default)]
-    #[garde(inner(custom(within(INERTIA_KG_M2))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = INERTIA_KG_M2.min, max = INERTIA_KG_M2.max)))]
+    #[garde(adapt(ranges), range(min = INERTIA_KG_M2.min, max = INERTIA_KG_M2.max))]
     wheel_inertia_kg_m2: Option<f64>,
     /// The body that carries the wheels; the first one if left out.
     #[serde(default)]
@@ -67,26 +62,21 @@ pub(super) enum Mounting {
 #[serde(deny_unknown_fields)]
 pub(super) struct Omni3 {
     /// From the middle of the vehicle to a wheel \[m\], 0.001 to 100.
-    #[garde(custom(within(EDGE_M)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = EDGE_M.min, max = EDGE_M.max)))]
+    #[garde(adapt(ranges), range(min = EDGE_M.min, max = EDGE_M.max))]
     lever_m: f64,
     /// Where the first wheel is, counter-clockwise from ahead \[deg\], -360 to 360; 0 if left out.
     #[serde(default)]
-    #[garde(custom(within(HEADING_DEG)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = HEADING_DEG.min, max = HEADING_DEG.max)))]
+    #[garde(adapt(ranges), range(min = HEADING_DEG.min, max = HEADING_DEG.max))]
     angle_deg: f64,
     /// Rolling radius \[m\], 0.001 to 10.
-    #[garde(custom(within(RADIUS_M)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = RADIUS_M.min, max = RADIUS_M.max)))]
+    #[garde(adapt(ranges), range(min = RADIUS_M.min, max = RADIUS_M.max))]
     radius_m: f64,
     /// Mass of a wheel \[kg\], 0.001 to 10000.
-    #[garde(custom(within(MASS_KG)))]
-    #[cfg_attr(feature = "schema", schemars(range(min = MASS_KG.min, max = MASS_KG.max)))]
+    #[garde(adapt(ranges), range(min = MASS_KG.min, max = MASS_KG.max))]
     wheel_mass_kg: f64,
     /// Inertia of a wheel about its axle, rotor included \[kg.m^2\], 1e-10 to 1e6; left out as of any wheel.
     #[serde(default)]
-    #[garde(inner(custom(within(INERTIA_KG_M2))))]
-    #[cfg_attr(feature = "schema", schemars(range(min = INERTIA_KG_M2.min, max = INERTIA_KG_M2.max)))]
+    #[garde(adapt(ranges), range(min = INERTIA_KG_M2.min, max = INERTIA_KG_M2.max))]
     wheel_inertia_kg_m2: Option<f64>,
     /// The body that carries the wheels; the first one if left out.
     #[serde(default)]
