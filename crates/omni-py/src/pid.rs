@@ -104,7 +104,7 @@ impl<'py> FromPyObject<'_, 'py> for AntiWindupArg {
         };
         let allowed = "conditioned, conditional, none, {\"clamp\": {\"limit_n_m\": number}} or \
                        {\"back_calculation\": {\"tracking_time_s\": number}}";
-        let message = || format!("anti_windup = {}, allowed: {allowed}", given.to_string());
+        let message = || format!("anti_windup = {value}, allowed: {allowed}");
         law.map(Self).ok_or_else(|| refused("anti_windup", &message()))
     }
 }
