@@ -295,7 +295,7 @@ mod tests {
             speed_wheel: None,
             row: 0,
             mode: SupervisorMode::Drive,
-            tries: 0,
+            row_retries: 0,
             retries,
             heading_rad: 0.0,
             gyro_zero_rad_s: 0.0,
