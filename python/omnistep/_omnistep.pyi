@@ -1518,10 +1518,9 @@ class Pid:
         viscous_friction_n_m_s_rad: feed-forward by the reference [N.m per rad/s], 0 to 1e6.
         inertia_n_m_s2_rad: feed-forward by the reference's change [N.m per rad/s^2], 0 to 1e6.
         order: does the integral take in the error before the output is formed, or after.
-        anti_windup: what the integral does while the output is limited. ``clamp`` takes ``integral_limit_n_m``,
-            ``back_calculation`` takes ``tracking_time_s``.
-        integral_limit_n_m: largest integral term [N.m], 0 to 1e9.
-        tracking_time_s: time constant [s], the period to 1e6.
+        anti_windup: what the integral does while the output is limited: ``"conditioned"`` (the default),
+            ``"conditional"``, ``"none"``, ``{"clamp": {"limit_n_m": 1.0}}`` with the largest integral term [N.m], 0 to
+            1e9, or ``{"back_calculation": {"tracking_time_s": 0.1}}`` with a time constant [s], the period to 1e6.
         integral_zone_rad_s: the integral takes in errors of at most this [rad/s], 0 or more, and is set to 0 by larger
             ones (WPILib's ``IZone``).
         proportional_limit_n_m: largest proportional term [N.m], 0 or more.
@@ -1551,9 +1550,7 @@ class Pid:
         viscous_friction_n_m_s_rad: float = 0.0,
         inertia_n_m_s2_rad: float = 0.0,
         order: Literal["before_output", "after_output"] = "before_output",
-        anti_windup: Literal["conditioned", "conditional", "back_calculation", "clamp", "none"] = "conditioned",
-        integral_limit_n_m: float | None = None,
-        tracking_time_s: float | None = None,
+        anti_windup: Literal["conditioned", "conditional", "none"] | Mapping[str, Mapping[str, float]] = ...,
         integral_zone_rad_s: float = ...,
         proportional_limit_n_m: float = ...,
         output_n_m: tuple[float, float] = ...,

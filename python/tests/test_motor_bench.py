@@ -13,7 +13,7 @@ def at(trace, time_s):
 @pytest.mark.parametrize(
     ("time_s", "rpm"), [(13, 100.0), (20, 92.0), (30, 76.89), (45, 76.89), (54, 76.89), (59.9, 96.75), (64, 100.0)]
 )
-def test_synchronised_wheels_share_the_speed_that_the_most_loaded_can_hold(time_s, rpm):
+def test_with_scaled_references_wheels_share_the_speed_that_the_most_loaded_can_hold(time_s, rpm):
     # 0.2 rpm: at 54 s wheel B, unloaded two seconds before, is still 0.08 rpm above.
     np.testing.assert_allclose(at(omnistep.run_motor_bench("scale_references"), time_s), rpm, atol=0.2)
 

@@ -18,19 +18,13 @@ ROOT = Path(__file__).resolve().parents[2]
 PLACES = ("docs", "crates", "tests", "benches", "examples", "python", "scripts", "firmware")
 # What may not stand in any tracked file: places of one machine.
 MACHINE = re.compile(r"(?<![\w.])/(?:root|home|Users|work)/\w")
-# What no wheel does: parts of names, as in `told_to_rest` and `ToldTwist`, and words of comments.
+# Parts of names, as in `told_to_rest` and `ToldTwist`, and words of comments: what no wheel does, and people where the
+# plain word is the part, the program or the user.
 RIDDLES = {"believe", "believes", "believed", "believing", "heard", "unheard", "told", "untold"}
-# Who does it: the plain word is the part, the program or the user. In Rust and C this is not checked.
-VAGUE = {"nobody", "somebody", "whoever"}
-# Folders and endings of sources, and the words that they may not have. This file names the words.
-SOURCES = [
-    (("crates", "wasm", "firmware"), ("rs", "h", "hpp", "c", "cpp"), RIDDLES),
-    (
-        ("crates", "web", "tests", "scripts", "viewers", "wasm", "python", "examples"),
-        ("py", "pyi", "js", "mjs"),
-        RIDDLES | VAGUE,
-    ),
-]
+RIDDLES |= {"nobody", "somebody", "whoever"}
+# Folders and endings of sources that may not have these words. This file names the words.
+SOURCES = ("crates", "examples", "firmware", "python", "scripts", "tests", "viewers", "wasm", "web")
+ENDINGS = ("rs", "h", "hpp", "c", "cpp", "in", "py", "pyi", "js", "mjs")
 # Made by a bundler.
 BUNDLES = ("python/omnistep/assets/player.js",)
 
@@ -180,13 +174,13 @@ def findings(path: Path, text: str) -> list[str]:
     return found
 
 
-def riddles(text: str, words: set[str]) -> list[tuple[int, str]]:
-    """Line and name, or word of a comment, where a part of it is in `words`."""
+def riddles(text: str) -> list[tuple[int, str]]:
+    """Line and name, or word of a comment, where a part of it is in `RIDDLES`."""
     found = []
     for number, line in enumerate(text.splitlines(), start=1):
         for name in re.findall(r"[A-Za-z]\w*", line):
             parts = re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+", name)
-            if words & {part.lower() for part in parts}:
+            if RIDDLES & {part.lower() for part in parts}:
                 found.append((number, name))
     return found
 
@@ -194,12 +188,11 @@ def riddles(text: str, words: set[str]) -> list[tuple[int, str]]:
 def riddle_findings() -> list[str]:
     """Words that the sources may not have."""
     found = []
-    for folders, endings, words in SOURCES:
-        for path in tracked(*(f"{folder}/*.{ending}" for folder in folders for ending in endings)):
-            if path == Path(__file__).resolve() or path.relative_to(ROOT).as_posix() in BUNDLES:
-                continue
-            for number, name in riddles(path.read_text(encoding="utf-8"), words):
-                found.append(f"{path.relative_to(ROOT)}:{number}: {name}: say it plainly, as CONTRIBUTING.md has it")
+    for path in tracked(*(f"{folder}/*.{ending}" for folder in SOURCES for ending in ENDINGS)):
+        if path == Path(__file__).resolve() or path.relative_to(ROOT).as_posix() in BUNDLES:
+            continue
+        for number, name in riddles(path.read_text(encoding="utf-8")):
+            found.append(f"{path.relative_to(ROOT)}:{number}: {name}: say it plainly, as CONTRIBUTING.md has it")
     return found
 
 
@@ -222,9 +215,9 @@ def self_test() -> None:
     assert findings(ROOT / "README.md", "`firmware/target/nowhere/libomnistep.a`") == []
     assert findings(ROOT / "README.md", "`make test` [x](LICENSE-MIT)\ncargo run --release -- compare step\n") == []
     wrong = "let told_to_rest = a;\nstruct ToldTwist;\nconst TOLD_M: f64 = 0.1;\nx.unheard // a wheel is believed\n"
-    assert [number for number, _ in riddles(wrong, RIDDLES)] == [1, 2, 3, 4, 4]
-    assert riddles("let (sheared, commanded_rest, threshold) = tolds;\n", RIDDLES) == []
-    assert riddles("def heard(told): # nobody\n", RIDDLES | VAGUE) == [(1, "heard"), (1, "told"), (1, "nobody")]
+    assert [number for number, _ in riddles(wrong)] == [1, 2, 3, 4, 4]
+    assert riddles("let (sheared, commanded_rest, threshold) = tolds;\n") == []
+    assert riddles("def heard(told): # nobody\n") == [(1, "heard"), (1, "told"), (1, "nobody")]
     assert MACHINE.search("see /" + "home/somebody/x") and not MACHINE.search("target/release, a/home/b")
 
 

@@ -167,7 +167,7 @@ fn on_a_slope_friction_holds_what_is_below_it_and_the_rest_rolls_by_the_differen
             "vehicle.motor.gear_friction_n_m=0.2",
             "terrain.length_m=4",
             "control.rest.hold_s=60", // until its torques are taken away below
-            "control.rest.hold_heat_n2m2s=1e6",
+            "control.rest.hold_torque_squared_n2m2s=1e6",
             &format!("terrain.slope_rad={slope_rad}"),
         ];
         let overrides = keys.map(|text| Override::parse(text).expect("KEY=VALUE"));

@@ -44,7 +44,7 @@ fn a_crate_of_ones_own_drives_a_vehicle_and_has_columns_of_its_own() {
     assert!(trace.wheel("p_n_m", 0).expect("a signal")[10].is_nan()); // what is inside is not known
 }
 
-/// omni-core's loops as somebody's own policy.
+/// omni-core's loops as the user's own policy.
 struct BuiltIn(omni_core::loops::ControllerPolicy<f64, 7>);
 
 impl Policy<f64> for BuiltIn {

@@ -11,7 +11,7 @@ const G: f64 = 9.81;
 /// The vehicle after one second at rest on flat ground. Its loops hold it: released, wheels without friction would roll on by what is left
 /// of settling.
 fn at_rest() -> Simulation {
-    let hold = [("hold_s", 60.0), ("hold_heat_n2m2s", 1e6)];
+    let hold = [("hold_s", 60.0), ("hold_torque_squared_n2m2s", 1e6)];
     let hold = hold.map(|(key, value)| Override::new(format!("control.rest.{key}"), value));
     let mut simulation = Simulation::new(&load("flat", &hold).expect("built-in")).expect("valid");
     for _ in 0..1000 {

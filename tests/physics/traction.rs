@@ -314,8 +314,4 @@ fn what_it_cannot_go_with_is_refused_by_name() {
             "built-in step: control.integral: shared, allowed: only with a policy of wheel speed loops: {loops}"
         )
     );
-    assert_eq!(
-        refused(&["control.policy=independent", "control.max_retries=3"]),
-        "built-in step: control.max_retries: 3, allowed: only with control.policy = \"traction\" or \"traction_runup\""
-    );
 }

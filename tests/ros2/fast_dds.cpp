@@ -5,7 +5,7 @@
 //   hold TOPIC TYPE RELIABILITY DURABILITY DEPTH    is matched, and never takes a sample
 //   write TOPIC TYPE RELIABILITY DURABILITY DEPTH   a writer
 //   send TOPIC HEX                                  a sample by it
-// A depth of 0 keeps all, and refuses what is beyond the first sixteen that nobody has taken.
+// A depth of 0 keeps all, and refuses what is beyond the first sixteen samples not yet taken.
 // With `reliable` or `best_effort`, and `volatile` or `transient_local`. How many peers a reader or writer has is shown as
 // `matched TOPIC COUNT` when it changes; `ready TOPIC` answers the first three. The end of the input ends the peer.
 #include <fastdds/dds/domain/DomainParticipant.hpp>

@@ -37,7 +37,7 @@ pub struct Session {
     /// Time \[s\] and twist, where the command changed.
     commanded: Vec<(f64, [f64; 3])>,
     periods: u64,
-    /// Somebody else's command than the scenario's.
+    /// Another command than the scenario's.
     driven: bool,
 }
 

@@ -190,14 +190,14 @@ pub struct Control {
     )]
     #[garde(adapt(ranges), range(min = MAX_RETRIES.min, max = MAX_RETRIES.max))]
     pub max_retries: Option<u32>,
-    /// Control period \[us\], in files `period_s` \[s\]: whole microseconds, a multiple of the physics step, 1e-6 to 0.1; 0.001 if left out.
+    /// Control period \[us\], a multiple of the physics step, 1 to 100 000; 1000 by default. A file has it in seconds.
     #[serde(
         rename = "period_s",
         deserialize_with = "crate::microseconds::period",
         serialize_with = "crate::microseconds::write"
     )]
     #[garde(skip)]
-    #[cfg_attr(feature = "schema", schemars(with = "f64", range(min = crate::ranges::PERIOD_S.min, max = crate::ranges::PERIOD_S.max)))]
+    #[cfg_attr(feature = "schema", schemars(with = "f64", description = "Control period [s]: whole microseconds, a multiple of the physics step, 1e-6 to 0.1; 0.001 if left out.", range(min = crate::ranges::PERIOD_S.min, max = crate::ranges::PERIOD_S.max)))]
     pub period_us: u64,
     /// Scalar of the controller.
     #[garde(skip)]
@@ -258,7 +258,7 @@ pub(crate) enum TractionPreset {
 /// for policy in omni_config::POLICIES {
 ///     assert!(omni_config::policy_in_a_line(policy).len() > 20, "{policy}");
 /// }
-/// assert_eq!(omni_config::policy_in_a_line("nobody's"), "");
+/// assert_eq!(omni_config::policy_in_a_line("unknown"), "");
 /// ```
 #[must_use]
 pub fn policy_in_a_line(policy: &str) -> &'static str {
@@ -358,8 +358,8 @@ impl Control {
         }
     }
 
-    /// What the wheels' loops do together; none where the policy is unknown. Traction control has no such loops: where somebody asks for
-    /// them all the same, for their kinematics, each is on its own.
+    /// What the wheels' loops do together; none where the policy is unknown. Traction control has no such loops: asked for
+    /// them all the same, for their kinematics, it yields loops that are each on their own.
     pub(crate) fn coordination<R: Real>(&self) -> Option<Coordination<R>> {
         if self.traction().is_some() {
             return Some(Coordination::independent());

@@ -136,7 +136,7 @@ pub enum Fault {
     EncoderSilent(WheelFault),
     /// No command arrives, as when the connection to the driver is lost. The loops keep the last command; a `[drive]` has a time-out.
     CommandLost(FaultSpan),
-    /// Somebody presses the emergency stop of a `[drive]`, and releases it at the end.
+    /// The emergency stop of a `[drive]` is pressed, and released at the end.
     EmergencyStop(FaultSpan),
     /// A mass put on a body, at rest with it, for good.
     LoadAdded(AddedLoad),

@@ -31,14 +31,14 @@ pub struct Sensors {
     /// Standard deviation of normal noise on each measured velocity \[rad/s\], 0 to 100.
     #[garde(adapt(ranges), range(min = ENCODER_NOISE_RAD_S.min, max = ENCODER_NOISE_RAD_S.max))]
     pub encoder_noise_rad_s: f64,
-    /// Delay of all readings, gyro included, at the controller \[us\], in files `delay_s` \[s\]: a multiple of the control period, up to 0.1.
+    /// Delay of all readings, gyro included, at the controller \[us\], a multiple of the control period, up to 100 000. A file has it in seconds.
     #[serde(
         rename = "delay_s",
         deserialize_with = "crate::microseconds::delay",
         serialize_with = "crate::microseconds::write"
     )]
     #[garde(skip)]
-    #[cfg_attr(feature = "schema", schemars(with = "f64", range(min = crate::ranges::DELAY_S.min, max = crate::ranges::DELAY_S.max)))]
+    #[cfg_attr(feature = "schema", schemars(with = "f64", description = "Delay of all readings, gyro included, at the controller [s]: a multiple of the control period, up to 0.1.", range(min = crate::ranges::DELAY_S.min, max = crate::ranges::DELAY_S.max)))]
     pub delay_us: u64,
     /// Standard deviation of normal noise on the gyro's rate \[rad/s\], 0 to 10.
     #[garde(adapt(ranges), range(min = GYRO_NOISE_RAD_S.min, max = GYRO_NOISE_RAD_S.max))]

@@ -34,14 +34,14 @@ pub struct MotorBench {
     /// Simulated time \[s\], 0.01 to 3600.
     #[garde(adapt(ranges), range(min = DURATION_S.min, max = DURATION_S.max))]
     pub duration_s: f64,
-    /// Control period \[us\], in files `period_s` \[s\]: whole microseconds, 1e-6 to 0.1.
+    /// Control period \[us\], 1 to 100 000. A file has it in seconds.
     #[serde(
         rename = "period_s",
         deserialize_with = "crate::microseconds::period",
         serialize_with = "crate::microseconds::write"
     )]
     #[garde(skip)]
-    #[cfg_attr(feature = "schema", schemars(with = "f64", range(min = crate::ranges::PERIOD_S.min, max = crate::ranges::PERIOD_S.max)))]
+    #[cfg_attr(feature = "schema", schemars(with = "f64", description = "Control period [s]: whole microseconds, 1e-6 to 0.1.", range(min = crate::ranges::PERIOD_S.min, max = crate::ranges::PERIOD_S.max)))]
     pub period_us: u64,
     /// Inertia of a wheel \[kg.m^2\], 1e-10 to 1e6.
     #[garde(adapt(ranges), range(min = INERTIA_KG_M2.min, max = INERTIA_KG_M2.max))]

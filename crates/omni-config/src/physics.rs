@@ -67,14 +67,14 @@ pub struct Physics {
     #[serde(deserialize_with = "of_file")]
     #[garde(skip)]
     pub engine: Engine,
-    /// Physics step \[us\], in files `timestep_s` \[s\]: whole microseconds, 1e-6 to 0.1; 0.0005 if left out.
+    /// Physics step \[us\], 1 to 100 000; 500 by default. A file has it in seconds.
     #[serde(
         rename = "timestep_s",
         deserialize_with = "crate::microseconds::period",
         serialize_with = "crate::microseconds::write"
     )]
     #[garde(skip)]
-    #[cfg_attr(feature = "schema", schemars(with = "f64", range(min = crate::ranges::PERIOD_S.min, max = crate::ranges::PERIOD_S.max)))]
+    #[cfg_attr(feature = "schema", schemars(with = "f64", description = "Physics step [s]: whole microseconds, 1e-6 to 0.1; 0.0005 if left out.", range(min = crate::ranges::PERIOD_S.min, max = crate::ranges::PERIOD_S.max)))]
     pub timestep_us: u64,
     /// Solver iterations per step of the engine, 1 to 100. Left out: 8, or with a step above
     /// 0.5 ms one per started 62.5 us; with fewer, vehicles climb more slowly. Only with `engine = "rapier"`: the other iterates until the contacts converge.

@@ -95,7 +95,7 @@ pub(crate) const PERIODS_FROM_2: Range = range(2.0, 65_535.0);
 pub(crate) const WHEEL_NOISE: Range = range(0.0, 100.0);
 pub(crate) const RESIDUAL_GAIN: Range = range(0.0, 1e6);
 /// Of holding at rest, as omni-core has it.
-pub(crate) const HOLD_HEAT_N2M2S: Range = range(0.0, 1e9);
+pub(crate) const HOLD_TORQUE_SQUARED_N2M2S: Range = range(0.0, 1e9);
 /// Places in the world.
 pub(crate) const WORLD_M: Range = range(-1e4, 1e4);
 /// Whole numbers of 32 bits.

@@ -19,7 +19,7 @@ pub const MOST_PNG_BYTES: u64 = 64_000_000;
 /// assert_eq!(error.to_string(), "a directory, allowed: a regular file");
 /// ```
 pub fn open_regular(path: impl AsRef<Path>) -> Result<File> {
-    // Before it is opened: to open a pipe waits for somebody who writes.
+    // Before it is opened: to open a pipe waits for a writer.
     regular(fs::metadata(&path)?.file_type())?;
     let file = File::open(&path)?;
     // What is there now, whatever was there before.

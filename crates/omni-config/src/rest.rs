@@ -5,10 +5,10 @@ use garde::Validate;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::ranges::{self, BLEED_S, HOLD_HEAT_N2M2S, TIME_S};
+use crate::ranges::{self, BLEED_S, HOLD_TORQUE_SQUARED_N2M2S, TIME_S};
 
 /// How torque ends while rest is commanded: in a stop, after a time-out. By default it falls to 0 within half a second, whatever is measured,
-/// and a vehicle on a slope then rolls. A hold on the slope is bounded by time and heat.
+/// and a vehicle on a slope then rolls. A hold on the slope is bounded by time and torque squared.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
@@ -22,8 +22,8 @@ pub struct Rest {
     pub hold_s: f64,
     /// The hold also ends when the sum over the wheels of the integral of torque squared reaches this \[N^2.m^2.s\], 0 to 1e9; above 0 where
     /// `hold_s` is, 0 by default.
-    #[garde(adapt(ranges), range(min = HOLD_HEAT_N2M2S.min, max = HOLD_HEAT_N2M2S.max))]
-    pub hold_heat_n2m2s: f64,
+    #[garde(adapt(ranges), range(min = HOLD_TORQUE_SQUARED_N2M2S.min, max = HOLD_TORQUE_SQUARED_N2M2S.max))]
+    pub hold_torque_squared_n2m2s: f64,
     /// Shorts the windings of every motor when its torque has ended, so that the motors brake a vehicle that still rolls; false by default. A
     /// `[drive]` does so in a safe stop and in an emergency stop by itself.
     #[garde(skip)]
@@ -35,14 +35,14 @@ impl Default for Rest {
         let omni_core::loops::Rest {
             bleed_s,
             hold_s,
-            hold_heat_n2m2s,
+            hold_torque_squared_n2m2s,
             short_windings,
             ..
         } = omni_core::loops::Rest::default();
         Self {
             bleed_s,
             hold_s,
-            hold_heat_n2m2s,
+            hold_torque_squared_n2m2s,
             short_windings,
         }
     }
@@ -64,7 +64,8 @@ impl Rest {
 
     /// As omni-core has it.
     pub(crate) fn rule<R: omni_core::Real>(&self) -> omni_core::loops::Rest<R> {
-        let mut rule = omni_core::loops::Rest::hold(R::of(self.hold_s), R::of(self.hold_heat_n2m2s));
+        let mut rule =
+            omni_core::loops::Rest::hold(R::of(self.hold_s), R::of(self.hold_torque_squared_n2m2s));
         rule.bleed_s = R::of(self.bleed_s);
         rule.short_windings = self.short_windings;
         rule
@@ -76,7 +77,7 @@ mod tests {
     use crate::{Override, Scenario};
 
     #[test]
-    fn holding_without_heat_is_refused_by_key() {
+    fn holding_without_a_bound_of_torque_squared_is_refused_by_key() {
         let scenario =
             Scenario::load("flat", &[Override::new("control.rest.hold_s", 30.0)]).expect("each key alone");
         let error = scenario
@@ -85,7 +86,9 @@ mod tests {
             .expect_err("refused")
             .to_string();
         assert!(
-            error.contains("rest.hold_heat_n2m2s = 0, allowed: above 0, up to 1e9, where hold_s is above 0"),
+            error.contains(
+                "rest.hold_torque_squared_n2m2s = 0, allowed: above 0, up to 1e9, where hold_s is above 0"
+            ),
             "{error}"
         );
     }

@@ -280,7 +280,7 @@ impl Outlets {
         }
     }
 
-    /// Has somebody subscribed since the last time?
+    /// Has a client subscribed since the last call?
     fn take_subscribed(&mut self) -> bool {
         let subscribed = self.requests.take_subscribed();
         #[cfg(feature = "ros2")]
@@ -311,7 +311,7 @@ impl Outlets {
         }
     }
 
-    /// The next period's command, and the controller that somebody wants from now on.
+    /// The next period's command, and the controller that a client has asked for.
     fn command(
         &mut self,
         scenario: &Scenario,

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use mcap::McapError;
 use omni_config::shortened;
 
-/// A path, no longer than somebody reads it.
+/// A path, cut to a readable length.
 fn short(path: &Path) -> String {
     shortened(&path.display().to_string()).into_owned()
 }

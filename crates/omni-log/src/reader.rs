@@ -60,7 +60,7 @@ pub struct LogFile {
     pub path: PathBuf,
     /// Program version, scenario, vehicle, policy and seed by name, of the metadata `run`.
     pub run: BTreeMap<String, String>,
-    /// The controller was one of somebody's own, which is not in the log: the scenario does not say what it did.
+    /// The controller was the user's own, which is not in the log: the scenario does not say what it did.
     pub own_controller: bool,
     /// It was measured on a vehicle: a [`Recording`](crate::Recording), without an outcome, NaN where it is not known.
     pub recorded: bool,

@@ -31,7 +31,7 @@ const STATE: [&str; 6] = [
 ];
 /// And of each wheel, behind `wheel_NAME_`.
 const WHEEL: [&str; 4] = ["reference_rad_s", "measured_rad_s", "applied_n_m", "torque_n_m"];
-/// Where the vehicle was, by somebody who saw it from outside: x, y, z \[m\], heading \[rad\].
+/// True pose of the vehicle, measured from outside: x, y, z \[m\], heading \[rad\].
 const TRUTH: [&str; 4] = ["pose_x_m", "pose_y_m", "pose_z_m", "pose_yaw_rad"];
 /// And its attitude as a quaternion x, y, z, w.
 const ATTITUDE: [&str; 4] = ["pose_qx", "pose_qy", "pose_qz", "pose_qw"];
@@ -64,7 +64,7 @@ impl Recording {
     }
 
     /// Writes it as a log: the messages of a run, without the forces, which were not measured (`/markers`), and without an outcome.
-    /// `/tf` has the base where somebody saw it, else where odometry had it, and no message where neither is known;
+    /// `/tf` has the base at its true pose where that was measured, else at odometry's, and no message where neither is known;
     /// hinges that were not measured are shown straight. `scenario` says vehicle, ground and control period, and what a simulation would be given. Row k ends at (k + 1) periods.
     ///
     /// ```
@@ -123,8 +123,8 @@ struct Columns<'a> {
     /// Of each wheel in the vehicle's order, as its message has them.
     wheels: Vec<[Option<&'a [f64]>; LOGGED_SIGNALS]>,
     truth: [Option<&'a [f64]>; TRUTH.len()],
-    /// Somebody saw the vehicle from outside at some time.
-    somebody_saw: bool,
+    /// The true pose was measured at some time.
+    has_truth: bool,
     attitude: [Option<&'a [f64]>; ATTITUDE.len()],
     odometry: [Option<&'a [f64]>; ODOMETRY.len()],
     /// In the order of [`Sensed::names`].
@@ -172,7 +172,7 @@ impl<'a> Columns<'a> {
                 })
                 .collect(),
             truth: TRUTH.map(of),
-            somebody_saw: of(TRUTH[0]).is_some_and(|column| column.iter().any(|x| x.is_finite())),
+            has_truth: of(TRUTH[0]).is_some_and(|column| column.iter().any(|x| x.is_finite())),
             attitude: ATTITUDE.map(of),
             odometry: ODOMETRY.map(of),
             sensed: sensed.iter().map(|name| of(name)).collect(),
@@ -287,8 +287,8 @@ impl<'a> Columns<'a> {
     /// The base in the world and by odometry: the one for the other where only one of them is known, none where neither is.
     fn base(&self, row: usize) -> Option<(BasePose, BasePose)> {
         let (seen, reckoned) = (self.seen(row), self.reckoned(row));
-        // Where somebody saw the vehicle from outside, what odometry says meanwhile is in a frame of its own.
-        let base = seen.or(if self.somebody_saw { None } else { reckoned })?;
+        // Where the true pose was measured, odometry's pose is in a frame of its own.
+        let base = seen.or(if self.has_truth { None } else { reckoned })?;
         Some((base, reckoned.unwrap_or(base)))
     }
 

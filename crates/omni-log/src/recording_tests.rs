@@ -48,7 +48,7 @@ fn what_is_known_comes_back_in_every_bit_and_the_rest_is_not_a_number() {
     let counts = &logged.file.counts;
     assert_eq!((counts["/joint_states"], counts["/ground_truth/odom"]), (11, 6));
     assert!(!counts.contains_key("/odom") && !counts.contains_key("/cmd_vel"));
-    // Frames are where somebody saw the vehicle: not in the second half.
+    // Frames are where the true pose was measured: not in the second half.
     assert_eq!((counts["/tf"], logged.frame_time_s.len()), (6, 6));
     assert!(logged.file.complete && logged.file.recorded && !logged.file.own_controller);
     assert_eq!(logged.file.run["policy"], "recorded");
@@ -157,7 +157,7 @@ fn replay_feeds_the_controller_and_compares_torques_where_the_log_has_them() {
     assert_eq!((wheel_1.compared, wheel_2.compared), (0, 150));
     assert_eq!((wheel_2.logged_rms_n_m, wheel_2.replayed_rms_n_m), (0.5, 0.0));
     assert_eq!((wheel_2.largest_n_m, wheel_2.largest_at_ns), (0.5, 51_000_000));
-    // Traction control needs what nobody measured.
+    // Traction control needs what was not measured.
     let traction = omni_config::Override::new("control.policy", "traction");
     let said = replay(&path, &[traction]).expect_err("refused").to_string();
     assert!(

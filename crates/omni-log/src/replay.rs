@@ -75,7 +75,7 @@ pub struct Replay {
 ///
 /// # Errors
 /// As [`read_log`]; [`LogError::Lacks`] where the log has not both `/vehicle_state` and `/sensors` every control period, or its
-/// controller was one of somebody's own; as [`AnyController::new`].
+/// controller was the user's own; as [`AnyController::new`].
 pub fn replay(path: impl AsRef<Path>, overrides: &[Override]) -> Result<Replay, Error> {
     let path = path.as_ref();
     let lacks = |what: String| LogError::Lacks {

@@ -247,7 +247,7 @@ fn part(shape: Shape) -> Part {
     }
 }
 
-/// How it is after a control period; numbers as exact as somebody sees them.
+/// How it is after a control period; numbers as exact as a picture shows them.
 #[derive(Serialize)]
 pub(crate) struct State {
     time_s: f64,

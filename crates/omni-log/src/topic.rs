@@ -12,7 +12,7 @@ pub const TF: &str = "/tf";
 pub const JOINT_STATES: &str = "/joint_states";
 /// Pose and twist by what the wheels turned, with the pose's covariance.
 pub const ODOM: &str = "/odom";
-/// True pose and twist; of a recording where somebody saw the vehicle from outside.
+/// True pose and twist; of a recording where they were measured from outside.
 pub const GROUND_TRUTH: &str = "/ground_truth/odom";
 /// The command.
 pub const CMD_VEL: &str = "/cmd_vel";

@@ -262,7 +262,7 @@ fn of_many_that_begin_at_once_over_a_killed_run_s_file_one_writes_or_all_but_one
                 .map(|run| run.join().expect("no panic"))
                 .collect()
         });
-        assert!(wrote.contains(&true), "somebody gets through");
+        assert!(wrote.contains(&true), "one writer finishes");
         assert_eq!(names(dir.path()), ["a.mcap"]);
     }
 }
@@ -309,14 +309,14 @@ fn a_log_whose_file_was_taken_away_is_an_error_and_what_stands_there_now_is_left
         let mut log = LogWriter::create(&path)?;
         fill(&mut log, 1)?;
         fs::remove_file(&part).expect("removed");
-        fs::write(&part, "somebody else's").expect("written");
+        fs::write(&part, "another file").expect("written");
         if finish {
             let error = log.finish().expect_err("it is not this log");
             assert!(matches!(error, LogError::Rename { .. }), "{error}");
         } else {
             drop(log);
         }
-        assert_eq!(fs::read(&part).expect("readable"), b"somebody else's");
+        assert_eq!(fs::read(&part).expect("readable"), b"another file");
         assert!(!path.exists());
         fs::remove_file(&part).expect("removed");
     }

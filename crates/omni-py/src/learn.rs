@@ -50,7 +50,7 @@ fn with_progress(
     match (turns.map_err(exception)?, interrupted) {
         (Some(turns), _) => Ok(turns),
         (None, Some(interrupted)) => Err(interrupted),
-        (None, None) => Err(PyRuntimeError::new_err("stopped by nobody")),
+        (None, None) => Err(PyRuntimeError::new_err("stopped without a cause")),
     }
 }
 

@@ -5,9 +5,11 @@ use omni_core::loops::{AntiWindup, FeedForward, IntegrationOrder, PidState};
 use omni_core::motor::TorqueRange;
 use omni_core::{PidConfig, PidGains};
 use pyo3::prelude::*;
+use toml::Value;
 
 use crate::arrays::{array, choice, each_row, floats, together};
 use crate::error::{of_core, refused};
+use crate::values::from_python;
 
 /// A PID loop on an actuator's velocity, eq. (10) of the paper, with its state.
 ///
@@ -27,10 +29,9 @@ use crate::error::{of_core, refused};
 ///     viscous_friction_n_m_s_rad: feed-forward by the reference [N.m per rad/s], 0 to 1e6.
 ///     inertia_n_m_s2_rad: feed-forward by the reference's change [N.m per rad/s^2], 0 to 1e6.
 ///     order: does the integral take in the error before the output is formed, or after.
-///     anti_windup: what the integral does while the output is limited. ``clamp`` takes ``integral_limit_n_m``,
-///         ``back_calculation`` takes ``tracking_time_s``.
-///     integral_limit_n_m: largest integral term [N.m], 0 to 1e9.
-///     tracking_time_s: time constant [s], the period to 1e6.
+///     anti_windup: what the integral does while the output is limited: ``"conditioned"`` (the default),
+///         ``"conditional"``, ``"none"``, ``{"clamp": {"limit_n_m": 1.0}}`` with the largest integral term [N.m], 0 to
+///         1e9, or ``{"back_calculation": {"tracking_time_s": 0.1}}`` with a time constant [s], the period to 1e6.
 ///     integral_zone_rad_s: the integral takes in errors of at most this [rad/s], 0 or more, and is set to 0 by larger
 ///         ones (WPILib's ``IZone``).
 ///     proportional_limit_n_m: largest proportional term [N.m], 0 or more.
@@ -58,7 +59,53 @@ fn argument(parameter: &'static str) -> &'static str {
         "static_n_m" => "static_friction_n_m",
         "velocity_n_m_s_rad" => "viscous_friction_n_m_s_rad",
         "acceleration_n_m_s2_rad" => "inertia_n_m_s2_rad",
+        "limit_n_m" => "anti_windup.clamp.limit_n_m",
+        "tracking_time_s" => "anti_windup.back_calculation.tracking_time_s",
         same => same,
+    }
+}
+
+/// `anti_windup` as a file has it: a name, or a name with its key.
+struct AntiWindupArg(AntiWindup<f64>);
+
+impl Default for AntiWindupArg {
+    fn default() -> Self {
+        Self(AntiWindup::Conditioned)
+    }
+}
+
+impl<'py> FromPyObject<'_, 'py> for AntiWindupArg {
+    type Error = PyErr;
+
+    fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        let value = from_python("Pid", "anti_windup", &given)?;
+        let number = |keys: &Value, key: &str| {
+            let keys = keys.as_table().filter(|keys| keys.len() == 1)?;
+            let value = keys.get(key)?;
+            value
+                .as_float()
+                .or(value.as_integer().map(|integer| integer as f64))
+        };
+        let with_key = |name: &str, keys: &Value| match name {
+            "clamp" => number(keys, "limit_n_m").map(|limit_n_m| AntiWindup::Clamp { limit_n_m }),
+            "back_calculation" => number(keys, "tracking_time_s")
+                .map(|tracking_time_s| AntiWindup::BackCalculation { tracking_time_s }),
+            _ => None,
+        };
+        let law = match &value {
+            Value::String(name) => match name.as_str() {
+                "none" => Some(AntiWindup::None),
+                "conditional" => Some(AntiWindup::Conditional),
+                "conditioned" => Some(AntiWindup::Conditioned),
+                _ => None,
+            },
+            Value::Table(law) if law.len() == 1 => law.iter().find_map(|(name, keys)| with_key(name, keys)),
+            _ => None,
+        };
+        let allowed = "conditioned, conditional, none, {\"clamp\": {\"limit_n_m\": number}} or \
+                       {\"back_calculation\": {\"tracking_time_s\": number}}";
+        let message = || format!("anti_windup = {value}, allowed: {allowed}");
+        law.map(Self).ok_or_else(|| refused("anti_windup", &message()))
     }
 }
 
@@ -69,7 +116,7 @@ impl Pid {
         *, kp_n_m_s_rad, ki_n_m_rad = 0.0, kd_n_m_s2_rad = 0.0, period_s, proportional_weight = 1.0,
         derivative_weight = 1.0, derivative_filter_s = 0.0, static_friction_n_m = 0.0,
         viscous_friction_n_m_s_rad = 0.0, inertia_n_m_s2_rad = 0.0, order = "before_output",
-        anti_windup = "conditioned", integral_limit_n_m = None, tracking_time_s = None,
+        anti_windup = AntiWindupArg::default(),
         integral_zone_rad_s = f64::INFINITY, proportional_limit_n_m = f64::INFINITY,
         output_n_m = (f64::NEG_INFINITY, f64::INFINITY)
     ))]
@@ -86,9 +133,7 @@ impl Pid {
         viscous_friction_n_m_s_rad: f64,
         inertia_n_m_s2_rad: f64,
         order: &str,
-        anti_windup: &str,
-        integral_limit_n_m: Option<f64>,
-        tracking_time_s: Option<f64>,
+        anti_windup: AntiWindupArg,
         integral_zone_rad_s: f64,
         proportional_limit_n_m: f64,
         output_n_m: (f64, f64),
@@ -101,35 +146,6 @@ impl Pid {
                 ("after_output", IntegrationOrder::AfterOutput),
             ],
         )?;
-        let clamp = AntiWindup::Clamp {
-            limit_n_m: integral_limit_n_m.unwrap_or_default(),
-        };
-        let back_calculation = AntiWindup::BackCalculation {
-            tracking_time_s: tracking_time_s.unwrap_or_default(),
-        };
-        let chosen = choice(
-            "anti_windup",
-            anti_windup,
-            &[
-                ("conditioned", AntiWindup::Conditioned),
-                ("conditional", AntiWindup::Conditional),
-                ("back_calculation", back_calculation),
-                ("clamp", clamp),
-                ("none", AntiWindup::None),
-            ],
-        )?;
-        let goes_with = |name: &str, given: bool, with: &str| {
-            if given == (anti_windup == with) {
-                return Ok(());
-            }
-            let is = if given { "given" } else { "not given" };
-            let message = format!(
-                "{name} {is} with anti_windup = {anti_windup:?}, allowed: only with {with:?}, where it is required"
-            );
-            Err(refused(name, &message))
-        };
-        goes_with("integral_limit_n_m", integral_limit_n_m.is_some(), "clamp")?;
-        goes_with("tracking_time_s", tracking_time_s.is_some(), "back_calculation")?;
         let gains = PidGains {
             kp_n_m_s_rad,
             ki_n_m_rad,
@@ -145,7 +161,7 @@ impl Pid {
             acceleration_n_m_s2_rad: inertia_n_m_s2_rad,
         };
         config.order = order;
-        config.anti_windup = chosen;
+        config.anti_windup = anti_windup.0;
         config.integral_zone_rad_s = integral_zone_rad_s;
         config.proportional_limit_n_m = proportional_limit_n_m;
         config.output = TorqueRange {

@@ -278,7 +278,7 @@ pub(crate) fn compute_batch(
 /// Sends of each row whether it failed.
 fn reporting(rows: Sender<bool>) -> impl FnMut(&Row) {
     move |row| {
-        // Somebody listens for as long as this is there.
+        // The receiver lives for as long as this closure.
         let _ = rows.send(row.error.is_some());
     }
 }

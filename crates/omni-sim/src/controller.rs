@@ -115,7 +115,7 @@ impl AnyController {
         })
     }
 
-    /// A controller that somebody serves at the other end of `link`, an [`omni_link::Server`], freshly started. It works in
+    /// A controller at the other end of `link`, an [`omni_link::Server`], freshly started. It works in
     /// `f32` whatever the scenario says. Greets it: it must be built for this scenario, with [`Scenario::constants_digest`].
     ///
     /// # Errors
@@ -178,7 +178,7 @@ impl AnyController {
         &self.policy
     }
 
-    /// Is it one of somebody's own ([`AnyController::own`])? What it does then does not follow from the scenario.
+    /// Is it the user's own ([`AnyController::own`])? What it does then does not follow from the scenario.
     #[must_use]
     pub fn is_own(&self) -> bool {
         self.own

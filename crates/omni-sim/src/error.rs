@@ -95,7 +95,7 @@ pub enum Error {
         /// Name of the first body concerned.
         body: String,
     },
-    /// Physics of somebody else's cannot go on.
+    /// External physics cannot go on.
     #[error("{engine}: t = {time_s:.3} s: {}", shortened(reason))]
     External {
         /// What simulates.

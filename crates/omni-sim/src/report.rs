@@ -68,8 +68,8 @@ pub struct TractionReport {
     pub row: u16,
     /// What its supervisor is at.
     pub mode: SupervisorMode,
-    /// Tries of the present row.
-    pub tries: u16,
+    /// Retries of the present row.
+    pub row_retries: u16,
     /// Times that it backed off for another try since the start.
     pub retries: u32,
     /// Heading error \[rad\], counter-clockwise positive.
@@ -115,7 +115,7 @@ const TRACTION: [&str; 13] = [
     "traction_speed_wheel",
     "traction_row",
     "traction_mode",
-    "traction_tries",
+    "traction_row_retries",
     "traction_retries",
     "traction_heading_rad",
     "traction_gyro_zero_rad_s",
@@ -247,7 +247,7 @@ impl TractionReport {
             self.speed_wheel.map_or(0.0, |wheel| f64::from(wheel) + 1.0),
             f64::from(self.row),
             number(&SUPERVISOR, &self.mode),
-            f64::from(self.tries),
+            f64::from(self.row_retries),
             f64::from(self.retries),
             self.heading_rad,
             self.gyro_zero_rad_s,
@@ -269,7 +269,7 @@ impl TractionReport {
             speed_wheel,
             row,
             mode,
-            tries,
+            row_retries,
             retries,
             heading_rad,
             gyro_zero_rad_s,
@@ -290,7 +290,7 @@ impl TractionReport {
             speed_wheel: whole(speed_wheel, wheels as u32)?.checked_sub(1),
             row: whole(row, u16::MAX.into())? as u16,
             mode: value(&SUPERVISOR, mode)?,
-            tries: whole(tries, u16::MAX.into())? as u16,
+            row_retries: whole(row_retries, u16::MAX.into())? as u16,
             retries: whole(retries, u32::MAX)?,
             heading_rad,
             gyro_zero_rad_s,
@@ -491,7 +491,7 @@ mod tests {
                 speed_wheel: Some(1),
                 row: 2,
                 mode: SupervisorMode::GaveUp,
-                tries: 3,
+                row_retries: 3,
                 retries: 4,
                 heading_rad: 0.4,
                 gyro_zero_rad_s: -0.1,

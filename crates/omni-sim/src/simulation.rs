@@ -59,7 +59,7 @@ impl Simulation {
         Self::of_plant(scenario, controller, |x_m, yaw_rad| plant(scenario, x_m, yaw_rad))
     }
 
-    /// [`Simulation::with_controller`] with physics of somebody else's, which simulate the scenario's vehicle on its ground. It cannot be
+    /// [`Simulation::with_controller`] with external physics, which simulate the scenario's vehicle on its ground. It cannot be
     /// saved.
     ///
     /// # Errors

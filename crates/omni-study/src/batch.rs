@@ -38,7 +38,7 @@ pub struct Batch {
     /// As TOML, whole.
     scenarios: Vec<String>,
     runs: Vec<Packed>,
-    /// Identity of the controller, where it is one of somebody's own: that does not travel with the text.
+    /// Identity of the controller, where it is the user's own: that does not travel with the text.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     policy: Option<String>,
     #[serde(skip)]
@@ -88,7 +88,7 @@ impl Batch {
         })
     }
 
-    /// The batch with the controller of somebody's own that its plan had; none where it had none.
+    /// The batch with the user's own controller that its plan had; none where it had none.
     ///
     /// # Errors
     /// [`Error::Study`] where it is another one.

@@ -9,7 +9,7 @@ use omni_sim::controller::AnyController;
 /// Makes a controller for a scenario, freshly started.
 type Make = dyn Fn(&Scenario) -> Result<AnyController, omni_sim::Error> + Send + Sync;
 
-/// A controller of somebody's own for the runs of a plan. Two with the same identity are taken for the same: rows of one stand for those of
+/// The user's own controller for the runs of a plan. Two with the same identity are taken for the same: rows of one stand for those of
 /// the other.
 ///
 /// ```

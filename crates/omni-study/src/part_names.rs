@@ -41,7 +41,7 @@ pub(crate) fn file_name(path: &Path) -> &str {
         .unwrap_or_default()
 }
 
-/// Somebody else was faster: no error.
+/// Another process was faster: no error.
 pub(crate) fn unless_gone(done: io::Result<()>) -> io::Result<()> {
     match done {
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),

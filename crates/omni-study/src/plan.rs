@@ -44,7 +44,7 @@ impl Run {
         scenario
     }
 
-    /// A controller of somebody's own, where it has one.
+    /// The user's own controller, where it has one.
     #[must_use]
     pub fn own_policy(&self) -> Option<&OwnPolicy> {
         self.own.as_ref()
@@ -369,7 +369,7 @@ impl Plan {
         &self.runs
     }
 
-    /// The controller of somebody's own that its runs have, if they have one.
+    /// The user's own controller of its runs, if they have one.
     #[must_use]
     pub fn own_policy(&self) -> Option<&OwnPolicy> {
         self.own.as_ref()

@@ -114,7 +114,7 @@ impl FaultMessages {
         }
         let mut text = format!("events of the drive{of}:\n");
         for line in lines {
-            // Names in a log are whatever somebody wrote there.
+            // Names in a log may be any text.
             text += &format!("  {}\n", shortened_line(&line));
         }
         text

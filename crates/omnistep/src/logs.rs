@@ -62,7 +62,7 @@ pub(super) fn info(paths: &[PathBuf], json: bool, explain: bool, out: &mut dyn W
             )?;
         } else {
             print(out, &described(&file))?;
-            // A controller of somebody's own may call its signals as it likes.
+            // The user's own controller may give its signals any names.
             notes = notes.filter(|_| file.scenario.drive.is_some() && !file.own_controller);
             if let Some((_, notes)) = &notes {
                 print(out, &notes.text(""))?;

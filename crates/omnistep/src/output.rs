@@ -8,7 +8,7 @@ use omni_config::{Error as ConfigError, check_replaceable, shortened_line};
 
 use crate::{Error, robots};
 
-/// A line on standard error, no longer than somebody reads it: every one goes through here.
+/// A line on standard error, cut to a readable length: every one goes through here.
 pub(crate) fn say(line: &str) {
     // A closed output is no reason to fail.
     let _ = writeln!(std::io::stderr(), "{}", shortened_line(line));

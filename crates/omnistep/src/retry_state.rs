@@ -6,11 +6,11 @@ use omni_sim::{Outcome, Report, Verdict};
 
 /// Watches a run for [`RetryState::note`].
 pub(crate) struct RetryState {
-    /// Tries that a row has.
+    /// Retries that a row has.
     most: u32,
-    /// What traction control is at, and tries of the present row.
+    /// What traction control is at, and retries of the present row.
     mode: SupervisorMode,
-    tries: u32,
+    row_retries: u32,
 }
 
 impl RetryState {
@@ -19,18 +19,18 @@ impl RetryState {
         Self {
             most: scenario.max_retries().unwrap_or_default(),
             mode: SupervisorMode::Drive,
-            tries: 0,
+            row_retries: 0,
         }
     }
 
     /// Looks at what the last period showed.
     pub(crate) fn look(&mut self, report: &Report) {
         if let Some(traction) = &report.traction {
-            (self.mode, self.tries) = (traction.mode, traction.tries.into());
+            (self.mode, self.row_retries) = (traction.mode, traction.row_retries.into());
         }
     }
 
-    /// Says so where a run ended short of the other side because no try was left, or while there were some.
+    /// Says so where a run ended short of the other side because no retry was left, or while there were some.
     pub(crate) fn note(&self, outcome: &Outcome) -> Option<String> {
         if self.mode == SupervisorMode::GaveUp {
             let after = match outcome.retries.unwrap_or_default() {
@@ -40,9 +40,9 @@ impl RetryState {
             return Some(format!("gave up {after}, and rests without torque"));
         }
         let retries = outcome.retries.filter(|retries| *retries > 0)?;
-        let tries_left = self.mode != SupervisorMode::Drive || self.tries < self.most;
+        let retries_left = self.mode != SupervisorMode::Drive || self.row_retries < self.most;
         let short = matches!(outcome.verdict, Verdict::Unfinished | Verdict::Stalled);
-        (short && tries_left)
+        (short && retries_left)
             .then(|| format!("still retrying at the end (retry {retries}); use a longer duration_s"))
     }
 }

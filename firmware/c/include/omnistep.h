@@ -64,7 +64,7 @@ enum omni_drive_mode
   // Too few wheels are left to determine how the vehicle moves: those that are left are brought to rest, at the emergency
   // deceleration. Latched until `DriveState::release_safe_stop`.
   OMNI_DRIVE_MODE_SAFE_STOP = 2,
-  // Somebody asked for it with `DriveState::emergency_stop`; latched until
+  // Requested with `DriveState::emergency_stop`; latched until
   // `DriveState::release_emergency_stop`.
   OMNI_DRIVE_MODE_EMERGENCY_STOP = 3,
 };
@@ -150,8 +150,8 @@ typedef struct {
 typedef struct {
   // Tenths of the periods in which wheels were held while every reference was 0, less those that have come back.
   uint32_t held;
-  // Heat of that [N^2.m^2.s].
-  omni_sum held_heat_n2m2s;
+  // Integral of torque squared of that [N^2.m^2.s].
+  omni_sum held_torque_squared_n2m2s;
   // Periods in which the torques fell since then.
   float bled_periods;
 } omni_rest_state;
@@ -413,9 +413,9 @@ typedef struct {
   float bleed_periods;
   // Time to hold, in periods times `RECOVERY`.
   uint32_t hold;
-  float hold_heat;
+  float hold_torque_squared;
   // What comes back in a period.
-  float heat_back;
+  float torque_squared_back;
   float period_s;
   bool short_windings;
 } omni_rest_rule;
@@ -1593,7 +1593,7 @@ bool omni3_drive_release_emergency_stop(omni3_drive_state *state);
 // Returns false, and does nothing, where the pointer is null or the state was not made ready.
 bool omni3_drive_release_safe_stop(omni3_drive_state *state);
 
-// Somebody has seen where the vehicle is: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad` [rad]. How far it may be off stays.
+// The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad` [rad]. How far it may be off stays.
 //
 // Returns false, and does nothing, where the pointer is null, the state was not made ready or a number is not finite.
 bool omni3_drive_reset_pose(omni3_drive_state *state,
@@ -1662,7 +1662,7 @@ bool omni4_drive_release_emergency_stop(omni4_drive_state *state);
 // Returns false, and does nothing, where the pointer is null or the state was not made ready.
 bool omni4_drive_release_safe_stop(omni4_drive_state *state);
 
-// Somebody has seen where the vehicle is: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad` [rad]. How far it may be off stays.
+// The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad` [rad]. How far it may be off stays.
 //
 // Returns false, and does nothing, where the pointer is null, the state was not made ready or a number is not finite.
 bool omni4_drive_reset_pose(omni4_drive_state *state,
@@ -1731,7 +1731,7 @@ bool omni6_drive_release_emergency_stop(omni6_drive_state *state);
 // Returns false, and does nothing, where the pointer is null or the state was not made ready.
 bool omni6_drive_release_safe_stop(omni6_drive_state *state);
 
-// Somebody has seen where the vehicle is: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad` [rad]. How far it may be off stays.
+// The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad` [rad]. How far it may be off stays.
 //
 // Returns false, and does nothing, where the pointer is null, the state was not made ready or a number is not finite.
 bool omni6_drive_reset_pose(omni6_drive_state *state,
@@ -1800,7 +1800,7 @@ bool omni7_drive_release_emergency_stop(omni7_drive_state *state);
 // Returns false, and does nothing, where the pointer is null or the state was not made ready.
 bool omni7_drive_release_safe_stop(omni7_drive_state *state);
 
-// Somebody has seen where the vehicle is: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad` [rad]. How far it may be off stays.
+// The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad` [rad]. How far it may be off stays.
 //
 // Returns false, and does nothing, where the pointer is null, the state was not made ready or a number is not finite.
 bool omni7_drive_reset_pose(omni7_drive_state *state,

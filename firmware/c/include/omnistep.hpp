@@ -49,7 +49,7 @@ enum class DriveMode : std::uint8_t {
     Normal = OMNI_DRIVE_MODE_NORMAL,                ///< Every wheel drives, and its readings are accepted.
     Degraded = OMNI_DRIVE_MODE_DEGRADED,            ///< A wheel is released, lifted or excluded; the others go on as commanded.
     SafeStop = OMNI_DRIVE_MODE_SAFE_STOP,           ///< Too few wheels determine the motion: brought to rest. `release_safe_stop` ends it.
-    EmergencyStop = OMNI_DRIVE_MODE_EMERGENCY_STOP, ///< Somebody asked for it. `release_emergency_stop` ends it.
+    EmergencyStop = OMNI_DRIVE_MODE_EMERGENCY_STOP, ///< Requested. `release_emergency_stop` ends it.
 };
 
 /// Why the twist is what it is.
@@ -334,7 +334,7 @@ public:
     /// Ends a safe stop; an emergency stop stays. Every reading is judged afresh: one whose cause lasts begins anew.
     void release_safe_stop() noexcept { (void)C::release_safe_stop(&state_); }
 
-    /// Somebody has seen where the vehicle is: the pose goes on from there. How far it may be off stays.
+    /// The vehicle's pose is known from outside: the pose goes on from there. How far it may be off stays.
     /// False, and nothing is done, where a number is not finite.
     [[nodiscard]] bool reset_pose(const Pose& pose) noexcept { return C::reset_pose(&state_, pose.x_m, pose.y_m, pose.yaw_rad); }
 

@@ -63,7 +63,7 @@ pub(super) fn drive<R: Real, const N: usize>(
     let mut rest = Rest::default();
     rest.bleed_s = none_or(u, 1e-3, 10.0);
     rest.hold_s = none_or(u, 1e-3, 3600.0);
-    rest.hold_heat_n2m2s = none_or(u, 1e-3, 1e9);
+    rest.hold_torque_squared_n2m2s = none_or(u, 1e-3, 1e9);
     // Any bits: what is accepted has to work.
     let command_point_m = if one_in(u, 4) {
         [bits(u), bits(u)]

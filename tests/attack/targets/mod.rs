@@ -11,7 +11,8 @@ mod numbers;
 mod toml;
 mod trace;
 
-/// A target by its name, which is also that of its folder in `fuzz/corpus`. It returns how many steps, frames or files it did.
+/// A target by its name, which is also that of its folder in `fuzz/corpus`. It returns how many
+/// steps, frames or files it did; 0 for a file that is refused.
 pub(crate) type Target = (&'static str, fn(&[u8]) -> usize);
 
 /// All of them.

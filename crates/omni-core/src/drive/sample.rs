@@ -38,7 +38,7 @@ pub enum DriveMode {
     /// Too few wheels are left to determine how the vehicle moves: those that are left are brought to rest, at the emergency
     /// deceleration. Latched until [`DriveState::release_safe_stop`](crate::drive::DriveState::release_safe_stop).
     SafeStop = 2,
-    /// Somebody asked for it with [`DriveState::emergency_stop`](crate::drive::DriveState::emergency_stop); latched until
+    /// Requested with [`DriveState::emergency_stop`](crate::drive::DriveState::emergency_stop); latched until
     /// [`DriveState::release_emergency_stop`](crate::drive::DriveState::release_emergency_stop).
     EmergencyStop = 3,
 }

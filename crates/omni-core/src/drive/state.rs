@@ -16,7 +16,7 @@ use crate::shaping::ShaperState;
 /// # let config = omni_core::examples::loops(0.3, 0.0, 2.0)?;
 /// let drive = Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?;
 /// let mut state = DriveState::new(&drive);
-/// // Somebody has seen where it is: at x = 2 m.
+/// // Its pose is known from outside: x = 2 m.
 /// state.odometry.reset(&PlanarPose { x_m: 2.0, ..PlanarPose::origin() });
 /// let sample = drive.step(&mut state, &DriveInput::measured(&WheelVelocities { rad_s: [5.0; 4] }));
 /// assert!((sample.pose.x_m - (2.0 + 0.1 * 5.0 * 1e-3)).abs() < 1e-12); // from there on

@@ -93,7 +93,7 @@ impl<R: Real, const N: usize> WheelController<R, N> {
     /// The same loops, whose torque ends as `rest` says instead of [`Rest::default`].
     ///
     /// # Errors
-    /// Parameters `rest.bleed_s`, `rest.hold_s`, `rest.hold_heat_n2m2s` outside their ranges.
+    /// Parameters `rest.bleed_s`, `rest.hold_s`, `rest.hold_torque_squared_n2m2s` outside their ranges.
     ///
     /// ```
     /// use omni_core::loops::{Rest, WheelController};

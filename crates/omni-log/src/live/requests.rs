@@ -94,7 +94,7 @@ impl Requests {
         }
     }
 
-    /// From now on the vehicle rests until somebody commands it.
+    /// The vehicle rests until the next command.
     pub(super) fn rest(&self) {
         self.pending().command = Command::Rest;
     }

@@ -388,7 +388,7 @@ fn traction_report<R: Real, const N: usize>(
         speed_wheel: did.speed_wheel.map(|wheel| wheel as u32),
         row: supervisor.row(),
         mode: supervisor.mode(),
-        tries: supervisor.row_retries(),
+        row_retries: supervisor.row_retries(),
         retries: supervisor.retries(),
         heading_rad: did.heading_rad.as_f64(),
         gyro_zero_rad_s: did.gyro_zero_rad_s.as_f64(),

@@ -1,4 +1,4 @@
-//! A controller of somebody's own, between the sensors and the motors of a vehicle.
+//! The user's own controller, between the sensors and the motors of a vehicle.
 
 use omni_core::{BodyTwist, Controller, Policy, Readings, TorqueLimit};
 

@@ -295,7 +295,7 @@ mod tests {
             speed_wheel: None,
             row: 0,
             mode: SupervisorMode::Drive,
-            tries: 0,
+            row_retries: 0,
             retries,
             heading_rad: 0.0,
             gyro_zero_rad_s: 0.0,
@@ -503,7 +503,7 @@ mod tests {
         assert!(!found(&stages(1095)).drove_on && found(&stages(1110)).drove_on);
         let later = ["control.rest.bleed_s=1.5"];
         assert!(!found_with(&later, &stages(2095)).drove_on && found_with(&later, &stages(2110)).drove_on);
-        let held = ["control.rest={ hold_s = 5.0, hold_heat_n2m2s = 9.0 }"];
+        let held = ["control.rest={ hold_s = 5.0, hold_torque_squared_n2m2s = 9.0 }"];
         assert!(!found_with(&held, &stages(6095)).drove_on && found_with(&held, &stages(6110)).drove_on);
         assert!(
             !found(&[

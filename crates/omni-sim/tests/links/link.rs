@@ -429,7 +429,7 @@ fn a_server_that_goes_away_ends_the_run_at_once() {
 }
 
 #[test]
-fn somebody_who_never_answers_is_given_up() {
+fn a_peer_that_never_answers_is_given_up() {
     let scenario = scenario("flat", 0.02);
     let (reader, _kept_open) = pipe().unwrap();
     let link = Link::new("silence", reader, std::io::sink(), Duration::from_millis(20));

@@ -37,7 +37,7 @@ fn frame(message: &Said) -> Vec<u8> {
     encode(message, &mut [0; MAX_ANSWER_FRAME]).unwrap().to_vec()
 }
 
-/// A link to somebody who does as `act` says with what comes and goes.
+/// A link to a peer that does as `act` says with what comes and goes.
 fn peer(time_out: Duration, act: impl FnOnce(PipeReader, PipeWriter) + Send + 'static) -> Link {
     let (host_in, peer_out) = pipe().unwrap();
     let (peer_in, host_out) = pipe().unwrap();

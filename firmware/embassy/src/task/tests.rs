@@ -336,7 +336,7 @@ fn a_lost_command_stops_the_vehicle() {
         "{:?}",
         vehicle.velocities()
     );
-    // It goes on when somebody commands again.
+    // It goes on at the next command.
     assert_eq!(vehicle.drive(AHEAD, 2000).mode, Mode::Driving);
     assert!(vehicle.follows(&AHEAD, COUNT_RAD_S));
 }

@@ -16,9 +16,9 @@ use crate::{ConfigError, Real};
 /// then rolls on, and on a slope it rolls down. `short_windings` makes its motors brake it; a [`Drive`](crate::drive::Drive) does so in a
 /// safe stop and in an emergency stop by itself.
 ///
-/// To stand on a slope, hold for a time first: bounded by that time and by heat, because a motor that stands cools badly. A
+/// To stand on a slope, hold for a time first: bounded by that time and by torque squared, because a motor that stands cools badly. A
 /// [`Drive`](crate::drive::Drive) does not hold in a safe stop or an emergency stop, because loops that hold trust their encoders. While
-/// references are not 0, time and heat come back ten times slower than holding uses them up: a command that flickers does not hold
+/// references are not 0, both come back ten times slower than holding uses them up: a command that flickers does not hold
 /// for ever.
 ///
 /// ```
@@ -46,7 +46,7 @@ pub struct Rest<R> {
     pub hold_s: R,
     /// Holding ends when the sum over the wheels of the integral of torque squared has reached this, less what has come back
     /// \[N^2.m^2.s\], 0 to 1e9; above 0 where `hold_s` is.
-    pub hold_heat_n2m2s: R,
+    pub hold_torque_squared_n2m2s: R,
     /// When the torque has ended, the windings of the motors are to be shorted: [`WheelSample::shorted`](crate::loops::WheelSample::shorted).
     pub short_windings: bool,
 }
@@ -57,26 +57,26 @@ impl<R: Real> Default for Rest<R> {
         Self {
             bleed_s: R::of(0.5),
             hold_s: R::zero(),
-            hold_heat_n2m2s: R::zero(),
+            hold_torque_squared_n2m2s: R::zero(),
             short_windings: false,
         }
     }
 }
 
 impl<R: Real> Rest<R> {
-    /// Holds for `hold_s` \[s\] or until `hold_heat_n2m2s` \[N^2.m^2.s\] of heat, then releases the wheels as the default does.
+    /// Holds for `hold_s` \[s\] or until `hold_torque_squared_n2m2s` \[N^2.m^2.s\], then releases the wheels as the default does.
     ///
     /// ```
     /// use omni_core::loops::Rest;
-    /// // Half a minute on a ramp; seven wheels with 0.3 N.m each reach the heat after 5 / (7 * 0.09) = 8 s.
+    /// // Half a minute on a ramp; seven wheels with 0.3 N.m each reach that after 5 / (7 * 0.09) = 8 s.
     /// let rest = Rest::hold(30.0, 5.0);
     /// assert_eq!((rest.bleed_s, rest.hold_s), (0.5, 30.0));
     /// ```
     #[must_use]
-    pub fn hold(hold_s: R, hold_heat_n2m2s: R) -> Self {
+    pub fn hold(hold_s: R, hold_torque_squared_n2m2s: R) -> Self {
         Self {
             hold_s,
-            hold_heat_n2m2s,
+            hold_torque_squared_n2m2s,
             ..Self::default()
         }
     }
@@ -92,21 +92,21 @@ pub struct RestRule<R> {
     bleed_periods: R,
     /// Time to hold, in periods times [`RECOVERY`].
     hold: u32,
-    hold_heat: R,
+    hold_torque_squared: R,
     /// What comes back in a period.
-    heat_back: R,
+    torque_squared_back: R,
     period_s: R,
     short_windings: bool,
 }
 
-/// So much longer than holding takes its time and heat to come back.
+/// Time and torque squared come back in so many times as long as holding used them up.
 const RECOVERY: u32 = 10;
 
 constant_struct!(RestRule<R> {
     bleed_periods: R,
     hold: u32,
-    hold_heat: R,
-    heat_back: R,
+    hold_torque_squared: R,
+    torque_squared_back: R,
     period_s: R,
     short_windings: bool,
 });
@@ -119,8 +119,8 @@ constant_struct!(RestRule<R> {
 pub(crate) struct RestState<R> {
     /// Tenths of the periods in which wheels were held while every reference was 0, less those that have come back.
     held: u32,
-    /// Heat of that \[N^2.m^2.s\].
-    held_heat_n2m2s: Sum<R>,
+    /// Integral of torque squared of that \[N^2.m^2.s\].
+    held_torque_squared_n2m2s: Sum<R>,
     /// Periods in which the torques fell since then.
     bled_periods: R,
 }
@@ -129,7 +129,7 @@ impl<R: Real> RestState<R> {
     pub(crate) const fn new() -> Self {
         Self {
             held: 0,
-            held_heat_n2m2s: Sum::of(R::ZERO),
+            held_torque_squared_n2m2s: Sum::of(R::ZERO),
             bled_periods: R::ZERO,
         }
     }
@@ -139,17 +139,17 @@ impl<R: Real> RestRule<R> {
     pub(crate) fn new(rest: Rest<R>, period_s: R) -> Result<Self, ConfigError> {
         within("rest.bleed_s", rest.bleed_s, 0.0..=10.0, "0 to 10")?;
         let hold_s = within("rest.hold_s", rest.hold_s, 0.0..=3600.0, "0 to 3600")?;
-        let hold_heat = within(
-            "rest.hold_heat_n2m2s",
-            rest.hold_heat_n2m2s,
+        let hold_torque_squared = within(
+            "rest.hold_torque_squared_n2m2s",
+            rest.hold_torque_squared_n2m2s,
             0.0..=1e9,
             "0 to 1e9",
         )?;
-        if hold_s > R::zero() && hold_heat <= R::zero() {
+        if hold_s > R::zero() && hold_torque_squared <= R::zero() {
             let allowed = "above 0, up to 1e9, where hold_s is above 0";
             return Err(ConfigError::new(
-                "rest.hold_heat_n2m2s",
-                hold_heat.as_f64(),
+                "rest.hold_torque_squared_n2m2s",
+                hold_torque_squared.as_f64(),
                 allowed,
             ));
         }
@@ -168,8 +168,8 @@ impl<R: Real> RestRule<R> {
         Self {
             bleed_periods: R::of(f64::from(periods(rest.bleed_s).max(1))),
             hold,
-            hold_heat: rest.hold_heat_n2m2s,
-            heat_back: R::of(rest.hold_heat_n2m2s.as_f64() / f64::from(hold.max(1))),
+            hold_torque_squared: rest.hold_torque_squared_n2m2s,
+            torque_squared_back: R::of(rest.hold_torque_squared_n2m2s.as_f64() / f64::from(hold.max(1))),
             period_s,
             short_windings: rest.short_windings,
         }
@@ -224,9 +224,11 @@ impl<R: Real> RestRule<R> {
     ) {
         if state.held < self.hold {
             for torque in applied_n_m {
-                state.held_heat_n2m2s = state.held_heat_n2m2s.plus(*torque * *torque * self.period_s);
+                state.held_torque_squared_n2m2s = state
+                    .held_torque_squared_n2m2s
+                    .plus(*torque * *torque * self.period_s);
             }
-            if state.held_heat_n2m2s.total < self.hold_heat {
+            if state.held_torque_squared_n2m2s.total < self.hold_torque_squared {
                 state.held = state.held.saturating_add(RECOVERY);
                 return;
             }
@@ -265,10 +267,10 @@ impl<R: Real> RestRule<R> {
     #[inline(never)]
     fn recover(&self, state: &mut RestState<R>) {
         state.held -= 1;
-        let heat = state.held_heat_n2m2s.plus(-self.heat_back);
-        // Time and heat are all there again together, at the latest.
-        state.held_heat_n2m2s = if state.held > 0 && heat.total > R::zero() {
-            heat
+        let left = state.held_torque_squared_n2m2s.plus(-self.torque_squared_back);
+        // Both are all there again together, at the latest.
+        state.held_torque_squared_n2m2s = if state.held > 0 && left.total > R::zero() {
+            left
         } else {
             Sum::of(R::zero())
         };
@@ -302,25 +304,25 @@ mod tests {
         }
     }
 
-    fn holding(hold_s: f32, heat: f32, period_s: f32) -> Held {
+    fn holding(hold_s: f32, torque_squared: f32, period_s: f32) -> Held {
         Held {
-            rule: RestRule::new(Rest::hold(hold_s, heat), period_s).expect("in range"),
+            rule: RestRule::new(Rest::hold(hold_s, torque_squared), period_s).expect("in range"),
             state: RestState::new(),
             integral_n_m: TORQUES,
         }
     }
 
     #[test]
-    fn holding_without_heat_is_refused() {
+    fn holding_without_a_bound_of_torque_squared_is_refused() {
         let error = RestRule::new(Rest::hold(30.0, 0.0), 1e-3).expect_err("refused");
         assert_eq!(
             error.to_string(),
-            "rest.hold_heat_n2m2s = 0, allowed: above 0, up to 1e9, where hold_s is above 0"
+            "rest.hold_torque_squared_n2m2s = 0, allowed: above 0, up to 1e9, where hold_s is above 0"
         );
     }
 
     #[test]
-    fn heat_ends_holding_in_single_precision_at_ten_kilohertz_too() {
+    fn torque_squared_ends_holding_in_single_precision_at_ten_kilohertz_too() {
         // A period adds 1.8e-5 N^2.m^2.s: less than half a unit in the last place of 300 in f32.
         let mut held = holding(3600.0, 300.0, 1e-4);
         let mut periods = 0_u32;
@@ -367,13 +369,13 @@ mod tests {
     }
 
     #[test]
-    fn time_and_heat_come_back_in_ten_times_as_long() {
+    fn time_and_torque_squared_come_back_in_ten_times_as_long() {
         let mut held = holding(1.0, 0.09, 1e-3);
         while held.integral_n_m == TORQUES {
             held.step();
         }
         let mut periods = 0_u32;
-        while held.state.held > 0 || held.state.held_heat_n2m2s != Sum::of(0.0) {
+        while held.state.held > 0 || held.state.held_torque_squared_n2m2s != Sum::of(0.0) {
             held.rule.drive(&mut held.state);
             periods += 1;
         }

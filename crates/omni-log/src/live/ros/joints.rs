@@ -65,7 +65,7 @@ impl JointCommands {
         let (mut next, mut at) = (commanded.values.clone(), commanded.at.clone());
         let mut known = false;
         for (name, value) in message.name.iter().zip(values) {
-            // Another joint is somebody else's, as those of an arm on the vehicle.
+            // Other joints are ignored, as those of an arm on the vehicle.
             let Some(i) = self.joints.iter().position(|(joint, _)| joint == name) else {
                 continue;
             };
@@ -262,7 +262,7 @@ mod tests {
             assert!(said.contains(part), "{said}");
             assert_eq!(now(&commands, start), [0.0; 4]);
         }
-        // Joints of somebody else's are left to them.
+        // Other joints are ignored.
         let taken = commands.take(&message(&["arm", &known], &[7.0, 1.0]), start);
         assert_eq!(
             (taken, now(&commands, start)[1..].to_vec()),

@@ -103,7 +103,7 @@ impl Node {
         })
     }
 
-    /// Has somebody subscribed to one of its topics since the last time?
+    /// Has a client subscribed to one of its topics since the last call?
     pub(super) fn take_subscribed(&self) -> bool {
         let mut subscribed = false;
         while let Some(event) = self.events.try_recv_status() {

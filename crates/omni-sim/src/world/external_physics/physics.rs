@@ -1,4 +1,4 @@
-//! What physics of somebody else's are asked for, and what they show.
+//! What external physics are asked for, and what they show.
 
 use crate::config::Engine;
 use crate::observation::Pose3;

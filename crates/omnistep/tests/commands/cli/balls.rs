@@ -32,7 +32,7 @@ fn small_robot() -> String {
 }
 
 #[test]
-fn a_run_on_invalid_balls_says_so_and_marks_its_figures() {
+fn a_run_on_invalid_balls_says_so_and_its_figures_are_marked_there_and_in_the_log() {
     let folder = tempfile::tempdir().unwrap();
     let robot = small_robot();
     let head_on = ["--set", &robot];
@@ -51,13 +51,16 @@ fn a_run_on_invalid_balls_says_so_and_marks_its_figures() {
             "{said}"
         );
         assert!(warnings[0].chars().count() <= 300, "{said}");
-        let text = stdout(&output);
-        assert!(text.contains("unfinished *"), "{text}");
-        assert!(
-            text.lines()
-                .any(|line| line.starts_with("* balls are no valid wheel model")),
-            "{text}"
-        );
+        // So does its log.
+        let logged = omnistep(folder.path(), &["info", "out/step-traction.mcap"]);
+        for text in [&output, &logged].map(stdout) {
+            assert!(text.contains("unfinished *"), "{text}");
+            let mut lines = text.lines();
+            assert!(
+                lines.any(|line| line.starts_with("* balls are no valid wheel model")),
+                "{text}"
+            );
+        }
         let json = rows(&run(folder.path(), "step", &[&low[..], &["--json"]].concat()));
         assert_eq!(json[0]["wheel_model_valid"], false);
     }
@@ -80,19 +83,6 @@ fn nothing_is_said_of_balls_that_are_the_wheels_nor_of_rollers() {
         let json = rows(&run(folder.path(), scenario, &[keys, &["--json"]].concat()));
         assert_eq!(json[0]["wheel_model_valid"], true, "{scenario} {keys:?}");
     }
-}
-
-#[test]
-fn a_log_of_invalid_balls_is_marked_when_it_is_read() {
-    let folder = tempfile::tempdir().unwrap();
-    run(folder.path(), "step", &SIDE_ON);
-    let text = stdout(&omnistep(folder.path(), &["info", "out/step-traction.mcap"]));
-    assert!(text.contains("unfinished *"), "{text}");
-    assert!(
-        text.lines()
-            .any(|line| line.starts_with("* balls are no valid wheel model")),
-        "{text}"
-    );
 }
 
 #[test]
@@ -132,7 +122,6 @@ fn check_says_where_balls_are_the_wheels() {
         stdout(&output)
     };
     let step = include_str!("../../../../omni-config/assets/scenarios/step.toml");
-    assert!(check(step).contains("balls    valid wheel model over a step of 5.0 cm"));
     let mecanum = check(&step.replace("\"chugo7\"", "\"mecanum4\""));
     assert!(
         mecanum.contains(
@@ -146,12 +135,5 @@ fn check_says_where_balls_are_the_wheels() {
     assert!(
         chugo7.contains("balls    valid wheel model on level ground and at an edge straight ahead"),
         "{chugo7}"
-    );
-    let mecanum4 = check(include_str!(
-        "../../../../omni-config/assets/vehicles/mecanum4.toml"
-    ));
-    assert!(
-        mecanum4.contains("on level ground; at an edge use physics.wheel_model=rollers"),
-        "{mecanum4}"
     );
 }

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use super::refused;
 
-/// A run that somebody may drive; it ends with this.
+/// A run that clients may drive; it ends with this.
 struct Driven {
     run: Child,
     port: u16,

@@ -1,6 +1,6 @@
 //! The grid of coordination laws as keys: rows, names of logs, what `list` says.
 
-use super::{omnistep, refused, rows};
+use super::{omnistep, rows};
 
 const SHORT: [&str; 3] = ["--quiet", "--set", "duration_s=0.1"];
 
@@ -62,12 +62,6 @@ fn a_policy_on_the_command_line_goes_with_keys_of_the_grid() {
     assert_eq!(
         rows(&omnistep(folder.path(), &arguments))[0]["policy"],
         "independent+integral=shared"
-    );
-    // Loops try nothing again.
-    let arguments = [&asked[..], &["--set", "control.max_retries=3"]].concat();
-    assert!(
-        refused(folder.path(), &arguments)
-            .contains("control.max_retries: 3, allowed: only with control.policy = \"traction\"")
     );
 }
 
