@@ -2143,6 +2143,23 @@ class Log:
     @property
     def terrain_urdf(self) -> str:
         """The ground as URDF."""
+    def scene(self) -> dict[str, Any]:
+        """The vehicle and the ground around the run's way, as the player of ``web/player`` shows them.
+
+        ``bodies``, ``wheels``, ``ground`` and ``patches`` are those of ``web/player/README.md``, in metres and radians.
+        ``frames`` has the name of each frame by its number. All comes from the scenario in the log.
+
+        >>> import omnistep, pathlib, tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     path = pathlib.Path(folder) / "step.mcap"
+        ...     trace = omnistep.run("step", overrides={"duration_s": 0.1}, mcap=path)
+        ...     scene = omnistep.read_mcap(path).scene()
+        >>> floor, step = scene["ground"]
+        >>> round(step["at_m"][2] + step["half_m"][2], 6)  # how high its upper side is [m]
+        0.05
+        >>> scene["frames"][scene["wheels"][3]["frame"]]
+        'wheel_4'
+        """
 
 @final
 class Trace:

@@ -1,87 +1,20 @@
-"""A log as the player of web/player shows it: the scene, and what each of its frames shows (web/player/README.md)."""
+"""A log in the player of web/player: what each of its frames shows of the log's scene (web/player/README.md)."""
 
 import tomllib
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from omnistep import meshes
 from omnistep._omnistep import Log
 
 _Floats = NDArray[np.float64]
 
 
-def vehicle(log: Log) -> dict[str, Any]:
-    """Return bodies and wheels of a log's vehicle, and the names of the frames that they are in, by number.
-
-    Raises:
-        ValueError: the description of the vehicle is no URDF.
-    """
-    with _named(log, "/robot_description"):
-        axles, shapes = meshes.axles(log.urdf), meshes.shapes(log.urdf)
-    slants = _roller_angles(log)
-    frames = ["base_link"]
-    bodies: list[dict[str, Any]] = []
-    wheels: dict[str, dict[str, Any]] = {}
-    for shape in shapes:
-        # A link without a frame stays where the vehicle's base is.
-        link = shape.link if shape.link in log.frames else "base_link"
-        if link not in frames:
-            frames.append(link)
-        if shape.kind == "box":
-            bodies.append({"frame": frames.index(link), "at_m": _list(shape.place_m), "edges_m": _list(shape.size_m)})
-        elif shape.link in axles:
-            name = shape.link.removeprefix("wheel_")
-            wheels[name] = {
-                "frame": frames.index(link),
-                "name": name,
-                "radius_m": shape.size_m[0],
-                "width_m": shape.size_m[1],
-                "axle": _list(axles[shape.link]),
-                "roller_angle_rad": slants.get(name),
-            }
-    # In the order of every array over wheels.
-    order = [wheels[name] for name in log.trace.wheel_names if name in wheels]
-    return {"frames": frames, "bodies": bodies, "wheels": order}
-
-
-@contextmanager
-def _named(log: Log, topic: str) -> Iterator[None]:
-    """Let a refusal name the log and the topic."""
-    try:
-        yield
-    except ValueError as error:
-        raise ValueError(f"{log.path}: {topic}: {error}") from error
-
-
-def ground(log: Log) -> dict[str, Any]:
-    """Return the ground of a log, and its patches of other friction.
-
-    Raises:
-        ValueError: the description of the ground is no URDF.
-    """
-    parts: list[dict[str, Any]] = []
-    with _named(log, "/terrain/robot_description"):
-        shapes = meshes.shapes(log.terrain_urdf)
-    for shape in shapes:
-        at = _list(shape.place_m)
-        if shape.kind == "box":  # turned about y at most: a ramp
-            turn = float(np.arctan2(shape.turn[0, 2], shape.turn[0, 0]))
-            half = _list(np.array(shape.size_m) / 2)
-            parts.append({"kind": "box", "half_m": half, "at_m": at, "turn_y_rad": round(turn, 6)})
-        else:
-            radius, length = shape.size_m
-            parts.append({"kind": "bar", "radius_m": radius, "half_length_m": length / 2, "at_m": at})
-    return {"ground": parts, "patches": _patches(log)}
-
-
 def ground_key(log: Log) -> Any:
     """Return what tells one ground from another, however much of it a log shows."""
-    given = _scenario(log)
-    return (given["terrain"], given.get("friction_patch")) if "terrain" in given else ground(log)["ground"]
+    scenario = tomllib.loads(log.scenario_toml)
+    return scenario["terrain"], scenario.get("friction_patch")
 
 
 def extent_m(parts: list[dict[str, Any]]) -> float:
@@ -94,7 +27,9 @@ def extent_m(parts: list[dict[str, Any]]) -> float:
 
 def poses(log: Log, frames: list[str]) -> _Floats:
     """Return the poses of frames at the times of a log's frames, (F, frames, 7)."""
-    return np.stack([log.frames[name] for name in frames], axis=1)
+    placed = log.frames
+    # A log of before /ground_truth/odom has no frame of odometry, in which nothing is.
+    return np.stack([placed.get(name, placed["base_link"]) for name in frames], axis=1)
 
 
 def reach_m(placed: _Floats, wheel: dict[str, Any]) -> float:
@@ -125,7 +60,7 @@ def pushes(log: Log, shown: dict[str, Any], placed: _Floats, parts: list[dict[st
         forwards = np.cross(_turned(pose, np.array(wheel["axle"])), normal)
         forwards /= np.maximum(np.linalg.norm(forwards, axis=1), 1e-9)[:, None]
         # It pushes along the axis of the roller on the ground, counter-clockwise from there by the roller angle.
-        slant = wheel["roller_angle_rad"] or 0.0
+        slant = wheel["roller_angle_rad"]
         push = np.cos(slant) * forwards + np.sin(slant) * np.cross(normal, forwards)
         force = normal_n[:, None] * normal + along_n[:, None] * push
         found[:, number, :3] = np.where(touches[:, None], force, 0.0)
@@ -160,26 +95,3 @@ def _turned(pose: _Floats, vector: _Floats) -> _Floats:
     """Turn a vector by each pose's quaternion: v + 2 u x (u x v + w v)."""
     u, w = pose[:, 3:6], pose[:, 6:7]
     return vector + 2 * np.cross(u, np.cross(u, vector) + w * vector)
-
-
-def _scenario(log: Log) -> dict[str, Any]:
-    try:
-        return tomllib.loads(log.scenario_toml)
-    except tomllib.TOMLDecodeError:
-        return {}
-
-
-def _roller_angles(log: Log) -> dict[str, float]:
-    wheels = _scenario(log).get("vehicle", {}).get("wheel", [])
-    return {str(wheel.get("name")): float(wheel["roller_angle_rad"]) for wheel in wheels if "roller_angle_rad" in wheel}
-
-
-def _patches(log: Log) -> list[dict[str, Any]]:
-    return [
-        {"x_m": patch["x_m"], "y_m": patch["y_m"], "friction": patch["friction"]}
-        for patch in _scenario(log).get("friction_patch", [])
-    ]
-
-
-def _list(values: Any) -> list[float]:
-    return [round(float(value), 6) + 0.0 for value in values]

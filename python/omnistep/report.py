@@ -256,7 +256,7 @@ def _run(log: Log) -> dict[str, Any]:
     time = trace["time_s"]
     wanted = np.arange(time[0], time[-1] + 0.5 / _PLOT_HZ, 1.0 / _PLOT_HZ)
     rows = np.unique(np.clip(np.searchsorted(time, wanted), 0, len(time) - 1))
-    shown = {**_scene.vehicle(log), **_scene.ground(log)}
+    shown = log.scene()
     poses = _scene.poses(log, shown.pop("frames"))
     pushes = _scene.pushes(log, shown, poses, shown["ground"])
     reach = max([0.05, *(_scene.reach_m(poses[0], wheel) for wheel in shown["wheels"])])

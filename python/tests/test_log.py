@@ -112,8 +112,8 @@ def test_arrows_of_a_report_are_the_forces_of_the_run(tmp_path, scenario, vehicl
     given = {"duration_s": 2.0, "vehicle": vehicle, "physics.engine": "articulated"}
     trace = omnistep.run(scenario, overrides=given, mcap=path)
     log = omnistep.read_mcap(path)
-    shown, ground = _scene.vehicle(log), _scene.ground(log)["ground"]
-    pushes = _scene.pushes(log, shown, _scene.poses(log, shown["frames"]), ground)
+    shown = log.scene()
+    pushes = _scene.pushes(log, shown, _scene.poses(log, shown["frames"]), shown["ground"])
     rows = np.round(log.frame_time_s * 1000).astype(int) - 1
     size = trace.wheels("force_normal_n")[rows]
     touches = size > 1.0
@@ -133,20 +133,22 @@ def test_arrows_of_a_report_are_the_forces_of_the_run(tmp_path, scenario, vehicl
 
 def test_a_scene_has_the_bodies_wheels_and_ground_of_the_run(run):
     log = omnistep.read_mcap(run[1])
-    vehicle, ground = _scene.vehicle(log), _scene.ground(log)
-    assert [wheel["name"] for wheel in vehicle["wheels"]] == list("1234567")
-    assert {(wheel["radius_m"], wheel["width_m"], wheel["roller_angle_rad"]) for wheel in vehicle["wheels"]} == {
+    scene = log.scene()
+    assert [wheel["name"] for wheel in scene["wheels"]] == list("1234567")
+    assert {(wheel["radius_m"], wheel["width_m"], wheel["roller_angle_rad"]) for wheel in scene["wheels"]} == {
         (0.066, 0.033, 0.0)
     }
     # An axle is to the left of the rolling direction: wheel 1 rolls along x, 3 against it, 2 along -y, 6 along y.
-    axles = {wheel["name"]: wheel["axle"] for wheel in vehicle["wheels"]}
+    axles = {wheel["name"]: wheel["axle"] for wheel in scene["wheels"]}
     assert [axles[name] for name in "1326"] == [[0, 1, 0], [0, -1, 0], [1, 0, 0], [-1, 0, 0]]
-    assert sorted(body["edges_m"] for body in vehicle["bodies"]) == [[0.1] * 3, [0.34, 0.4, 0.3], [0.34, 0.4, 0.3]]
+    assert sorted(body["edges_m"] for body in scene["bodies"]) == [[0.1] * 3, [0.34, 0.4, 0.3], [0.34, 0.4, 0.3]]
     # The floor's upper side is at 0, the step's at 5 cm, from 0.7 m on.
-    floor, step = ground["ground"]
+    floor, step = scene["ground"]
     tops = [round(part["at_m"][2] + part["half_m"][2], 6) for part in (floor, step)]
     assert tops == [0.0, 0.05] and round(step["at_m"][0] - step["half_m"][0], 6) == 0.7
-    assert ground["patches"] == []
+    assert scene["patches"] == []
+    # Every frame is one of the log's, and the base's is the first.
+    assert scene["frames"][0] == "base_link" and set(scene["frames"]) == set(log.frames)
 
 
 def test_a_log_holds_the_runs_own_numbers(run):
@@ -250,26 +252,6 @@ def test_shapes_of_a_urdf_have_their_sizes(run):
             meshes.of_urdf(text)
     with pytest.raises(ValueError, match="'a' has a shape of radius = '-1', allowed: finite numbers, sizes above 0"):
         meshes.shapes(bad[-1])
-
-
-def test_a_bad_description_in_a_log_is_refused_with_the_log_and_its_topic(run):
-    log = omnistep.read_mcap(run[1])
-
-    class Damaged:
-        """The log with other descriptions."""
-
-        def __init__(self, urdf, terrain_urdf):
-            self.urdf, self.terrain_urdf, self.path = urdf, terrain_urdf, log.path
-
-        def __getattr__(self, name):
-            return getattr(log, name)
-
-    for damaged, topic in (
-        (Damaged("", log.terrain_urdf), "/robot_description"),
-        (Damaged(log.urdf, "<robot"), "/terrain/robot_description"),
-    ):
-        with pytest.raises(ValueError, match=f"^{re.escape(str(log.path))}: {topic}: not a URDF"):
-            report.page([damaged])
 
 
 @pytest.mark.parametrize("vehicle", omnistep.list_vehicles())

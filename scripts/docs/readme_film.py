@@ -54,9 +54,9 @@ def shown(policy: str, folder: Path) -> dict:
     scenario = omnistep.Scenario("step", overrides=OVERRIDES | {"duration_s": SECONDS + 0.5})
     outcome = omnistep.run(scenario, policy=policy, mcap=log_file).outcome
     log = omnistep.read_mcap(log_file)
-    vehicle, ground = _scene.vehicle(log), _scene.ground(log)
-    poses = _scene.poses(log, vehicle["frames"])
-    pushes = _scene.pushes(log, vehicle, poses, ground["ground"])
+    scene = log.scene()
+    poses = _scene.poses(log, scene["frames"])
+    pushes = _scene.pushes(log, scene, poses, scene["ground"])
     slip = log.trace.wheels("slip_ratio")
     rows = np.clip(np.searchsorted(log.trace["time_s"], log.frame_time_s - 1e-9), 0, len(log.trace) - 1)
     states = []
@@ -69,7 +69,7 @@ def shown(policy: str, folder: Path) -> dict:
         states.append({"poses": poses[k].tolist(), "wheels": wheels})
     climbed_s = _end_of_climb_s(log, outcome)
     return {
-        "scene": vehicle | ground | {"runs": [{"name": policy}], "metres_per_newton": 0.003},
+        "scene": scene | {"runs": [{"name": policy}], "metres_per_newton": 0.003},
         "states": states,
         "outcome": f"climbed in {outcome.crossing_s:.1f} s" if outcome.climbed else "stalled",
         "ends": round((climbed_s if outcome.climbed else SECONDS - 1) * FPS),

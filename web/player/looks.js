@@ -1,7 +1,6 @@
-// Colours of the player, light and dark, and of wheels and runs.
+// Colours of the player, light and dark, and of runs; those of wheels are the live page's.
 
-/** Colours of wheels, in the order of the vehicle; those of the live page (Okabe and Ito). */
-export const WHEEL_COLOURS = ["#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#b8a800", "#7f7f7f"];
+export { WHEEL_COLOURS } from "../shared.js"; // those of the live page
 
 /** Colours of runs: light theme, dark theme. */
 export const RUN_COLOURS = [

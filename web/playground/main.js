@@ -1,6 +1,6 @@
 // The playground's page: what is chosen, who drives, what is shown.
 import { Player, runColour } from "../player/index.js";
-import { Controls } from "../../crates/omni-log/src/live/page/controls.js";
+import { Controls } from "../shared.js";
 import { Path } from "./path.js";
 import { address, blamed, commandLine, read, requests } from "./settings.js";
 import { number, showOutcomes, Wheels } from "./tables.js";

@@ -11,6 +11,7 @@
 mod base_pose;
 mod error;
 mod frames;
+mod ground_around;
 mod in_memory;
 #[cfg(feature = "live")]
 mod live;
@@ -55,7 +56,7 @@ pub use recovered::recover;
 pub use replay::{Difference, Replay, WheelReplay, replay};
 pub use ros2_controllers::ros2_controllers;
 pub use run_log::RunLog;
-pub use scene::{View, driving_pace};
+pub use scene::{View, driving_pace, logged_scene};
 pub use track::Track;
 pub use urdf::{
     BASE_LINK, IMU_LINK, JointInterface, MAP_LINK, ODOM_LINK, WORLD_LINK, ground_urdf, link_frame_m,

@@ -1,4 +1,4 @@
-//! The data of a picture of a run as JSON, for the page of a live run and the playground.
+//! The data of a picture of a run as JSON, for the page of a live run, the playground and a report of logs.
 
 use omni_config::{POLICIES, Scenario, WheelSpec};
 use omni_sim::Simulation;
@@ -7,8 +7,10 @@ use omni_sim::ground::{Shape, shapes};
 use serde::Serialize;
 
 use crate::frames::placed;
+use crate::ground_around::ground_around;
 use crate::messages::Messages;
 use crate::ros2::TransformStamped;
+use crate::urdf::{BASE_LINK, ODOM_LINK, link_frame_m, link_name, wheel_link};
 
 /// How far the ground reaches that is shown \[m\]: beyond what anybody drives in a run.
 const FAR_M: f64 = 1e3;
@@ -93,7 +95,22 @@ pub fn driving_pace(scenario: &Scenario) -> [f64; 3] {
     [speed_m_s, speed_m_s, speed_m_s / reach_m]
 }
 
-/// What there is to see: places \[m\] and turns in the frames of the state's poses, which are numbered.
+/// Shows a logged run: vehicle and ground as the page of a live run has them, but only so much of the ground as is around the run's
+/// way, of boxes and bars, as in the log's URDF.
+///
+/// ```
+/// use omni_config::Scenario;
+/// let scene: serde_json::Value = serde_json::from_str(&omni_log::logged_scene(&Scenario::load("stairs", &[])?)).expect("JSON");
+/// assert_eq!(scene["ground"].as_array().map(Vec::len), Some(1 + 3)); // the floor and three steps
+/// assert_eq!(scene["frames"][0], "base_link");
+/// # Ok::<(), omni_config::Error>(())
+/// ```
+#[must_use]
+pub fn logged_scene(scenario: &Scenario) -> String {
+    json(&Picture::new(scenario, ground_around(scenario)))
+}
+
+/// What there is to see, and what a page says and asks for.
 #[derive(Serialize)]
 pub(crate) struct Scene<'a> {
     program: &'a str,
@@ -101,6 +118,15 @@ pub(crate) struct Scene<'a> {
     vehicle: &'a str,
     policies: [&'a str; POLICIES.len()],
     pace: [f64; 3],
+    #[serde(flatten)]
+    picture: Picture<'a>,
+}
+
+/// What there is to see: places \[m\] and turns in frames, which are numbered as the poses of a state.
+#[derive(Serialize)]
+struct Picture<'a> {
+    /// Their names.
+    frames: Vec<String>,
     bodies: Vec<Block>,
     wheels: Vec<Disc<'a>>,
     ground: Vec<Part>,
@@ -137,6 +163,7 @@ enum Part {
     },
     Bar {
         radius_m: f64,
+        half_length_m: f64,
         at_m: [f64; 3],
     },
     Field {
@@ -157,50 +184,68 @@ struct Patch {
 }
 
 pub(crate) fn scene(scenario: &Scenario) -> Scene<'_> {
-    let vehicle = scenario.vehicle();
-    // As the frames are sent: base, odometry, what hinges carry, wheels.
-    let of_body = |name: &str| {
-        let hinge = vehicle.hinge.iter().position(|hinge| hinge.child == name);
-        hinge.map_or(0, |k| 2 + k)
-    };
-    let bodies = vehicle.body.iter().map(|body| {
-        let origin = crate::urdf::link_frame_m(vehicle, &body.name);
-        Block {
-            frame: of_body(&body.name),
-            at_m: [0, 1, 2].map(|k| (body.com_m[k] - origin[k]) as f32),
-            edges_m: body.inertia_box_m.map(|edge| edge as f32),
-        }
-    });
-    let wheels = vehicle.wheel.iter().enumerate().map(|(k, wheel)| {
-        let WheelSpec {
-            rolling_direction: [dx, dy],
-            ..
-        } = *wheel;
-        Disc {
+    Scene {
+        program: concat!("omnistep ", env!("CARGO_PKG_VERSION")),
+        scenario: &scenario.name,
+        vehicle: &scenario.vehicle().name,
+        policies: POLICIES,
+        pace: driving_pace(scenario),
+        picture: Picture::new(scenario, shapes(scenario, FAR_M)),
+    }
+}
+
+impl<'a> Picture<'a> {
+    fn new(scenario: &'a Scenario, ground: Vec<Shape>) -> Self {
+        let vehicle = scenario.vehicle();
+        // As the frames are sent: base, odometry, what hinges carry, wheels.
+        let hinged = vehicle
+            .hinge
+            .iter()
+            .map(|hinge| link_name(vehicle, &hinge.child).to_owned());
+        let frames = [BASE_LINK, ODOM_LINK].map(String::from).into_iter();
+        let frames = frames
+            .chain(hinged)
+            .chain(vehicle.wheel.iter().map(|wheel| wheel_link(&wheel.name)));
+        let of_body = |name: &str| {
+            let hinge = vehicle.hinge.iter().position(|hinge| hinge.child == name);
+            hinge.map_or(0, |k| 2 + k)
+        };
+        let bodies = vehicle.body.iter().map(|body| {
+            let origin = link_frame_m(vehicle, &body.name);
+            Block {
+                frame: of_body(&body.name),
+                at_m: [0, 1, 2].map(|k| (body.com_m[k] - origin[k]) as f32),
+                edges_m: body.inertia_box_m.map(|edge| edge as f32),
+            }
+        });
+        let wheels = vehicle.wheel.iter().enumerate().map(|(k, wheel)| Disc {
             frame: 2 + vehicle.hinge.len() + k,
             name: &wheel.name,
             radius_m: wheel.radius_m,
             width_m: wheel.width_m(),
-            axle: [-dy, dx, 0.0],
+            axle: axle(wheel),
             roller_angle_rad: wheel.roller_angle_rad,
+        });
+        let patches = scenario.friction_patch.iter().map(|patch| Patch {
+            x_m: patch.x_m,
+            y_m: patch.y_m,
+            friction: patch.friction,
+        });
+        Self {
+            frames: frames.collect(),
+            bodies: bodies.collect(),
+            wheels: wheels.collect(),
+            ground: ground.into_iter().map(part).collect(),
+            patches: patches.collect(),
         }
-    });
-    let patches = scenario.friction_patch.iter().map(|patch| Patch {
-        x_m: patch.x_m,
-        y_m: patch.y_m,
-        friction: patch.friction,
-    });
-    Scene {
-        program: concat!("omnistep ", env!("CARGO_PKG_VERSION")),
-        scenario: &scenario.name,
-        vehicle: &vehicle.name,
-        policies: POLICIES,
-        pace: driving_pace(scenario),
-        bodies: bodies.collect(),
-        wheels: wheels.collect(),
-        ground: shapes(scenario, FAR_M).into_iter().map(part).collect(),
-        patches: patches.collect(),
     }
+}
+
+/// To the left of the rolling direction, which a file gives in any length; 1 long, for the pages draw along it.
+fn axle(wheel: &WheelSpec) -> [f64; 3] {
+    let [dx, dy] = wheel.rolling_direction;
+    let length = libm::hypot(dx, dy);
+    [0.0 - dy / length, dx / length, 0.0] // no -0
 }
 
 fn part(shape: Shape) -> Part {
@@ -215,9 +260,12 @@ fn part(shape: Shape) -> Part {
             turn_y_rad,
         },
         Shape::Bar {
-            radius_m, centre_m, ..
+            half_length_m,
+            radius_m,
+            centre_m,
         } => Part::Bar {
             radius_m,
+            half_length_m,
             at_m: centre_m,
         },
         Shape::Field {
@@ -350,11 +398,64 @@ mod tests {
             "no hinge is bent: nothing is tested"
         );
         let (scene, state) = (scene(&scenario), state(&messages, &simulation));
-        for (disc, wheel) in scene.wheels.iter().zip(&simulation.observation().wheels) {
+        for (disc, wheel) in scene.picture.wheels.iter().zip(&simulation.observation().wheels) {
             for k in 0..3 {
                 // Singles, and joints of rapier that give a little.
                 let off = f64::from(state.poses[disc.frame][k]) - wheel.centre_m[k];
                 assert!(off.abs() < 1e-3, "wheel {}: {off} m", disc.name);
+            }
+        }
+    }
+
+    #[test]
+    fn frames_are_numbered_as_the_poses_of_a_state() {
+        let scenario = Scenario::load("step", &[]).expect("built in");
+        let controller = AnyController::new(&scenario).expect("its controller");
+        let messages = Messages::new(&scenario, &controller);
+        let simulation = Simulation::new(&scenario).expect("a simulation");
+        let sent = messages.transforms(simulation.observation()).transforms;
+        let picture = scene(&scenario).picture;
+        assert!(sent.iter().map(|link| &link.child_frame_id).eq(&picture.frames));
+        assert_eq!(picture.frames.len(), 2 + 2 + 7);
+    }
+
+    #[test]
+    fn the_axle_of_a_wheel_at_45_degrees_is_1_long() {
+        let vehicle = Override::new("vehicle", "rocker_bogie6");
+        let scenario = Scenario::load("flat", &[vehicle]).expect("built in");
+        let picture = scene(&scenario).picture;
+        // It rolls along [1, -1]: to the left of that is [1, 1].
+        let half = std::f64::consts::FRAC_1_SQRT_2;
+        for (along, right) in picture.wheels[0].axle.into_iter().zip([half, half, 0.0]) {
+            assert!((along - right).abs() < 1e-15, "{:?}", picture.wheels[0].axle);
+        }
+    }
+
+    #[test]
+    fn a_logged_scene_has_the_vehicle_of_the_pages_and_the_ground_of_the_urdf() {
+        for name in ["step", "ramp", "bumps", "rough", "height_map", "ice"] {
+            let scenario = Scenario::load(name, &[]).expect("built in");
+            let [all, own] = [json(&scene(&scenario)), logged_scene(&scenario)]
+                .map(|text| serde_json::from_str::<serde_json::Value>(&text).expect("JSON"));
+            for key in ["frames", "bodies", "wheels", "patches"] {
+                assert_eq!(own[key], all[key], "{name}: {key}");
+            }
+            let urdf = urdf_rs::read_from_string(&crate::ground_urdf(&scenario)).expect("a URDF");
+            let (parts, visuals) = (own["ground"].as_array().expect("a list"), &urdf.links[0].visual);
+            assert_eq!(parts.len(), visuals.len(), "{name}");
+            for (part, visual) in parts.iter().zip(visuals) {
+                assert_eq!(part["at_m"], serde_json::json!(*visual.origin.xyz), "{name}");
+                match &visual.geometry {
+                    urdf_rs::Geometry::Box { size } => {
+                        assert_eq!(part["half_m"], serde_json::json!(size.map(|edge| edge / 2.0)));
+                        assert_eq!(part["turn_y_rad"], visual.origin.rpy[1]);
+                    }
+                    urdf_rs::Geometry::Cylinder { radius, length } => {
+                        assert_eq!(part["radius_m"], *radius);
+                        assert_eq!(part["half_length_m"], length / 2.0);
+                    }
+                    other => panic!("{name}: {other:?}"),
+                }
             }
         }
     }

@@ -36,6 +36,11 @@ impl Trace {
             trace: Arc::new(trace),
         }
     }
+
+    /// The scenario that was run: `scenario` is its name.
+    pub(crate) fn whole_scenario(&self) -> &Scenario {
+        &self.scenario
+    }
 }
 
 /// An array on memory that `owner` keeps; it cannot be written to.

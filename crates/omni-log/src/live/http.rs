@@ -54,7 +54,8 @@ static PAGE: LazyLock<Page> = LazyLock::new(|| {
     // A browser has no carriage returns in what it hashes, however the file came onto this disk.
     let text = |file: &str| file.replace("\r\n", "\n");
     let css = text(include_str!("page/page.css"));
-    let js = text(include_str!("page/draw.js"))
+    let js = text(include_str!("page/palette.js"))
+        + &text(include_str!("page/draw.js"))
         + &text(include_str!("page/controls.js"))
         + &text(include_str!("page/page.js"));
     let hash = |text: &str| STANDARD.encode(Sha256::digest(text));

@@ -1,7 +1,6 @@
 // What a state of the run looks like, from the side and from above.
 "use strict";
 const pictures = (() => {
-  const palette = ["#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#b8a800", "#7f7f7f"];
   const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
   const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
   const sum = (a, b, by = 1) => [a[0] + by * b[0], a[1] + by * b[1], a[2] + by * b[2]];
@@ -140,7 +139,7 @@ const pictures = (() => {
       ...scene.wheels.map((disc, k) => {
         const { torque_n_m: torque, limits_n_m: [lower, upper] } = state.wheels[k];
         const alarm = torque >= 0.999 * upper || torque <= 0.999 * lower;
-        return { pose: state.poses[disc.frame], at: [0, 0, 0], draw: (pose) => drawWheel(view, look, disc, pose, palette[k % 8], alarm) };
+        return { pose: state.poses[disc.frame], at: [0, 0, 0], draw: (pose) => drawWheel(view, look, disc, pose, WHEEL_COLOURS[k % WHEEL_COLOURS.length], alarm) };
       }),
     ];
     const depth = ({ pose, at }) => dot(placed(pose, at), view.toward);
@@ -234,7 +233,7 @@ const pictures = (() => {
     lines(base[0] - width / 2 / scale, base[0] + width / 2 / scale, (x) => { const [px] = at([x, 0, 0]); path(context, [[px, 0], [px, tall]], false); });
     lines(base[1] - tall / 2 / scale, base[1] + tall / 2 / scale, (y) => { const [, py] = at([0, y, 0]); path(context, [[0, py], [width, py]], false); });
     context.globalAlpha = 1;
-    for (const [way, colour, dash] of [[camera.way, look.ink, []], [camera.odometry, palette[1], [6, 4]]]) {
+    for (const [way, colour, dash] of [[camera.way, look.ink, []], [camera.odometry, WHEEL_COLOURS[1], [6, 4]]]) {
       path(context, way.map(([x, y]) => at([x, y, 0])), false);
       context.setLineDash(dash);
       context.strokeStyle = colour;
@@ -257,5 +256,5 @@ const pictures = (() => {
     const d = sum(state.poses[disc.frame], state.poses[0], -1);
     return Math.hypot(d[0], d[1]) + disc.radius_m;
   }));
-  return { palette, side, plan, size, turned, heading };
+  return { side, plan, size, turned, heading };
 })();

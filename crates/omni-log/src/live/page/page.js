@@ -45,7 +45,7 @@
       const row = body.appendChild(document.createElement("tr")), name = document.createElement("span"), speed = document.createElement("span");
       const [torque, slip, load] = ["Torque", "Slip", "Load"].map((what) => bar(what !== "Load", `${what} of wheel ${disc.name}`));
       name.textContent = `\u25cf ${disc.name}`;
-      name.style.color = pictures.palette[k % 8];
+      name.style.color = WHEEL_COLOURS[k % WHEEL_COLOURS.length];
       for (const element of [name, speed, torque.outer, slip.outer, load.outer]) cell(row, element);
       return { speed, torque, slip, load };
     });
