@@ -14,15 +14,15 @@ fn any_policy_takes_over_from_any_other_while_the_vehicle_drives() {
             .collect();
         let scenario = load("flat", &overrides).expect("valid");
         for from in POLICIES {
-            let mut simulation = Simulation::new(&scenario.with_policy(from).expect("a policy")).expect("valid");
+            let from_scenario = scenario.with_policy(from).expect("a policy");
+            let mut simulation = Simulation::new(&from_scenario).expect("valid");
             for _ in 0..1000 {
                 simulation.step(&simulation.scenario_command()).expect("finite");
             }
-            let saved = simulation.save().expect("a state");
+            let saved = simulation.save(&from_scenario).expect("a state");
             let speed_m_s = simulation.observation().twist.vx_m_s;
             assert!(speed_m_s > 0.15, "{from}: {speed_m_s}");
             for to in POLICIES {
-                let from_scenario = scenario.with_policy(from).expect("a policy");
                 let mut simulation = Simulation::resume(&from_scenario, &saved).expect("a snapshot");
                 let case = format!("{from} to {to}, {surroundings:?}");
                 let before = simulation.sample().command.vx_m_s;
@@ -31,12 +31,18 @@ fn any_policy_takes_over_from_any_other_while_the_vehicle_drives() {
                     .unwrap_or_else(|error| panic!("{case}: {error}"));
                 simulation.step(&simulation.scenario_command()).expect("finite");
                 let after = simulation.sample().command.vx_m_s;
-                assert!((after - before).abs() < 0.01, "{case}: command {before} to {after}");
+                assert!(
+                    (after - before).abs() < 0.01,
+                    "{case}: command {before} to {after}"
+                );
                 // Integrals that start at 0 may cost the friction of the gears for a moment: the speed falls by no more than a tenth.
                 for _ in 0..500 {
                     simulation.step(&simulation.scenario_command()).expect("finite");
                     let now_m_s = simulation.observation().twist.vx_m_s;
-                    assert!((now_m_s / speed_m_s - 1.0).abs() < 0.1, "{case}: {speed_m_s} to {now_m_s}");
+                    assert!(
+                        (now_m_s / speed_m_s - 1.0).abs() < 0.1,
+                        "{case}: {speed_m_s} to {now_m_s}"
+                    );
                 }
             }
         }
