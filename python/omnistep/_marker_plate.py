@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 from math import isfinite
 from typing import NamedTuple
 
@@ -84,7 +85,7 @@ def found(vehicle: Vehicle, measured_rad_s: Floats, pose: Floats, period_s: floa
     an arm: Tsai and Lenz, 1989). Pieces are short, so that errors of the whole path stay in the path. What a drive
     without turns, or without a way, does not tell is 0.
     """
-    ways, turns, seen = _moving(vehicle, measured_rad_s, pose, period_s)
+    ways, turns, seen = _moving(_odometry(vehicle, measured_rad_s, period_s), pose, period_s)
     lever = 1.0 - np.exp(1j * turns)
     if len(ways) >= FEWEST:
         for rows in (np.column_stack([seen, lever]), seen[:, None]):
@@ -103,20 +104,29 @@ def late_s(vehicle: Vehicle, measured_rad_s: Floats, pose: Floats, period_s: flo
     Only changes of the speed tell it. It is 0 where these are too few, and of poses that are early.
     """
     most, apart = round(LATE_S / period_s), max(1, round(APART_S / period_s))
-    shifts, left, free = range(-apart, most + apart + 1), [], 1
-    for shift in shifts:
-        ways, turns, seen = _moving(vehicle, measured_rad_s, earlier(pose, shift), period_s)
+    odometry = _odometry(vehicle, measured_rad_s, period_s)
+
+    @cache
+    def left(shift: int) -> tuple[float, int]:
+        """Mean square that is left with poses so many periods earlier, and its degrees of freedom."""
+        ways, turns, seen = _moving(odometry, earlier(pose, shift), period_s)
         if len(ways) < FEWEST:
-            return 0.0
+            return np.inf, 0
         rows = np.column_stack([seen, 1.0 - np.exp(1j * turns)])
         solved, _ = _solved(rows, ways)
-        left.append(float(np.mean(np.abs(ways - rows @ solved) ** 2)))
-        free = 2 * len(ways) - 2 * len(solved)
-    best = int(np.argmin(left[apart : most + apart + 1])) + apart
+        return float(np.mean(np.abs(ways - rows @ solved) ** 2)), 2 * len(ways) - 2 * len(solved)
+
+    # In steps of a fifth of what tells the curvature, then period by period about the best of these.
+    step = max(1, apart // 5)
+    near = min(range(0, most + 1, step), key=left)
+    best = min(range(max(0, near - step), min(most, near + step) + 1), key=left)
+    (least, free), before, after = left(best), left(best - apart)[0], left(best + apart)[0]
+    if not isfinite(before + least + after):
+        return 0.0
     # The curvature of the sum, over some periods: noise of single sums does not matter there.
-    bend = (left[best - apart] + left[best + apart] - 2.0 * left[best]) / (apart * period_s) ** 2
-    known = bend > 0.0 and np.sqrt(2.0 * left[best] / (free * bend)) < KNOWN_S
-    return shifts[best] * period_s if known else 0.0
+    bend = (before + after - 2.0 * least) / (apart * period_s) ** 2
+    known = bend > 0.0 and np.sqrt(2.0 * least / (free * bend)) < KNOWN_S
+    return best * period_s if known else 0.0
 
 
 def earlier(pose: Floats, rows: int) -> Floats:
@@ -126,22 +136,40 @@ def earlier(pose: Floats, rows: int) -> Floats:
     return moved
 
 
-def _moving(vehicle: Vehicle, measured_rad_s: Floats, pose: Floats, period_s: float) -> tuple[Complex, Floats, Complex]:
-    """The pieces that are not at rest: these agree whatever the plate is, and would make every other one an outlier."""
-    ways, turns, seen = _pieces(vehicle, measured_rad_s, pose, period_s)
-    moving = (np.abs(seen) > MOVED_M) | (np.abs(ways) > MOVED_M) | (np.abs(turns) > MOVED_RAD)
-    return ways[moving], turns[moving], seen[moving]
+class Odometry(NamedTuple):
+    """Where the vehicle is by its wheels at the start of each period.
+
+    Attributes:
+        at_m: x + i y [m].
+        heading_rad: heading [rad].
+        unknown: periods without a motion so far.
+    """
+
+    at_m: Complex
+    heading_rad: Floats
+    unknown: NDArray[np.int64]
 
 
-def _pieces(vehicle: Vehicle, measured_rad_s: Floats, pose: Floats, period_s: float) -> tuple[Complex, Floats, Complex]:
-    """Ways of the vehicle by its wheels, its turns, and ways of the plate, each in the axes of the piece's start."""
-    step, last = max(1, round(PIECE_S / period_s)), len(pose) - 2
+def _odometry(vehicle: Vehicle, measured_rad_s: Floats, period_s: float) -> Odometry:
     twist = estimated(vehicle, measured_rad_s) * period_s
     there = np.isfinite(twist).all(axis=1)
     twist[~there] = 0.0
     heading = np.cumsum(twist[:, 2])
     at = np.cumsum((twist[:, 0] + 1j * twist[:, 1]) * np.exp(1j * (heading - 0.5 * twist[:, 2])))
-    unknown = np.cumsum(~there)
+    return Odometry(at, heading, np.cumsum(~there))
+
+
+def _moving(odometry: Odometry, pose: Floats, period_s: float) -> tuple[Complex, Floats, Complex]:
+    """The pieces that are not at rest: these agree whatever the plate is, and would make every other one an outlier."""
+    ways, turns, seen = _pieces(odometry, pose, period_s)
+    moving = (np.abs(seen) > MOVED_M) | (np.abs(ways) > MOVED_M) | (np.abs(turns) > MOVED_RAD)
+    return ways[moving], turns[moving], seen[moving]
+
+
+def _pieces(odometry: Odometry, pose: Floats, period_s: float) -> tuple[Complex, Floats, Complex]:
+    """Ways of the vehicle by its wheels, its turns, and ways of the plate, each in the axes of the piece's start."""
+    step, last = max(1, round(PIECE_S / period_s)), len(pose) - 2
+    at, heading, unknown = odometry
     place, ends = pose[:, 0] + 1j * pose[:, 1], []
     begin = -1
     for row in np.flatnonzero(np.isfinite(pose).all(axis=1)).tolist():

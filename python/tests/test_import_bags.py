@@ -376,6 +376,13 @@ def test_what_is_there_of_a_cut_off_bag_is_imported(tmp_path):
     assert [summary.rows for summary in summaries] == [150, pytest.approx(100, abs=2)]
     assert summaries[0].doubts == ()
     assert summaries[1].doubts[0].startswith("its end is missing, as of a recording that was cut off: ")
+    # A file that had been made longer before the power went ends in zeros, within a record or behind one.
+    for zeros in (64, 100_000):
+        (tmp_path / "zeros.mcap").write_bytes(cut.read_bytes() + bytes(zeros))
+        summary = omnistep.import_log(
+            tmp_path / "zeros.mcap", map=tmp_path / "map.toml", out=tmp_path / "out.mcap", progress=False
+        )
+        assert (summary.rows, len(summary.doubts)) == (summaries[1].rows, 1)
     garbled = bytearray(cut.read_bytes())
     garbled[len(garbled) // 3] ^= 0xFF
     cut.write_bytes(garbled)

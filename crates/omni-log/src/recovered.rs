@@ -1,6 +1,6 @@
 //! What is there of an MCAP file that was cut off, as a whole file.
 
-use std::io::{BufWriter, Read};
+use std::io::{BufWriter, Read, Seek, SeekFrom};
 use std::path::Path;
 
 use mcap::records::Record;
@@ -15,7 +15,7 @@ const BLOCK: usize = 1 << 18;
 
 /// Writes the schemas, channels and messages of a file whose end is missing, of any program, as a file that has one.
 ///
-/// Says how long it is, first message to last \[s\]. A chunk that is not whole is left out.
+/// Says how long it is, first message to last \[s\]. A chunk that is not whole is left out, and so are zeros at the end.
 ///
 /// # Errors
 /// [`LogError::Read`], [`LogError::Damaged`] where something else is wrong with it, [`LogError::Mcap`] where it cannot be written.
@@ -35,6 +35,7 @@ pub fn recover(cut_off: impl AsRef<Path>, whole: impl AsRef<Path>) -> Result<f64
     };
     let mut file = open_regular(&path).map_err(unreadable)?;
     let length = file.metadata().map_err(unreadable)?.len();
+    let zeros = ends_in_zeros(&mut file).map_err(unreadable)?;
     // Under its name only once it is whole.
     let part = PartFile::create(&out)?;
     let mut created = Some(BufWriter::new(part.writer()?));
@@ -50,6 +51,8 @@ pub fn recover(cut_off: impl AsRef<Path>, whole: impl AsRef<Path>) -> Result<f64
                 let got = file.read(reader.insert(wanted.min(length as usize).max(BLOCK)));
                 reader.notify_read(got.map_err(unreadable)?);
             }
+            // The file had been made longer, and power went before it was written.
+            Ok(LinearReadEvent::Record { opcode: 0, .. }) | Err(_) if zeros => break,
             Ok(LinearReadEvent::Record { data, opcode }) => {
                 unpacked += size_limits::HEAD_BYTES + data.len() as u64;
                 if unpacked > size_limits::most_unpacked(length) {
@@ -108,4 +111,14 @@ pub fn recover(cut_off: impl AsRef<Path>, whole: impl AsRef<Path>) -> Result<f64
     })?;
     part.complete(file)?;
     Ok(times_ns.map_or(0.0, |(first, last)| (last - first) as f64 * 1e-9))
+}
+
+/// Are the last bytes zeros, as where power went before a file that had been made longer was written?
+fn ends_in_zeros(file: &mut (impl Read + Seek)) -> std::io::Result<bool> {
+    let mut end = Vec::new();
+    let length = file.seek(SeekFrom::End(0))?;
+    file.seek(SeekFrom::Start(length.saturating_sub(16)))?;
+    file.read_to_end(&mut end)?;
+    file.rewind()?;
+    Ok(end.iter().all(|byte| *byte == 0))
 }
