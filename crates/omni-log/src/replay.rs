@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use omni_config::{Override, Sensors};
+use omni_config::{Override, Scenario};
 use omni_core::BodyTwist;
 use omni_sim::controller::{AnyController, ControlSample};
 use omni_sim::{ControlLoop, Sensed, WheelSignal};
 
-use crate::ros2::{Twist, VehicleState};
+use crate::ros2::{Sensors, Twist, VehicleState};
 use crate::{Error, LogError, LogFile, LogMessage, read_log, topic};
 
 /// Where the controller of today says something else than the log.
@@ -78,153 +78,186 @@ pub struct Replay {
 /// controller was the user's own; as [`AnyController::new`].
 pub fn replay(path: impl AsRef<Path>, overrides: &[Override]) -> Result<Replay, Error> {
     let path = path.as_ref();
-    let lacks = |what: String| LogError::Lacks {
-        path: path.to_path_buf(),
-        what,
-    };
-    let damaged = |reason: String| LogError::Damaged {
-        path: path.to_path_buf(),
-        reason,
-    };
-    let (mut states, mut sensors) = (Vec::new(), Vec::new());
-    let file = read_log(path, |time_ns, message| {
-        match message {
-            LogMessage::VehicleState(state) => states.push((time_ns, state)),
-            LogMessage::Sensors(read) => sensors.push((time_ns, read)),
-            _ => {}
-        }
-        Ok(())
-    })?;
-    if file.own_controller {
-        let policy = file.run.get("policy").map_or("a custom one", String::as_str);
-        return Err(lacks(format!(
-            "its controller, {}, is not in the log, allowed: logs of omnistep's own controllers",
-            omni_config::shortened(policy)
-        ))
-        .into());
-    }
-    let period_ns = file.scenario.control.period_us * 1000;
-    let mut until_ns = file.until_ns;
-    if !file.complete && states.len() == sensors.len() + 1 {
-        // Of a run that was killed the last message may be missing.
-        states.pop();
-        until_ns = until_ns.saturating_sub(period_ns);
-    }
-    if sensors.is_empty() && !states.is_empty() {
-        let topic = topic::SENSORS;
-        return Err(lacks(format!(
-            "no {topic}, which has what the controller read, allowed: a log of this version"
-        ))
-        .into());
-    }
-    for (topic, times_ns) in [
-        (
-            topic::VEHICLE_STATE,
-            states.iter().map(|(time_ns, _)| *time_ns).collect(),
-        ),
-        (
-            topic::SENSORS,
-            sensors.iter().map(|(time_ns, _)| *time_ns).collect(),
-        ),
-    ] {
-        if let Some(missing_ns) = first_missing(times_ns, period_ns, until_ns) {
-            return Err(lacks(format!(
-                "no {topic} at t = {} s, but replay needs one every control period: record the run without log.vehicle_state_hz",
-                missing_ns as f64 / 1e9
-            ))
-            .into());
-        }
-    }
-    let scenario = file.scenario.with(&path.display().to_string(), overrides)?;
-    let mut control = ControlLoop::new(&scenario, AnyController::new(&scenario)?);
-    let mut sample = ControlSample::default();
-    let sensed: Result<Vec<_>, _> = sensors
+    let inputs = Inputs::read(path)?;
+    let scenario = inputs
+        .file
+        .scenario
+        .with(&path.display().to_string(), overrides)?;
+    let sensed: Result<Vec<_>, _> = inputs
+        .sensors
         .iter()
         .map(|(_, read)| read.sensed(scenario.vehicle()))
         .collect();
-    let sensed = sensed.map_err(damaged)?;
-    if file.recorded && scenario.has_traction() && !knows_the_body(&sensed, &scenario.sensors) {
-        return Err(lacks(format!(
-            "no readings of hinges and inertial measurement unit, but {} needs them, allowed: a recording with both, or a \
-             policy of wheel speed loops",
-            scenario.control.law()
-        ))
-        .into());
+    let sensed = sensed.map_err(|reason| damaged(path, reason))?;
+    inputs.check(path, &scenario, &sensed)?;
+    inputs.compare(&scenario, &sensed)
+}
+
+/// What a log has for its controller, and what it says that the controller made of it.
+struct Inputs {
+    file: LogFile,
+    states: Vec<(u64, VehicleState)>,
+    sensors: Vec<(u64, Sensors)>,
+}
+
+impl Inputs {
+    /// Reads a log that has both every control period.
+    fn read(path: &Path) -> Result<Self, Error> {
+        let (mut states, mut sensors) = (Vec::new(), Vec::new());
+        let file = read_log(path, |time_ns, message| {
+            match message {
+                LogMessage::VehicleState(state) => states.push((time_ns, state)),
+                LogMessage::Sensors(read) => sensors.push((time_ns, read)),
+                _ => {}
+            }
+            Ok(())
+        })?;
+        if file.own_controller {
+            let policy = file.run.get("policy").map_or("a custom one", String::as_str);
+            let what = format!(
+                "its controller, {}, is not in the log, allowed: logs of omnistep's own controllers",
+                omni_config::shortened(policy)
+            );
+            return Err(lacks(path, what));
+        }
+        let period_ns = file.scenario.control.period_us * 1000;
+        let mut until_ns = file.until_ns;
+        if !file.complete && states.len() == sensors.len() + 1 {
+            // Of a run that was killed the last message may be missing.
+            states.pop();
+            until_ns = until_ns.saturating_sub(period_ns);
+        }
+        if sensors.is_empty() && !states.is_empty() {
+            let topic = topic::SENSORS;
+            let what =
+                format!("no {topic}, which has what the controller read, allowed: a log of this version");
+            return Err(lacks(path, what));
+        }
+        let of_states = first_missing(states.iter().map(|(time_ns, _)| *time_ns), period_ns, until_ns);
+        let of_sensors = first_missing(sensors.iter().map(|(time_ns, _)| *time_ns), period_ns, until_ns);
+        for (topic, missing) in [(topic::VEHICLE_STATE, of_states), (topic::SENSORS, of_sensors)] {
+            if let Some(missing_ns) = missing {
+                let what = format!(
+                    "no {topic} at t = {} s, but replay needs one every control period: record the run without \
+                     log.vehicle_state_hz",
+                    missing_ns as f64 / 1e9
+                );
+                return Err(lacks(path, what));
+            }
+        }
+        Ok(Self {
+            file,
+            states,
+            sensors,
+        })
     }
-    let (mut differing, mut first) = (0, None);
-    let (mut without_command, mut without_measurement) = (0, 0);
-    let mut asked = BodyTwist::ZERO;
-    let names = scenario.vehicle().wheel.iter().map(|wheel| wheel.name.clone());
-    let mut wheels: Vec<_> = names.map(Sums::new).collect();
-    for (period, ((time_ns, state), sensed)) in states.iter().zip(&sensed).enumerate() {
-        if state.wheels.len() != wheels.len() {
-            return Err(damaged(format!(
-                "{} wheels in /vehicle_state, {} in the scenario",
-                state.wheels.len(),
-                wheels.len()
-            ))
-            .into());
+
+    /// Refuses what the controller of a scenario cannot be fed with.
+    fn check(&self, path: &Path, scenario: &Scenario, sensed: &[Sensed]) -> Result<(), Error> {
+        let wheels = scenario.vehicle().wheel.len();
+        if let Some((_, state)) = self.states.iter().find(|(_, state)| state.wheels.len() != wheels) {
+            let found = state.wheels.len();
+            return Err(damaged(
+                path,
+                format!("{found} wheels in /vehicle_state, {wheels} in the scenario"),
+            ));
         }
-        if file.recorded {
-            if scenario.heading_hold.is_some() && sensed.gyro_rad_s.is_nan() {
-                return Err(lacks(format!(
-                    "no gyro reading at t = {} s, but control.heading_hold needs one, allowed: a log with gyro readings throughout, or no heading hold",
-                    *time_ns as f64 / 1e9
-                ))
-                .into());
-            }
-            without_measurement += u64::from(sensed.wheels_rad_s.iter().any(|measured| measured.is_nan()));
+        if !self.file.recorded {
+            return Ok(());
         }
-        let commanded = planar(&state.asked_twist);
-        // A recording may not know; the controller gets its last command.
-        if file.recorded && commanded.to_array().iter().any(|part| part.is_nan()) {
-            without_command += 1;
-        } else {
-            asked = commanded;
+        if scenario.has_traction() && !knows_the_body(sensed, &scenario.sensors) {
+            let what = format!(
+                "no readings of hinges and inertial measurement unit, but {} needs them, allowed: a recording with both, or \
+                 a policy of wheel speed loops",
+                scenario.control.law()
+            );
+            return Err(lacks(path, what));
         }
-        control.step(&asked, sensed, &mut sample)?;
-        let differs = if file.recorded {
-            None
-        } else {
-            difference(state, &sample)
-        };
-        if let Some((wheel, signal, [logged, replayed])) = differs {
-            differing += 1;
-            first.get_or_insert(Difference {
-                time_ns: *time_ns,
-                period: period as u64,
-                wheel,
-                signal,
-                logged,
-                replayed,
-            });
+        let silent = sensed.iter().position(|sensed| sensed.gyro_rad_s.is_nan());
+        if let Some(period) = silent.filter(|_| scenario.heading_hold.is_some()) {
+            let what = format!(
+                "no gyro reading at t = {} s, but control.heading_hold needs one, allowed: a log with gyro readings \
+                 throughout, or no heading hold",
+                self.states[period].0 as f64 / 1e9
+            );
+            return Err(lacks(path, what));
         }
-        for (sums, (logged, replayed)) in wheels.iter_mut().zip(state.wheels.iter().zip(&sample.wheels)) {
-            // A recording may know the torques by their currents alone, or not at all.
-            let mut torque_n_m = logged.signal("applied_n_m");
-            if file.recorded && torque_n_m.is_nan() {
-                torque_n_m = logged.signal("torque_n_m");
-            }
-            if !(file.recorded && torque_n_m.is_nan()) {
-                sums.add(*time_ns, torque_n_m, replayed.applied_n_m);
-            }
-        }
+        Ok(())
     }
-    Ok(Replay {
-        policy: scenario.control.law(),
-        periods: states.len() as u64,
-        differing,
-        first,
-        without_command,
-        without_measurement,
-        wheels: wheels.into_iter().map(Sums::finish).collect(),
-        file,
-    })
+
+    /// Feeds a scenario's controller, and compares what it makes of it.
+    fn compare(self, scenario: &Scenario, sensed: &[Sensed]) -> Result<Replay, Error> {
+        let recorded = self.file.recorded;
+        let mut control = ControlLoop::new(scenario, AnyController::new(scenario)?);
+        let mut sample = ControlSample::default();
+        let (mut differing, mut first) = (0, None);
+        let (mut without_command, mut without_measurement) = (0, 0);
+        let mut asked = BodyTwist::ZERO;
+        let names = scenario.vehicle().wheel.iter().map(|wheel| wheel.name.clone());
+        let mut wheels: Vec<_> = names.map(Sums::new).collect();
+        for (period, ((time_ns, state), sensed)) in self.states.iter().zip(sensed).enumerate() {
+            let commanded = planar(&state.asked_twist);
+            // A recording may not know; the controller gets its last command.
+            if recorded && commanded.to_array().iter().any(|part| part.is_nan()) {
+                without_command += 1;
+            } else {
+                asked = commanded;
+            }
+            let silent = sensed.wheels_rad_s.iter().any(|measured| measured.is_nan());
+            without_measurement += u64::from(recorded && silent);
+            control.step(&asked, sensed, &mut sample)?;
+            let differs = if recorded {
+                None
+            } else {
+                difference(state, &sample)
+            };
+            if let Some((wheel, signal, [logged, replayed])) = differs {
+                differing += 1;
+                first.get_or_insert(Difference {
+                    time_ns: *time_ns,
+                    period: period as u64,
+                    wheel,
+                    signal,
+                    logged,
+                    replayed,
+                });
+            }
+            for (sums, (logged, replayed)) in wheels.iter_mut().zip(state.wheels.iter().zip(&sample.wheels)) {
+                // A recording may know the torques by their currents alone, or not at all.
+                let mut torque_n_m = logged.signal("applied_n_m");
+                if recorded && torque_n_m.is_nan() {
+                    torque_n_m = logged.signal("torque_n_m");
+                }
+                if !(recorded && torque_n_m.is_nan()) {
+                    sums.add(*time_ns, torque_n_m, replayed.applied_n_m);
+                }
+            }
+        }
+        Ok(Replay {
+            policy: scenario.control.law(),
+            periods: self.states.len() as u64,
+            differing,
+            first,
+            without_command,
+            without_measurement,
+            wheels: wheels.into_iter().map(Sums::finish).collect(),
+            file: self.file,
+        })
+    }
+}
+
+fn lacks(path: &Path, what: String) -> Error {
+    let path = path.to_path_buf();
+    LogError::Lacks { path, what }.into()
+}
+
+fn damaged(path: &Path, reason: String) -> Error {
+    let path = path.to_path_buf();
+    LogError::Damaged { path, reason }.into()
 }
 
 /// The end of the first control period without a message, if there is one before the log's end \[ns\].
-fn first_missing(times_ns: Vec<u64>, period_ns: u64, until_ns: u64) -> Option<u64> {
-    let mut found = times_ns.into_iter();
+fn first_missing(mut found: impl Iterator<Item = u64>, period_ns: u64, until_ns: u64) -> Option<u64> {
     let missing = (1..)
         .map(|k| k * period_ns)
         .find(|expected| found.next() != Some(*expected))?;
@@ -233,7 +266,7 @@ fn first_missing(times_ns: Vec<u64>, period_ns: u64, until_ns: u64) -> Option<u6
 }
 
 /// Has every sensor that traction control reads, and that the scenario has, a reading at some time?
-fn knows_the_body(sensed: &[Sensed], sensors: &Sensors) -> bool {
+fn knows_the_body(sensed: &[Sensed], sensors: &omni_config::Sensors) -> bool {
     let some = |value: &dyn Fn(&Sensed) -> f64| sensed.iter().any(|sensed| value(sensed).is_finite());
     let hinges = sensed.first().map_or(0, |first| first.hinges_rad.len());
     let imu: [fn(&Sensed) -> f64; 5] = [
