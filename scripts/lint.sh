@@ -11,6 +11,7 @@ cargo fmt --manifest-path examples/own-policy/Cargo.toml --check
 cargo clippy --locked --release --workspace --all-targets -- -D warnings
 python3 scripts/checks/one_build.py
 python3 scripts/docs/design_tables.py --check
+python3 scripts/docs/wheel_signals.py --check
 scripts/tools/venv.sh
 .venv/bin/python scripts/checks/circles.py --self-test
 .venv/bin/python scripts/checks/circles.py

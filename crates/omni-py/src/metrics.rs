@@ -86,7 +86,7 @@ pub(crate) fn disturbed_ratio<'py>(
 ///
 /// Args:
 ///     rim_m_s: radius times the wheel's velocity against the world [m/s], a number or (T,).
-///     along_m_s: velocity of the wheel's centre along its rolling direction [m/s], likewise.
+///     along_m_s: velocity of the wheel's centre along the push [m/s], likewise.
 ///     floor_m_s: speed [m/s] under which a difference counts as noise, above 0.
 ///     literal: eq. (15) as printed, over the rim's speed: infinite or not a number at rest.
 ///

@@ -58,7 +58,7 @@ fn by_name<'py>(
 /// Getters of one array over the wheels each. `saturated` is one of yes and no.
 macro_rules! getters {
     (
-        control { $($(#[$c_doc:meta])+ $c:ident: $c_place:ident;)* }
+        control { $($(#[$c_doc:meta])+ $c:ident: $c_place:ident = $($c_source:ident).+;)* }
         of_control { $(#[$s_doc:meta])+ saturated: $s_place:ident = $s_value:expr; $($(#[$d_doc:meta])+ $d:ident: $d_place:ident = $d_value:expr;)* }
         observed { $($(#[$o_doc:meta])+ $o:ident: $o_place:ident = $o_value:expr;)* }
     ) => {

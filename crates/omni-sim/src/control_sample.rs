@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::WheelSignals;
 use crate::report::Report;
+use crate::wheel_signals::Did;
 
 /// What one control step did: [`omni_core::loops::ControlSample`] in `f64`, for any number of wheels.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -77,18 +78,9 @@ impl ControlSample {
             self.brake.extend([true; N]);
         }
         self.wheels.clear();
-        self.wheels.extend((0..N).map(|i| WheelSignals {
-            reference_rad_s: s.wheels.reference.rad_s[i].as_f64(),
-            measured_rad_s: s.wheels.measured.rad_s[i].as_f64(),
-            p_n_m: s.wheels.p_n_m[i].as_f64(),
-            i_n_m: s.wheels.i_n_m[i].as_f64(),
-            d_n_m: s.wheels.d_n_m[i].as_f64(),
-            requested_n_m: s.wheels.requested.n_m[i].as_f64(),
-            applied_n_m: s.wheels.applied.n_m[i].as_f64(),
-            limit_lower_n_m: s.wheels.range.lower_n_m[i].as_f64(),
-            limit_upper_n_m: s.wheels.range.upper_n_m[i].as_f64(),
-            residual_rad_s: residual.rad_s[i].as_f64(),
-        }));
+        let wheels = &s.wheels;
+        let did = Did { wheels, residual };
+        self.wheels.extend((0..N).map(|i| WheelSignals::of(&did, i)));
     }
 }
 

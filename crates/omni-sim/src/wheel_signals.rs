@@ -1,6 +1,10 @@
 //! The signals of a wheel: one row each. Columns, messages, unknown values, comparisons and Python's attributes follow from this table.
+//!
+//! After a change `scripts/docs/wheel_signals.py` writes the message's definition and the stub anew.
 
+use omni_core::loops::WheelSample;
 use omni_core::metrics::{DISTURBED_FLOOR_RAD_S, disturbed_ratio};
+use omni_core::{Real, WheelVelocities};
 use serde::{Deserialize, Serialize};
 
 use crate::observation::WheelObservation;
@@ -12,27 +16,28 @@ use crate::observation::WheelObservation;
 macro_rules! for_each_wheel_signal {
     ($then:ident) => {
         $then! {
+            // Taken from what a controller of omni-core did.
             control {
                 /// Reference as commanded [rad/s].
-                reference_rad_s: log;
+                reference_rad_s: log = wheels.reference.rad_s;
                 /// Measured velocity [rad/s], at the start of the period.
-                measured_rad_s: log;
+                measured_rad_s: log = wheels.measured.rad_s;
                 /// Proportional term [N.m].
-                p_n_m: log;
+                p_n_m: log = wheels.p_n_m;
                 /// Integral term [N.m].
-                i_n_m: log;
+                i_n_m: log = wheels.i_n_m;
                 /// Derivative term [N.m].
-                d_n_m: log;
+                d_n_m: log = wheels.d_n_m;
                 /// Torque requested with the whole reference [N.m].
-                requested_n_m: log;
+                requested_n_m: log = wheels.requested.n_m;
                 /// Torque applied [N.m], within the limits.
-                applied_n_m: log;
+                applied_n_m: log = wheels.applied.n_m;
                 /// Lowest torque allowed [N.m], <= 0.
-                limit_lower_n_m: log;
+                limit_lower_n_m: log = wheels.range.lower_n_m;
                 /// Highest torque allowed [N.m], >= 0.
-                limit_upper_n_m: log;
+                limit_upper_n_m: log = wheels.range.upper_n_m;
                 /// Part of the measured velocity that no motion of the vehicle explains [rad/s].
-                residual_rad_s: trace;
+                residual_rad_s: trace = residual.rad_s;
             }
             // `saturated` stays first: Python shows it as yes or no.
             of_control {
@@ -76,6 +81,13 @@ macro_rules! for_each_wheel_signal {
             }
         }
     };
+}
+
+/// What a controller of omni-core did with the wheels.
+pub(crate) struct Did<'a, R, const N: usize> {
+    pub(crate) wheels: &'a WheelSample<R, N>,
+    /// Parts of the measured velocities that no motion of the vehicle explains.
+    pub(crate) residual: &'a WheelVelocities<R, N>,
 }
 
 /// What a signal follows from.
@@ -160,7 +172,7 @@ macro_rules! define {
     (@logged log) => { true };
     (@logged trace) => { false };
     (
-        control { $($(#[doc = $doc:literal])+ $name:ident: $place:ident;)* }
+        control { $($(#[doc = $doc:literal])+ $name:ident: $place:ident = $($source:ident).+;)* }
         of_control { $($(#[doc = $c_doc:literal])+ $c_name:ident: $c_place:ident = $c_value:expr;)* }
         observed { $($(#[doc = $o_doc:literal])+ $o_name:ident: $o_place:ident = $o_value:expr;)* }
     ) => {
@@ -174,6 +186,11 @@ macro_rules! define {
         impl WheelSignals {
             /// Nothing is known.
             pub const UNKNOWN: Self = Self { $($name: f64::NAN,)* };
+
+            /// Those of a wheel by what a controller did.
+            pub(crate) fn of<R: Real, const N: usize>(did: &Did<'_, R, N>, wheel: usize) -> Self {
+                Self { $($name: did.$($source).+[wheel].as_f64(),)* }
+            }
         }
 
         const SIGNALS: &[WheelSignal] = &[
