@@ -36,11 +36,12 @@ fn any_policy_takes_over_from_any_other_while_the_vehicle_drives() {
                     "{case}: command {before} to {after}"
                 );
                 // Integrals that start at 0 may cost the friction of the gears for a moment: the speed falls by no more than a tenth.
+                // The vehicle still speeds up by a thousandth of its speed; nothing else changes it on level ground.
                 for _ in 0..500 {
                     simulation.step(&simulation.scenario_command()).expect("finite");
                     let now_m_s = simulation.observation().twist.vx_m_s;
                     assert!(
-                        (now_m_s / speed_m_s - 1.0).abs() < 0.1,
+                        (now_m_s / speed_m_s - 1.0).abs() < 0.01,
                         "{case}: {speed_m_s} to {now_m_s}"
                     );
                 }

@@ -145,11 +145,15 @@ impl ControlLoop {
         &self.controller
     }
 
-    /// Another controller from now on, which goes on from the state of the present one.
-    pub(crate) fn replace(&mut self, mut controller: AnyController) -> Result<(), Error> {
+    /// Another controller from now on, which goes on from the state of the present one; the vehicle moves with `twist`.
+    pub(crate) fn replace(
+        &mut self,
+        mut controller: AnyController,
+        twist: &BodyTwist<f64>,
+    ) -> Result<(), Error> {
         state_bytes::check_built_in()?;
         let state = self.controller.save();
-        if !state.is_some_and(|state| controller.take_over(&state)) {
+        if !state.is_some_and(|state| controller.take_over(&state, twist)) {
             return Err(Error::Snapshot {
                 reason: "another controller cannot take over the state of this one".into(),
             });

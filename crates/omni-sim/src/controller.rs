@@ -222,9 +222,9 @@ impl AnyController {
         self.control.restore(state)
     }
 
-    /// Goes on from the state of another controller of the same vehicle; says whether it can.
-    pub(crate) fn take_over(&mut self, state: &[u8]) -> bool {
-        self.control.take_over(state)
+    /// Goes on from the state of another controller of the same vehicle, which moves with `twist`; says whether it can.
+    pub(crate) fn take_over(&mut self, state: &[u8], twist: &BodyTwist<f64>) -> bool {
+        self.control.take_over(state, twist)
     }
 
     /// What was lost on the link so far; none where the controller runs here.

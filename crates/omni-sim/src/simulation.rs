@@ -162,7 +162,8 @@ impl Simulation {
     /// # Ok::<(), omni_sim::Error>(())
     /// ```
     pub fn take_control(&mut self, scenario: &Scenario) -> Result<(), Error> {
-        self.control.replace(AnyController::new(scenario)?)
+        let twist = self.period.control.estimated;
+        self.control.replace(AnyController::new(scenario)?, &twist)
     }
 
     /// One control period: measures, controls, holds the torques while the physics advance.

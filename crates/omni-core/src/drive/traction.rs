@@ -5,6 +5,7 @@ use super::model::Drive;
 use super::sample::DriveSample;
 use super::state::DriveState;
 use crate::constants::constant_struct;
+use crate::geometry::BodyTwist;
 use crate::policy::{Imu, Readings};
 use crate::traction::{Supervised, SupervisedState, Supervisor, SupervisorState, Traction, TractionSample};
 use crate::{ConfigError, Real};
@@ -109,6 +110,15 @@ impl<R: Real, const N: usize> TractionDriveState<R, N> {
         Self {
             drive: DriveState::new(&drive.drive),
             supervised: SupervisedState::new(),
+        }
+    }
+
+    /// A start while the vehicle moves with `twist`, from what is around the loops: for a change of policy.
+    #[must_use]
+    pub fn moving(drive: DriveState<R, N>, twist: &BodyTwist<R>) -> Self {
+        Self {
+            drive,
+            supervised: SupervisedState::moving(twist),
         }
     }
 

@@ -4,6 +4,7 @@ use super::model::Traction;
 use super::sample::TractionSample;
 use super::supervised::{Supervised, SupervisedState};
 use super::supervisor::{Supervisor, SupervisorState};
+use crate::geometry::BodyTwist;
 use crate::loops::{Rest, RestRule};
 use crate::policy::{Policy, Readings};
 use crate::shaping::{TwistLimiter, TwistLimiterState};
@@ -65,12 +66,12 @@ impl<R: Real, const N: usize> TractionPolicyState<R, N> {
 }
 
 impl<R: Real, const N: usize> TractionPolicyState<R, N> {
-    /// A fresh start whose command goes on as `limited` says: for a change of policy while the vehicle drives.
+    /// A start while the vehicle moves with `twist`, whose command goes on as `limited` says: for a change of policy.
     #[must_use]
-    pub fn after(limited: TwistLimiterState<R>) -> Self {
+    pub fn moving(limited: TwistLimiterState<R>, twist: &BodyTwist<R>) -> Self {
         Self {
             limited,
-            ..Self::new()
+            supervised: SupervisedState::moving(twist),
         }
     }
 

@@ -181,6 +181,19 @@ impl<R: Real, const N: usize> TractionState<R, N> {
         }
     }
 
+    /// A start of a vehicle that moves with `twist` already: after a reset, or where another controller drove it. Without it the
+    /// speed is found within the time in which the vehicle could have reached it, and wheels brake until then.
+    #[must_use]
+    pub fn moving(twist: &BodyTwist<R>) -> Self {
+        // In the vehicle's frame, which is that of the first direction.
+        Self {
+            speed_m_s: twist.vx_m_s,
+            drift_m_s: twist.vy_m_s,
+            yaw_rad_s: twist.wz_rad_s,
+            ..Self::new()
+        }
+    }
+
     /// Measured speed along the direction of travel \[m/s\].
     #[must_use]
     pub fn speed_m_s(&self) -> R {

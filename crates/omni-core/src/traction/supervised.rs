@@ -49,6 +49,14 @@ impl<R: Real, const N: usize> SupervisedState<R, N> {
             rest: RestState::new(),
         }
     }
+
+    /// A start while the vehicle moves.
+    pub(crate) fn moving(twist: &BodyTwist<R>) -> Self {
+        Self {
+            traction: TractionState::moving(twist),
+            ..Self::new()
+        }
+    }
 }
 
 impl<R: Real, const N: usize> Supervised<'_, R, N> {

@@ -24,11 +24,11 @@ trait CoreController<R, const N: usize>: Send + Sync {
     /// What it shares with others, and which of those it is.
     const KIND: [&'static str; 2];
     /// What another of the same first kind goes on from: the limited command, or all that is around the loops.
-    type Shared: Serialize + DeserializeOwned;
+    type Shared: Serialize + DeserializeOwned + Copy;
     type State: Serialize + DeserializeOwned;
-    fn shared(&self) -> &Self::Shared;
-    /// A fresh start from what another one shares.
-    fn start_from(&mut self, shared: Self::Shared);
+    fn shared(&self) -> Self::Shared;
+    /// A start from what another one shares, while the vehicle moves with `twist`.
+    fn start_from(&mut self, shared: Self::Shared, twist: &BodyTwist<R>);
     /// One control step, and what it did.
     fn step(&mut self, readings: &Readings<'_, R>, sample: &mut ControlSample);
     fn kinematics(&self) -> &Kinematics<R, N>;
@@ -147,7 +147,7 @@ impl<L: CoreController<R, N>, R: Real, const N: usize> ControlLaw for BuiltIn<L,
         true
     }
 
-    fn take_over(&mut self, state: &[u8]) -> bool {
+    fn take_over(&mut self, state: &[u8], twist: &BodyTwist<f64>) -> bool {
         let own = Kind::of::<L, R, N>();
         let Ok((kind, rest)) = state_bytes::take_from_bytes::<Kind>(state) else {
             return false;
@@ -158,7 +158,7 @@ impl<L: CoreController<R, N>, R: Real, const N: usize> ControlLaw for BuiltIn<L,
         let Ok((shared, _)) = state_bytes::take_from_bytes(rest) else {
             return false;
         };
-        self.law.start_from(shared);
+        self.law.start_from(shared, &scalar(twist));
         true
     }
 }
@@ -177,11 +177,11 @@ impl<R: Real + Serialize + DeserializeOwned, const N: usize> CoreController<R, N
     type Shared = TwistLimiterState<R>;
     type State = (TwistLimiterState<R>, ControlState<R, N>);
 
-    fn shared(&self) -> &Self::Shared {
-        &self.state().0
+    fn shared(&self) -> Self::Shared {
+        self.state().0
     }
 
-    fn start_from(&mut self, shared: Self::Shared) {
+    fn start_from(&mut self, shared: Self::Shared, _twist: &BodyTwist<R>) {
         self.restore((shared, ControlState::new()));
     }
 
@@ -210,12 +210,12 @@ impl<R: Real + Serialize + DeserializeOwned, const N: usize> CoreController<R, N
     type Shared = TwistLimiterState<R>;
     type State = TractionPolicyState<R, N>;
 
-    fn shared(&self) -> &Self::Shared {
-        self.state().limited()
+    fn shared(&self) -> Self::Shared {
+        *self.state().limited()
     }
 
-    fn start_from(&mut self, shared: Self::Shared) {
-        self.restore(TractionPolicyState::after(shared));
+    fn start_from(&mut self, shared: Self::Shared, twist: &BodyTwist<R>) {
+        self.restore(TractionPolicyState::moving(shared, twist));
     }
 
     fn step(&mut self, readings: &Readings<'_, R>, sample: &mut ControlSample) {
@@ -252,11 +252,11 @@ impl<R: Real + Serialize + DeserializeOwned, const N: usize> CoreController<R, N
     type Shared = DriveState<R, N>;
     type State = DriveState<R, N>;
 
-    fn shared(&self) -> &Self::Shared {
-        self.state()
+    fn shared(&self) -> Self::Shared {
+        *self.state()
     }
 
-    fn start_from(&mut self, shared: Self::Shared) {
+    fn start_from(&mut self, shared: Self::Shared, _twist: &BodyTwist<R>) {
         *self.state_mut() = shared;
     }
 
@@ -295,13 +295,12 @@ impl<R: Real + Serialize + DeserializeOwned, const N: usize> CoreController<R, N
     type Shared = DriveState<R, N>;
     type State = TractionDriveState<R, N>;
 
-    fn shared(&self) -> &Self::Shared {
-        &self.state.drive
+    fn shared(&self) -> Self::Shared {
+        self.state.drive
     }
 
-    fn start_from(&mut self, shared: Self::Shared) {
-        self.state = TractionDriveState::new(&self.drive);
-        self.state.drive = shared;
+    fn start_from(&mut self, shared: Self::Shared, twist: &BodyTwist<R>) {
+        self.state = TractionDriveState::moving(shared, twist);
     }
 
     fn step(&mut self, readings: &Readings<'_, R>, sample: &mut ControlSample) {

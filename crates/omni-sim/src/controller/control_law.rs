@@ -27,8 +27,9 @@ pub(super) trait ControlLaw: Send + Sync {
     fn restore(&mut self, _state: &[u8]) -> bool {
         false
     }
-    /// Goes on from the state of another controller of the same vehicle: from all of it, or from what both have. Says whether it can.
-    fn take_over(&mut self, state: &[u8]) -> bool {
+    /// Goes on from the state of another controller of the same vehicle, which moves with `twist`: from all of it, or from what both have.
+    /// Says whether it can.
+    fn take_over(&mut self, state: &[u8], _twist: &BodyTwist<f64>) -> bool {
         self.restore(state)
     }
     /// What was not received so far; none without a link.
