@@ -145,7 +145,7 @@ fn of_a_drive(kind: &str, answer: &mut Answer<N>, kth: u32) {
         let wheels = &mut sample.wheels;
         (drive.faults, drive.excluded, drive.motion_known) = ([silent; N], [true; N], false);
         (wheels.active, wheels.applied.n_m, wheels.measured.rad_s) = ([false; N], [0.0; N], [0.0; N]);
-        *estimated = BodyTwist::zero();
+        *estimated = BodyTwist::ZERO;
         drive.pose = [0.0; 3];
     };
     match kind {

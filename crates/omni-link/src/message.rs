@@ -87,7 +87,7 @@ pub enum ToController<const N: usize> {
 /// use omni_core::BodyTwist;
 /// use omni_link::{MAX_REQUEST_FRAME, Request, ToController, decode, encode, request_frame};
 /// let (restart, emergency_stop) = (true, false);
-/// let request = Request { sequence: 1, restart, emergency_stop, command: BodyTwist::zero(), measured_rad_s: [0.5_f32; 4] };
+/// let request = Request { sequence: 1, restart, emergency_stop, command: BodyTwist::ZERO, measured_rad_s: [0.5_f32; 4] };
 /// let mut buffer = [0; MAX_REQUEST_FRAME];
 /// let frame = encode(&ToController::Request(request), &mut buffer).unwrap_or_default();
 /// assert_eq!(frame.len(), request_frame(4));
@@ -303,7 +303,7 @@ impl<const N: usize> Answer<N> {
             action: Action::Stop,
             counters: Counters::none(),
             sample: ControlSample::zero(),
-            estimated: BodyTwist::zero(),
+            estimated: BodyTwist::ZERO,
             residual: WheelVelocities::zero(),
             drive: DriveReport::of_loops(),
         }

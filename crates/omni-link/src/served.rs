@@ -22,7 +22,7 @@ use crate::{Answer, Bodies, DriveReport, Request};
 ///     }
 /// }
 /// let (restart, emergency_stop) = (true, false);
-/// let request = Request { sequence: 1, restart, emergency_stop, command: BodyTwist::zero(), measured_rad_s: [2.0, 0.0] };
+/// let request = Request { sequence: 1, restart, emergency_stop, command: BodyTwist::ZERO, measured_rad_s: [2.0, 0.0] };
 /// let (mut periods, mut answer) = (Brake.start(), Answer::stopped());
 /// Brake.step(&mut periods, &request, &Bodies::none(), &mut answer);
 /// assert_eq!((periods, answer.sample.wheels.applied.n_m), (1, [-1.0, 0.0]));
@@ -59,7 +59,7 @@ pub trait Served<const N: usize> {
 /// let limiter = TwistLimiter::new(TwistLimits::PerAxis { vx: any, vy: any, wz: any }, 1e-3)?;
 /// let loops = Loops { controller: &controller, limiter: &limiter };
 /// let (restart, emergency_stop) = (true, false);
-/// let request = Request { sequence: 1, restart, emergency_stop, command: BodyTwist::zero(), measured_rad_s: [2.0; 4] };
+/// let request = Request { sequence: 1, restart, emergency_stop, command: BodyTwist::ZERO, measured_rad_s: [2.0; 4] };
 /// let mut answer = Answer::stopped();
 /// loops.step(&mut loops.start(), &request, &Bodies::none(), &mut answer);
 /// assert_eq!(answer.sample.wheels.applied.n_m, [-0.25 * 2.0; 4]);

@@ -32,7 +32,7 @@ use crate::{
 ///
 /// // What comes from the wire: wheels that turn with 2 rad/s are to stand still.
 /// let (restart, emergency_stop) = (true, false);
-/// let request = Request { sequence: 1, restart, emergency_stop, command: BodyTwist::zero(), measured_rad_s: [2.0; 4] };
+/// let request = Request { sequence: 1, restart, emergency_stop, command: BodyTwist::ZERO, measured_rad_s: [2.0; 4] };
 /// let mut wire = [0; request_frame(4)];
 /// encode(&ToController::Request(request), &mut wire);
 /// for byte in wire {

@@ -466,7 +466,7 @@ mod tests {
         let controller = AnyController::new(&scenario).expect("its controller");
         let messages = Messages::new(&scenario, &controller);
         let mut simulation = Simulation::new(&scenario).expect("a simulation");
-        simulation.step(&BodyTwist::zero()).expect("it goes on");
+        simulation.step(&BodyTwist::ZERO).expect("it goes on");
         let mut state = state(&messages, &simulation);
         state.wheels[0].slip = f32::NAN;
         state.wheels[0].push = None;

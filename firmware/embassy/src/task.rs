@@ -94,7 +94,7 @@ impl<P: SetDutyCycle, D: OutputPin, E: Encoder, C: Can> ControlTask<P, D, E, C> 
         self.failed = false;
         let command = self.receive();
         self.status.velocity_rad_s = self.measure();
-        if self.status.mode == Mode::Held && command != Some(BodyTwist::zero()) {
+        if self.status.mode == Mode::Held && command != Some(BodyTwist::ZERO) {
             self.hold();
         } else {
             self.drive(command.as_ref());

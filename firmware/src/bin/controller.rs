@@ -15,7 +15,7 @@ fn main() -> ! {
     static mut SAMPLE: ControlSample<f32, 7> = ControlSample::zero();
     loop {
         // Where the bus and the encoders would be read, and the torques be written.
-        let command = core::hint::black_box(BodyTwist::zero());
+        let command = core::hint::black_box(BodyTwist::ZERO);
         let measured = core::hint::black_box(WheelVelocities::zero());
         let twist = LIMITER.step(LIMITED, &command);
         CONTROLLER.step_into(STATE, &twist, &measured, SAMPLE);

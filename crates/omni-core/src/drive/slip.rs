@@ -159,7 +159,7 @@ impl<R: Real, const N: usize> SlipSample<R, N> {
     /// Nothing is known of the motion: too few wheels determine it.
     pub(crate) fn unknown(excluded: [bool; N]) -> Self {
         Self {
-            estimated: BodyTwist::zero(),
+            estimated: BodyTwist::ZERO,
             residual: WheelVelocities::zero(),
             slip_rad_s: [R::zero(); N],
             unattributed: false,

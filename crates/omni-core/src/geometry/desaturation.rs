@@ -192,7 +192,7 @@ impl<R: Real, const N: usize> SpeedLimits<R, N> {
             return Desaturated {
                 translation_factor: zero,
                 yaw_factor: zero,
-                ..Desaturated::whole(BodyTwist::zero(), WheelVelocities::zero())
+                ..Desaturated::whole(BodyTwist::ZERO, WheelVelocities::zero())
             };
         }
         let on_path = Self {

@@ -54,16 +54,6 @@ impl<R: Real> BodyTwist<R> {
         wz_rad_s: R::ZERO,
     };
 
-    /// At rest: 0 m/s, 0 m/s, 0 rad/s.
-    #[must_use]
-    pub const fn zero() -> Self {
-        Self {
-            vx_m_s: R::ZERO,
-            vy_m_s: R::ZERO,
-            wz_rad_s: R::ZERO,
-        }
-    }
-
     /// `[vx, vy, wz]` in \[m/s, m/s, rad/s\]: the vector X' of eq. (6).
     ///
     /// ```

@@ -75,7 +75,7 @@ impl<R: Real, const N: usize> ControlSample<R, N> {
     #[must_use]
     pub const fn zero() -> Self {
         Self {
-            command: BodyTwist::zero(),
+            command: BodyTwist::ZERO,
             wheels: WheelSample::zero(),
         }
     }
@@ -214,7 +214,7 @@ impl<R: Real, const N: usize> Controller<R, N> {
         sample: &mut ControlSample<R, N>,
     ) {
         let usable = all_plausible(&command.to_array());
-        sample.command = if usable { *command } else { BodyTwist::zero() };
+        sample.command = if usable { *command } else { BodyTwist::ZERO };
         let reference = self.kinematics.inverse(&sample.command);
         let inputs = LoopInputs {
             reference: &reference,

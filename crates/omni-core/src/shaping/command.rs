@@ -177,7 +177,7 @@ pub struct ShaperState<R> {
 
 impl<R: Real> Default for ShaperState<R> {
     fn default() -> Self {
-        Self::at(&BodyTwist::zero())
+        Self::at(&BodyTwist::ZERO)
     }
 }
 
@@ -360,7 +360,7 @@ impl<R: Real> CommandShaper<R> {
         } else {
             state.age = state.age.saturating_add(1);
         }
-        let rest = BodyTwist::zero();
+        let rest = BodyTwist::ZERO;
         let (target, status) = match state.command {
             None => (rest, CommandStatus::Idle),
             Some(_) if state.age > self.oldest => (rest, CommandStatus::TimedOut),

@@ -50,7 +50,7 @@ impl<R: Real, const N: usize> TractionSample<R, N> {
     #[must_use]
     pub const fn zero() -> Self {
         Self {
-            command: BodyTwist::zero(),
+            command: BodyTwist::ZERO,
             wheels: WheelSample::zero(),
             loops: TractionLoops::Plain,
             factor: R::ONE,

@@ -145,7 +145,7 @@ impl<R: Real, const N: usize> TractionState<R, N> {
     #[must_use]
     pub const fn new() -> Self {
         Self {
-            command: BodyTwist::zero(),
+            command: BodyTwist::ZERO,
             commanded_m_s: R::ZERO,
             reference_rad_s: [R::ZERO; N],
             direction: [R::ONE, R::ZERO],

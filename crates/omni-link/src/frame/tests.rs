@@ -287,7 +287,7 @@ fn the_lengths_are_those_announced_for_every_number_of_wheels() {
             sequence: u32::MAX,
             restart: true,
             emergency_stop: true,
-            command: BodyTwist::zero(),
+            command: BodyTwist::ZERO,
             measured_rad_s: [f32::from_bits(u32::MAX); WHEELS],
         });
         assert_eq!(frame_of(&request).len(), request_frame(WHEELS));

@@ -90,7 +90,7 @@ impl Requests {
         match self.pending().command {
             Command::Scenario => None,
             Command::Client(_, _, twist) => Some(twist),
-            Command::Rest => Some(BodyTwist::zero()),
+            Command::Rest => Some(BodyTwist::ZERO),
         }
     }
 
@@ -234,7 +234,7 @@ impl Pending {
                 wz_rad_s: own.wz_rad_s,
             },
             Command::Client(_, _, twist) => twist,
-            Command::Rest => BodyTwist::zero(),
+            Command::Rest => BodyTwist::ZERO,
         }
     }
 
@@ -378,7 +378,7 @@ mod tests {
         let requests = requests();
         let slow = BodyTwist {
             vx_m_s: 0.1,
-            ..BodyTwist::zero()
+            ..BodyTwist::ZERO
         };
         let taken = requests.take_command(1, Instant::now(), |_, _| {
             assert!(requests.pending.try_lock().is_ok(), "the run waits for a check");

@@ -222,7 +222,7 @@ fn accepts_none(answer: &mut Answer<N>) {
     let wheels = &mut answer.sample.wheels;
     (wheels.active, wheels.applied.n_m, wheels.measured.rad_s) = ([false; N], [0.0; N], [0.0; N]);
     (answer.drive.faults, answer.drive.excluded) = ([Fault::Silent.number(); N], [true; N]);
-    (answer.estimated, answer.drive.motion_known) = (BodyTwist::zero(), false);
+    (answer.estimated, answer.drive.motion_known) = (BodyTwist::ZERO, false);
 }
 
 #[test]

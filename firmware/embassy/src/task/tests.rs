@@ -249,7 +249,7 @@ impl Vehicle {
     fn ready() -> Self {
         let mut vehicle = Self::new();
         vehicle.period(None);
-        vehicle.period(Some(BodyTwist::zero()));
+        vehicle.period(Some(BodyTwist::ZERO));
         vehicle
     }
 
@@ -332,7 +332,7 @@ fn a_lost_command_stops_the_vehicle() {
         assert_eq!(vehicle.period(None).mode, Mode::TimedOut);
     }
     assert!(
-        vehicle.follows(&BodyTwist::zero(), COUNT_RAD_S),
+        vehicle.follows(&BodyTwist::ZERO, COUNT_RAD_S),
         "{:?}",
         vehicle.velocities()
     );
@@ -350,7 +350,7 @@ fn a_command_that_is_not_a_number_is_ignored_and_counted() {
     };
     let still = vehicle.drive(broken, 500);
     assert_eq!((still.ignored, still.mode), (50, Mode::TimedOut));
-    assert!(vehicle.follows(&BodyTwist::zero(), COUNT_RAD_S));
+    assert!(vehicle.follows(&BodyTwist::ZERO, COUNT_RAD_S));
     // Nor does it take the place of a good one that came in the same period.
     vehicle.period(Some(AHEAD));
     vehicle.send(&frames::command_bytes(&Command {
@@ -382,7 +382,7 @@ fn malformed_frames_are_ignored_and_counted() {
     let other = Message::new(StandardId::ZERO, &good).expect("8 bytes");
     vehicle.bus.borrow_mut().to_vehicle.push_back(other);
     assert_eq!(vehicle.period(None).ignored, 10);
-    assert!(vehicle.follows(&BodyTwist::zero(), COUNT_RAD_S));
+    assert!(vehicle.follows(&BodyTwist::ZERO, COUNT_RAD_S));
 }
 
 #[test]
@@ -400,7 +400,7 @@ fn a_sender_that_hangs_is_a_lost_command() {
         (vehicle.task.status.mode, vehicle.task.status.ignored),
         (Mode::TimedOut, 999)
     );
-    assert!(vehicle.follows(&BodyTwist::zero(), COUNT_RAD_S));
+    assert!(vehicle.follows(&BodyTwist::ZERO, COUNT_RAD_S));
 }
 
 #[test]
@@ -431,7 +431,7 @@ fn nothing_moves_until_a_command_to_stand_still() {
     let mut vehicle = Vehicle::new();
     assert_eq!(vehicle.drive(AHEAD, 500).mode, Mode::Held);
     assert!(vehicle.no_torque() && vehicle.velocities() == [0.0; 4]);
-    vehicle.period(Some(BodyTwist::zero()));
+    vehicle.period(Some(BodyTwist::ZERO));
     assert_eq!(vehicle.drive(AHEAD, 2000).mode, Mode::Driving);
     assert!(vehicle.follows(&AHEAD, COUNT_RAD_S));
 }
@@ -448,7 +448,7 @@ fn a_motor_that_fails_lets_all_wheels_go_until_a_command_to_stand_still() {
     vehicle.wheels[2].borrow_mut().motor_fails = false; // a loose contact
     assert_eq!(vehicle.drive(AHEAD, 100).mode, Mode::Held);
     assert!(vehicle.no_torque());
-    vehicle.period(Some(BodyTwist::zero()));
+    vehicle.period(Some(BodyTwist::ZERO));
     assert_eq!(vehicle.drive(AHEAD, 2000).mode, Mode::Driving);
     assert!(vehicle.follows(&AHEAD, COUNT_RAD_S));
 }
@@ -480,7 +480,7 @@ fn torque_ends_and_bridges_open_although_an_encoder_is_stuck_at_speed() {
     let stop_periods = 334 + 500;
     let last_driven = (0..2 * stop_periods)
         .filter(|k| {
-            let command = (k % 10 == 0).then_some(BodyTwist::zero());
+            let command = (k % 10 == 0).then_some(BodyTwist::ZERO);
             vehicle.period(command).driven != [false; 4]
         })
         .last();
@@ -505,7 +505,7 @@ fn a_bus_that_fails_is_a_lost_command() {
     vehicle.bus.borrow_mut().fails = true;
     let status = vehicle.drive(AHEAD, 1000);
     assert_eq!((status.mode, status.hardware_errors), (Mode::TimedOut, 1000));
-    assert!(vehicle.follows(&BodyTwist::zero(), COUNT_RAD_S));
+    assert!(vehicle.follows(&BodyTwist::ZERO, COUNT_RAD_S));
 }
 
 #[test]

@@ -94,7 +94,7 @@ impl Vehicle {
         Self {
             drive,
             state,
-            twist: BodyTwist::zero(),
+            twist: BodyTwist::ZERO,
             pose: PlanarPose::origin(),
         }
     }
@@ -213,9 +213,9 @@ fn a_command_that_stops_coming_ends_in_rest_and_nonsense_is_refused() {
     let sample = vehicle.step(None, |_| {});
     assert_eq!(
         (sample.shaped.status, sample.shaped.twist),
-        (CommandStatus::TimedOut, BodyTwist::zero())
+        (CommandStatus::TimedOut, BodyTwist::ZERO)
     );
-    assert!(follows(&vehicle, BodyTwist::zero()));
+    assert!(follows(&vehicle, BodyTwist::ZERO));
 }
 
 #[test]
@@ -339,7 +339,7 @@ fn an_operator_s_stop_is_the_operator_s_to_end() {
     vehicle.run(500, COMMAND, |_| {});
     vehicle.state.emergency_stop();
     assert_eq!(vehicle.run(1000, COMMAND, |_| {}).mode, DriveMode::EmergencyStop);
-    assert!(follows(&vehicle, BodyTwist::zero()));
+    assert!(follows(&vehicle, BodyTwist::ZERO));
     vehicle.state.release_safe_stop();
     assert_eq!(vehicle.run(1, COMMAND, |_| {}).mode, DriveMode::EmergencyStop);
     vehicle.state.release_emergency_stop();

@@ -73,7 +73,7 @@ fn periods_followed<R: Real>(timeout_s: f64) -> u32 {
     }
     assert_eq!(
         (shaped.twist, shaped.status),
-        (BodyTwist::zero(), CommandStatus::TimedOut)
+        (BodyTwist::ZERO, CommandStatus::TimedOut)
     );
     periods
 }
@@ -147,13 +147,13 @@ fn without_any_command_the_vehicle_comes_to_rest() {
     let shaped = shaper.step(&mut state, None);
     assert_eq!(
         (shaped.twist, shaped.status),
-        (BodyTwist::zero(), CommandStatus::Idle)
+        (BodyTwist::ZERO, CommandStatus::Idle)
     );
     let mut state = ShaperState::at(&twist([0.5, 0.5, 0.5]));
     for _ in 0..12 {
         assert_eq!(shaper.step(&mut state, None).status, CommandStatus::Idle);
     }
-    assert_eq!(state.twist(), BodyTwist::zero());
+    assert_eq!(state.twist(), BodyTwist::ZERO);
 }
 
 #[test]
@@ -183,7 +183,7 @@ fn an_emergency_stop_without_deceleration_is_at_once() {
     let shaper = shaper::<f32>(gentle(), None, None);
     let mut state = ShaperState::at(&twist([0.9, 1.2, -3.0]));
     state.emergency_stop();
-    assert_eq!(shaper.step(&mut state, None).twist, BodyTwist::zero());
+    assert_eq!(shaper.step(&mut state, None).twist, BodyTwist::ZERO);
 }
 
 #[test]

@@ -116,7 +116,7 @@ fn too_few_wheels_lead_to_a_safe_stop_that_holds_until_released() {
         (DriveMode::SafeStop, CommandStatus::EmergencyStop)
     );
     let stopped = vehicle.run(1000, COMMAND, silent);
-    assert_eq!(stopped.shaped.twist, BodyTwist::zero());
+    assert_eq!(stopped.shaped.twist, BodyTwist::ZERO);
     assert!(
         vehicle.twist.vx_m_s.abs() < 5e-3 && vehicle.twist.wz_rad_s.abs() < 5e-3,
         "{:?}",
@@ -201,7 +201,7 @@ fn a_dead_encoder_takes_no_healthy_wheel_with_it() {
                 (Some(Fault::Stuck), DriveMode::Degraded)
             );
             // At rest it reads what the others imply, and is not accepted for that.
-            let resting = vehicle.run(2000, BodyTwist::zero(), dead);
+            let resting = vehicle.run(2000, BodyTwist::ZERO, dead);
             assert_eq!(
                 (resting.faults[3], resting.wheels.applied.n_m[3]),
                 (Some(Fault::Stuck), 0.0)

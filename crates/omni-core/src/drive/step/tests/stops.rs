@@ -245,14 +245,14 @@ fn last_torque<R: Real, const N: usize>(
         if k >= 600 {
             match stop {
                 0 => input.command = None,
-                1 => input.command = Some(BodyTwist::zero()),
+                1 => input.command = Some(BodyTwist::ZERO),
                 2 => state.emergency_stop(),
                 _ => state.stopping = true,
             }
         }
         let sample = drive.step(&mut state, &input);
         let torques = sample.wheels.applied.n_m.map(Real::as_f64);
-        if k >= 600 && sample.desaturated.twist != BodyTwist::zero() {
+        if k >= 600 && sample.desaturated.twist != BodyTwist::ZERO {
             last[0] = k - 599;
         }
         if k >= 600 && torques.iter().any(|torque| *torque != 0.0) {

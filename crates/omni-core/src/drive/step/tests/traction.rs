@@ -120,8 +120,8 @@ fn every_stop_of_a_drive_with_traction_control_ends_without_torque_whatever_is_m
     // The button is pressed; a command of rest; no command arrives: 0.1 s until the time-out, 0.125 s of deceleration, 0.5 s of bleed.
     stops::<f32>(|state, _| state.drive.emergency_stop());
     stops::<f64>(|state, _| state.drive.emergency_stop());
-    stops::<f32>(|_, input| input.command = Some(BodyTwist::zero()));
-    stops::<f64>(|_, input| input.command = Some(BodyTwist::zero()));
+    stops::<f32>(|_, input| input.command = Some(BodyTwist::ZERO));
+    stops::<f64>(|_, input| input.command = Some(BodyTwist::ZERO));
     stops::<f32>(|_, input| input.command = None);
     stops::<f64>(|_, input| input.command = None);
 }
