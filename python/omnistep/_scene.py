@@ -28,7 +28,7 @@ def extent_m(parts: list[dict[str, Any]]) -> float:
 def poses(log: Log, frames: list[str]) -> _Floats:
     """Return the poses of frames at the times of a log's frames, (F, frames, 7)."""
     placed = log.frames
-    # A log of before /ground_truth/odom has no frame of odometry, in which nothing is.
+    # A frame that the log lacks, as that of odometry in a recording without it, is drawn at the base.
     return np.stack([placed.get(name, placed["base_link"]) for name in frames], axis=1)
 
 

@@ -184,10 +184,15 @@ def self_test(documented: Item) -> None:
     found, count = findings(documented)
     names = {line.split(": ")[1].split(" ")[0] for line in found}
     assert len(found) == count == len(names), (len(found), count, len(names))
-    laws = {"Kinematics", "Kinematics::inverse", "WheelLayout::mecanum4", "Fault", "Real", "Wheel::wheel_per_actuator"}
-    laws |= {"Real::limited", "residual_shares", "metrics::shape_error", "WheelController::with_rest", "Pid::step"}
+    laws = {"Kinematics", "Kinematics::inverse", "WheelLayout::mecanum4", "drive::Fault", "Real"}
+    laws |= {"Real::limited", "metrics::shape_error", "loops::WheelController::with_rest", "loops::Pid::step"}
     assert laws <= names, laws - names
-    lawless = {"Kinematics::inverse_matrix", "Fault::number", "TractionPolicy::restore", "Drive::kinematics"}
+    lawless = {
+        "Kinematics::inverse_matrix",
+        "drive::Fault::number",
+        "traction::TractionPolicy::restore",
+        "Drive::kinematics",
+    }
     assert not lawless & names, lawless & names
 
 

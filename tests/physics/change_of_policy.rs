@@ -1,5 +1,6 @@
 //! Another policy while the vehicle drives: nothing jumps.
 
+use omni_core::BodyTwist;
 use omni_sim::Simulation;
 use omni_sim::config::{Override, POLICIES};
 
@@ -48,4 +49,77 @@ fn any_policy_takes_over_from_any_other_while_the_vehicle_drives() {
             }
         }
     }
+}
+
+/// Torque that has ended at rest stays at 0, and integrals of a drive's loops are not those of before traction control.
+#[test]
+fn a_change_of_policy_gives_no_torque_that_has_ended() {
+    for surroundings in [None, Some("drive={}")] {
+        let overrides: Vec<_> = (surroundings.iter())
+            .map(|text| Override::parse(text).expect("KEY=VALUE"))
+            .collect();
+        let scenario = load("flat", &overrides).expect("valid");
+        let with = |policy| scenario.with_policy(policy).expect("a policy");
+        for [from, to] in [["independent", "traction"], ["traction", "independent"]] {
+            let mut simulation = Simulation::new(&with(from)).expect("valid");
+            for k in 0..3000 {
+                let command = if k < 1000 {
+                    simulation.scenario_command()
+                } else {
+                    BodyTwist::ZERO
+                };
+                simulation.step(&command).expect("finite");
+            }
+            for policy in [from, to, from] {
+                simulation.take_control(&with(policy)).expect("a policy");
+                simulation.step(&BodyTwist::ZERO).expect("finite");
+                for wheel in &simulation.sample().wheels {
+                    let case = format!("{from}, {policy}, {surroundings:?}");
+                    assert_eq!((wheel.applied_n_m, wheel.i_n_m), (0.0, 0.0), "{case}");
+                }
+            }
+        }
+        // Half a second into a step no loop is at rest; what it held before traction control is gone.
+        let mut simulation = Simulation::new(&with("independent")).expect("valid");
+        for _ in 0..100 {
+            simulation.step(&simulation.scenario_command()).expect("finite");
+        }
+        let held = simulation.sample().wheels[0].i_n_m;
+        for policy in ["traction", "independent"] {
+            simulation.take_control(&with(policy)).expect("a policy");
+            simulation.step(&simulation.scenario_command()).expect("finite");
+        }
+        let now = simulation.sample().wheels[0].i_n_m;
+        assert!(
+            held > 0.01 && now.abs() < 0.1 * held,
+            "{surroundings:?}: {held} to {now}"
+        );
+    }
+}
+
+/// What is past the controller says nothing of the motion: traction control begins with that of the encoders.
+#[test]
+fn traction_control_takes_over_after_torques_past_the_controller() {
+    let scenario = load("flat", &[]).expect("valid");
+    let mut simulation =
+        Simulation::new(&scenario.with_policy("independent").expect("a policy")).expect("valid");
+    for _ in 0..1000 {
+        simulation.step(&simulation.scenario_command()).expect("finite");
+    }
+    let torques: Vec<_> = simulation.sample().wheels.iter().map(|w| w.applied_n_m).collect();
+    simulation.step_torques(&torques).expect("finite");
+    let traction = scenario.with_policy("traction").expect("a policy");
+    simulation.take_control(&traction).expect("a policy");
+    for _ in 0..200 {
+        simulation.step(&simulation.scenario_command()).expect("finite");
+        assert!(
+            simulation
+                .sample()
+                .wheels
+                .iter()
+                .all(|w| w.applied_n_m.is_finite())
+        );
+    }
+    let speed_m_s = simulation.observation().twist.vx_m_s;
+    assert!((speed_m_s - 0.3).abs() < 0.003, "{speed_m_s}");
 }

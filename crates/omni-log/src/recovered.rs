@@ -34,8 +34,8 @@ pub fn recover(cut_off: impl AsRef<Path>, whole: impl AsRef<Path>) -> Result<f64
         source,
     };
     let mut file = open_regular(&path).map_err(unreadable)?;
-    let length = file.metadata().map_err(unreadable)?.len();
-    let zeros = ends_in_zeros(&mut file).map_err(unreadable)?;
+    let length = length_without_zeros(&mut file).map_err(unreadable)?;
+    let mut file = file.take(length);
     // Under its name only once it is whole.
     let part = PartFile::create(&out)?;
     let mut created = Some(BufWriter::new(part.writer()?));
@@ -51,8 +51,6 @@ pub fn recover(cut_off: impl AsRef<Path>, whole: impl AsRef<Path>) -> Result<f64
                 let got = file.read(reader.insert(wanted.min(length as usize).max(BLOCK)));
                 reader.notify_read(got.map_err(unreadable)?);
             }
-            // The file had been made longer, and power went before it was written.
-            Ok(LinearReadEvent::Record { opcode: 0, .. }) | Err(_) if zeros => break,
             Ok(LinearReadEvent::Record { data, opcode }) => {
                 unpacked += size_limits::HEAD_BYTES + data.len() as u64;
                 if unpacked > size_limits::most_unpacked(length) {
@@ -113,12 +111,20 @@ pub fn recover(cut_off: impl AsRef<Path>, whole: impl AsRef<Path>) -> Result<f64
     Ok(times_ns.map_or(0.0, |(first, last)| (last - first) as f64 * 1e-9))
 }
 
-/// Are the last bytes zeros, as where power went before a file that had been made longer was written?
-fn ends_in_zeros(file: &mut (impl Read + Seek)) -> std::io::Result<bool> {
-    let mut end = Vec::new();
-    let length = file.seek(SeekFrom::End(0))?;
-    file.seek(SeekFrom::Start(length.saturating_sub(16)))?;
-    file.read_to_end(&mut end)?;
+/// Where the zeros at the end begin, as where power went before a file that had been made longer was written. The record that they
+/// are in, or that ends with zeros of its own, is one that is not whole.
+fn length_without_zeros(file: &mut (impl Read + Seek)) -> std::io::Result<u64> {
+    let mut end = file.seek(SeekFrom::End(0))?;
+    let mut block = vec![0; BLOCK];
+    let mut data = 0;
+    while end > 0 && data == 0 {
+        let begin = end.saturating_sub(BLOCK as u64);
+        let block = &mut block[..(end - begin) as usize];
+        file.seek(SeekFrom::Start(begin))?;
+        file.read_exact(block)?;
+        let last = block.iter().rposition(|byte| *byte != 0);
+        (data, end) = (last.map_or(0, |last| begin + last as u64 + 1), begin);
+    }
     file.rewind()?;
-    Ok(end.iter().all(|byte| *byte == 0))
+    Ok(data)
 }

@@ -173,12 +173,13 @@ impl Inputs {
             );
             return Err(lacks(path, what));
         }
-        let silent = sensed.iter().position(|sensed| sensed.gyro_rad_s.is_nan());
-        if let Some(period) = silent.filter(|_| scenario.heading_hold.is_some()) {
+        let mut both = self.states.iter().zip(sensed);
+        let silent = both.find(|(_, sensed)| sensed.gyro_rad_s.is_nan());
+        if let Some(((time_ns, _), _)) = silent.filter(|_| scenario.heading_hold.is_some()) {
             let what = format!(
                 "no gyro reading at t = {} s, but control.heading_hold needs one, allowed: a log with gyro readings \
                  throughout, or no heading hold",
-                self.states[period].0 as f64 / 1e9
+                *time_ns as f64 / 1e9
             );
             return Err(lacks(path, what));
         }

@@ -149,8 +149,8 @@ impl Simulation {
     /// loops: their integrals start at 0.
     ///
     /// # Errors
-    /// As [`AnyController::new`]; [`Error::Snapshot`] where the state does not fit: other wheels, another precision, or a controller at
-    /// the other end of a link; and in a build without the feature `snapshots`.
+    /// As [`AnyController::new`]; [`Error::Snapshot`] where the state does not fit: other wheels, another precision, a `[drive]` after
+    /// none or none after one, the user's own controller, or one at the other end of a link; and in a build without the feature `snapshots`.
     ///
     /// ```
     /// use omni_sim::{Simulation, config::{Override, Scenario}};
@@ -162,7 +162,7 @@ impl Simulation {
     /// # Ok::<(), omni_sim::Error>(())
     /// ```
     pub fn take_control(&mut self, scenario: &Scenario) -> Result<(), Error> {
-        let twist = self.period.control.estimated;
+        let twist = self.period.observed.odometry.twist;
         self.control.replace(AnyController::new(scenario)?, &twist)
     }
 

@@ -113,12 +113,42 @@ impl<R: Real, const N: usize> TractionDriveState<R, N> {
         }
     }
 
-    /// A start while the vehicle moves with `twist`, from what is around the loops: for a change of policy.
+    /// A start after a [`Drive`] with this state, while the vehicle moves with `twist`: all that is around the loops goes on, and so
+    /// does a hold at rest.
+    ///
+    /// ```
+    /// use omni_core::drive::TractionDriveState;
+    /// use omni_core::{BodyTwist, DriveState};
+    /// # let drive = omni_core::examples::traction_drive()?;
+    /// let mut loops = DriveState::new(drive.drive());
+    /// (loops.pose.x_m, loops.control.integral_n_m) = (2.0, [0.3; 4]);
+    /// let state = TractionDriveState::after(&loops, &BodyTwist::ZERO).drive();
+    /// assert_eq!((state.pose.x_m, state.control.integral_n_m), (2.0, [0.0; 4])); // loops start afresh
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
-    pub fn moving(drive: DriveState<R, N>, twist: &BodyTwist<R>) -> Self {
+    pub fn after(drive: &DriveState<R, N>, twist: &BodyTwist<R>) -> Self {
         Self {
-            drive,
-            supervised: SupervisedState::moving(twist),
+            drive: *drive,
+            supervised: SupervisedState::after(&drive.control, twist),
+        }
+    }
+
+    /// The state with which a [`Drive`] goes on after this one.
+    ///
+    /// ```
+    /// use omni_core::drive::TractionDriveState;
+    /// # let drive = omni_core::examples::traction_drive()?;
+    /// let mut state = TractionDriveState::new(&drive);
+    /// state.drive.control.integral_n_m = [0.3; 4]; // of loops that are not used
+    /// assert_eq!(state.drive().control.integral_n_m, [0.0; 4]);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    #[must_use]
+    pub fn drive(&self) -> DriveState<R, N> {
+        DriveState {
+            control: self.supervised.loops(),
+            ..self.drive
         }
     }
 

@@ -260,7 +260,7 @@ impl<R: Real, const N: usize> Linkage<R, N> {
         usize::from(self.count)
     }
 
-    /// The slot of the body that carries a wheel, as [`LinkageMotion::attitude`] counts them: 0 is the base.
+    /// The slot of the body that carries a wheel, as [`LinkageMotion::attitude`](crate::linkage::LinkageMotion::attitude) counts them: 0 is the base.
     ///
     /// ```
     /// use omni_core::linkage::{CarriedWheel, HingeGeometry, Linkage};

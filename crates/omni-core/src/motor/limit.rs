@@ -149,7 +149,7 @@ impl<R: Real> TorqueLimit<R> {
     /// within the cap. Duty 0 shorts the motor, which brakes with `slope velocity`; to let a wheel go, open the bridge. 0 for NaN.
     ///
     /// It needs no more than a data sheet's stall torque and no-load speed at the supply's voltage. With resistance, torque constant and
-    /// friction known, [`DcMotor::duty`] also returns the current.
+    /// friction known, [`DcMotor::duty`](crate::motor::DcMotor::duty) also returns the current.
     ///
     /// ```
     /// use omni_core::TorqueLimit;

@@ -10,7 +10,7 @@ use crate::geometry::{BodyTwist, PlanarPose, WorldTwist};
 
 /// Where a vehicle shall be when. Sampled without state, in a time that grows with the logarithm of its length.
 ///
-/// What is not made by [`TrajectoryPlanner`] is sampled too, whatever comes of it: nothing panics.
+/// What is not made by [`TrajectoryPlanner`](crate::path::TrajectoryPlanner) is sampled too, whatever comes of it: nothing panics.
 ///
 /// ```
 /// use omni_core::path::Trajectory;

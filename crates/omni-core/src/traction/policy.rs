@@ -5,7 +5,7 @@ use super::sample::TractionSample;
 use super::supervised::{Supervised, SupervisedState};
 use super::supervisor::{Supervisor, SupervisorState};
 use crate::geometry::BodyTwist;
-use crate::loops::{Rest, RestRule};
+use crate::loops::{ControlState, Rest, RestRule};
 use crate::policy::{Policy, Readings};
 use crate::shaping::{TwistLimiter, TwistLimiterState};
 use crate::{ConfigError, Real};
@@ -66,19 +66,38 @@ impl<R: Real, const N: usize> TractionPolicyState<R, N> {
 }
 
 impl<R: Real, const N: usize> TractionPolicyState<R, N> {
-    /// A start while the vehicle moves with `twist`, whose command goes on as `limited` says: for a change of policy.
+    /// A start after a [`ControllerPolicy`](crate::loops::ControllerPolicy) with this state, while the vehicle moves with `twist`:
+    /// its command goes on, and so does a hold at rest.
+    ///
+    /// ```
+    /// use omni_core::shaping::TwistLimiterState;
+    /// use omni_core::traction::TractionPolicyState;
+    /// use omni_core::{BodyTwist, ControlState};
+    /// let mut loops = ControlState::<f64, 4>::new();
+    /// loops.integral_n_m = [0.3; 4];
+    /// let state = TractionPolicyState::after(&(TwistLimiterState::new(), loops), &BodyTwist::ZERO);
+    /// assert_eq!(state.loops().1.integral_n_m, [0.0; 4]); // loops start afresh
+    /// ```
     #[must_use]
-    pub fn moving(limited: TwistLimiterState<R>, twist: &BodyTwist<R>) -> Self {
+    pub fn after(
+        (limited, loops): &(TwistLimiterState<R>, ControlState<R, N>),
+        twist: &BodyTwist<R>,
+    ) -> Self {
         Self {
-            limited,
-            supervised: SupervisedState::moving(twist),
+            limited: *limited,
+            supervised: SupervisedState::after(loops, twist),
         }
     }
 
-    /// How far the command has come within its limits.
+    /// The state with which a [`ControllerPolicy`](crate::loops::ControllerPolicy) goes on after this one.
+    ///
+    /// ```
+    /// use omni_core::traction::TractionPolicyState;
+    /// assert_eq!(TractionPolicyState::<f64, 4>::new().loops().1.integral_n_m, [0.0; 4]);
+    /// ```
     #[must_use]
-    pub fn limited(&self) -> &TwistLimiterState<R> {
-        &self.limited
+    pub fn loops(&self) -> (TwistLimiterState<R>, ControlState<R, N>) {
+        (self.limited, self.supervised.loops())
     }
 }
 

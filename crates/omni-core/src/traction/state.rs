@@ -5,6 +5,7 @@ use super::loops::TractionLoops;
 use crate::Real;
 use crate::geometry::BodyTwist;
 use crate::linkage::{LinkageMotion, MAX_HINGES};
+use crate::scalar::is_plausible;
 
 /// What [`super::Traction`] remembers between periods; `default` is a fresh start. It is of one [`super::Traction`] only: what that works out
 /// for a direction of travel is kept here.
@@ -182,9 +183,22 @@ impl<R: Real, const N: usize> TractionState<R, N> {
     }
 
     /// A start of a vehicle that moves with `twist` already: after a reset, or where another controller drove it. Without it the
-    /// speed is found within the time in which the vehicle could have reached it, and wheels brake until then.
+    /// speed is found within the time in which the vehicle could have reached it, and wheels brake until then. A twist that is not
+    /// finite, or beyond 1e6, is none.
+    ///
+    /// ```
+    /// use omni_core::BodyTwist;
+    /// use omni_core::traction::TractionState;
+    /// let ahead = BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO };
+    /// assert_eq!(TractionState::<f64, 4>::moving(&ahead).speed_m_s(), 0.3);
+    /// let unknown = BodyTwist { vx_m_s: f64::NAN, ..BodyTwist::ZERO };
+    /// assert_eq!(TractionState::<f64, 4>::moving(&unknown).speed_m_s(), 0.0);
+    /// ```
     #[must_use]
     pub fn moving(twist: &BodyTwist<R>) -> Self {
+        if !twist.to_array().into_iter().all(is_plausible) {
+            return Self::new();
+        }
         // In the vehicle's frame, which is that of the first direction.
         Self {
             speed_m_s: twist.vx_m_s,

@@ -7,8 +7,8 @@ use super::supervisor::{Supervisor, SupervisorMode, SupervisorState};
 use super::target::TractionTarget;
 use crate::Real;
 use crate::geometry::BodyTwist;
-use crate::loops::RestRule;
 use crate::loops::wheel_loops::RestState;
+use crate::loops::{ControlState, RestRule};
 use crate::motor::TorqueRanges;
 use crate::policy::Readings;
 
@@ -50,11 +50,20 @@ impl<R: Real, const N: usize> SupervisedState<R, N> {
         }
     }
 
-    /// A start while the vehicle moves.
-    pub(crate) fn moving(twist: &BodyTwist<R>) -> Self {
+    /// A start while the vehicle moves, after wheel loops: a hold at rest goes on.
+    pub(crate) fn after(loops: &ControlState<R, N>, twist: &BodyTwist<R>) -> Self {
         Self {
             traction: TractionState::moving(twist),
-            ..Self::new()
+            supervisor: SupervisorState::new(),
+            rest: loops.rest,
+        }
+    }
+
+    /// A fresh start of wheel loops after it.
+    pub(crate) fn loops(&self) -> ControlState<R, N> {
+        ControlState {
+            rest: self.rest,
+            ..ControlState::new()
         }
     }
 }

@@ -110,7 +110,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
         }
         state.since_start_s += config.period_s;
         if !traction.can_discern() {
-            return self.without_tries(state, traction);
+            return self.without_retries(state, traction);
         }
         let drop;
         (state.row, drop) = self.next_row(order, &traction.motion.height_m);
@@ -161,7 +161,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
 
     /// Nothing is tried while slip does not stand out from noise: the target is the commanded speed, and what was tried counts. A vehicle that is stuck gives
     /// up here too.
-    fn without_tries(
+    fn without_retries(
         &self,
         state: &mut SupervisorState<R>,
         traction: &TractionState<R, N>,

@@ -23,7 +23,7 @@ const DRIVEN: &str = "driven";
 trait CoreController<R, const N: usize>: Send + Sync {
     /// What it shares with others, and which of those it is.
     const KIND: [&'static str; 2];
-    /// What another of the same first kind goes on from: the limited command, or all that is around the loops.
+    /// What another of the same first kind goes on from: the limited command, or all that is around the loops, and a hold at rest.
     type Shared: Serialize + DeserializeOwned + Copy;
     type State: Serialize + DeserializeOwned;
     fn shared(&self) -> Self::Shared;
@@ -174,15 +174,16 @@ fn imu<R: Real>(read: &Imu<f64>) -> Imu<R> {
 
 impl<R: Real + Serialize + DeserializeOwned, const N: usize> CoreController<R, N> for ControllerPolicy<R, N> {
     const KIND: [&'static str; 2] = [LIMITED, "loops"];
-    type Shared = TwistLimiterState<R>;
+    type Shared = (TwistLimiterState<R>, ControlState<R, N>);
     type State = (TwistLimiterState<R>, ControlState<R, N>);
 
     fn shared(&self) -> Self::Shared {
-        self.state().0
+        let (limited, loops) = self.state();
+        (*limited, loops.afresh())
     }
 
     fn start_from(&mut self, shared: Self::Shared, _twist: &BodyTwist<R>) {
-        self.restore((shared, ControlState::new()));
+        self.restore(shared);
     }
 
     fn step(&mut self, readings: &Readings<'_, R>, sample: &mut ControlSample) {
@@ -207,15 +208,15 @@ impl<R: Real + Serialize + DeserializeOwned, const N: usize> CoreController<R, N
 
 impl<R: Real + Serialize + DeserializeOwned, const N: usize> CoreController<R, N> for TractionPolicy<R, N> {
     const KIND: [&'static str; 2] = [LIMITED, "traction"];
-    type Shared = TwistLimiterState<R>;
+    type Shared = (TwistLimiterState<R>, ControlState<R, N>);
     type State = TractionPolicyState<R, N>;
 
     fn shared(&self) -> Self::Shared {
-        *self.state().limited()
+        self.state().loops()
     }
 
     fn start_from(&mut self, shared: Self::Shared, twist: &BodyTwist<R>) {
-        self.restore(TractionPolicyState::moving(shared, twist));
+        self.restore(TractionPolicyState::after(&shared, twist));
     }
 
     fn step(&mut self, readings: &Readings<'_, R>, sample: &mut ControlSample) {
@@ -253,7 +254,9 @@ impl<R: Real + Serialize + DeserializeOwned, const N: usize> CoreController<R, N
     type State = DriveState<R, N>;
 
     fn shared(&self) -> Self::Shared {
-        *self.state()
+        let mut state = *self.state();
+        state.control = state.control.afresh();
+        state
     }
 
     fn start_from(&mut self, shared: Self::Shared, _twist: &BodyTwist<R>) {
@@ -296,11 +299,11 @@ impl<R: Real + Serialize + DeserializeOwned, const N: usize> CoreController<R, N
     type State = TractionDriveState<R, N>;
 
     fn shared(&self) -> Self::Shared {
-        self.state.drive
+        self.state.drive()
     }
 
     fn start_from(&mut self, shared: Self::Shared, twist: &BodyTwist<R>) {
-        self.state = TractionDriveState::moving(shared, twist);
+        self.state = TractionDriveState::after(&shared, twist);
     }
 
     fn step(&mut self, readings: &Readings<'_, R>, sample: &mut ControlSample) {

@@ -13,7 +13,7 @@ impl<R: Real> Pid<R> {
     /// configuration. To be called once every period.
     ///
     /// A reference or measurement that is not finite, or beyond 1e6 rad/s, changes nothing in the state and yields the
-    /// integral term alone.
+    /// integral term alone; a state that is not finite starts afresh.
     ///
     /// ```
     /// use omni_core::loops::{Pid, PidState};

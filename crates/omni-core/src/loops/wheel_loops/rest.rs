@@ -232,7 +232,7 @@ impl<R: Real> RestRule<R> {
                 state.held = state.held.saturating_add(RECOVERY);
                 return;
             }
-            // Hot: as if the time were over.
+            // The bound is reached: as if the time were over.
             state.held = self.hold;
         }
         let left = R::of(0.5) * self.bleed_periods - state.bled_periods;

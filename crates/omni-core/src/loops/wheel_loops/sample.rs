@@ -75,7 +75,7 @@ pub struct ControlState<R, const N: usize> {
     /// Which wheels are overloaded, and for how long the others have been beyond a limit.
     pub overload: Overload,
     /// How far the torque has ended while every reference was 0.
-    pub(super) rest: RestState<R>,
+    pub(crate) rest: RestState<R>,
 }
 
 impl<R: Real, const N: usize> Default for ControlState<R, N> {
@@ -97,6 +97,22 @@ impl<R: Real, const N: usize> ControlState<R, N> {
             started: [false; N],
             overload: Overload::new(),
             rest: RestState::new(),
+        }
+    }
+
+    /// A fresh start of the loops, with what is left of a hold at rest: another law that takes over holds no longer than this one.
+    ///
+    /// ```
+    /// use omni_core::ControlState;
+    /// let mut state = ControlState::<f64, 4>::new();
+    /// state.integral_n_m = [0.3; 4];
+    /// assert_eq!(state.afresh().integral_n_m, [0.0; 4]);
+    /// ```
+    #[must_use]
+    pub fn afresh(&self) -> Self {
+        Self {
+            rest: self.rest,
+            ..Self::new()
         }
     }
 

@@ -186,7 +186,7 @@ fn a_wheel_without_a_usable_measurement_is_released_and_the_others_drive_on() {
 }
 
 #[test]
-fn a_scaled_wheel_forgets_what_it_did_not_get_whatever_a_third_wheel_asks_for() {
+fn a_scaled_wheel_forgets_what_it_did_not_get_when_a_third_wheel_comes_to_its_limit_too() {
     let mut config = gains(1.0, 0.1);
     config.anti_windup = AntiWindup::BackCalculation { tracking_time_s: 0.1 };
     let controller = controller::<3>(config, 1.0, Saturation::ScaleTorques);

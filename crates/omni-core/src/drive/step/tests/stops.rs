@@ -71,7 +71,7 @@ fn blocked_wheels_are_without_torque_when_a_stop_of_any_kind_is_over() {
 }
 
 #[test]
-fn holding_is_a_choice_and_ends_with_its_time_and_with_its_heat() {
+fn holding_is_a_choice_and_ends_with_its_time_and_with_its_torque_squared() {
     let square = |torques: &[f64; 7]| torques.iter().map(|torque| torque * torque).sum::<f64>();
     // What was given until the torques were gone, and when that was, from the period on in which the references were 0.
     let held = |rest| {
