@@ -121,9 +121,10 @@ impl<R: Real, const N: usize> TractionDriveState<R, N> {
     /// use omni_core::{BodyTwist, DriveState};
     /// # let drive = omni_core::examples::traction_drive()?;
     /// let mut loops = DriveState::new(drive.drive());
-    /// (loops.pose.x_m, loops.control.integral_n_m) = (2.0, [0.3; 4]);
+    /// loops.control.integral_n_m = [0.3; 4];
     /// let state = TractionDriveState::after(&loops, &BodyTwist::ZERO).drive();
-    /// assert_eq!((state.pose.x_m, state.control.integral_n_m), (2.0, [0.0; 4])); // loops start afresh
+    /// assert_eq!(state.control.integral_n_m, [0.0; 4]); // loops start afresh
+    /// assert_eq!(state.odometry, loops.odometry); // what is around them goes on
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
     #[must_use]

@@ -92,8 +92,13 @@ impl<R: Real, const N: usize> TractionPolicyState<R, N> {
     /// The state with which a [`ControllerPolicy`](crate::loops::ControllerPolicy) goes on after this one.
     ///
     /// ```
-    /// use omni_core::traction::TractionPolicyState;
-    /// assert_eq!(TractionPolicyState::<f64, 4>::new().loops().1.integral_n_m, [0.0; 4]);
+    /// use omni_core::traction::TractionPolicy;
+    /// # let traction = omni_core::examples::traction()?;
+    /// # let supervisor = omni_core::examples::supervisor()?;
+    /// # let limiter = omni_core::examples::limiter(f64::INFINITY)?;
+    /// let policy = TractionPolicy::new(limiter, supervisor, traction);
+    /// assert_eq!(policy.state().loops().1.integral_n_m, [0.0; 4]);
+    /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
     #[must_use]
     pub fn loops(&self) -> (TwistLimiterState<R>, ControlState<R, N>) {
