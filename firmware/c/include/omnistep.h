@@ -127,14 +127,18 @@ typedef uint8_t omni_fault;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
-// For how many periods in a row each wheel has asked for more than the same limit: what keeps integrals from winding up
-// waits for 8. Wheel i is bit i; at most 32 wheels.
+// For how many periods in a row each wheel has asked for more than the same limit: anti-windup waits for 8. Wheel i is
+// bit i; at most 32 wheels.
+//
+// One encoder count, or noise, can ask for more than a motor has in a single reading. If the integral reacted to each, it
+// would drop what such readings say and keep the rest: a bias, and the vehicle runs away or creeps. Noise is beyond the
+// same limit 8 times in a row in one period of 2^8.
 typedef struct {
   // Wheels that were beyond a limit in the step before.
   uint32_t beyond;
   // Those of them that asked for more than their upper limit.
   uint32_t above;
-  // Periods in a row before that one, up to 7, a binary digit a number: the counts of all wheels go up at once.
+  // Periods in a row before that one, 0 to 7: bit i of `count[k]` is binary digit k of wheel i's count.
   uint32_t count[3];
 } omni_overload;
 
@@ -162,11 +166,11 @@ typedef struct {
   float integral_n_m[3];
   // Derivative term of each wheel [N.m], after its filter.
   float derivative_n_m[3];
-  // Reference of the step before, as realised [rad/s].
+  // Reference of the step before, as realised [rad/s]; 0 without derivative and feed-forward.
   float last_reference_rad_s[3];
-  // Measurement of the step before [rad/s].
+  // Measurement of the step before [rad/s]; 0 without derivative and feed-forward.
   float last_measured_rad_s[3];
-  // There was a step before.
+  // The wheel has a step to compare with; only loops with a derivative or a feed-forward set it.
   bool started[3];
   // Which wheels are overloaded, and for how long the others have been beyond a limit.
   omni_overload overload;
@@ -267,7 +271,10 @@ typedef struct {
 // How the integral of a saturated loop is kept from winding up.
 //
 // `excess` below is the output as applied minus the output as asked for: not zero only while something, a limit or a
-// coordination law, changed the output.
+// coordination law, changed the output. In a `WheelController` it counts from the eighth period
+// in a row beyond the same limit (`Overload`), that of wheels scaled with it too, in a `Pid` at once. Under
+// `Saturation::ScaleReferences` the law is `Conditioned` whatever is set here; `Clamp`
+// limits the integrals there too.
 enum omni_anti_windup_tag
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
   : uint8_t
@@ -275,7 +282,8 @@ enum omni_anti_windup_tag
  {
   // Nothing: the integral takes in every error. Overshoots after every saturation.
   OMNI_ANTI_WINDUP_NONE,
-  // The integral term itself is held within +-`limit_n_m`.
+  // The integral is held within +-`limit_n_m` after each step. With `IntegrationOrder::BeforeOutput` the
+  // term of a step may be larger by that step's `ki T e`.
   OMNI_ANTI_WINDUP_CLAMP,
   // No error is taken in that would drive a saturated output further out (conditional integration).
   OMNI_ANTI_WINDUP_CONDITIONAL,
@@ -294,7 +302,7 @@ typedef uint8_t omni_anti_windup_tag;
 #endif // __cplusplus
 
 typedef struct {
-  // Largest integral term [N.m], 0 to 1e9.
+  // Largest integral [N.m], 0 to 1e9.
   float limit_n_m;
 } omni_anti_windup_Clamp_body;
 
@@ -331,22 +339,29 @@ typedef struct {
 
 // A PID loop's constants. What changes from step to step is in `PidState`.
 //
-// Formed once from a `PidConfig`; derivatives are backward differences, zero in the first step.
+// Formed once from a `PidConfig`; derivatives are backward differences, zero in the first step. With the reference r, the
+// measurement y, the period T, the weights b and c and the filter time Td of the derivative:
 typedef struct {
   float kp;
+  // kp b.
   float kp_reference;
+  // ki T.
   float ki_dt;
+  // ki T where the integral takes in an error before the output; 0 otherwise.
   float ki_dt_output;
-  float kd_per_dt;
+  // kd / (Td + T).
+  float kd_discrete;
+  // c.
   float derivative_weight;
+  // Td / (Td + T).
   float derivative_memory;
   omni_feed_forward feed_forward;
   // Some term compares with the step before: a derivative or a feed-forward.
   bool remembers;
   bool feeds_forward;
-  // Change of the reference with the output (0 where there is none), later and in the first step.
-  float per_slope;
-  float per_first_slope;
+  // 1 / (du/dr) [rad/s per N.m], 0 where du/dr is 0; in the first step.
+  float inverse_slope;
+  float inverse_first_slope;
   float conditioned_gain;
   float first_conditioned_gain;
   omni_anti_windup anti_windup;
@@ -373,7 +388,7 @@ enum omni_saturation_tag
   // Each wheel is cut to its own limit; the others do not notice.
   OMNI_SATURATION_CLIP,
   // Eqs. (11), (12) with |torque|: all torques are multiplied by the factor of the wheel furthest over its limit.
-  // Ratios of torques are kept. The integrals do not know of it.
+  // Ratios of torques are kept. The integrals react as `anti_windup` says; with `None` they do not.
   OMNI_SATURATION_SCALE_TORQUES,
   // All references are multiplied by one factor s, as large as keeps every wheel within its limit, and the loops see
   // the error against the reduced reference (a conditioned controller shared by the wheels). Ratios of velocities are
@@ -742,11 +757,11 @@ typedef struct {
   float integral_n_m[4];
   // Derivative term of each wheel [N.m], after its filter.
   float derivative_n_m[4];
-  // Reference of the step before, as realised [rad/s].
+  // Reference of the step before, as realised [rad/s]; 0 without derivative and feed-forward.
   float last_reference_rad_s[4];
-  // Measurement of the step before [rad/s].
+  // Measurement of the step before [rad/s]; 0 without derivative and feed-forward.
   float last_measured_rad_s[4];
-  // There was a step before.
+  // The wheel has a step to compare with; only loops with a derivative or a feed-forward set it.
   bool started[4];
   // Which wheels are overloaded, and for how long the others have been beyond a limit.
   omni_overload overload;
@@ -964,11 +979,11 @@ typedef struct {
   float integral_n_m[6];
   // Derivative term of each wheel [N.m], after its filter.
   float derivative_n_m[6];
-  // Reference of the step before, as realised [rad/s].
+  // Reference of the step before, as realised [rad/s]; 0 without derivative and feed-forward.
   float last_reference_rad_s[6];
-  // Measurement of the step before [rad/s].
+  // Measurement of the step before [rad/s]; 0 without derivative and feed-forward.
   float last_measured_rad_s[6];
-  // There was a step before.
+  // The wheel has a step to compare with; only loops with a derivative or a feed-forward set it.
   bool started[6];
   // Which wheels are overloaded, and for how long the others have been beyond a limit.
   omni_overload overload;
@@ -1186,11 +1201,11 @@ typedef struct {
   float integral_n_m[7];
   // Derivative term of each wheel [N.m], after its filter.
   float derivative_n_m[7];
-  // Reference of the step before, as realised [rad/s].
+  // Reference of the step before, as realised [rad/s]; 0 without derivative and feed-forward.
   float last_reference_rad_s[7];
-  // Measurement of the step before [rad/s].
+  // Measurement of the step before [rad/s]; 0 without derivative and feed-forward.
   float last_measured_rad_s[7];
-  // There was a step before.
+  // The wheel has a step to compare with; only loops with a derivative or a feed-forward set it.
   bool started[7];
   // Which wheels are overloaded, and for how long the others have been beyond a limit.
   omni_overload overload;

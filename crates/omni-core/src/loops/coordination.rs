@@ -36,7 +36,7 @@ pub enum Saturation<R> {
     /// Each wheel is cut to its own limit; the others do not notice.
     Clip,
     /// Eqs. (11), (12) with |torque|: all torques are multiplied by the factor of the wheel furthest over its limit.
-    /// Ratios of torques are kept. The integrals react as `anti_windup` says; with [`None`](super::AntiWindup::None) they do not.
+    /// Ratios of torques are kept. The integrals react as `anti_windup` says; with [`None`](crate::loops::AntiWindup::None) they do not.
     ScaleTorques,
     /// All references are multiplied by one factor s, as large as keeps every wheel within its limit, and the loops see
     /// the error against the reduced reference (a conditioned controller shared by the wheels). Ratios of velocities are

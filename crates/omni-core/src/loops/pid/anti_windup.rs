@@ -8,7 +8,7 @@ use crate::{ConfigError, Real};
 ///
 /// `excess` below is the output as applied minus the output as asked for: not zero only while something, a limit or a
 /// coordination law, changed the output. In a [`WheelController`](crate::loops::WheelController) it counts from the eighth period
-/// in a row beyond the same limit ([`Overload`](crate::loops::Overload)), that of wheels scaled with it too, in a [`Pid`](super::Pid) at once. Under
+/// in a row beyond the same limit ([`Overload`](crate::loops::Overload)), that of wheels scaled with it too, in a [`Pid`](crate::loops::Pid) at once. Under
 /// [`Saturation::ScaleReferences`](crate::loops::Saturation::ScaleReferences) the law is `Conditioned` whatever is set here; `Clamp`
 /// limits the integrals there too.
 ///
@@ -41,7 +41,7 @@ use crate::{ConfigError, Real};
 pub enum AntiWindup<R> {
     /// Nothing: the integral takes in every error. Overshoots after every saturation.
     None,
-    /// The integral is held within +-`limit_n_m` after each step. With [`IntegrationOrder::BeforeOutput`](super::IntegrationOrder) the
+    /// The integral is held within +-`limit_n_m` after each step. With [`IntegrationOrder::BeforeOutput`](crate::loops::IntegrationOrder) the
     /// term of a step may be larger by that step's `ki T e`.
     Clamp {
         /// Largest integral \[N.m\], 0 to 1e9.
