@@ -335,14 +335,14 @@ test("each wheel of several vehicles has its own colour, and every run has curve
   // No wheel is in both vehicles: one of each is chosen, and its line has the colour of its dot.
   const chosen = await tab.locator("#wheels input:checked").evaluateAll((all) => all.map(({ value }) => value));
   assert.deepEqual(chosen, ["5", "front_left"]);
-  const speeds = await tab.evaluate(() => document.getElementById("plots").data.filter(({ yaxis, name }) => yaxis === "y" && !/reference/.test(name)).map(({ name, line }) => [/wheel (\w+)$/.exec(name)[1], Object.assign(document.createElement("i").style, { color: line.color }).color]));
+  const speeds = await tab.evaluate(() => document.getElementById("plots").data.filter(({ yaxis, name }) => yaxis === "y" && !/: reference$/.test(name)).map(({ name, line }) => [/wheel (\w+)$/.exec(name)[1], Object.assign(document.createElement("i").style, { color: line.color }).color]));
   assert.deepEqual(speeds.map(([wheel]) => wheel).sort(), ["5", "front_left"]);
   for (const [wheel, colour] of speeds) assert.equal(colour, new Map(dots).get(wheel));
   await context.close();
   // Vehicles that have a wheel in common show that one.
   const mixture = await opened({}, { url: mixed });
   assert.equal(await mixture.tab.locator("#wheels input:checked").count(), 1);
-  const lines = await mixture.tab.evaluate(() => document.getElementById("plots").data.filter(({ yaxis, name }) => yaxis === "y" && !/reference/.test(name)).length);
+  const lines = await mixture.tab.evaluate(() => document.getElementById("plots").data.filter(({ yaxis, name }) => yaxis === "y" && !/: reference$/.test(name)).length);
   assert.equal(lines, await mixture.tab.locator("#runs input:checked").count());
   await mixture.context.close();
 });
