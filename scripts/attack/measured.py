@@ -148,7 +148,7 @@ def changed_csv(data: bytes, chance: random.Random) -> bytes:
         return changed(data, chance)
     lines = data.decode().splitlines()
     for _ in range(chance.choice((1, 1, 3))):
-        at = chance.choice((0, 1, chance.randrange(len(lines)), len(lines) - 1))
+        at = min(chance.choice((0, 1, chance.randrange(len(lines)), len(lines) - 1)), len(lines) - 1)
         cells = lines[at].split(",")
         choice = chance.randrange(9)
         if choice < 4:
