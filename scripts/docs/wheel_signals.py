@@ -15,10 +15,10 @@ STUB = ROOT / "python" / "omnistep" / "_omnistep.pyi"
 PAGE = ROOT / "docs" / "conventions.md"
 #: A row: its doc, its name, and where it is.
 ROW = re.compile(r"^ +/// (.+)\n +(\w+): (log|trace) =", re.MULTILINE)
-#: Where the signals stand: the fields behind the wheel's name, and the attributes before `touches`.
-FIELDS = re.compile(r"(?<=^string name\n)(# .+\nfloat64 \w+\n)+", re.MULTILINE)
+#: Where the signals stand, behind what stays: the fields behind the wheel's name, and the attributes before `touches`.
+FIELDS = re.compile(r"(^string name\n)(?:# .+\nfloat64 \w+\n)+", re.MULTILINE)
 ATTRIBUTES = re.compile(
-    r"(?<=\nclass Sample:\n)(.*?)    @property\n    def reference_rad_s\(.*?(?=    @property\n    def touches\()",
+    r"(\nclass Sample:\n.*?)    @property\n    def reference_rad_s\(.*?(?=    @property\n    def touches\()",
     re.DOTALL,
 )
 
@@ -35,9 +35,9 @@ def main() -> int:
     fields = "".join(f"# {doc}\nfloat64 {name}\n" for doc, name, place in rows if place == "log")
     attributes = "".join(attribute(name, doc) for doc, name, _ in rows)
     old = 0
-    for path, place, head, text in ((MESSAGE, FIELDS, "", fields), (STUB, ATTRIBUTES, r"\1", attributes)):
+    for path, place, text in ((MESSAGE, FIELDS, fields), (STUB, ATTRIBUTES, attributes)):
         before = path.read_text(encoding="utf-8")
-        after, found = place.subn(lambda at, head=head, text=text: at.expand(head) + text, before)
+        after, found = place.subn(lambda at, text=text: at[1] + text, before)
         if found != 1:
             sys.exit(f"{path.relative_to(ROOT)}: the signals stand in {found} places, allowed: 1")
         if after == before:

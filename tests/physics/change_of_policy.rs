@@ -2,24 +2,34 @@
 
 use omni_core::BodyTwist;
 use omni_sim::Simulation;
-use omni_sim::config::{Override, POLICIES};
+use omni_sim::config::{Override, POLICIES, Scenario};
 
 use crate::engines::load;
+
+/// Level ground, with other keys.
+fn flat(surroundings: Option<&str>) -> Scenario {
+    let overrides: Vec<_> = (surroundings.iter())
+        .map(|text| Override::parse(text).expect("KEY=VALUE"))
+        .collect();
+    load("flat", &overrides).expect("valid")
+}
+
+/// Drives as the scenario commands, for so many periods.
+fn drive(simulation: &mut Simulation, periods: usize) {
+    for _ in 0..periods {
+        simulation.step(&simulation.scenario_command()).expect("finite");
+    }
+}
 
 /// From every policy to every other one, bare and inside a drive: the limited command goes on, and the vehicle with it.
 #[test]
 fn any_policy_takes_over_from_any_other_while_the_vehicle_drives() {
     for surroundings in [None, Some("drive={}")] {
-        let overrides: Vec<_> = (surroundings.iter())
-            .map(|text| Override::parse(text).expect("KEY=VALUE"))
-            .collect();
-        let scenario = load("flat", &overrides).expect("valid");
+        let scenario = flat(surroundings);
         for from in POLICIES {
             let from_scenario = scenario.with_policy(from).expect("a policy");
             let mut simulation = Simulation::new(&from_scenario).expect("valid");
-            for _ in 0..1000 {
-                simulation.step(&simulation.scenario_command()).expect("finite");
-            }
+            drive(&mut simulation, 1000);
             let saved = simulation.save(&from_scenario).expect("a state");
             let speed_m_s = simulation.observation().twist.vx_m_s;
             assert!(speed_m_s > 0.15, "{from}: {speed_m_s}");
@@ -36,7 +46,6 @@ fn any_policy_takes_over_from_any_other_while_the_vehicle_drives() {
                     (after - before).abs() < 0.01,
                     "{case}: command {before} to {after}"
                 );
-                // Integrals that start at 0 may cost the friction of the gears for a moment: the speed falls by no more than a tenth.
                 // The vehicle still speeds up by a thousandth of its speed; nothing else changes it on level ground.
                 for _ in 0..500 {
                     simulation.step(&simulation.scenario_command()).expect("finite");
@@ -55,20 +64,13 @@ fn any_policy_takes_over_from_any_other_while_the_vehicle_drives() {
 #[test]
 fn a_change_of_policy_gives_no_torque_that_has_ended() {
     for surroundings in [None, Some("drive={}")] {
-        let overrides: Vec<_> = (surroundings.iter())
-            .map(|text| Override::parse(text).expect("KEY=VALUE"))
-            .collect();
-        let scenario = load("flat", &overrides).expect("valid");
+        let scenario = flat(surroundings);
         let with = |policy| scenario.with_policy(policy).expect("a policy");
         for [from, to] in [["independent", "traction"], ["traction", "independent"]] {
             let mut simulation = Simulation::new(&with(from)).expect("valid");
-            for k in 0..3000 {
-                let command = if k < 1000 {
-                    simulation.scenario_command()
-                } else {
-                    BodyTwist::ZERO
-                };
-                simulation.step(&command).expect("finite");
+            drive(&mut simulation, 1000);
+            for _ in 0..2000 {
+                simulation.step(&BodyTwist::ZERO).expect("finite");
             }
             for policy in [from, to, from] {
                 simulation.take_control(&with(policy)).expect("a policy");
@@ -79,11 +81,9 @@ fn a_change_of_policy_gives_no_torque_that_has_ended() {
                 }
             }
         }
-        // Half a second into a step no loop is at rest; what it held before traction control is gone.
+        // A tenth of a second after the start no loop is at rest; what it held before traction control is gone.
         let mut simulation = Simulation::new(&with("independent")).expect("valid");
-        for _ in 0..100 {
-            simulation.step(&simulation.scenario_command()).expect("finite");
-        }
+        drive(&mut simulation, 100);
         let held = simulation.sample().wheels[0].i_n_m;
         for policy in ["traction", "independent"] {
             simulation.take_control(&with(policy)).expect("a policy");
@@ -100,12 +100,10 @@ fn a_change_of_policy_gives_no_torque_that_has_ended() {
 /// What is past the controller says nothing of the motion: traction control begins with that of the encoders.
 #[test]
 fn traction_control_takes_over_after_torques_past_the_controller() {
-    let scenario = load("flat", &[]).expect("valid");
+    let scenario = flat(None);
     let mut simulation =
         Simulation::new(&scenario.with_policy("independent").expect("a policy")).expect("valid");
-    for _ in 0..1000 {
-        simulation.step(&simulation.scenario_command()).expect("finite");
-    }
+    drive(&mut simulation, 1000);
     let torques: Vec<_> = simulation.sample().wheels.iter().map(|w| w.applied_n_m).collect();
     simulation.step_torques(&torques).expect("finite");
     let traction = scenario.with_policy("traction").expect("a policy");

@@ -149,3 +149,20 @@ impl LogError {
         }
     }
 }
+
+impl LogError {
+    pub(crate) fn unreadable(path: &Path, source: io::Error) -> Self {
+        let path = path.to_path_buf();
+        Self::Read { path, source }
+    }
+
+    pub(crate) fn damaged(path: &Path, reason: String) -> Self {
+        let path = path.to_path_buf();
+        Self::Damaged { path, reason }
+    }
+
+    pub(crate) fn lacks(path: &Path, what: impl Into<String>) -> Self {
+        let (path, what) = (path.to_path_buf(), what.into());
+        Self::Lacks { path, what }
+    }
+}

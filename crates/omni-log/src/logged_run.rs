@@ -85,10 +85,7 @@ impl LoggedRun {
         let [mut odometry, mut ground_truth] = [Track::default(), Track::default()];
         let [mut urdf, mut terrain_urdf] = [String::new(), String::new()];
         let path = path.as_ref();
-        let damaged = |reason| LogError::Damaged {
-            path: path.to_path_buf(),
-            reason,
-        };
+        let damaged = |reason| LogError::damaged(path, reason);
         let file = read_log_watched(path, &mut watch, |time_ns, message| {
             match message {
                 LogMessage::VehicleState(state) => states.push((time_ns, state)),

@@ -122,18 +122,9 @@ pub(crate) fn read_log_watched(
     mut on: impl FnMut(u64, LogMessage) -> Result<(), Error>,
 ) -> Result<LogFile, Error> {
     let path = path.as_ref().to_path_buf();
-    let unreadable = |source| LogError::Read {
-        path: path.clone(),
-        source,
-    };
-    let damaged = |reason: String| LogError::Damaged {
-        path: path.clone(),
-        reason,
-    };
-    let lacks = |what: &str| LogError::Lacks {
-        path: path.clone(),
-        what: what.into(),
-    };
+    let unreadable = |source| LogError::unreadable(&path, source);
+    let damaged = |reason| LogError::damaged(&path, reason);
+    let lacks = |what: &str| LogError::lacks(&path, what);
     let mut file = open_regular(&path).map_err(unreadable)?;
     let length = file.metadata().map_err(unreadable)?.len().max(1);
     let options = LinearReaderOptions::default()

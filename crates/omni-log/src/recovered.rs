@@ -21,14 +21,8 @@ const BLOCK: usize = 1 << 18;
 /// [`LogError::Read`], [`LogError::Damaged`] where something else is wrong with it, [`LogError::Mcap`] where it cannot be written.
 pub fn recover(cut_off: impl AsRef<Path>, whole: impl AsRef<Path>) -> Result<f64, Error> {
     let (path, out) = (cut_off.as_ref().to_path_buf(), whole.as_ref().to_path_buf());
-    let unreadable = |source| LogError::Read {
-        path: path.clone(),
-        source,
-    };
-    let damaged = |reason: String| LogError::Damaged {
-        path: path.clone(),
-        reason,
-    };
+    let unreadable = |source| LogError::unreadable(&path, source);
+    let damaged = |reason| LogError::damaged(&path, reason);
     let unwritable = |source| LogError::Mcap {
         path: out.clone(),
         source,

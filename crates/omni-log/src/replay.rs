@@ -88,7 +88,7 @@ pub fn replay(path: impl AsRef<Path>, overrides: &[Override]) -> Result<Replay, 
         .iter()
         .map(|(_, read)| read.sensed(scenario.vehicle()))
         .collect();
-    let sensed = sensed.map_err(|reason| damaged(path, reason))?;
+    let sensed = sensed.map_err(|reason| LogError::damaged(path, reason))?;
     inputs.check(path, &scenario, &sensed)?;
     inputs.compare(&scenario, &sensed)
 }
@@ -118,7 +118,7 @@ impl Inputs {
                 "its controller, {}, is not in the log, allowed: logs of omnistep's own controllers",
                 omni_config::shortened(policy)
             );
-            return Err(lacks(path, what));
+            return Err(LogError::lacks(path, what).into());
         }
         let period_ns = file.scenario.control.period_us * 1000;
         let mut until_ns = file.until_ns;
@@ -131,7 +131,7 @@ impl Inputs {
             let topic = topic::SENSORS;
             let what =
                 format!("no {topic}, which has what the controller read, allowed: a log of this version");
-            return Err(lacks(path, what));
+            return Err(LogError::lacks(path, what).into());
         }
         let of_states = first_missing(states.iter().map(|(time_ns, _)| *time_ns), period_ns, until_ns);
         let of_sensors = first_missing(sensors.iter().map(|(time_ns, _)| *time_ns), period_ns, until_ns);
@@ -142,7 +142,7 @@ impl Inputs {
                      log.vehicle_state_hz",
                     missing_ns as f64 / 1e9
                 );
-                return Err(lacks(path, what));
+                return Err(LogError::lacks(path, what).into());
             }
         }
         Ok(Self {
@@ -157,10 +157,8 @@ impl Inputs {
         let wheels = scenario.vehicle().wheel.len();
         if let Some((_, state)) = self.states.iter().find(|(_, state)| state.wheels.len() != wheels) {
             let found = state.wheels.len();
-            return Err(damaged(
-                path,
-                format!("{found} wheels in /vehicle_state, {wheels} in the scenario"),
-            ));
+            let reason = format!("{found} wheels in /vehicle_state, {wheels} in the scenario");
+            return Err(LogError::damaged(path, reason).into());
         }
         if !self.file.recorded {
             return Ok(());
@@ -171,7 +169,7 @@ impl Inputs {
                  a policy of wheel speed loops",
                 scenario.control.law()
             );
-            return Err(lacks(path, what));
+            return Err(LogError::lacks(path, what).into());
         }
         let mut both = self.states.iter().zip(sensed);
         let silent = both.find(|(_, sensed)| sensed.gyro_rad_s.is_nan());
@@ -181,7 +179,7 @@ impl Inputs {
                  throughout, or no heading hold",
                 *time_ns as f64 / 1e9
             );
-            return Err(lacks(path, what));
+            return Err(LogError::lacks(path, what).into());
         }
         Ok(())
     }
@@ -245,16 +243,6 @@ impl Inputs {
             file: self.file,
         })
     }
-}
-
-fn lacks(path: &Path, what: String) -> Error {
-    let path = path.to_path_buf();
-    LogError::Lacks { path, what }.into()
-}
-
-fn damaged(path: &Path, reason: String) -> Error {
-    let path = path.to_path_buf();
-    LogError::Damaged { path, reason }.into()
 }
 
 /// The end of the first control period without a message, if there is one before the log's end \[ns\].

@@ -152,8 +152,7 @@ impl ControlLoop {
         twist: &BodyTwist<f64>,
     ) -> Result<(), Error> {
         state_bytes::check_built_in()?;
-        let state = self.controller.save();
-        if !state.is_some_and(|state| controller.take_over(&state, twist)) {
+        if !controller.take_over(&self.controller, twist) {
             return Err(Error::Snapshot {
                 reason: "another controller cannot take over the state of this one".into(),
             });

@@ -222,9 +222,11 @@ impl AnyController {
         self.control.restore(state)
     }
 
-    /// Goes on from the state of another controller of the same vehicle, which moves with `twist`; says whether it can.
-    pub(crate) fn take_over(&mut self, state: &[u8], twist: &BodyTwist<f64>) -> bool {
-        self.control.take_over(state, twist)
+    /// Goes on after another controller of the same vehicle, which moves with `twist`: from all of its state, or from what both kinds have.
+    /// Says whether it can.
+    pub(crate) fn take_over(&mut self, from: &Self, twist: &BodyTwist<f64>) -> bool {
+        from.save().is_some_and(|state| self.restore(&state))
+            || (from.control.hand_over()).is_some_and(|handed| self.control.take_over(&handed, twist))
     }
 
     /// What was lost on the link so far; none where the controller runs here.

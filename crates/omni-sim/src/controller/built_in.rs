@@ -135,27 +135,28 @@ impl<L: CoreController<R, N>, R: Real, const N: usize> ControlLaw for BuiltIn<L,
     }
 
     fn save(&self) -> Option<Vec<u8>> {
-        state_bytes::to_bytes(&(Kind::of::<L, R, N>(), self.law.shared(), self.law.state())).ok()
+        state_bytes::to_bytes(&(Kind::of::<L, R, N>(), self.law.state())).ok()
     }
 
     fn restore(&mut self, state: &[u8]) -> bool {
-        let read: Result<(Kind, L::Shared, L::State), _> = state_bytes::from_bytes(state);
-        let Some((_, _, state)) = read.ok().filter(|(kind, ..)| *kind == Kind::of::<L, R, N>()) else {
+        let read: Result<(Kind, L::State), _> = state_bytes::from_bytes(state);
+        let Some((_, state)) = read.ok().filter(|(kind, _)| *kind == Kind::of::<L, R, N>()) else {
             return false;
         };
         self.law.restore(state);
         true
     }
 
-    fn take_over(&mut self, state: &[u8], twist: &BodyTwist<f64>) -> bool {
-        let own = Kind::of::<L, R, N>();
-        let Ok((kind, rest)) = state_bytes::take_from_bytes::<Kind>(state) else {
-            return false;
-        };
-        if kind == own || !kind.shares_with(&own) {
-            return self.restore(state);
-        }
-        let Ok((shared, _)) = state_bytes::take_from_bytes(rest) else {
+    fn hand_over(&self) -> Option<Vec<u8>> {
+        state_bytes::to_bytes(&(Kind::of::<L, R, N>(), self.law.shared())).ok()
+    }
+
+    fn take_over(&mut self, handed: &[u8], twist: &BodyTwist<f64>) -> bool {
+        let read: Result<(Kind, L::Shared), _> = state_bytes::from_bytes(handed);
+        let Some((_, shared)) = read
+            .ok()
+            .filter(|(kind, _)| kind.shares_with(&Kind::of::<L, R, N>()))
+        else {
             return false;
         };
         self.law.start_from(shared, &scalar(twist));

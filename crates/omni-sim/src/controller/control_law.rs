@@ -27,10 +27,13 @@ pub(super) trait ControlLaw: Send + Sync {
     fn restore(&mut self, _state: &[u8]) -> bool {
         false
     }
-    /// Goes on from the state of another controller of the same vehicle, which moves with `twist`: from all of it, or from what both have.
-    /// Says whether it can.
-    fn take_over(&mut self, state: &[u8], _twist: &BodyTwist<f64>) -> bool {
-        self.restore(state)
+    /// What a controller of another kind can go on from.
+    fn hand_over(&self) -> Option<Vec<u8>> {
+        None
+    }
+    /// Starts from what [`ControlLaw::hand_over`] gave, while the vehicle moves with `twist`; says whether it can.
+    fn take_over(&mut self, _handed: &[u8], _twist: &BodyTwist<f64>) -> bool {
+        false
     }
     /// What was not received so far; none without a link.
     fn link_counters(&self) -> Option<LinkCounters> {
