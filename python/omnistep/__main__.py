@@ -1,11 +1,10 @@
 """The command line: ``omnistep`` and ``python -m omnistep``."""
 
-import argparse
 import signal
 import sys
 from pathlib import Path
 
-from omnistep._command_line import made
+from omnistep._command_line import Parser, made
 from omnistep._omnistep import cli
 
 
@@ -42,7 +41,7 @@ def main() -> int:
 
 
 def _report(arguments: list[str]) -> int:
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="omnistep report", description="Make one page of logged runs that any browser opens, without a network."
     )
     parser.add_argument("logs", nargs="+", type=Path, metavar="LOG.mcap")
@@ -54,7 +53,7 @@ def _report(arguments: list[str]) -> int:
 
 
 def _plot(arguments: list[str]) -> int:
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="omnistep plot", description="Draw a logged run from the side, at several times: figure 9 of the paper."
     )
     parser.add_argument("log", type=Path, metavar="LOG.mcap")
@@ -71,7 +70,7 @@ def _plot(arguments: list[str]) -> int:
 
 
 def _video(arguments: list[str]) -> int:
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="omnistep video", description="Make a video or a picture of a logged run with Rerun, without a window."
     )
     parser.add_argument("log", type=Path, metavar="LOG.mcap")
@@ -87,7 +86,7 @@ def _video(arguments: list[str]) -> int:
 
 
 def _import(arguments: list[str]) -> int:
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="omnistep import",
         description="Make a log from measurements on a vehicle, and report how each column was used.",
     )
@@ -121,7 +120,7 @@ def _import(arguments: list[str]) -> int:
 
 
 def _resimulate(arguments: list[str]) -> int:
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="omnistep resimulate",
         description="Drive the simulation with commands, torques, wheels or duty cycles of a log, and compare the two.",
     )

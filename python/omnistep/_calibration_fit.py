@@ -41,6 +41,9 @@ SLIP = 0.01
 ALIKE = "as all wheels are"
 #: A smaller deviation is none, in units of ``SCALE``.
 LEAST = 1e-6
+#: Single wheels pay where the measurements are so much more probable with them: strong evidence, 20 to 1, on the scale
+#: of Kass and Raftery ("Bayes factors", 1995). Errors of slip are not of one size, as the model has them.
+PAYS = 3.0
 #: The search: differences, the largest and the smallest step, how far it goes, in units of ``SCALE``.
 DIFFERENCE, LARGEST, SMALLEST, FARTHEST, ITERATIONS = 1e-3, 2.0, 1e-6, 9.0, 30
 
@@ -53,6 +56,10 @@ class Found:
     #: The same, but what the runs do not tell keeps the file's value, combinations too: what is reported and written.
     reported: Floats
     covariance: Floats
+    #: The first and its covariance in units of the prior's deviations, and what leads from there to ``u``.
+    own: Floats
+    own_covariance: Floats
+    to_u: Floats
     #: The same from the scatter of runs; 0 from few.
     scatter: Floats
     #: Degrees of freedom of the first; of the second what each run is expected to have of it, and their factor.
@@ -206,26 +213,17 @@ class Problem:
         number must pay for itself.
         """
         common, single = (self._fit(single=each, held=self.held) for each in (False, True))
-        found = single if single.evidence > common.evidence else common
-        found.reported = self._reported(found, single=found is single)
+        found = single if single.evidence > common.evidence + PAYS else common
+        # What one of the two tells is not held: in the second a radius of all wheels may be turns of single ones too.
+        rows = np.linalg.pinv(self.common)
+        deviations = [min(_deviations(row, each).max() for each in (common, found)) for row in rows]
+        held = self.held | (np.array(deviations) >= DETERMINED)
+        if held.all() and found is common and not self.extra:
+            found.reported = np.zeros_like(found.u)
+            return found, single
+        again = found if (held == self.held).all() else self._fit(single=found is single, held=held)
+        found.reported = _told(again)
         return found, single
-
-    def _reported(self, found: Found, *, single: bool) -> Floats:
-        """The parameters with the file's value of everything that the runs do not tell.
-
-        First goes what all wheels have in common, and the others are found without it. Then go directions that are not
-        determined, of single wheels and of plates: to the most probable numbers of which nothing lies in these.
-        """
-        deviations = np.array([_deviations(row, found).max() for row in np.linalg.pinv(self.common)])
-        held = self.held | (deviations >= DETERMINED)
-        if held.all() and not single and not self.extra:
-            return np.zeros_like(found.u)
-        again = found if (held == self.held).all() else self._fit(single=single, held=held)
-        variances, directions = np.linalg.eigh(again.covariance)
-        # By the number that differs most: all wheels together may be determined better than each.
-        largest = np.sqrt(np.maximum(0.0, variances)) * np.abs(directions).max(axis=0)
-        lost = directions[:, largest >= DETERMINED]
-        return np.asarray(again.u - lost @ (lost.T @ again.u))
 
     def _fit(self, *, single: bool, held: Any) -> Found:
         """Least squares about the drawing, each group weighted by its residuals.
@@ -273,6 +271,7 @@ class Problem:
         said = independent > 0
         evidence = -0.5 * (weighted @ weighted + z @ prior @ z) - float(independent[said] @ np.log(sd[said]))
         evidence -= 0.5 * float(np.linalg.slogdet(np.eye(len(z)) + np.linalg.solve(prior, slopes.T @ slopes))[1])
+        weight = np.sqrt(prior)
         # The ends tell lengths; few of them, and intervals are wide.
         known = free[:-1].sum() if (free[:-1] >= ENOUGH).any() else np.inf
         scatter, shares, blocks = self._scatter(weighted, slopes, covariance)
@@ -280,6 +279,9 @@ class Problem:
             u=moves @ z,
             reported=moves @ z,
             covariance=moves @ covariance @ moves.T,
+            own=weight @ z,
+            own_covariance=weight @ covariance @ weight,
+            to_u=moves / weight.diagonal(),
             scatter=moves @ scatter @ moves.T,
             freedom=max(1.0, known),
             shares=moves @ shares @ moves.T,
@@ -443,6 +445,19 @@ class Problem:
             before=float(start),
             note="" if determined else "these runs do not tell it" if held else follows,
         )
+
+
+def _told(found: Found) -> Floats:
+    """The parameters with the file's value in every direction that the runs do not determine, of single wheels too.
+
+    Directions are those of the information beside the prior's: of what a radius of all wheels and turns of single ones
+    explain alike nearly all goes to the radius, which may be further off.
+    """
+    variances, directions = np.linalg.eigh(found.own_covariance)
+    # By the number that differs most: all wheels together may be determined better than each.
+    largest = np.sqrt(np.maximum(0.0, variances)) * np.abs(found.to_u @ directions).max(axis=0)
+    told = directions[:, largest < DETERMINED]
+    return np.asarray(found.to_u @ (told @ (told.T @ found.own)))
 
 
 def _deviations(row: Floats, found: Found) -> Floats:

@@ -1,11 +1,22 @@
-"""The end of every Python command of the console script: its last line and its exit code."""
+"""What every Python command of the console script shares: its parser, its last line and its exit code."""
 
+import argparse
 import os
+import re
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from omnistep.errors import OmnistepError, SimulationError
+
+
+class Parser(argparse.ArgumentParser):
+    """The parser of a command, to which -1e-3 is a number too, as to argparse itself from Python 3.14 on."""
+
+    def __init__(self, **texts: Any) -> None:
+        super().__init__(**texts)
+        self._negative_number_matcher = re.compile(r"-\.?\d")
 
 
 class NotWritten(OmnistepError, RuntimeError):

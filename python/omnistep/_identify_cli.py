@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from omnistep._calibration_runs import CalibrationRun, read_runs
-from omnistep._command_line import NotWritten, made
+from omnistep._command_line import NotWritten, Parser, made
 from omnistep._omnistep import Vehicle, list_vehicles
 from omnistep._output_files import check_output, check_picture, replaced, write_text
 from omnistep._toml_files import read_toml
@@ -17,7 +17,7 @@ from omnistep.errors import ConfigError
 
 def identify(arguments: list[str]) -> int:
     """Run ``omnistep identify`` and return its exit code."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="omnistep identify",
         description="Find masses, friction, delay and lag from logs of torques and velocities, with intervals.",
     )
@@ -74,7 +74,7 @@ def identify(arguments: list[str]) -> int:
 
 def calibrate(arguments: list[str]) -> int:
     """Run ``omnistep calibrate`` and return its exit code."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="omnistep calibrate",
         description="Find wheel radii, positions and directions from runs with measured end positions, with intervals.",
     )
@@ -113,7 +113,7 @@ def _fixed(text: str) -> tuple[str, float]:
         raise ConfigError(f"--fix {text}, allowed: NAME=VALUE, such as mass_kg=3.2", key=name) from error
 
 
-def _may_write_doubtful(parser: argparse.ArgumentParser) -> None:
+def _may_write_doubtful(parser: Parser) -> None:
     parser.add_argument(
         "--write-doubtful", action="store_true", help="write the file of -o also where the results are refuted"
     )

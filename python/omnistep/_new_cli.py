@@ -1,6 +1,5 @@
 """``omnistep new vehicle NAME --from-urdf ROBOT.urdf``: from a URDF to a vehicle file."""
 
-import argparse
 import re
 from collections.abc import Collection, Iterable
 from pathlib import Path
@@ -8,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from omnistep._command_line import made
+from omnistep._command_line import Parser, made
 from omnistep._omnistep import Kinematics, Vehicle
 from omnistep._output_files import replaced
 from omnistep._urdf_tree import Robot, read_urdf, shown
@@ -29,7 +28,7 @@ def is_wanted(arguments: list[str]) -> bool:
 
 def new(arguments: list[str]) -> int:
     """Run ``omnistep new vehicle NAME --from-urdf ROBOT.urdf`` and return its exit code."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="omnistep new",
         description="Make a vehicle file from a URDF. What was guessed is marked in the file.",
         usage=USAGE,

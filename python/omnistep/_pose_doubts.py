@@ -216,8 +216,19 @@ class _Seen:
             since, until = ((self.rows[each] + 1) * self.period_s for each in (begin, end))
             when = "" if stood.all() else f" from {since:.1f} to {until:.1f} s"
             doubts.append(f"the pose does not move{when} while the wheels do")
+        # The last pose again and again, and where it goes on from there.
+        lost = ~stood & (way == 0.0)
+        if lost.any() and not (lost | stood).all():
+            times = spans(lost)
+            since = (self.rows[self.ends[times[0][0], 0]] + 1) * self.period_s
+            doubts.append(
+                f"the pose is the same to the last digit at {since:.1f} s while the wheels move"
+                f"{f', and {len(times) - 1} times more' if len(times) > 1 else ''}: repeated there, not measured"
+            )
+            for first, after in times:
+                stood[max(first - 1, 0) : after + 1] = True
         self.ends = self.ends[~stood]
-        return doubts[:1]
+        return doubts[:2]
 
     def stuck(self) -> str:
         """Name the columns of the pose that do not change while the vehicle moves all about by its wheels."""

@@ -11,11 +11,15 @@ RADIUS_M, LEVER_M = 0.0751, 0.4622
 PLATE = (0.03, 0.02, 0.1)
 
 
-def commanded(rng, duration_s, *, turns=True):
+#: How fast it is driven ahead, sideways [m/s] and around [rad/s].
+FASTEST = (0.4, 0.3, 0.6)
+
+
+def commanded(rng, duration_s, *, fastest=FASTEST):
     """Twists of a drive by hand: another one every 2 to 4 s, with pauses, smoothed over 0.3 s."""
     twists = []
     while len(twists) < duration_s / STEP_S:
-        twist = rng.uniform(-1, 1, 3) * [0.4, 0.3, 0.6 if turns else 0.0] * (rng.random() > 0.15)
+        twist = rng.uniform(-1, 1, 3) * fastest * (rng.random() > 0.15)
         twists += [twist] * round(rng.uniform(2.0, 4.0) / STEP_S)
     twists = np.array(twists[: round(duration_s / STEP_S)])
     twists[: round(1.0 / STEP_S)] = 0.0
@@ -39,9 +43,9 @@ def rolled(twists, radius_m=RADIUS_M, lever_m=LEVER_M):
 
 
 def driven(rng, *, duration_s=60.0, slip=0.03, lasts_s=0.3, counts=210, noise_m=0.001, noise_rad=0.002, jitter_s=0.001,
-           delay_s=0.0, plate=PLATE, turns=True, radii=(1, 1, 1, 1)):  # fmt: skip
+           delay_s=0.0, plate=PLATE, fastest=FASTEST, radii=(1, 1, 1, 1)):  # fmt: skip
     """A log of the drive: times, angles in whole counts, poses of the plate with noise, late by a delay."""
-    twists = commanded(rng, duration_s, turns=turns)
+    twists = commanded(rng, duration_s, fastest=fastest)
     slipped = 1.0 + slip * wandering(rng, len(twists), 4, lasts_s)
     angles = np.cumsum(rolled(twists) * slipped / np.array(radii), axis=0) * STEP_S
     yaw = np.cumsum(twists[:, 2]) * STEP_S

@@ -361,6 +361,23 @@ def test_slow_robots_and_slow_poses_are_compared_too(tmp_path, change, said):
     assert said in doubts[-1] and len(doubts[-1]) < 300, doubts
 
 
+def repeated(poses):
+    for first, last in ((200, 330), (1000, 1150), (1500, 1600)):
+        poses[first:last] = poses[first]
+    return poses
+
+
+def test_poses_that_are_the_last_one_again_are_named_and_not_blamed_on_the_wheels(tmp_path):
+    # The plate was hidden for 1 to 1.5 s, and the recorder wrote its last pose.
+    doubts = [line for line in imported_with_pose(tmp_path, read=repeated) if "pose" in line]
+    (same,) = [line for line in doubts if "to the last digit" in line]
+    assert "at 2.0 s while the wheels move, and 2 times more: repeated there, not measured" in same, same
+    assert not any("otherwise than the pose" in line for line in doubts), doubts
+    # What is wrong with the wheels is seen beside it.
+    doubts = imported_with_pose(tmp_path, read=repeated, wheels="abdc")
+    assert any("read as front_left, front_right, rear_right, rear_left" in line for line in doubts), doubts
+
+
 @pytest.mark.parametrize("at", range(600, 2700, 300))
 def test_a_counter_that_began_again_is_none_that_goes_round(at):
     time = 0.01 * np.arange(3000)

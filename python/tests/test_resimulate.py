@@ -152,6 +152,7 @@ def test_the_command_prints_the_figures_and_draws_both(log, tmp_path, monkeypatc
         (["--set", "control.period_s=0.0005"], "a control period of 0.0005 s, and row 0 of the log ends at 0.001 s"),
         (["--set", "mass"], "--set mass: allowed: KEY=VALUE"),
         (["--set", "vehicle.mass=3"], "vehicle.mass"),
+        (["--plate", "-2e1", "0", "0"], "plate = -20, 0, 0, allowed: x and y of -10 to 10 m"),
         (["--plate", "20", "0", "0"], "plate = 20, 0, 0, allowed: x and y of -10 to 10 m, and a yaw of -7 to 7 rad"),
         (["-o", "both.bmp"], "both.bmp: '.bmp', allowed: .png, .svg or .pdf"),
     ],
@@ -296,7 +297,7 @@ def test_a_plate_is_found_where_most_of_the_log_is_at_rest(tmp_path):
 
 
 def test_a_drive_without_turns_tells_the_yaw_of_the_plate_alone():
-    vehicle, log = omnistep.Vehicle("mecanum4"), pose_plant.driven(np.random.default_rng(1), turns=False)
+    vehicle, log = omnistep.Vehicle("mecanum4"), pose_plant.driven(np.random.default_rng(1), fastest=(0.4, 0.3, 0.0))
     wheels = read(log, vehicle, pose=True)
     plate = _marker_plate.found(vehicle, wheels.measured, wheels.pose, wheels.period_s)
     # Slip of 3 % across the way is up to 0.03 rad in each of 60 pieces.
