@@ -118,14 +118,40 @@ pub fn read_log(
 /// As [`read_log`], and [`LogError::Stopped`].
 pub(crate) fn read_log_watched(
     path: impl AsRef<Path>,
-    mut watch: impl FnMut(f64) -> bool,
+    watch: impl FnMut(f64) -> bool,
     mut on: impl FnMut(u64, LogMessage) -> Result<(), Error>,
 ) -> Result<LogFile, Error> {
-    let path = path.as_ref().to_path_buf();
-    let unreadable = |source| LogError::unreadable(&path, source);
-    let damaged = |reason| LogError::damaged(&path, reason);
-    let lacks = |what: &str| LogError::lacks(&path, what);
-    let mut file = open_regular(&path).map_err(unreadable)?;
+    let path = path.as_ref();
+    let mut reading = Reading::new(path);
+    let ending = each_record(path, watch, |record| match reading.take(record)? {
+        Some((time, message)) => on(time, message),
+        None => Ok(()),
+    })?;
+    let complete = reading.ended(ending)?;
+    reading.log_file(complete)
+}
+
+/// How the records of a file ended.
+struct Ending {
+    /// Bytes read.
+    read: usize,
+    /// Bytes of its footer, 0 where there was none.
+    footer_bytes: usize,
+    /// Are its last bytes those that end a whole file?
+    magic: bool,
+    /// What is wrong with it; none where all of it was read.
+    error: Option<McapError>,
+}
+
+/// Hands each record of an MCAP file to `on`, and `watch` the part read so far.
+fn each_record(
+    path: &Path,
+    mut watch: impl FnMut(f64) -> bool,
+    mut on: impl FnMut(Record<'_>) -> Result<(), Error>,
+) -> Result<Ending, Error> {
+    let unreadable = |source| LogError::unreadable(path, source);
+    let damaged = |reason| LogError::damaged(path, reason);
+    let mut file = open_regular(path).map_err(unreadable)?;
     let length = file.metadata().map_err(unreadable)?.len().max(1);
     let options = LinearReaderOptions::default()
         .with_prevalidate_chunk_crcs(true)
@@ -135,18 +161,11 @@ pub(crate) fn read_log_watched(
         .with_check_finishes_after_end_magic(true)
         .with_record_length_limit(size_limits::largest_record(length));
     let mut reader = LinearReader::new_with_options(options);
-    let mut seen = Seen::default();
     let (mut read, mut last, mut footer_bytes, mut unpacked) = (0, Vec::new(), 0, 0);
-    // What is wrong with it if it is one of ours, which its scenario shows: that may come later.
-    let mut doubt = None;
-    let scenario_of = |text: &str| {
-        let source = Source::embedded(format!("{} ({SCENARIO})", path.display()), text);
-        Scenario::from_source(&source, &[])
-    };
-    let mut scenario = None;
-    let complete = loop {
+    let error = loop {
         match reader.next_event() {
-            None => break true,
+            None => break None,
+            Some(Err(error)) => break Some(error),
             Some(Ok(LinearReadEvent::ReadRequest(wanted))) => {
                 // No more than there is, whatever a record says of its length.
                 let left = length.saturating_sub(read as u64);
@@ -156,6 +175,7 @@ pub(crate) fn read_log_watched(
                 last.drain(..last.len().saturating_sub(mcap::MAGIC.len()));
                 read += got;
                 if !watch((read as f64 / length as f64).min(1.0)) {
+                    let path = path.to_path_buf();
                     return Err(LogError::Stopped { path }.into());
                 }
                 reader.notify_read(got);
@@ -172,75 +192,132 @@ pub(crate) fn read_log_watched(
                     );
                 }
                 size_limits::fits(opcode, data).map_err(damaged)?;
-                let record = mcap::parse_record(opcode, data).map_err(|error| damaged(error.to_string()))?;
-                if doubt.is_some() && matches!(record, Record::Message { .. }) {
-                    continue;
-                }
-                match seen.take(record) {
-                    Ok(Some((time, message))) => on(time, message)?,
-                    Ok(None) => {
-                        if let (Some(text), None) = (&seen.scenario, &scenario) {
-                            let first = scenario_of(text);
-                            seen.expected_wheels = first.as_ref().ok().map(|s| s.vehicle().wheel.len());
-                            scenario = Some(first);
-                        }
-                    }
-                    Err(reason) if seen.scenario.is_some() => return Err(damaged(reason).into()),
-                    Err(reason) => doubt = doubt.or(Some(reason)),
-                }
+                on(mcap::parse_record(opcode, data).map_err(|error| damaged(error.to_string()))?)?;
             }
-            Some(Err(McapError::BadMagic | McapError::UnexpectedEof)) if read <= BLOCK && seen.is_empty() => {
-                return Err(lacks("not an MCAP file, or an empty one").into());
-            }
-            Some(Err(McapError::UnsupportedCompression(name))) => {
-                return Err(lacks(&format!("compressed with {name:?}: not a log of omnistep")).into());
-            }
-            // A killed run ends anywhere, but never with what ends a whole file.
-            Some(Err(McapError::UnexpectedEof)) if last != mcap::MAGIC => break false,
-            Some(Err(error)) => return Err(damaged(error.to_string()).into()),
         }
     };
-    if complete && footer_bytes != FOOTER_BYTES {
-        // No checksum covers that, and nothing that follows would show it.
-        return Err(damaged(format!("a footer of {footer_bytes} bytes")).into());
-    }
-    // Of a log of something else nothing more is said.
-    let text = seen.scenario.take().ok_or_else(|| {
-        lacks("no attachment scenario.toml: not a log of omnistep, or of a run that was killed at its start")
-    })?;
-    if let Some(reason) = doubt {
-        return Err(damaged(reason).into());
-    }
-    if complete {
-        seen.agrees_with_its_statistics().map_err(damaged)?;
-    }
-    let scenario = match scenario {
-        Some(first) if seen.scenarios == 1 => first,
-        _ => scenario_of(&text),
-    };
-    let scenario = scenario?;
-    if let Some(found) = seen.wheels {
-        // Where the scenario came behind its states.
-        fitting_wheels(found, scenario.vehicle().wheel.len()).map_err(damaged)?;
-    }
-    // It follows from the scenario, also for logs that do not say it.
-    let wheel_model_valid = scenario.beyond_balls().is_none();
-    let says = |(key, value): (&str, &str)| seen.run.get(key).is_some_and(|said| said == value);
-    Ok(LogFile {
-        own_controller: says(OWN_CONTROLLER),
-        recorded: says(RECORDED),
-        run: seen.run,
-        outcome: seen.outcome.map(|mut outcome| {
-            outcome.wheel_model_valid = wheel_model_valid;
-            outcome
-        }),
-        scenario,
-        complete,
-        until_ns: seen.until_ns,
-        counts: seen.counts,
-        foreign: seen.foreign,
-        path,
+    Ok(Ending {
+        read,
+        footer_bytes,
+        magic: last == mcap::MAGIC,
+        error,
     })
+}
+
+/// A log while it is read.
+struct Reading<'a> {
+    path: &'a Path,
+    seen: Seen,
+    /// Of the first attachment.
+    scenario: Option<Result<Scenario, omni_config::Error>>,
+    /// What is wrong with it if it is one of ours, which its scenario shows: that may come later.
+    doubt: Option<String>,
+}
+
+impl<'a> Reading<'a> {
+    fn new(path: &'a Path) -> Self {
+        Self {
+            path,
+            seen: Seen::default(),
+            scenario: None,
+            doubt: None,
+        }
+    }
+
+    fn scenario_of(&self, text: &str) -> Result<Scenario, omni_config::Error> {
+        let source = Source::embedded(format!("{} ({SCENARIO})", self.path.display()), text);
+        Scenario::from_source(&source, &[])
+    }
+
+    /// The message that a record is, with its time; none of any other record.
+    fn take(&mut self, record: Record<'_>) -> Result<Option<(u64, LogMessage)>, Error> {
+        if self.doubt.is_some() && matches!(record, Record::Message { .. }) {
+            return Ok(None);
+        }
+        let message = match self.seen.take(record) {
+            Ok(message) => message,
+            Err(reason) if self.seen.scenario.is_some() => {
+                return Err(LogError::damaged(self.path, reason).into());
+            }
+            Err(reason) => {
+                self.doubt.get_or_insert(reason);
+                None
+            }
+        };
+        if let (Some(text), None) = (&self.seen.scenario, &self.scenario) {
+            let first = self.scenario_of(text);
+            self.seen.expected_wheels = first.as_ref().ok().map(|s| s.vehicle().wheel.len());
+            self.scenario = Some(first);
+        }
+        Ok(message)
+    }
+
+    /// Was it finished? Else its last chunk may be missing.
+    fn ended(&self, ending: Ending) -> Result<bool, Error> {
+        let lacks = |what: &str| Error::from(LogError::lacks(self.path, what));
+        match ending.error {
+            // No checksum covers that, and nothing that follows would show it.
+            None if ending.footer_bytes != FOOTER_BYTES => {
+                let reason = format!("a footer of {} bytes", ending.footer_bytes);
+                Err(LogError::damaged(self.path, reason).into())
+            }
+            None => Ok(true),
+            Some(McapError::BadMagic | McapError::UnexpectedEof)
+                if ending.read <= BLOCK && self.seen.is_empty() =>
+            {
+                Err(lacks("not an MCAP file, or an empty one"))
+            }
+            Some(McapError::UnsupportedCompression(name)) => {
+                Err(lacks(&format!("compressed with {name:?}: not a log of omnistep")))
+            }
+            // A killed run ends anywhere, but never with what ends a whole file.
+            Some(McapError::UnexpectedEof) if !ending.magic => Ok(false),
+            Some(error) => Err(LogError::damaged(self.path, error.to_string()).into()),
+        }
+    }
+
+    fn log_file(mut self, complete: bool) -> Result<LogFile, Error> {
+        let damaged = |reason| LogError::damaged(self.path, reason);
+        // Of a log of something else nothing more is said.
+        let text = self.seen.scenario.take().ok_or_else(|| {
+            let what =
+                "no attachment scenario.toml: not a log of omnistep, or of a run that was killed at its start";
+            LogError::lacks(self.path, what)
+        })?;
+        if let Some(reason) = self.doubt {
+            return Err(damaged(reason).into());
+        }
+        if complete {
+            self.seen.agrees_with_its_statistics().map_err(damaged)?;
+        }
+        let scenario = match self.scenario.take() {
+            Some(first) if self.seen.scenarios == 1 => first?,
+            _ => self.scenario_of(&text)?,
+        };
+        let seen = self.seen;
+        if let Some(found) = seen.wheels {
+            // Where the scenario came behind its states.
+            fitting_wheels(found, scenario.vehicle().wheel.len()).map_err(damaged)?;
+        }
+        // It follows from the scenario, also for logs that do not say it.
+        let wheel_model_valid = scenario.beyond_balls().is_none();
+        let says = |(key, value): (&str, &str)| seen.run.get(key).is_some_and(|said| said == value);
+        Ok(LogFile {
+            own_controller: says(OWN_CONTROLLER),
+            recorded: says(RECORDED),
+            run: seen.run,
+            outcome: seen.outcome.map(|mut outcome| {
+                outcome.wheel_model_valid = wheel_model_valid;
+                outcome
+            }),
+            scenario,
+            complete,
+            until_ns: seen.until_ns,
+            counts: seen.counts,
+            foreign: seen.foreign,
+            path: self.path.to_path_buf(),
+        })
+    }
 }
 
 /// What was read so far.
