@@ -30,6 +30,8 @@ _PERIODS_PER_LOOK = 256
 _POSE = ("pose_x_m", "pose_y_m", "pose_yaw_rad")
 #: What lies between a torque commanded and one that acts: a torque that acted has it already.
 _ON_THE_WAY = ("actuators.torque_lag_s", "actuators.voltage_sag")
+#: Wheels that are driven along recorded ones follow them if they are off by less than this part of these.
+_NOT_FOLLOWED = 0.25
 
 
 @dataclass(frozen=True)
@@ -133,8 +135,20 @@ class Resimulation:
             title += f"{', '.join(self.zeroed)} = 0, because measured torques include it; "
         plate = () if self.plate is None else (str(self.plate),)
         late = (f"poses are {self.late_s:.3g} s late; the paths are compared without that",) if self.late_s else ()
+        lag = self._not_followed()
         cut_off = () if self.complete else ("the log's end is missing, as of a recording that was cut off",)
-        return "\n".join([f"{title}simulated minus recorded:", *lines, *plate, *late, *cut_off])
+        return "\n".join([f"{title}simulated minus recorded:", *lines, *plate, *late, *lag, *cut_off])
+
+    def _not_followed(self) -> tuple[str, ...]:
+        """Why the path says nothing of radii and lever arms, where simulated wheels are too slow to test them."""
+        wheels = self.differences["wheels"]
+        if self.by != "wheels" or not wheels.rms > _NOT_FOLLOWED * wheels.recorded_rms:
+            return ()
+        off = f"{wheels.rms:.2g} of {wheels.recorded_rms:.2g} rad/s off (root mean square)"
+        return (
+            f"the simulated wheels do not follow the recorded ones, {off}: the path tests their loops, not radii and"
+            " lever arms; give the vehicle faster [gains], or import the log with a shorter period_s",
+        )
 
     def plot(self) -> Any:
         """Draw both over each other: wheels' velocities, twist and path.

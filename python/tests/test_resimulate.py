@@ -214,6 +214,12 @@ def test_wheels_or_duty_cycles_alone_drive_the_simulation_along_the_recorded_pat
     # Duty cycles are the run's own, to nine digits. The controller follows the wheels' twist as late again as the
     # vehicle followed its command: 0.1 s at 0.3 m/s.
     assert off_m("duty") < 1e-4 and off_m("wheels") < 0.03
+    assert "do not follow" not in str(omnistep.resimulate(log, by="wheels", overrides=engine))
+    # Loops that need J / kp = 2 s, as those derived for slow rows and light wheels are: the path is theirs.
+    slow = {"vehicle.gains.kp_n_m_s_rad": 0.02, "vehicle.gains.ki_n_m_rad": 0.0025}
+    assert off_m("wheels", **slow) > 0.1
+    said = str(omnistep.resimulate(log, by="wheels", overrides=engine | slow))
+    assert "the simulated wheels do not follow the recorded ones" in said and "the path tests their loops" in said
     # A motor of half the torque goes elsewhere.
     assert off_m("duty", **{"vehicle.motor.stall_torque_n_m": 1.5}) > 0.1
     # From 3 s on without duty: an open bridge has no torque, a short one brakes.
