@@ -17,17 +17,17 @@ pub enum FileKind {
 }
 
 impl FileKind {
-    /// What a table describes, if its keys say so: a scenario has a ground and a command, a vehicle wheels and bodies, an experiment of section 3.3 loads, a
+    /// What a table describes, if its keys say so: a scenario has a ground and a command, a vehicle wheels, bodies or a motor, an experiment of section 3.3 loads, a
     /// study seeds or axes.
     pub(crate) fn of(table: &Table) -> Option<Self> {
-        let has = |keys: [&str; 2]| keys.iter().any(|key| table.contains_key(*key));
-        if has(["terrain", "command"]) {
+        let has = |keys: &[&str]| keys.iter().any(|key| table.contains_key(*key));
+        if has(&["terrain", "command"]) {
             Some(Self::Scenario)
-        } else if has(["wheel", "body"]) {
+        } else if has(&["wheel", "body", "mecanum4", "omni3", "motor"]) {
             Some(Self::Vehicle)
-        } else if has(["load", "speed_rpm"]) {
+        } else if has(&["load", "speed_rpm"]) {
             Some(Self::Experiment)
-        } else if has(["seeds", "axis"]) {
+        } else if has(&["seeds", "axis"]) {
             Some(Self::Study)
         } else {
             None

@@ -22,6 +22,31 @@ wheel_mass_kg = 0.35
 "#;
 
 #[test]
+fn a_short_file_is_a_vehicle_also_where_its_body_is_missing() {
+    let folder = tempfile::tempdir().unwrap();
+    let (before, after) = SHORT.split_once("[[body]]").unwrap();
+    let (_, motor_and_wheels) = after.split_once("[motor]").unwrap();
+    fs::write(
+        folder.path().join("short.toml"),
+        format!("{before}[motor]{motor_and_wheels}"),
+    )
+    .unwrap();
+    // As a scenario it would lack a vehicle.
+    let said = refused(folder.path(), &["check", "short.toml"]);
+    assert!(
+        said.contains("body") && !said.contains("missing field `vehicle`"),
+        "{said}"
+    );
+    fs::write(
+        folder.path().join("short.toml"),
+        SHORT.replace("no_load_rpm", "no_load_speed_rpm"),
+    )
+    .unwrap();
+    let said = refused(folder.path(), &["check", "short.toml"]);
+    assert!(said.contains("did you mean `no_load_rpm`?"), "{said}");
+}
+
+#[test]
 fn what_a_short_file_leaves_out_is_assumed_aloud() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("short.toml"), SHORT).unwrap();
