@@ -222,7 +222,7 @@ class Problem:
             found.reported = np.zeros_like(found.u)
             return found, single
         again = found if (held == self.held).all() else self._fit(single=found is single, held=held)
-        found.reported = _told(again)
+        found.reported = _determined(again)
         return found, single
 
     def _fit(self, *, single: bool, held: Any) -> Found:
@@ -447,7 +447,7 @@ class Problem:
         )
 
 
-def _told(found: Found) -> Floats:
+def _determined(found: Found) -> Floats:
     """The parameters with the file's value in every direction that the runs do not determine, of single wheels too.
 
     Directions are those of the information beside the prior's: of what a radius of all wheels and turns of single ones
@@ -456,8 +456,8 @@ def _told(found: Found) -> Floats:
     variances, directions = np.linalg.eigh(found.own_covariance)
     # By the number that differs most: all wheels together may be determined better than each.
     largest = np.sqrt(np.maximum(0.0, variances)) * np.abs(found.to_u @ directions).max(axis=0)
-    told = directions[:, largest < DETERMINED]
-    return np.asarray(found.to_u @ (told @ (told.T @ found.own)))
+    known = directions[:, largest < DETERMINED]
+    return np.asarray(found.to_u @ (known @ (known.T @ found.own)))
 
 
 def _deviations(row: Floats, found: Found) -> Floats:
