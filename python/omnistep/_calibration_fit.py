@@ -214,9 +214,12 @@ class Problem:
         """
         common, single = (self._fit(single=each, held=self.held) for each in (False, True))
         found = single if single.evidence > common.evidence + PAYS else common
-        # What one of the two tells is not held: in the second a radius of all wheels may be turns of single ones too.
-        rows = np.linalg.pinv(self.common)
-        deviations = [min(_deviations(row, each).max() for each in (common, found)) for row in rows]
+        # What one of the two tells is not held: in the second a radius of all wheels may be turns of single ones too. A
+        # turn of the whole is not taken from the first: a single wheel that differs drifts as one.
+        rows, models = np.linalg.pinv(self.common), ((common, found), (common, found), (found,))
+        deviations = [
+            min(_deviations(row, each).max() for each in tells) for row, tells in zip(rows, models, strict=True)
+        ]
         held = self.held | (np.array(deviations) >= DETERMINED)
         if held.all() and found is common and not self.extra:
             found.reported = np.zeros_like(found.u)

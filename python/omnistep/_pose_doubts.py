@@ -223,7 +223,7 @@ class _Seen:
             since = (self.rows[self.ends[times[0][0], 0]] + 1) * self.period_s
             doubts.append(
                 f"the pose is the same to the last digit at {since:.1f} s while the wheels move"
-                f"{f', and {len(times) - 1} times more' if len(times) > 1 else ''}: repeated there, not measured"
+                f"{f', and {len(times) - 1} times more' if len(times) > 1 else ''}: repeated there, or wheels slipped"
             )
             for first, after in times:
                 stood[max(first - 1, 0) : after + 1] = True

@@ -399,6 +399,21 @@ def test_lines_alone_tell_radii_and_the_rest_is_named():
     assert any("turns on the spot" in line for line in found.cannot_tell)
 
 
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_turns_on_the_spot_with_one_larger_wheel_are_no_turn_of_the_whole(seed):
+    # The larger wheel pushes the vehicle aside as it turns, which wheels that are all turned would do too.
+    drawn, rng = omnistep.Vehicle("chugo7"), np.random.default_rng([seed, 49])
+    larger = f"wheel.{rng.integers(7)}.radius_m"
+    real = drawn.replace({larger: 1.04 * drawn[larger]})
+    runs = []
+    for rate, duration_s in ((1.0, 12), (-1.0, 12), (1.0, 8), (-1.0, 8), (0.5, 12)):
+        log, (x, y, yaw) = drive(real, [(0, 0, rate, duration_s)], rng, slip=0.003)
+        runs.append(omnistep.CalibrationRun(log=log, end_x_m=x, end_y_m=y, end_yaw_rad=yaw))
+    turn = omnistep.calibrate(runs, vehicle=drawn)["all.turn_rad"]
+    # What the runs do not tell keeps the file's value, 0, to what single wheels have of it.
+    assert turn.determined or abs(turn.value) < 0.02, turn
+
+
 def test_a_simulated_vehicle_is_found_from_its_logs(tmp_path):
     drawn = omnistep.Vehicle("mecanum4")
     real = {"wheel.0.radius_m": 0.0768, "wheel.3.radius_m": 0.0754, "wheel.1.position_m": [0.25, -0.206]}
