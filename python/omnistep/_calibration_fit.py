@@ -56,10 +56,6 @@ class Found:
     #: The same, but what the runs do not tell keeps the file's value, combinations too: what is reported and written.
     reported: Floats
     covariance: Floats
-    #: The first and its covariance in units of the prior's deviations, and what leads from there to ``u``.
-    own: Floats
-    own_covariance: Floats
-    to_u: Floats
     #: The same from the scatter of runs; 0 from few.
     scatter: Floats
     #: Degrees of freedom of the first; of the second what each run is expected to have of it, and their factor.
@@ -225,7 +221,7 @@ class Problem:
             found.reported = np.zeros_like(found.u)
             return found, single
         again = found if (held == self.held).all() else self._fit(single=found is single, held=held)
-        found.reported = _determined(again)
+        found.reported = again.reported
         return found, single
 
     def _fit(self, *, single: bool, held: Any) -> Found:
@@ -274,17 +270,13 @@ class Problem:
         said = independent > 0
         evidence = -0.5 * (weighted @ weighted + z @ prior @ z) - float(independent[said] @ np.log(sd[said]))
         evidence -= 0.5 * float(np.linalg.slogdet(np.eye(len(z)) + np.linalg.solve(prior, slopes.T @ slopes))[1])
-        weight = np.sqrt(prior)
         # The ends tell lengths; few of them, and intervals are wide.
         known = free[:-1].sum() if (free[:-1] >= ENOUGH).any() else np.inf
         scatter, shares, blocks = self._scatter(weighted, slopes, covariance)
         return Found(
             u=moves @ z,
-            reported=moves @ z,
+            reported=_determined(z, covariance, prior, moves),
             covariance=moves @ covariance @ moves.T,
-            own=weight @ z,
-            own_covariance=weight @ covariance @ weight,
-            to_u=moves / weight.diagonal(),
             scatter=moves @ scatter @ moves.T,
             freedom=max(1.0, known),
             shares=moves @ shares @ moves.T,
@@ -450,17 +442,18 @@ class Problem:
         )
 
 
-def _determined(found: Found) -> Floats:
+def _determined(z: Floats, covariance: Floats, prior: Floats, moves: Floats) -> Floats:
     """The parameters with the file's value in every direction that the runs do not determine, of single wheels too.
 
     Directions are those of the information beside the prior's: of what a radius of all wheels and turns of single ones
     explain alike nearly all goes to the radius, which may be further off.
     """
-    variances, directions = np.linalg.eigh(found.own_covariance)
+    weight = np.sqrt(prior)
+    variances, directions = np.linalg.eigh(weight @ covariance @ weight)
+    ways = moves / weight.diagonal() @ directions
     # By the number that differs most: all wheels together may be determined better than each.
-    largest = np.sqrt(np.maximum(0.0, variances)) * np.abs(found.to_u @ directions).max(axis=0)
-    known = directions[:, largest < DETERMINED]
-    return np.asarray(found.to_u @ (known @ (known.T @ found.own)))
+    known = np.sqrt(np.maximum(0.0, variances)) * np.abs(ways).max(axis=0) < DETERMINED
+    return np.asarray(ways[:, known] @ (directions[:, known].T @ (weight @ z)))
 
 
 def _deviations(row: Floats, found: Found) -> Floats:

@@ -47,7 +47,7 @@ def of_pose(vehicle: Vehicle, measured_rad_s: Floats, period_s: float, pose: Flo
     of the drive are compared, less what the noise of the pose makes.
     """
     seen = _Seen(vehicle, measured_rad_s, period_s, pose, sampled)
-    doubts = [*seen.jumps(), *seen.stands()]
+    doubts = [*seen.jumps(), *seen.stands(), *seen.repeats()]
     if len(seen.ends) < FEWEST:
         return doubts + seen.blind()
     way = seen.way(np.eye(3))
@@ -216,19 +216,25 @@ class _Seen:
             since, until = ((self.rows[each] + 1) * self.period_s for each in (begin, end))
             when = "" if stood.all() else f" from {since:.1f} to {until:.1f} s"
             doubts.append(f"the pose does not move{when} while the wheels do")
-        # The last pose again and again, and where it goes on from there.
-        lost = ~stood & (way == 0.0)
-        if lost.any() and not (lost | stood).all():
-            times = spans(lost)
-            since = (self.rows[self.ends[times[0][0], 0]] + 1) * self.period_s
-            doubts.append(
-                f"the pose is the same to the last digit at {since:.1f} s while the wheels move"
-                f"{f', and {len(times) - 1} times more' if len(times) > 1 else ''}: repeated there, or wheels slipped"
-            )
-            for first, after in times:
-                stood[max(first - 1, 0) : after + 1] = True
         self.ends = self.ends[~stood]
-        return doubts[:2]
+        return doubts[:1]
+
+    def repeats(self) -> list[str]:
+        """Report poses that are the last one again; these parts, and those next to them, are left out."""
+        lost = (self.way(np.eye(3)) == 0.0).all(axis=1)
+        if not lost.any() or lost.all():
+            return []
+        times = spans(lost)
+        since = (self.rows[self.ends[times[0][0], 0]] + 1) * self.period_s
+        more = f", and {len(times) - 1} times more" if len(times) > 1 else ""
+        for first, after in times:
+            # It goes on somewhere else.
+            lost[max(first - 1, 0) : after + 1] = True
+        self.ends = self.ends[~lost]
+        return [
+            f"the pose is the same to the last digit at {since:.1f} s while the wheels move{more}: repeated there, or"
+            " wheels slipped"
+        ]
 
     def stuck(self) -> str:
         """Name the columns of the pose that do not change while the vehicle moves all about by its wheels."""

@@ -17,8 +17,8 @@ pub enum FileKind {
 }
 
 impl FileKind {
-    /// What a table describes, if its keys say so: a scenario has a ground and a command, a vehicle wheels, bodies or a motor, an experiment of section 3.3 loads, a
-    /// study seeds or axes.
+    /// What a table describes, if its keys say so: a scenario has a ground and a command, a vehicle wheels, bodies or a motor,
+    /// an experiment of section 3.3 loads, a study seeds or axes.
     pub(crate) fn of(table: &Table) -> Option<Self> {
         let has = |keys: &[&str]| keys.iter().any(|key| table.contains_key(*key));
         if has(&["terrain", "command"]) {
