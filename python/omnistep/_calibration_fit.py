@@ -30,7 +30,8 @@ ALIKE_PIECES, PART = 4, 4
 POSITION_M, YAW_RAD = 0.002, 0.005
 #: What a plate and a clock may be off by: what is a large error of these [m, m, rad, s], and how far they may be, in
 #: such units. A plate may look anywhere; without ends measured by hand its yaw is the rotation of the whole vehicle.
-PLATE, PLATE_FAR = (0.05, 0.05, 0.05, 0.05), (10.0, 10.0, 1000.0, 2.0)
+PLATE, CLOCK = (0.05, 0.05, 0.05), 0.05
+FAR = {"sideways": (4.0,), "plate": (10.0, 10.0, 1000.0), "clock": (2.0,)}
 #: Pieces tell a lever that turn by so many times their error on the average, and a radius that go so far.
 CLEARLY = 4.0
 #: Poses are differentiated over this time on both sides [s], for their noise.
@@ -44,6 +45,8 @@ LEAST = 1e-6
 #: Single wheels pay where the measurements are so much more probable with them: strong evidence, 20 to 1, on the scale
 #: of Kass and Raftery ("Bayes factors", 1995). Errors of slip are not of one size, as the model has them.
 PAYS = 3.0
+#: Rollers are oblique from this sine of their angle on.
+OBLIQUE = 0.1
 #: The search: differences, the largest and the smallest step, how far it goes, in units of ``SCALE``.
 DIFFERENCE, LARGEST, SMALLEST, FARTHEST, ITERATIONS = 1e-3, 2.0, 1e-6, 9.0, 30
 
@@ -65,6 +68,8 @@ class Found:
     #: Standard deviations of places [m] and turns [rad] of measured ends, the same of pieces between recorded poses,
     #: and of wheels against each other, by what is left.
     sd: Floats
+    #: Root mean square of what is left of the same: no less than these where a few runs leave them as stated.
+    rms: Floats
     #: What is left of the ends, in squares of these, and its degrees of freedom.
     ends_left: float
     ends_freedom: float
@@ -100,19 +105,23 @@ class Problem:
                 [0.0, (x * sin(push) - y * cos(push)) / lever, -(x * cos(push) + y * sin(push)) / lever],
                 [0.0, 0.0, 1.0],
             ]
-        #: Plates and clocks of the recordings: where their numbers are among the parameters.
+        #: Where numbers that are none of a wheel are among the parameters: how far it goes sideways of what the wheels
+        #: say, where rollers are oblique; plates and clocks of the recordings.
         self.at: dict[tuple[str, str], int] = {}
+        self.sideways: int | None = None
+        if any(abs(sin(wheel.roller_angle_rad)) > OBLIQUE for wheel in self.wheels):
+            self.sideways = self.at["sideways", "all"] = len(start)
+            start, scale = [*start, 1.0], [*scale, SCALE]
         for recording in recordings_of(drives):
             if ("plate", recording.plate) not in self.at:
                 self.at["plate", recording.plate] = len(start)
                 yaw = recording.yaw_of_plate(Kinematics(layout=vehicle.layout))
-                start, scale = [*start, 0.0, 0.0, yaw], [*scale, *PLATE[:3]]
+                start, scale = [*start, 0.0, 0.0, yaw], [*scale, *PLATE]
             if ("clock", recording.clock) not in self.at:
                 self.at["clock", recording.clock] = len(start)
-                start, scale = [*start, 0.0], [*scale, PLATE[3]]
-        self.extra = len(start) - len(common)
+                start, scale = [*start, 0.0], [*scale, CLOCK]
         self.start, self.scale = np.array(start), np.array(scale)
-        self.common = np.vstack([common, np.zeros((self.extra, 3))])
+        self.common = np.vstack([common, np.zeros((len(start) - len(common), 3))])
         radius = float(np.mean([abs(wheel.radius_m / wheel.gear) for wheel in self.wheels]))
         ends_m = [radius * drive.way_rad for drive in drives if isinstance(drive, Drive)]
         pieces_m = [recording.piece_m for recording in recordings_of(drives)]
@@ -128,6 +137,13 @@ class Problem:
         )
         if all(not drive.parts.any() for drive in drives):
             raise ConfigError("runs: no wheel turns in any run, allowed: runs that drive", key="runs")
+        #: Whether the runs go sideways by so much that they may tell it.
+        self.slips = self.sideways is not None and self._goes_sideways()
+        #: How wheels would be turned that make a vehicle go farther sideways, a column of the parameters.
+        self.toed = np.zeros((len(start), int(self.slips)))
+        for k, wheel in enumerate(self.wheels if self.slips else ()):
+            push = atan2(*wheel.rolling_direction[::-1]) + wheel.roller_angle_rad
+            self.toed[3 * k + 2] = cos(push) * sin(push)
         #: Which of what all wheels have in common keeps the file's value.
         self.held = self._held()
         # The run of each number that was measured, in the order of the groups.
@@ -149,20 +165,29 @@ class Problem:
         way, turned = np.sqrt(np.mean(ways[:, 0] ** 2 + ways[:, 1] ** 2)), np.sqrt(np.mean(ways[:, 2] ** 2))
         return np.array([way < CLEARLY * self.stated[2], turned < CLEARLY * self.stated[3], True])
 
+    def _goes_sideways(self) -> bool:
+        back = np.asarray(Kinematics(layout=self.drawn.layout).forward_matrix)[1]
+        for kind, stated in ((Drive, self.stated[0]), (Piece, self.stated[2])):
+            ways = [np.abs(drive.parts @ back).sum() for drive in self.drives if isinstance(drive, kind)]
+            if ways and np.sqrt(np.mean(np.square(ways))) > CLEARLY * stated:
+                return True
+        return False
+
     def layout(self, u: Floats) -> Layout:
+        """The wheels as odometry takes them."""
+        part = 1.0 if self.sideways is None else float(self.numbers(u)[self.sideways])
         wheels = []
         for wheel, (radius, shift, turn) in zip(self.wheels, self.of_wheels(u), strict=True):
             place, direction = _moved(wheel, shift, turn)
-            wheels.append(
-                Wheel(
-                    position_m=place,
-                    rolling_direction=direction,
-                    roller_angle_rad=wheel.roller_angle_rad,
-                    radius_m=radius,
-                    gear=wheel.gear,
-                    reversed=wheel.reversed,
-                )
+            moved = Wheel(
+                position_m=place,
+                rolling_direction=direction,
+                roller_angle_rad=wheel.roller_angle_rad,
+                radius_m=radius,
+                gear=wheel.gear,
+                reversed=wheel.reversed,
             )
+            wheels.append(moved if part == 1.0 else _slipping(moved, part))
         return Layout(wheels=wheels)
 
     def numbers(self, u: Floats) -> Floats:
@@ -208,7 +233,7 @@ class Problem:
         Better is what makes the measurements more probable (MacKay, "Bayesian interpolation", 1992): each further
         number must pay for itself.
         """
-        common, single = (self._fit(single=each, held=self.held) for each in (False, True))
+        common, single = self._fit(single=False, held=self.held), self._single(self.held)
         found = single if single.evidence > common.evidence + PAYS else common
         # What one of the two tells is not held: in the second a radius of all wheels may be turns of single ones too. A
         # turn of the whole is not taken from the first: a single wheel that differs drifts as one.
@@ -217,25 +242,43 @@ class Problem:
             min(_deviations(row, each).max() for each in tells) for row, tells in zip(rows, models, strict=True)
         ]
         held = self.held | (np.array(deviations) >= DETERMINED)
-        if held.all() and found is common and not self.extra:
+        if held.all() and found is common and not self.at:
             found.reported = np.zeros_like(found.u)
             return found, single
-        again = found if (held == self.held).all() else self._fit(single=found is single, held=held)
-        found.reported = again.reported
+        if (held != self.held).any():
+            again = self._single(held) if found is single else self._fit(single=False, held=held)
+            found.reported = again.reported
         return found, single
 
-    def _fit(self, *, single: bool, held: Any) -> Found:
+    def _single(self, held: Any) -> Found:
+        """Single wheels may differ, and be turned so that the vehicle goes less sideways: none slips.
+
+        Wheels that slip sideways alike explain the same. Numbers may be off by what they would be then.
+        """
+        slipping = self._fit(single=True, held=held)
+        if not self.slips:
+            return slipping
+        # Single wheels must pay beside what is common, and that may slip.
+        return replace(self._fit(single=True, held=held, slipping=slipping), evidence=slipping.evidence)
+
+    def _fit(self, *, single: bool, held: Any, slipping: Found | None = None) -> Found:
         """Least squares about the drawing, each group weighted by its residuals.
 
         The prior of a wheel is the drawing with what all wheels have in common, with a standard deviation of ``SCALE``
-        where single wheels may differ. What the runs do not determine keeps that value and that deviation.
+        where single wheels may differ. What the runs do not determine keeps that value and that deviation. Beside what
+        is found where wheels slip sideways, none does.
         """
-        count, own = len(self.start) - self.extra, np.eye(len(self.start))
+        count, own = 3 * len(self.wheels), np.eye(len(self.start))
         kept, common = self.common[:, held], self.common[:, ~held]
+        others = {each: at for each, at in self.at.items() if at != self.sideways or (self.slips and slipping is None)}
+        if single and slipping is None:
+            # Wheels that are all turned against their rollers' sides are wheels that slip sideways.
+            kept = np.hstack([kept, self.toed])
         own = own - kept @ np.linalg.pinv(kept)
-        moves = np.hstack([common, own if single else own[:, count:]])
+        rest = [own[:, at : at + len(FAR[kind])] for (kind, _), at in others.items()]
+        moves = np.hstack([common, own[:, : count if single else 0], *rest])
         wide = np.full(common.shape[1], COMMON)
-        far = [PLATE_FAR[:3] if kind == "plate" else PLATE_FAR[3:] for kind, _ in self.at]
+        far = [FAR[kind] for kind, _ in others]
         prior = np.diag(1.0 / np.concatenate([wide, np.ones(count if single else 0), *far]) ** 2)
         z = np.zeros(moves.shape[1])
         parts = sum(len(drive.parts) for drive in self.drives) if len(self.wheels) > 3 else 0
@@ -256,9 +299,10 @@ class Problem:
             # What each group determines of the parameters is gone from its residuals.
             left = residual + jacobian @ step
             hat = np.einsum("ij,jk,ik->i", slopes, covariance, slopes)
-            before, free, at = sd.copy(), np.zeros(len(sizes)), 0
+            before, free, rms, at = sd.copy(), np.zeros(len(sizes)), np.zeros(len(sizes)), 0
             for k, size in enumerate(sizes):
                 rows = slice(at, at + size)
+                rms[k] = np.sqrt((left[rows] ** 2).sum() / max(1, size))
                 free[k] = independent[k] - hat[rows].sum()
                 if free[k] >= ENOUGH:
                     sd[k] = max(LEAST_M, np.sqrt((left[rows] ** 2).sum() / free[k]))
@@ -273,6 +317,12 @@ class Problem:
         # The ends tell lengths; few of them, and intervals are wide.
         known = free[:-1].sum() if (free[:-1] >= ENOUGH).any() else np.inf
         scatter, shares, blocks = self._scatter(weighted, slopes, covariance)
+        left_out = [self._without(run, weighted, slopes, covariance, free) for run in range(len(self.drives))]
+        if slipping is not None:
+            # The same difference by the parameters of least size.
+            weight = 1.0 / np.sqrt(prior.diagonal())
+            off = weight * np.linalg.lstsq(moves * weight, slipping.u - moves @ z, rcond=1e-9)[0]
+            covariance = covariance + np.outer(off, off)
         return Found(
             u=moves @ z,
             reported=_determined(z, covariance, prior, moves),
@@ -282,9 +332,10 @@ class Problem:
             shares=moves @ shares @ moves.T,
             blocks=blocks,
             sd=sd,
+            rms=rms,
             ends_left=float((weighted[: sum(sizes[:-1])] ** 2).sum()),
             ends_freedom=float(free[:-1].sum()),
-            left_out=[self._without(run, weighted, slopes, covariance, free) for run in range(len(self.drives))],
+            left_out=left_out,
             evidence=float(evidence),
         )
 
@@ -349,18 +400,18 @@ class Problem:
         sizes = np.full(parameters, DIFFERENCE)
         for (kind, _), at in self.at.items():
             if kind == "clock":
-                sizes[parameters - len(self.start) + at] = DELAY_S / PLATE[3]
+                sizes[parameters - len(self.start) + at] = DELAY_S / CLOCK
         return sizes
 
     def _within(self, moves: Floats, z: Floats) -> Floats:
-        """No wheel is half or twice as large as drawn, nor turned by half a radian."""
+        """No wheel is half or twice as large as drawn, nor turned by half a radian; nor does it slip so far."""
         wheels = 3 * len(self.wheels)
+        if self.sideways is not None:
+            z = np.where(moves[self.sideways] != 0.0, np.clip(z, -FARTHEST, FARTHEST), z)
         most = np.abs(moves[:wheels] @ z).max(initial=0.0)
         if most <= FARTHEST:
             return z
-        inside = z.copy()
-        inside[: len(z) - self.extra] *= FARTHEST / most
-        return inside
+        return np.where(np.abs(moves[:wheels]).max(axis=0) > 0.0, z * FARTHEST / most, z)
 
     def far(self, found: Found) -> list[str]:
         """What ends as far from the file as is searched."""
@@ -368,8 +419,10 @@ class Problem:
         common = np.linalg.pinv(self.common)
         names = ("all.radius", "all.lever", "all.turn_rad")
         rows = [(*each, common[k]) for k, each in enumerate(zip(names, (1.0, 1.0, 0.0), [SCALE] * 3, strict=True))]
-        single = np.eye(len(self.start))[: 3 * len(self.wheels)]
-        rows += zip(self.names, self.start, self.scale, single, strict=False)
+        each = np.eye(len(self.start))
+        rows += zip(self.names, self.start, self.scale, each[: 3 * len(self.wheels)], strict=False)
+        if self.sideways is not None:
+            rows.append(("all.sideways", 1.0, SCALE, each[self.sideways]))
         for name, start, scale, row in rows:
             value = start + scale * float(row @ found.u)
             if abs(value - start) > 0.99 * FARTHEST * scale:
@@ -395,6 +448,8 @@ class Problem:
             ("all.lever", "", 1.0, SCALE, common[1]),
             ("all.turn_rad", "rad", 0.0, SCALE, common[2]),
         ]
+        if self.sideways is not None:
+            rows.append(("all.sideways", "", 1.0, SCALE, np.eye(len(self.start))[self.sideways]))
         return tuple(self._estimate(*row, found, found) for row in rows)
 
     def estimates(self, found: Found, single: Found) -> tuple[Estimate, ...]:
@@ -413,6 +468,8 @@ class Problem:
         """Where marker plates are on the vehicle, and how late their poses are."""
         given, rows = [], np.eye(len(self.start))
         for (kind, name), at in self.at.items():
+            if kind == "sideways":
+                continue
             units = (("plate_x_m", "m"), ("plate_y_m", "m"), ("plate_yaw_rad", "rad"), ("delay_s", "s"))
             for k, (what, unit) in enumerate(units[:3] if kind == "plate" else units[3:], at):
                 each = self._estimate(f"{name}.{what}", unit, self.start[k], self.scale[k], rows[k], found, found)
@@ -477,6 +534,24 @@ def _scattered(row: Floats, found: Found) -> float:
 def recordings_of(drives: Sequence[Drive | Piece]) -> list[Recording]:
     """The recordings that pieces are of, each once."""
     return list({id(drive.recording): drive.recording for drive in drives if isinstance(drive, Piece)}.values())
+
+
+def _slipping(wheel: Wheel, part: float) -> Wheel:
+    """A wheel that says of its vehicle what one says of a vehicle that goes sideways only this part of its way."""
+    angle = atan2(*wheel.rolling_direction[::-1])
+    push = angle + wheel.roller_angle_rad
+    # The push direction times a speed is the wheel's, so is a lever times a turn.
+    ahead, aside, (x, y) = cos(push), sin(push) / part, wheel.position_m
+    size, to = np.hypot(ahead, aside), atan2(aside, ahead)
+    missing = (x * sin(push) - y * cos(push)) / size - (x * sin(to) - y * cos(to))
+    return Wheel(
+        position_m=(x + missing * sin(to), y - missing * cos(to)),
+        rolling_direction=wheel.rolling_direction,
+        roller_angle_rad=to - angle,
+        radius_m=wheel.radius_m * cos(wheel.roller_angle_rad) / (float(size) * cos(to - angle)),
+        gear=wheel.gear,
+        reversed=wheel.reversed,
+    )
 
 
 def _moved(wheel: Wheel, shift: float, turn: float) -> tuple[tuple[float, float], tuple[float, float]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from cmath import rect
+from collections.abc import Sequence
 from itertools import pairwise
 from math import cos, remainder, sin, tau
 from pathlib import Path
@@ -78,7 +79,7 @@ class Recording:
         name = where.split(" (")[0] if log.name == "data" else Path(log.name).stem
         self.clock, self.plate = name, run.plate or name
         poses = _poses(log, where)
-        self.stretches, self.jumps_s = self._stretches(vehicle, poses)
+        self.stretches, self.jumps_s, self.repeated_s = self._stretches(vehicle, poses)
         self.known = np.flatnonzero(np.isfinite(poses).all(axis=1))
         seen = poses[self.known]
         seen[:, 2] = np.unwrap(seen[:, 2])
@@ -124,16 +125,24 @@ class Recording:
             total += complex(x, y) * complex(u, -v)
         return float(np.angle(total))
 
-    def doubts(self, vehicle: Vehicle, refuted: str) -> list[str]:
+    def doubts(self, vehicle: Vehicle, refuted: bool) -> list[str]:
         """What looks wrong with it; that wheels and poses disagree only where they do so after the fit too."""
         doubts = _plausibility.of_parts(vehicle, np.concatenate([piece.parts for piece in self.pieces]))
         if refuted:
             poses = self.at(np.arange(len(self.log.measured)), 0.0)
             doubts += _pose_doubts.of_pose(vehicle, self.log.measured, self.period_s, poses, self.known)
-        if self.jumps_s:
-            more = f", and {len(self.jumps_s) - 1} times more" if len(self.jumps_s) > 1 else ""
-            doubts.append(f"the pose jumps at {self.jumps_s[0]:.2f} s{more}: pieces begin anew there")
         return doubts
+
+    def without(self) -> list[str]:
+        """What is said of poses that are not compared."""
+        said = []
+        if self.jumps_s:
+            said.append(f"the pose jumps at {self.jumps_s[0]:.2f} s{_more(self.jumps_s)}: pieces begin anew there")
+        if self.repeated_s:
+            begin, end = self.repeated_s[0]
+            more = _more(self.repeated_s)
+            said.append(f"the pose is repeated from {begin:.1f} to {end:.1f} s{more} while the wheels move: left out")
+        return said
 
     def _why_few(self, vehicle: Vehicle) -> list[str]:
         """What is wrong with poses that give no pieces, as far as it is seen."""
@@ -184,24 +193,32 @@ class Recording:
     def _raster(self) -> int:
         return max(1, round(STANDS_OVER_S / self.period_s))
 
-    def _stretches(self, vehicle: Vehicle, poses: Floats) -> tuple[list[Stretch], list[float]]:
-        """Where every wheel and consistent poses are known, and when poses jump; poses that are none become NaN."""
+    def _stretches(
+        self, vehicle: Vehicle, poses: Floats
+    ) -> tuple[list[Stretch], list[float], list[tuple[float, float]]]:
+        """Where every wheel and consistent poses are known, when poses jump, and from when to when they are repeated.
+
+        Poses that are none become NaN.
+        """
         rows = self.log.measured if self.log.positions is None else self.log.positions
         back = np.asarray(Kinematics(layout=vehicle.layout).forward_matrix)
-        found, jumps = [], []
+        found, jumps, frozen = [], [], []
         for first, last in _runs(~np.isnan(rows).any(axis=1), int(GAP_S / self.period_s + 1e-6)):
             part = self.log.rows(first, last)
             positions = whole(part, self.where)
             own = poses[first:last]
             twist = np.abs(np.diff(positions, axis=0, prepend=positions[:1]) @ back.T)
-            _freeze(own, twist, max(1, round(GAP_S / self.period_s)))
+            for begin, end in _freeze(own, twist, max(1, round(GAP_S / self.period_s))):
+                frozen.append(
+                    ((self.first + first + begin) * self.period_s, (self.first + first + end) * self.period_s)
+                )
             ends = _jumps(own, twist, round(AWAY_S / self.period_s))
             jumps += [(self.first + first + at) * self.period_s for at in ends]
             for begin, end in zip([0, *ends], [*ends, len(own)], strict=True):
                 if end - begin > 1:
                     good = _good(own[begin:end], self.period_s)
                     found.append(Stretch(first + begin, positions[begin:end], good))
-        return found, jumps
+        return found, jumps, frozen
 
     def _way(self, positions: Floats) -> Floats:
         """How far the fastest wheel has turned at every row of a raster [rad]; a count more or less is no way."""
@@ -264,6 +281,10 @@ class Piece:
         return [way.real, way.imag], [off]
 
 
+def _more(times: Sequence[object]) -> str:
+    return f", and {len(times) - 1} times more" if len(times) > 1 else ""
+
+
 def _poses(log: WheelLog, where: str) -> Floats:
     if log.pose is None or not np.isfinite(log.pose).all(axis=1).any():
         raise ConfigError(
@@ -290,13 +311,18 @@ def _runs(there: Any, bridged: int) -> list[tuple[int, int]]:
     return [(int(begin), int(end)) for begin, end in zip(begins, ends, strict=True) if end - begin > 1]
 
 
-def _freeze(poses: Floats, twist: Floats, rows: int) -> None:
-    """Poses that stay the same to the last digit while the wheels turn were repeated, not measured: NaN."""
-    same = np.r_[False, (poses[1:] == poses[:-1]).all(axis=1)]
+def _freeze(poses: Floats, twist: Floats, rows: int) -> list[tuple[int, int]]:
+    """Poses that stay the same to the last digit while the wheels turn were repeated, not measured: NaN; and where.
+
+    The first that is another lies between the last one repeated and the next one measured.
+    """
+    same, frozen = np.r_[False, (poses[1:] == poses[:-1]).all(axis=1)], []
     for begin, end in spans(same):
         x, y, turn = twist[begin:end].sum(axis=0)
         if end - begin > rows and (np.hypot(x, y) > JUMP_M or turn > JUMP_RAD):
-            poses[begin:end] = np.nan
+            frozen.append((begin, end))
+            poses[begin : end + rows] = np.nan
+    return frozen
 
 
 def _jumps(poses: Floats, twist: Floats, away: int) -> list[int]:

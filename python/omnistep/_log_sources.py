@@ -32,6 +32,8 @@ from omnistep._tables import (
 )
 from omnistep.errors import LogError
 
+#: So many columns are all named where one is missing; of more of them the nearest.
+FEW_COLUMNS = 20
 #: Longest time between samples of a log: beyond, nanoseconds get coarse [s].
 MOST_APART_S = 1e7
 #: Most control periods: an hour at 1 kHz.
@@ -61,6 +63,9 @@ _JOINTS = "sensor_msgs/msg/JointState"
 MOST_JOINTS = 1000
 
 Nanoseconds = NDArray[np.int64]
+
+#: So many columns are all named where one is missing; of more the nearest.
+FEW_COLUMNS = 20
 
 
 @dataclass(frozen=True)
@@ -145,7 +150,8 @@ def _of_table(path: Path, log_map: LogMap, skipped: Skipped | None) -> dict[str,
         )
     for name, key in wanted.items():
         if columns.count(name) != 1:
-            near = get_close_matches(name, columns, n=3, cutoff=0.5) or columns
+            few = len(columns) <= FEW_COLUMNS
+            near = columns if few else get_close_matches(name, columns, n=3, cutoff=0.5) or columns
             if path.suffix.lower() == ".csv" and skipped is None and names_of(path, list(wanted)) != columns:
                 what = "the first line does not name the columns, another one does"
                 raise LogError(f"{path}: {what}, allowed: names first; or --skip-bad-lines", file=str(path))

@@ -39,7 +39,7 @@ AXES_READ = (
     (np.diag([1.0, -1, -1]), 0.0, "y {of} and {turn} look reversed: to the right, and clockwise"),
     (np.array([[0.0, 1, 0], [1, 0, 0], [0, 0, -1]]), 0.0, "x and y {of} look exchanged and {turn} reversed"),
     (np.diag([1.0, 1, np.pi / 180]), 0.0, "{turn} looks like degrees"),
-    (np.diag([1.0, 1, 180 / np.pi]), 0.0, "{turn} looks converted from degrees twice"),
+    (np.diag([1.0, 1, 180 / np.pi]), 0.0, "{turn} looks like radians that are read as degrees"),
     (np.diag([1e-3, 1e-3, 1]), 0.0, "x and y {of} look like millimetres"),
     (np.diag([1e-3, 1e-3, np.pi / 180]), 0.0, "x and y {of} look like millimetres, {turn} like degrees"),
     (np.diag([1e-2, 1e-2, 1]), 0.0, "x and y {of} look like centimetres"),

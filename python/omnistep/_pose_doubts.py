@@ -34,6 +34,10 @@ STANDS, STANDING = 0.1, 10
 JUMPS, JUMPS_TIMES = (0.1, 0.5), 3.0
 #: A vehicle moves all about that moves by so much each way [m, m, rad].
 ABOUT = (0.3, 0.3, 1.0)
+#: A pose is repeated that is the same while wheels roll more than so many of its smallest steps.
+COARSE = 3.0
+#: What is said of wheels and poses that do not fit each other.
+APART = "the wheels move the vehicle otherwise than the pose"
 AXES = ("x", "y", "the heading")
 #: Clocks are tried so much late, and early [s]; of a pose that agrees so much is none to speak of.
 AGREE_S = (0.0, 0.05, -0.05, 0.1, -0.1)
@@ -62,7 +66,7 @@ def of_pose(vehicle: Vehicle, measured_rad_s: Floats, period_s: float, pose: Flo
         likely, exact = likely if before > SLIGHT else [], []
         if not likely or min(likely)[0] > FITS * before:
             return doubts
-    said = f"the wheels move the vehicle otherwise than the pose: {100 * before:.0f} % apart"
+    said = f"{APART}: {100 * before:.0f} % apart"
     every = sorted([*likely, *exact])
     best = every[0][0]
     if best > FITS * before:
@@ -156,7 +160,11 @@ class _Seen:
 
     def way(self, axes: Floats, heading: float = 0.0) -> Floats:
         """Ways of the parts by the pose, whose axes are these combinations of what was read, and heading is off."""
-        begin, end = (self.poses[each] @ axes.T + [0.0, 0.0, heading] for each in self.ends.T)
+        poses = self.poses @ axes.T + [0.0, 0.0, heading]
+        if abs(axes[2, 2]) > 1.0:
+            # What was unwrapped in larger units was not.
+            poses[:, 2] = np.unwrap(poses[:, 2])
+        begin, end = (poses[each] for each in self.ends.T)
         return self._ways(begin, end)
 
     def apart(self, of: Floats, what: Floats, axes: Floats | None = None) -> float:
@@ -166,8 +174,9 @@ class _Seen:
             return np.inf
         sigma = self.sigma if axes is None else np.abs(axes) @ self.sigma
         noise = float(np.mean(2.0 * (sigma * self.scaled) ** 2))
-        square = max(float(np.mean((of - what)[there] ** 2)) - noise, 0.0)
-        return float(np.sqrt(square / max(float(np.mean(what[there] ** 2)), 1e-300)))
+        square, whole = max(float(np.mean((of - what)[there] ** 2)) - noise, 0.0), float(np.mean(what[there] ** 2))
+        # Noise that is made so large fits everything.
+        return float(np.sqrt(square / max(whole, 1e-300))) if axes is None or noise < 0.5 * whole else np.inf
 
     def blind(self) -> list[str]:
         """Report that poses are too far apart in heading to compare wheels with them."""
@@ -189,6 +198,9 @@ class _Seen:
         usual, usually = np.percentile(moved, 95), np.percentile(steps[:, 2], 95)
         jumps = moved > JUMPS[0] + noise[:2].max() + JUMPS_TIMES * np.maximum(rolls, usual)
         jumps |= steps[:, 2] > JUMPS[1] + noise[2] + JUMPS_TIMES * np.maximum(rolled[:, 2], usually)
+        # Where a pose was repeated it goes on somewhere else, see `repeats`; there may be a row between.
+        repeated = (np.diff(self.poses, axis=0) == 0.0).all(axis=1) & (rolls > 0.0)
+        jumps &= ~(np.append([False], repeated[:-1]) | np.append([False, False], repeated[:-2])[: len(jumps)])
         count = int(jumps.sum())
         most = min(max(MOST_JUMPS, len(jumps) // 1000), int(np.count_nonzero(moved > 0.0)) // 10)
         if not 0 < count <= most:
@@ -199,7 +211,7 @@ class _Seen:
         first = (self.rows[int(np.argmax(jumps)) + 1] + 1) * self.period_s
         more = f", and {count - 1} times more" if count > 1 else ""
         by = f"{moved[jumps][0]:.2f} m and {np.degrees(steps[jumps][0, 2]):.0f} degrees"
-        return [f"the pose jumps by {by} at {first:.2f} s{more}: import the log in pieces"]
+        return [f"the pose jumps by {by} at {first:.2f} s{more}: none is compared over it"]
 
     def stands(self) -> list[str]:
         """Report a pose that stands while wheels roll; those parts are left out."""
@@ -221,19 +233,30 @@ class _Seen:
 
     def repeats(self) -> list[str]:
         """Report poses that are the last one again; these parts, and those next to them, are left out."""
+        # A pose in coarse steps is the same for a while too.
+        steps = np.abs(np.diff(self.poses * self.scaled, axis=0))
+        coarse = float(
+            np.min(steps, axis=0, initial=np.inf, where=steps > 0.0).max(initial=0.0, where=steps.any(axis=0))
+        )
         lost = (self.way(np.eye(3)) == 0.0).all(axis=1)
+        lost &= np.linalg.norm(self.rolled(), axis=1) > COARSE * coarse
         if not lost.any() or lost.all():
             return []
-        times = spans(lost)
-        since = (self.rows[self.ends[times[0][0], 0]] + 1) * self.period_s
+        times, same = spans(lost), (steps == 0.0).all(axis=1)
+        begin, end = int(self.ends[times[0][0], 0]), int(self.ends[times[0][1] - 1, 1])
+        while begin > 0 and same[begin - 1]:
+            begin -= 1
+        while end < len(same) and same[end]:
+            end += 1
+        since, until = ((self.rows[each] + 1) * self.period_s for each in (begin, end))
         more = f", and {len(times) - 1} times more" if len(times) > 1 else ""
         for first, after in times:
             # It goes on somewhere else.
             lost[max(first - 1, 0) : after + 1] = True
         self.ends = self.ends[~lost]
         return [
-            f"the pose is the same to the last digit at {since:.1f} s while the wheels move{more}: repeated there, or"
-            " wheels slipped"
+            f"the pose is the same to the last digit from {since:.1f} to {until:.1f} s while the wheels move{more}:"
+            " repeated there, or wheels slipped"
         ]
 
     def stuck(self) -> str:

@@ -16,6 +16,7 @@ from omnistep._calibration_poses import Piece, Recording
 from omnistep._calibration_runs import CalibrationRun, check, number
 from omnistep._estimates import CHECK, Estimate, Floats, refutes, scipy_part, table, withheld
 from omnistep._omnistep import Kinematics, Vehicle
+from omnistep._pose_doubts import APART
 from omnistep._wheel_logs import read
 from omnistep.errors import ConfigError
 
@@ -35,6 +36,8 @@ BY_CHANCE = 0.02
 TWICE = 2.0
 #: Part of the pieces of recorded poses that may be left out because they do not fit the others.
 LEFT_OUT = 0.1
+#: Radii in a file are not wrong by more than this part: something else is. Less sideways slip is not spoken of.
+RADIUS_OFF, SLIPS_ASIDE = 0.08, 0.01
 #: Odometry that fits ends no farther off than this [m, rad]: what is, was measured or written down wrong.
 OFF_M, OFF_RAD = 0.1, 0.2
 
@@ -70,7 +73,9 @@ class Calibration:
 
     Attributes:
         common: what all wheels have in common: ``all.radius`` and ``all.lever``, factors on the radii and lever arms of
-            the file, and ``all.turn_rad``, the rotation of the whole vehicle, counter-clockwise.
+            the file, and ``all.turn_rad``, the rotation of the whole vehicle, counter-clockwise. With oblique rollers
+            ``all.sideways`` too, how far it goes sideways of what the wheels say: rollers tilt, slip and bind. That is
+            no size of a wheel, and not in ``vehicle``.
         estimates: for every wheel ``NAME.radius_m``, ``NAME.shift_m`` (shift of its position across its push direction,
             to the right of it) and ``NAME.turn_rad`` (rotation of its rolling direction, counter-clockwise).
         cannot_tell: parameters that the runs do not determine, and runs that would; a line each. Logs that were cut off
@@ -175,20 +180,24 @@ def calibrate(
     drives = problem.drives
     wrong = _wrong(problem, found)
     places, turns, parts_places, parts_turns, _ = problem.groups(found.reported)
-    refuted = wrong or _refuted(found.sd, problem.stated)
+    refuted = wrong or _refuted(np.maximum(found.sd, found.rms), problem.stated)
     common, parts, plates = problem.common_estimates(found), problem.estimates(found, single), problem.plates(found)
     if refuted:
         common, parts, plates = withheld(common), withheld(parts), withheld(plates)
     recordings = recordings_of(drives)
-    far = problem.far(found)
+    far, doubts = problem.far(found), _doubtful(drawn, problem, found, bool(refuted))
+    # What may explain errors says more than how large they are.
+    why = next((doubt for doubt in doubts if refuted and APART in doubt), refuted)
     return Calibration(
         common=common,
         estimates=parts,
         cannot_tell=(
             *cut_off,
             *left_out,
-            *_doubtful(drawn, problem, found, refuted),
-            *([f"no interval is given: {refuted}"] if refuted else _cannot_tell(common, parts, bool(recordings))),
+            *(f"{each.where}: {said}" for each in recordings for said in each.without()),
+            *_remarkable(common),
+            *(doubt for doubt in doubts if doubt != why),
+            *([f"no interval is given: {why}"] if refuted else _cannot_tell(common, parts, bool(recordings))),
             *(f"{each}; {CHECK}" for each in far),
         ),
         vehicle=problem.vehicle(found.reported),
@@ -196,7 +205,7 @@ def calibrate(
         yaw_rms_rad=_rms([*turns, *parts_turns]),
         plates=plates,
         paths=tuple(_path(problem, found, recording) for recording in recordings),
-        doubted=next((reason.split(";")[0] for reason in (refuted, *far) if reason), ""),
+        doubted=next((reason.split(";")[0] for reason in (why, *far) if reason), ""),
     )
 
 
@@ -291,7 +300,7 @@ def _wrong(problem: Problem, found: Found) -> str:
     return f"{drive.where} does not fit the others, which fit {times:.1f} times as well without it; {remedy}"
 
 
-def _doubtful(vehicle: Vehicle, problem: Problem, found: Found, refuted: str) -> list[str]:
+def _doubtful(vehicle: Vehicle, problem: Problem, found: Found, refuted: bool) -> list[str]:
     """Report runs that fit no vehicle near the designed one: signs, units, the order of wheels or of positions."""
     ends = [drive for drive in problem.drives if isinstance(drive, Drive)]
     doubts = _times(vehicle, problem.drives)
@@ -331,6 +340,25 @@ def _times(vehicle: Vehicle, drives: Sequence[Drive | Piece]) -> list[str]:
     return []
 
 
+def _remarkable(common: Sequence[Estimate]) -> list[str]:
+    """What a file cannot hold, and a radius that no drawing is wrong by."""
+    every = {each.name: each for each in common if each.determined}
+    said, radius, sideways = [], every.get("all.radius"), every.get("all.sideways")
+    if radius is not None and abs(radius.value - 1.0) > RADIUS_OFF:
+        said.append(
+            f"all wheels are {radius.value:.3g} times as large as in the file: measure one, or was counts_per_turn or"
+            f" the gear {radius.value:.3g} times too large?"
+        )
+    if sideways is None or sideways.low is None or sideways.high is None:
+        return said
+    if abs(sideways.value - 1.0) > max(SLIPS_ASIDE, 0.5 * (sideways.high - sideways.low)):
+        said.append(
+            f"it goes {sideways.value:.3g} times as far sideways as its wheels say (rollers tilt, slip and bind): no"
+            " size of a wheel, and not in the file; multiply odometry's steps to the side by it"
+        )
+    return said
+
+
 def _cannot_tell(common: Sequence[Estimate], single: Sequence[Estimate], poses: bool) -> tuple[str, ...]:
     """What was determined, what was not, and the drives that would, in words of the robot."""
     drives = {
@@ -349,6 +377,7 @@ def _cannot_tell(common: Sequence[Estimate], single: Sequence[Estimate], poses: 
         "all.radius": "one radius for all wheels",
         "all.lever": "the lever",
         "all.turn_rad": "the turn of the whole",
+        "all.sideways": "how far it goes sideways",
     }
     known = [words[each.name] for each in common if each.determined]
     said = [f"these runs tell {', '.join(known) or 'nothing that all wheels have in common'}"]

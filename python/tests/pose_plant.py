@@ -43,11 +43,15 @@ def rolled(twists, radius_m=RADIUS_M, lever_m=LEVER_M):
 
 
 def driven(rng, *, duration_s=60.0, slip=0.03, lasts_s=0.3, counts=210, noise_m=0.001, noise_rad=0.002, jitter_s=0.001,
-           delay_s=0.0, plate=PLATE, fastest=FASTEST, radii=(1, 1, 1, 1)):  # fmt: skip
-    """A log of the drive: times, angles in whole counts, poses of the plate with noise, late by a delay."""
+           delay_s=0.0, plate=PLATE, fastest=FASTEST, radii=(1, 1, 1, 1), sideways=1.0):  # fmt: skip
+    """A log of the drive: times, angles in whole counts, poses of the plate with noise, late by a delay.
+
+    It goes so far sideways of what wheels say that roll without slip.
+    """
     twists = commanded(rng, duration_s, fastest=fastest)
     slipped = 1.0 + slip * wandering(rng, len(twists), 4, lasts_s)
     angles = np.cumsum(rolled(twists) * slipped / np.array(radii), axis=0) * STEP_S
+    twists = twists * [1.0, sideways, 1.0]
     yaw = np.cumsum(twists[:, 2]) * STEP_S
     middle = yaw - 0.5 * STEP_S * twists[:, 2]
     x = np.cumsum(np.cos(middle) * twists[:, 0] - np.sin(middle) * twists[:, 1]) * STEP_S

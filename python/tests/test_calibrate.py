@@ -165,7 +165,8 @@ def test_what_all_wheels_have_in_common_is_separated(name):
 
     for real, expected in [(moved(lever=1.04), (1.0, 1.04, 0.0)), (moved(turn=0.03), (1.0, 1.0, 0.03))]:
         found = omnistep.calibrate(runs_of(real, np.random.default_rng(3)), vehicle=drawn)
-        for each, value in zip(found.common, expected, strict=True):
+        for name, value in zip(("all.radius", "all.lever", "all.turn_rad"), expected, strict=True):
+            each = found[name]
             # Eight turns of 2 pi and twelve rad to 4 mrad and 2 mm: a part in 1500 each, and three times that.
             assert each.determined and each.value == pytest.approx(value, abs=2e-3), each
     # Straight lines to a tape tell no lever, whatever wheels say of each other.
@@ -181,7 +182,9 @@ def test_what_all_wheels_have_in_common_is_separated(name):
 def test_one_end_that_is_wrong_is_named_and_leaves_no_interval(name):
     drawn, rng = omnistep.Vehicle(name), np.random.default_rng(4)
     runs = runs_of(built(drawn, rng), rng)
-    assert all(each.determined for each in omnistep.calibrate(runs, vehicle=drawn).common)
+    # Where single wheels are turned nobody knows what is slip to the side.
+    common = omnistep.calibrate(runs, vehicle=drawn).common
+    assert all(each.determined for each in common if each.name != "all.sideways")
     wrong = runs[5]
     runs[5] = omnistep.CalibrationRun(
         log=wrong.log, end_x_m=wrong.end_x_m + 0.05, end_y_m=wrong.end_y_m, end_yaw_rad=wrong.end_yaw_rad
@@ -460,17 +463,17 @@ def test_what_the_runs_do_not_tell_keeps_the_files_value():
     drawn, rng = omnistep.Vehicle("mecanum4"), np.random.default_rng(6)
     real = drawn.replace({f"wheel.{k}.radius_m": 1.02 * 0.076 for k in range(4)})
     lines = [[(0.3, 0, 0, 5)], [(-0.3, 0, 0, 5)], [(0, 0.3, 0, 5)], [(0, -0.3, 0, 5)]]
-    cases = {"one distance on a curve": 0, "straight lines": 1, "a gyro and a tape": 2, "all of it": 3}
+    cases = {"one distance on a curve": 0, "straight lines": 2, "a gyro and a tape": 3, "all of it": 4}
     for what, common in cases.items():
         runs = []
-        for parts in [[(0.3, 0.1, 0.3, 8)]] if common == 0 else lines if common == 1 else DRIVES:
+        for parts in [[(0.3, 0.1, 0.3, 8)]] if common == 0 else lines if common == 2 else DRIVES:
             log, (x, y, yaw) = drive(real, parts, rng)
             far = float(np.hypot(x, y))
             if common == 0:
                 runs.append(omnistep.CalibrationRun(log=log, distance_m=0.6 * far))
-            elif common == 1:
-                runs.append(omnistep.CalibrationRun(log=log, distance_m=far))
             elif common == 2:
+                runs.append(omnistep.CalibrationRun(log=log, distance_m=far))
+            elif common == 3:
                 # A tape and the heading tell distances and turns, not where ahead is.
                 more = {"distance_m": far} if far > 0.5 else {}
                 runs.append(omnistep.CalibrationRun(log=log, end_yaw_rad=yaw, **more))

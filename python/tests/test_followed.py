@@ -192,7 +192,7 @@ def test_axes_and_units_of_a_command_are_named_before_wheels_are(name):
         (asked * [1, -1, 1], "y of the command looks reversed"),
         (asked * [1, 1, -1], "wz of the command looks reversed"),
         (asked * [1, 1, 180 / np.pi], "wz of the command looks like degrees"),
-        (asked * [1, 1, np.pi / 180], "wz of the command looks converted from degrees twice"),
+        (asked * [1, 1, np.pi / 180], "wz of the command looks like radians that are read as degrees"),
         (asked * [1000, 1000, 1], "x and y of the command look like millimetres"),
     ):
         (line,) = _followed.of_command(vehicle, wheels, read, PERIOD_S)
