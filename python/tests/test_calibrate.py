@@ -182,7 +182,7 @@ def test_what_all_wheels_have_in_common_is_separated(name):
 def test_one_end_that_is_wrong_is_named_and_leaves_no_interval(name):
     drawn, rng = omnistep.Vehicle(name), np.random.default_rng(4)
     runs = runs_of(built(drawn, rng), rng)
-    # Where single wheels are turned nobody knows what is slip to the side.
+    # Where single wheels are turned it is unknown what is slip to the side.
     common = omnistep.calibrate(runs, vehicle=drawn).common
     assert all(each.determined for each in common if each.name != "all.sideways")
     wrong = runs[5]
