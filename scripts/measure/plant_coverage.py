@@ -30,12 +30,14 @@ def plant(name: str) -> ModuleType:
     return module
 
 
-def poses(seed: int, lasts_s: float = 0.3) -> dict[str, bool]:
+def poses(seed: int, lasts_s: float = 0.3, sideways: float = 1.0) -> dict[str, bool]:
     """Whether each interval of a calibration from recorded poses holds the truth; one that is withheld does not."""
     pose_plant, delay_s = plant("pose_plant"), 0.01 * (seed % 6)
-    log = pose_plant.driven(np.random.default_rng(seed), lasts_s=lasts_s, delay_s=delay_s)
+    log = pose_plant.driven(np.random.default_rng(seed), lasts_s=lasts_s, delay_s=delay_s, sideways=sideways)
     found = omnistep.calibrate([omnistep.CalibrationRun(log=log, pose=True)], vehicle="mecanum4")
     truth = {"all.radius": pose_plant.RADIUS_M / 0.076, "all.lever": pose_plant.LEVER_M / 0.45}
+    if sideways != 1.0:
+        truth["all.sideways"] = sideways
     for key, value in zip(("x_m", "y_m", "yaw_rad"), pose_plant.PLATE, strict=True):
         truth[f"run[0].plate_{key}"] = value
     truth["run[0].delay_s"] = delay_s
@@ -49,6 +51,11 @@ def poses(seed: int, lasts_s: float = 0.3) -> dict[str, bool]:
 def lasting(seed: int) -> dict[str, bool]:
     """The same where slip lasts as long as a piece."""
     return poses(seed, 3.0)
+
+
+def slipping(seed: int) -> dict[str, bool]:
+    """The same of a vehicle that goes 92 % as far sideways as its wheels say."""
+    return poses(seed, sideways=0.92)
 
 
 def bridge(seed: int, zero: str) -> dict[str, bool]:
@@ -75,6 +82,7 @@ def coasting(seed: int) -> dict[str, bool]:
 ROWS = {
     "poses, 210 counts, 3 % slip": poses,
     "poses, slip that lasts 3 s": lasting,
+    "poses, 92 % sideways": slipping,
     "PWM, braking": braking,
     "PWM, coasting": coasting,
 }
