@@ -134,7 +134,17 @@ def _resimulate(arguments: list[str]) -> int:
     by.add_argument("--wheels", action="store_true", help="give the measured wheels' twist to the controller")
     by.add_argument("--duty", action="store_true", help="give the logged duty cycles to the motors")
     parser.add_argument(
+        "--vehicle", help="vehicle to simulate, a built-in name or a .toml file; short for --set vehicle="
+    )
+    parser.add_argument(
         "--set", action="append", default=[], metavar="KEY=VALUE", help="replace a key of the scenario; may be repeated"
+    )
+    parser.add_argument(
+        "--sideways",
+        type=float,
+        default=1.0,
+        metavar="PART",
+        help="how far it goes sideways of what its wheels say, all.sideways of calibrate; 1 if left out",
     )
     parser.add_argument(
         "--plate",
@@ -157,8 +167,9 @@ def _resimulate(arguments: list[str]) -> int:
             given.out,
             scenario=given.scenario,
             by=next((each for each in BYS if getattr(given, each)), "commands"),
-            keys=given.set,
+            keys=[*([] if given.vehicle is None else [f"vehicle={given.vehicle}"]), *given.set],
             plate=given.plate,
+            sideways=given.sideways,
             progress=not given.quiet,
         )
 

@@ -425,7 +425,8 @@ class Problem:
             rows.append(("all.sideways", 1.0, SCALE, each[self.sideways]))
         for name, start, scale, row in rows:
             value = start + scale * float(row @ found.u)
-            if abs(value - start) > 0.99 * FARTHEST * scale:
+            held = abs(row @ found.reported) < LEAST
+            if not held and abs(value - start) > 0.99 * FARTHEST * scale:
                 said.append(f"{name} is {value:.4g} after {start:.4g} in the file, as far as is searched")
         return said
 

@@ -208,7 +208,7 @@ class Recording:
             positions = whole(part, self.where)
             own = poses[first:last]
             twist = np.abs(np.diff(positions, axis=0, prepend=positions[:1]) @ back.T)
-            for begin, end in _freeze(own, twist, max(1, round(GAP_S / self.period_s))):
+            for begin, end in without_repeated(own, twist, max(1, round(GAP_S / self.period_s))):
                 frozen.append(
                     ((self.first + first + begin) * self.period_s, (self.first + first + end) * self.period_s)
                 )
@@ -311,9 +311,10 @@ def _runs(there: Any, bridged: int) -> list[tuple[int, int]]:
     return [(int(begin), int(end)) for begin, end in zip(begins, ends, strict=True) if end - begin > 1]
 
 
-def _freeze(poses: Floats, twist: Floats, rows: int) -> list[tuple[int, int]]:
+def without_repeated(poses: Floats, twist: Floats, rows: int) -> list[tuple[int, int]]:
     """Poses that stay the same to the last digit while the wheels turn were repeated, not measured: NaN; and where.
 
+    The twist is how far wheels may have moved the vehicle in each row; fewer rows alike than so many are none of it.
     The first that is another lies between the last one repeated and the next one measured.
     """
     same, frozen = np.r_[False, (poses[1:] == poses[:-1]).all(axis=1)], []

@@ -86,6 +86,10 @@ def read_runs(path: str | PathLike[str]) -> tuple[list[CalibrationRun], dict[str
     2.013
     """
     name = fspath(path)
+    if Path(path).suffix in (".mcap", ".csv", ".parquet"):
+        raise ConfigError(
+            f'{name}: a log, allowed: a TOML file with [[run]] and log = "{Path(path).name}" in it', file=name
+        )
     _, keys = read_toml(Path(path))
     if unknown := sorted(set(keys) - set(KEYS)):
         key = shortened(unknown[0])

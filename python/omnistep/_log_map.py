@@ -103,6 +103,7 @@ class LogMap:
     until_s: float | None
     #: The files of its vehicle and scenario, and those that the scenario names, where they are not built in.
     files: tuple[Path, ...] = ()
+    names_vehicle: bool = True
     signals: dict[str, Signal] = field(default_factory=dict)
 
     @property
@@ -153,6 +154,7 @@ def read_map(path: str | PathLike[str]) -> LogMap:
             *named_files({"vehicle": keys.get("vehicle")}, path.parent),
             *(scenario_files(path.parent / base) if (base := keys.get("scenario", "")).endswith(".toml") else ()),
         ),
+        names_vehicle="vehicle" in keys or "scenario" in keys,
     )
     for table, kind in KINDS.items():
         if table in keys:
@@ -193,13 +195,21 @@ def _signal(made: LogMap, table: str, kind: Kind, keys: dict[str, Any], gap: flo
     of_vehicle = {"wheels": tuple(vehicle.wheel_names), "hinges": made.hinge_names}
     allowed = (len(of_vehicle[kind.count]),) if isinstance(kind.count, str) else kind.count
     what = "one each of " + ", ".join(of_vehicle[kind.count]) if isinstance(kind.count, str) else ""
+    if what and not made.names_vehicle:
+        what += f" of {vehicle.name}, because the map names no vehicle"
     names = _names(file, f"{table}.names", keys.get("names", []), allowed, what)
     # Messages of commands, IMUs and poses say themselves where their numbers are.
     count = len(names) or allowed[-1]
     unit = _choice(file, f"{table}.unit", keys.get("unit", next(iter(kind.units))), kind.units)
     factor = kind.units[unit]
     if (unit == "count") != ("counts_per_turn" in keys):
-        how = "missing" if unit == "count" else f"of unit {unit!r}"
+        how = (
+            "missing"
+            if unit == "count"
+            else f"of unit {unit!r}"
+            if "unit" in keys
+            else f"unit missing, {unit!r} assumed"
+        )
         _refuse(
             file, f"{table}.counts_per_turn", f'{how}, allowed: a number with unit = "count", and with no other unit'
         )

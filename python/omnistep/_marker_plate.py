@@ -78,14 +78,25 @@ def given(plate: Sequence[float]) -> MarkerPlate:
     return MarkerPlate(float(plate[0]), float(plate[1]), float(plate[2]), "as given")
 
 
-def found(vehicle: Vehicle, measured_rad_s: Floats, pose: Floats, period_s: float) -> MarkerPlate:
+def slipping(pose: Floats, sideways: float) -> Floats:
+    """The poses of a vehicle that goes only so far of its steps to the side, (T, 3); unknown from the first gap on."""
+    yaw = np.unwrap(pose[:, 2])
+    place, heading = pose[:, 0] + 1j * pose[:, 1], np.exp(0.5j * (yaw[1:] + yaw[:-1]))
+    steps = np.diff(place) / heading
+    place = place[0] + np.r_[0.0, np.cumsum((steps.real + 1j * sideways * steps.imag) * heading)]
+    return np.column_stack([place.real, place.imag, pose[:, 2]])
+
+
+def found(
+    vehicle: Vehicle, measured_rad_s: Floats, pose: Floats, period_s: float, sideways: float = 1.0
+) -> MarkerPlate:
     """The plate with which short motions by the wheels, (T, N), are those of the pose, (T, 3), by least squares.
 
     The motion of the plate is turned by its yaw, and has a part of the vehicle's turn times its place (of a camera on
     an arm: Tsai and Lenz, 1989). Pieces are short, so that errors of the whole path stay in the path. What a drive
     without turns, or without a way, does not tell is 0.
     """
-    ways, turns, seen = _moving(_odometry(vehicle, measured_rad_s, period_s), pose, period_s)
+    ways, turns, seen = _moving(_odometry(vehicle, measured_rad_s, period_s, sideways), pose, period_s)
     lever = 1.0 - np.exp(1j * turns)
     if len(ways) >= FEWEST:
         for rows in (np.column_stack([seen, lever]), seen[:, None]):
@@ -98,13 +109,13 @@ def found(vehicle: Vehicle, measured_rad_s: Floats, pose: Floats, period_s: floa
     return MarkerPlate(0.0, 0.0, 0.0, "assumed: wheels and poses do not tell it; --plate X Y YAW gives it")
 
 
-def late_s(vehicle: Vehicle, measured_rad_s: Floats, pose: Floats, period_s: float) -> float:
+def late_s(vehicle: Vehicle, measured_rad_s: Floats, pose: Floats, period_s: float, sideways: float = 1.0) -> float:
     """How late poses are [s], in whole control periods: motions agree best then, wherever the plate is.
 
     Only changes of the speed tell it. It is 0 where these are too few, and of poses that are early.
     """
     most, apart = round(LATE_S / period_s), max(1, round(APART_S / period_s))
-    odometry = _odometry(vehicle, measured_rad_s, period_s)
+    odometry = _odometry(vehicle, measured_rad_s, period_s, sideways)
 
     @cache
     def left(shift: int) -> tuple[float, int]:
@@ -150,8 +161,8 @@ class Odometry(NamedTuple):
     unknown: NDArray[np.int64]
 
 
-def _odometry(vehicle: Vehicle, measured_rad_s: Floats, period_s: float) -> Odometry:
-    twist = estimated(vehicle, measured_rad_s) * period_s
+def _odometry(vehicle: Vehicle, measured_rad_s: Floats, period_s: float, sideways: float) -> Odometry:
+    twist = estimated(vehicle, measured_rad_s) * period_s * [1.0, sideways, 1.0]
     there = np.isfinite(twist).all(axis=1)
     twist[~there] = 0.0
     heading = np.cumsum(twist[:, 2])

@@ -303,7 +303,9 @@ def _table(path: Path, vehicle: Vehicle, more: tuple[str, ...]) -> dict[str, Flo
 
 def _column(name: str, columns: Mapping[str, Any], key: str, length: int | None) -> Floats:
     if key not in columns:
-        raise ConfigError(f"{name}: no column {key}, allowed: a column of numbers", key=key, file=name)
+        raise ConfigError(
+            f"{name}: no column {key}, allowed: a column of numbers; other names: omnistep import", key=key, file=name
+        )
     try:
         column = np.array(columns[key], dtype=np.float64)
     except (TypeError, ValueError) as error:

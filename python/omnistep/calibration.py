@@ -303,11 +303,13 @@ def _wrong(problem: Problem, found: Found) -> str:
 def _doubtful(vehicle: Vehicle, problem: Problem, found: Found, refuted: bool) -> list[str]:
     """Report runs that fit no vehicle near the designed one: signs, units, the order of wheels or of positions."""
     ends = [drive for drive in problem.drives if isinstance(drive, Drive)]
-    doubts = _times(vehicle, problem.drives)
+    doubts: list[str] = []
     for drive in ends:
         doubts += [f"{drive.where}: {doubt}" for doubt in _plausibility.of_parts(vehicle, drive.parts)]
     for recording in recordings_of(problem.drives):
         doubts += [f"{recording.where}: {doubt}" for doubt in recording.doubts(vehicle, refuted)]
+    if not any(APART in doubt for doubt in doubts):
+        doubts = [*_times(vehicle, problem.drives), *doubts]
     if not ends:
         return doubts
     kinematics = Kinematics(layout=problem.layout(found.reported))
@@ -354,7 +356,8 @@ def _remarkable(common: Sequence[Estimate]) -> list[str]:
     if abs(sideways.value - 1.0) > max(SLIPS_ASIDE, 0.5 * (sideways.high - sideways.low)):
         said.append(
             f"it goes {sideways.value:.3g} times as far sideways as its wheels say (rollers tilt, slip and bind): no"
-            " size of a wheel, and not in the file; multiply odometry's steps to the side by it"
+            " size of a wheel, and not in the file; multiply odometry's steps to the side by it, and give it to"
+            f" resimulate: --sideways {sideways.value:.3g}"
         )
     return said
 

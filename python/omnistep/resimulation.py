@@ -15,7 +15,9 @@ from numpy.typing import NDArray
 
 from omnistep._argument_types import trace_of
 from omnistep._axes import figure, recorded_and_simulated
-from omnistep._marker_plate import MarkerPlate, earlier, found, given, late_s
+from omnistep._calibration_drives import GAP_S
+from omnistep._calibration_poses import without_repeated
+from omnistep._marker_plate import MarkerPlate, earlier, found, given, late_s, slipping
 from omnistep._omnistep import Kinematics, Log, Odometry, Scenario, Simulation, Trace
 from omnistep._output_files import REFERENCES, check_picture, named_files, replaced, scenario_files
 from omnistep._recorded_command import AXES
@@ -31,7 +33,9 @@ _POSE = ("pose_x_m", "pose_y_m", "pose_yaw_rad")
 #: What lies between a torque commanded and one that acts: a torque that acted has it already.
 _ON_THE_WAY = ("actuators.torque_lag_s", "actuators.voltage_sag")
 #: Wheels that are driven along recorded ones follow them if they are off by less than this part of these.
-_NOT_FOLLOWED = 0.25
+_NOT_FOLLOWED = 0.12
+#: How far a vehicle may go sideways of what its wheels say.
+_SIDEWAYS = (0.5, 1.5)
 
 
 @dataclass(frozen=True)
@@ -92,6 +96,7 @@ class Resimulation:
         plate: where the marker plate of the log's pose is on the vehicle, ``x_m``, ``y_m`` and ``yaw_rad``; the paths
             are those of the plate. None where the pose is the vehicle's own, of a run, or there is none.
         late_s: how late the log's poses are behind its wheels [s], found from both; the paths are compared without it.
+        repeated_s: from when to when the log's pose is the last one again while the wheels move [s]; not compared.
         complete: False of a log that was cut off: its end is missing.
     """
 
@@ -103,6 +108,7 @@ class Resimulation:
     differences: Mapping[str, Difference]
     plate: MarkerPlate | None
     late_s: float
+    repeated_s: tuple[tuple[float, float], ...]
     complete: bool
     _wheels: tuple[Floats, Floats]
     _twists: tuple[Floats, Floats]
@@ -136,6 +142,10 @@ class Resimulation:
         plate = () if self.plate is None else (str(self.plate),)
         late = (f"poses are {self.late_s:.3g} s late; the paths are compared without that",) if self.late_s else ()
         lag = self._not_followed()
+        if self.repeated_s:
+            begin, end = self.repeated_s[0]
+            more = f", and {len(self.repeated_s) - 1} times more" if len(self.repeated_s) > 1 else ""
+            late += (f"the pose is repeated from {begin:.1f} to {end:.1f} s{more} while the wheels move: left out",)
         cut_off = () if self.complete else ("the log's end is missing, as of a recording that was cut off",)
         return "\n".join([f"{title}simulated minus recorded:", *lines, *plate, *late, *lag, *cut_off])
 
@@ -195,6 +205,7 @@ def resimulate(
     by: Literal["commands", "torques", "wheels", "duty"] = "commands",
     overrides: Mapping[str, Any] | None = None,
     plate: Sequence[float] | None = None,
+    sideways: float = 1.0,
     progress: bool = True,
 ) -> Resimulation:
     """Drive a simulation with what a log has: commands, torques, wheels or duty cycles; compare their measurements.
@@ -215,6 +226,9 @@ def resimulate(
         overrides: keys of the scenario to replace, as in :func:`omnistep.run`.
         plate: x [m], y [m] and yaw [rad] of the marker plate in the vehicle's axes, where the log's pose is that of a
             plate (:attr:`Calibration.plates`). Of a vehicle's log it is found from wheels and poses if left out.
+        sideways: how far the vehicle goes sideways of what its wheels say, 0.5 to 1.5: ``all.sideways`` of
+            :func:`omnistep.calibrate`. So far the simulated path goes sideways of what the simulation does, where a log
+            of a vehicle has poses.
         progress: show a bar on standard error when it takes more than a second.
 
     Returns:
@@ -238,6 +252,11 @@ def resimulate(
     if by not in BYS:
         raise ConfigError(f"by = {by!r}, allowed: {', '.join(BYS)}", key="by")
     stated = None if plate is None else given(plate)
+    if not _SIDEWAYS[0] <= sideways <= _SIDEWAYS[1]:
+        raise ConfigError(
+            f"sideways = {sideways:g}, allowed: {_SIDEWAYS[0]:g} to {_SIDEWAYS[1]:g}, 1 where nothing slips",
+            key="sideways",
+        )
     read = log if isinstance(log, Log) else read_mcap(log, progress=progress)
     recorded = trace_of(read)
     if stated is not None and not _has_pose(recorded):
@@ -266,7 +285,7 @@ def resimulate(
     twists = (twists_of(recorded, "estimated"), estimated(made.vehicle, read_rad_s))
     # A gyro is read at the start of a period, as the encoders are.
     yaw_rates = (recorded["gyro_rad_s"], np.concatenate([[0.0], simulated["twist_wz_rad_s"][:-1]]))
-    marker, late, paths = _paths(made, read, simulated, wheels, stated)
+    repeated, marker, late, paths = _paths(made, read, simulated, wheels, stated, sideways)
     return Resimulation(
         recorded=recorded,
         simulated=simulated,
@@ -276,6 +295,7 @@ def resimulate(
         differences=_differences(read, wheels, twists, yaw_rates, paths),
         plate=marker,
         late_s=late,
+        repeated_s=repeated,
         complete=read.complete,
         _wheels=wheels,
         _twists=twists,
@@ -309,23 +329,33 @@ def _has_pose(recorded: Trace) -> bool:
 
 
 def _paths(
-    scenario: Scenario, log: Log, simulated: Trace, wheels: tuple[Floats, Floats], plate: MarkerPlate | None
-) -> tuple[MarkerPlate | None, float, tuple[Floats, Floats]]:
-    """The plate, how late poses are, and positions of log and simulation, (T, 2) each, from the same start."""
+    scenario: Scenario,
+    log: Log,
+    simulated: Trace,
+    wheels: tuple[Floats, Floats],
+    plate: MarkerPlate | None,
+    sideways: float,
+) -> tuple[tuple[tuple[float, float], ...], MarkerPlate | None, float, tuple[Floats, Floats]]:
+    """Repeated poses, the plate, how late poses are, and positions of log and simulation, (T, 2), from one start."""
     recorded = log.trace
     if _has_pose(recorded):
         seen, own = (np.column_stack([trace[name] for name in _POSE]) for trace in (recorded, simulated))
-        late = 0.0
+        late, spans = 0.0, []
+        period_s = scenario.period_s
         if log.recorded:
-            late = late_s(scenario.vehicle, wheels[0], seen, scenario.period_s)
-            seen = earlier(seen, round(late / scenario.period_s))
-            plate = plate or found(scenario.vehicle, wheels[0], seen, scenario.period_s)
+            rolled = np.nan_to_num(np.abs(estimated(scenario.vehicle, wheels[0])) * period_s)
+            spans = without_repeated(seen, rolled, max(1, round(GAP_S / period_s)))
+            late = late_s(scenario.vehicle, wheels[0], seen, period_s, sideways)
+            seen = earlier(seen, round(late / period_s))
+            plate = plate or found(scenario.vehicle, wheels[0], seen, period_s, sideways)
+            own = slipping(own, sideways)
         own = own if plate is None else plate.of(own)
         # The simulation's frame is laid over the log's where that begins.
         at = np.flatnonzero(np.isfinite(seen).all(axis=1))[0]
         turn = seen[at, 2] - own[at, 2]
         rotation = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
-        return plate, late, (seen[:, :2], (own[:, :2] - own[at, :2]) @ rotation + seen[at, :2])
+        repeated = tuple((begin * period_s, end * period_s) for begin, end in spans)
+        return repeated, plate, late, (seen[:, :2], (own[:, :2] - own[at, :2]) @ rotation + seen[at, :2])
     # By the wheels, of both: where they are not known, the position is unknown from then on.
     unknown = np.flatnonzero(~np.isfinite(wheels[0][1:]).all(axis=1))
     first = int(np.isnan(wheels[0][0]).any())  # velocities from counts begin with the second row
@@ -337,7 +367,7 @@ def _paths(
             odometry = Odometry(kinematics=Kinematics(layout=scenario.vehicle.layout), period_s=scenario.period_s)
             place[first:end] = odometry.step_velocities(each[first:end])[:, :2]
         places.append(place)
-    return None, 0.0, (places[0], places[1])
+    return (), None, 0.0, (places[0], places[1])
 
 
 def _differences(
@@ -371,6 +401,7 @@ def write(
     by: Literal["commands", "torques", "wheels", "duty"] = "commands",
     keys: Sequence[str] = (),
     plate: Sequence[float] | None = None,
+    sideways: float = 1.0,
     progress: bool = True,
 ) -> None:
     """Resimulate a log, print the differences and draw both into a file, as ``omnistep resimulate``."""
@@ -380,7 +411,7 @@ def write(
     inputs = [log, *named_files({"vehicle": overrides.get("vehicle"), **named}, Path())]
     inputs += () if scenario is None else scenario_files(Path(scenario))
     check_picture(out, inputs)
-    again = resimulate(log, scenario, by=by, overrides=overrides, plate=plate, progress=progress)
+    again = resimulate(log, scenario, by=by, overrides=overrides, plate=plate, sideways=sideways, progress=progress)
     print(again)
     with replaced(out, inputs) as aside:
         again.plot().savefig(aside, dpi=110)

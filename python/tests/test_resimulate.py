@@ -270,8 +270,44 @@ def test_the_path_is_compared_without_the_place_and_the_yaw_of_the_plate(tmp_pat
     for each in (given, found):
         assert each.differences["path"].rms == pytest.approx(middle, abs=0.01)
     assert alike.differences["path"].rms > 10.0 * middle
-    assert str(found).endswith(f"{found.plate}") and "found from wheels and poses" in str(found)
-    assert str(given).endswith("x 0.2000 m, y -0.1000 m, yaw 0.5000 rad, as given")
+    assert f"\n{found.plate}" in str(found) and "found from wheels and poses" in str(found)
+    assert "x 0.2000 m, y -0.1000 m, yaw 0.5000 rad, as given" in str(given)
+
+
+def test_slip_to_the_side_is_taken_into_account_where_it_is_stated(tmp_path):
+    more = {"by": "wheels", "progress": False}
+    log = with_plate(tmp_path, pose_plant.PLATE, duration_s=40.0, slip=0.0, sideways=0.85)
+    without, stated = (omnistep.resimulate(log, sideways=part, **more) for part in (1.0, 0.85))
+    none = omnistep.resimulate(with_plate(tmp_path, pose_plant.PLATE, duration_s=40.0, slip=0.0), **more)
+    # As without slip, whatever simulated loops of 10 ms leave of that.
+    assert stated.differences["path"].rms == pytest.approx(none.differences["path"].rms, abs=0.005)
+    # Half a metre to the side, 15 % of it: 7 cm, on the average of there and back half of that.
+    assert without.differences["path"].rms > 0.03 + stated.differences["path"].rms
+    assert stated.plate[:3] == pytest.approx(pose_plant.PLATE, abs=0.005)
+    with pytest.raises(omnistep.ConfigError, match=r"sideways = 0.2, allowed: 0.5 to 1.5"):
+        omnistep.resimulate(log, sideways=0.2)
+
+
+def test_repeated_poses_are_not_compared(tmp_path):
+    more = {"by": "wheels", "progress": False}
+    log = with_plate(tmp_path, pose_plant.PLATE, duration_s=40.0)
+    rows = np.genfromtxt(tmp_path / "drive.csv", delimiter=",", names=True)
+    whole = omnistep.resimulate(log, **more)
+    for key in ("pose_x_m", "pose_y_m", "pose_yaw_rad"):
+        rows[key][1680:1760] = rows[key][1680]
+    names = rows.dtype.names
+    np.savetxt(
+        tmp_path / "held.csv", np.stack([rows[n] for n in names], 1), "%.6f", ",", header=",".join(names), comments=""
+    )
+    held = tmp_path / "held.mcap"
+    omnistep.import_log(tmp_path / "held.csv", map=tmp_path / "map.toml", out=held, progress=False)
+    again = omnistep.resimulate(held, **more)
+    # Rows of 20 ms, and what is resampled to 10 ms between the last of them and the next.
+    ((begin, end),) = again.repeated_s
+    assert (begin, end) == pytest.approx((33.6, 35.2), abs=0.05)
+    assert f"the pose is repeated from {begin:.1f} to {end:.1f} s while the wheels move: left out" in str(again)
+    # Compared with them it would be 0.5 m off at their end.
+    assert again.differences["path"].largest < whole.differences["path"].largest + 0.02
 
 
 def test_late_poses_are_compared_without_their_delay(tmp_path):
