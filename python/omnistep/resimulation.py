@@ -140,14 +140,14 @@ class Resimulation:
         if self.zeroed:
             title += f"{', '.join(self.zeroed)} = 0, because measured torques include it; "
         plate = () if self.plate is None else (str(self.plate),)
-        late = (f"poses are {self.late_s:.3g} s late; the paths are compared without that",) if self.late_s else ()
+        poses = [f"poses are {self.late_s:.3g} s late; the paths are compared without that"] if self.late_s else []
         lag = self._not_followed()
         if self.repeated_s:
             begin, end = self.repeated_s[0]
             more = f", and {len(self.repeated_s) - 1} times more" if len(self.repeated_s) > 1 else ""
-            late += (f"the pose is repeated from {begin:.1f} to {end:.1f} s{more} while the wheels move: left out",)
+            poses.append(f"the pose is repeated from {begin:.1f} to {end:.1f} s{more} while the wheels move: left out")
         cut_off = () if self.complete else ("the log's end is missing, as of a recording that was cut off",)
-        return "\n".join([f"{title}simulated minus recorded:", *lines, *plate, *late, *lag, *cut_off])
+        return "\n".join([f"{title}simulated minus recorded:", *lines, *plate, *poses, *lag, *cut_off])
 
     def _not_followed(self) -> tuple[str, ...]:
         """Why the path says nothing of radii and lever arms, where simulated wheels are too slow to test them."""
