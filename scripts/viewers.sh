@@ -20,7 +20,7 @@ scripts/tools/venv.sh
 omnistep=.venv/bin/omnistep # with the live view
 # Two seconds of every scenario are messages of every kind; the step is whole, for the report.
 for scenario in $($omnistep list | sed -n 's/^scenarios: *//p' | tr -d ,); do
-    $omnistep run "$scenario" --quiet --set duration_s=2 --out "$work/logs" >/dev/null
+    $omnistep run "$scenario" --quiet --set duration_s=2 --set physics.engine=rapier --out "$work/logs" >/dev/null
 done
 $omnistep compare step --quiet --out "$work/step" >/dev/null
 # The playground's usual engine.

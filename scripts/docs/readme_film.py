@@ -21,8 +21,6 @@ from omnistep import _scene
 
 ROOT = Path(__file__).resolve().parents[2]
 RUNS = {"independent": "independent: plain PID", "traction": "traction: one thrust, run-ups"}
-# A run of the study's grid: the least friction and torque of it.
-OVERRIDES = {"terrain.friction": 0.55, "vehicle.motor.stall_torque_n_m": 1.4, "physics.engine": "articulated"}
 SECONDS, FPS = 6.4, 12.5
 WIDTH, HEIGHT = 640, 230  # of one run
 LIMIT_BYTES = 2_000_000
@@ -51,7 +49,7 @@ window.showFrame = (k) => DATA.runs.forEach((run, i) => {
 def shown(policy: str, folder: Path) -> dict:
     """Make a run, and return what the page shows of it."""
     log_file = folder / f"{policy}.mcap"
-    scenario = omnistep.Scenario("step", overrides=OVERRIDES | {"duration_s": SECONDS + 0.5})
+    scenario = omnistep.Scenario("hard_step", overrides={"duration_s": SECONDS + 0.5})
     outcome = omnistep.run(scenario, policy=policy, mcap=log_file).outcome
     log = omnistep.read_mcap(log_file)
     scene = log.scene()

@@ -290,11 +290,11 @@ fn energy_closes_over_the_step_whatever_gears_take() {
     // steps that need sweeps. The first of each was off by a percent and more when an impulse on one wheel left the others' spins behind.
     let runs: &[_] = match engine() {
         // Rollers take rapier a minute.
-        Engine::Rapier => &[(8802, "independent", "contact", 0.2, 0.8)],
+        Engine::Rapier => &[(8802, "independent", "ball", 0.2, 0.8)],
         _ => &[
-            (8850, "independent", "contact", 0.2, 0.8),
-            (8807, "independent", "contact", 0.2, 0.8),
-            (8802, "independent", "contact", 0.05, 0.9),
+            (8850, "independent", "ball", 0.2, 0.8),
+            (8807, "independent", "ball", 0.2, 0.8),
+            (8802, "independent", "ball", 0.05, 0.9),
             (8805, "traction", "rollers", 0.2, 0.8),
             (8803, "independent", "rollers", 0.2, 0.8),
         ],

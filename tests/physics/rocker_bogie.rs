@@ -17,6 +17,7 @@ const AXLES: [[f64; 2]; 3] = [[0.30, 0.07], [0.0, 0.07], [-0.30, 0.07]];
 fn scenario(ratio: f64) -> Scenario {
     let overrides = [
         Override::new("vehicle", "rocker_bogie6"),
+        Override::new("physics.wheel_model", "ball"), // each roller would be a bump of its own
         Override::new("vehicle.coupling[0].ratio", ratio),
         Override::new("terrain.height_m", HEIGHT_M),
         Override::new("terrain.start_x_m", AT_M),

@@ -2,7 +2,7 @@
 
 use omni_core::linkage::Attitude;
 use omni_sim::config::{Override, Scenario};
-use omni_sim::{Error, Simulation, Trace, run};
+use omni_sim::{Error, Simulation, Trace, Verdict, run};
 
 fn scenario(name: &str, keys: &[&str]) -> Scenario {
     let keys: Vec<_> = keys
@@ -99,6 +99,18 @@ fn on_rapier_it_climbs_where_plain_loops_do_not() {
         traction >= 7 && independent <= 4,
         "{traction} and {independent} of 8"
     );
+}
+
+/// What README shows.
+#[test]
+fn at_the_hard_step_plain_loops_stall_and_traction_control_climbs() {
+    let verdict = |policy: &str| {
+        let scenario =
+            Scenario::load("hard_step", &[Override::new("control.policy", policy)]).expect("valid");
+        run(&scenario).expect("runs").outcome().verdict
+    };
+    assert_eq!(verdict("independent"), Verdict::Stalled);
+    assert_eq!(verdict("traction"), Verdict::Climbed);
 }
 
 /// Sensors and motors as they are: every one of them over the step.

@@ -13,7 +13,7 @@ import { Path } from "../../web/playground/path.js";
 import { address, again, commandLine, read, requests } from "../../web/playground/settings.js";
 
 const module = await readFile(process.env.MODULE);
-const FOLDERS = [[process.env.LOGS, { duration_s: 2 }], [process.env.ARTICULATED, { duration_s: 1, "physics.engine": "articulated" }]];
+const FOLDERS = [[process.env.LOGS, { duration_s: 2, "physics.engine": "rapier" }], [process.env.ARTICULATED, { duration_s: 1, "physics.engine": "articulated" }]];
 const engine = await Engine.from(module);
 const decompressHandlers = { zstd: (data, size) => decompress(data, new Uint8Array(Number(size))) };
 
@@ -169,12 +169,15 @@ test("an address is a state of the page, and what is wrong with one is a line", 
   assert.match(line(`#policy=${"p".repeat(500)}`), /^policy: "p{40}\.\.\.", allowed/);
   assert.equal(line("#%zz"), line("#%25zz"));
   assert.deepEqual(requests({ scenario: "flat", policy: "scale_torques", against: "scale_torques", engine: "rapier" }).length, 1);
-  const [request] = requests(read("#scenario=step&policy=scale_torques&friction=0.5", offer).settings).map((each) => engine.withWheels(each));
-  assert.equal(commandLine(request, { time_s: 2.5 }).replaceAll(" \\\n ", ""), "omnistep run step --policy scale_torques --set physics.engine=articulated --set terrain.friction=0.5 --set physics.wheel_model=ball --set 'command={ file = \"drive.csv\" }' --set duration_s=2.5");
+  const [request] = requests(read("#scenario=step&policy=scale_torques&friction=0.5", offer).settings);
+  assert.equal(commandLine(request, { time_s: 2.5 }).replaceAll(" \\\n ", ""), "omnistep run step --policy scale_torques --set physics.engine=articulated --set terrain.friction=0.5 --set 'command={ file = \"drive.csv\" }' --set duration_s=2.5");
 });
 
 test("without a wheel model the module's own judgement of balls decides", () => {
-  const model = (scenario, set = {}) => engine.withWheels({ scenario, set }).set["physics.wheel_model"];
+  const model = (scenario, set = {}) => {
+    const run = engine.open({ scenario, set });
+    try { return engine.scene(run).settings.wheels; } finally { engine.close(run); }
+  };
   assert.equal(model("step"), "ball");
   assert.equal(model("step", { vehicle: "mecanum4" }), "rollers");
   assert.equal(model("flat", { vehicle: "mecanum4" }), "ball");

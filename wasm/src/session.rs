@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 use omni_core::BodyTwist;
 use omni_log::{InMemory, RunLog, View};
-use omni_sim::config::{CommandFile, Override, Scenario, builtin_scenarios};
+use omni_sim::config::{CommandFile, Override, Scenario, WheelModel, builtin_scenarios};
 use omni_sim::controller::AnyController;
 use omni_sim::{Figure, Outcome, Simulation, SteppedRun, control_periods};
 use serde::Deserialize;
@@ -93,7 +93,7 @@ impl Session {
             "duration_s": self.scenario.duration_s,
             "period_s": self.scenario.period_s(),
             "torque": self.scenario.vehicle().motor.stall_torque_n_m,
-            "wheels": self.scenario.physics.wheel_model,
+            "wheels": if self.scenario.wheel_model() == WheelModel::Rollers { "rollers" } else { "ball" },
             "wheel_model_valid": self.scenario.beyond_balls().is_none(),
             "friction": terrain(&self.scenario, "friction"),
             "height": terrain(&self.scenario, "height_m"),

@@ -2,8 +2,6 @@
 
 const encoder = new TextEncoder(), decoder = new TextDecoder();
 
-const MODEL = "physics.wheel_model";
-
 /** What the module refuses, in one line. */
 export class Refused extends Error {}
 
@@ -43,18 +41,6 @@ export class Engine {
   }
 
   close(run) { this.#of.run_close(run); }
-
-  /** The same request with a wheel model, where it has none: balls, or rollers where balls are not a valid model of the wheels. */
-  withWheels(request) {
-    if (MODEL in (request.set ?? {})) return request;
-    const as = (model) => ({ ...request, set: { ...request.set, [MODEL]: model } });
-    const run = this.open(as("ball"));
-    try {
-      return as(this.scene(run).settings.wheel_model_valid ? "ball" : "rollers");
-    } finally {
-      this.close(run);
-    }
-  }
 
   /** Goes on for so many control periods, with a twist `[vx, vy, wz]` or the scenario's own command; returns how many it went. */
   advance(run, periods, twist) {

@@ -57,7 +57,7 @@ const written = (what, part) => {
   byId("part").value = part ?? 0;
   setButtons(part !== undefined);
 };
-const clearOutcome = () => { for (const id of ["outcome", "mark", "meanings"]) byId(id).hidden = true; };
+const clearOutcome = () => { for (const id of ["outcome", "meanings"]) byId(id).hidden = true; };
 
 const setMode = (now) => {
   mode = now;
@@ -130,7 +130,7 @@ const on = {
 
 const stopped = (how, outcomes) => {
   setMode(how);
-  showOutcomes({ table: byId("outcome"), mark: byId("mark"), meanings: byId("meanings") }, policies(), outcomes, offer.figures);
+  showOutcomes({ table: byId("outcome"), meanings: byId("meanings") }, policies(), outcomes, offer.figures);
   text("until", `Figures until ${number(outcomes[0].time_s, 2)} s${how === "paused" ? ", where the run is paused" : ""}.`);
   const failure = outcomes.map((each, k) => each.failure && `${policies()[k]}: ${each.failure}`).find(Boolean);
   if (failure) text("said", failure);

@@ -65,11 +65,8 @@ export class Wheels {
   }
 }
 
-/** Behind a verdict where the balls are not a valid model of the wheels, as in the command's tables. */
-const MARK = " *";
-
-/** Figures down, runs across: the figures that the command's table of these runs has. Below it what the mark and the figures mean. */
-export function showOutcomes({ table, mark, meanings }, policies, outcomes, figures) {
+/** Figures down, runs across: the figures that the command's table of these runs has. Below it what the figures mean. */
+export function showOutcomes({ table, meanings }, policies, outcomes, figures) {
   const head = table.tHead.rows[0], body = table.tBodies[0];
   head.replaceChildren();
   made("th", head, "figure").scope = "col";
@@ -80,10 +77,9 @@ export function showOutcomes({ table, mark, meanings }, policies, outcomes, figu
     made("th", row, title).scope = "row";
     for (const cell of cells) made("td", row, cell);
   };
-  line("verdict", outcomes.map(({ outcome }) => outcome.verdict + (outcome.wheel_model_valid ? "" : MARK)));
+  line("verdict", outcomes.map(({ outcome }) => outcome.verdict));
   const needed = figures.filter(({ key }) => outcomes.some(({ shown }) => shown[key][1]));
   for (const { key, heading } of needed) line(heading, outcomes.map(({ shown }) => shown[key][0] ?? "-"));
-  mark.hidden = outcomes.every(({ outcome }) => outcome.wheel_model_valid);
   const list = meanings.querySelector("dl"), better = { lower: " Lower is better.", zero: " Nearer to zero is better." };
   list.replaceChildren();
   for (const figure of needed) {

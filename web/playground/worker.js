@@ -94,17 +94,15 @@ const does = {
   open({ requests }) {
     closeAll();
     if (requests.length === 0) return;
-    const whole = [];
     try {
-      for (const request of requests) whole.push(engine.withWheels(request));
-      for (const request of whole) runs.push({ number: engine.open(request), request, goes: true });
+      for (const request of requests) runs.push({ number: engine.open(request), request, goes: true });
     } catch (error) {
       closeAll();
       throw error;
     }
     const { scene, settings } = engine.scene(runs[0].number);
     period = settings.period_s;
-    tell("opened", { scene, settings, requests: whole });
+    tell("opened", { scene, settings, requests });
     show(performance.now());
   },
   run() {

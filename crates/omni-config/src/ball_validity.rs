@@ -13,7 +13,7 @@ mod tests;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::fmt;
 
-use crate::{CommandFrame, Scenario, Terrain, Vehicle, WheelContact, WheelSpec};
+use crate::{CommandFrame, Scenario, Terrain, Vehicle, WheelContact, WheelModel, WheelSpec};
 
 /// How far the ground's normal may lean out of the plane in which a ball is a wheel \[rad\]: 10 degrees. Of a blocked ball's torque
 /// 98.5 % still push then, and the ball turns with 3 % of what the torque would give a free one.
@@ -70,7 +70,8 @@ impl Scenario {
     ///
     /// ```
     /// use omni_config::{Override, Scenario};
-    /// let of = |vehicle: &str| Scenario::load("step", &[Override::new("vehicle", vehicle)]);
+    /// let ball = || Override::new("physics.wheel_model", "ball");
+    /// let of = |vehicle: &str| Scenario::load("step", &[Override::new("vehicle", vehicle), ball()]);
     /// assert_eq!(of("chugo7")?.beyond_balls(), None); // omni wheels, straight ahead
     /// // An edge of 5 cm meets a rim of 76 mm at 70 degrees, and its rollers stand at 45 degrees to it: asin(sin 70 sin 45).
     /// let mecanum = of("mecanum4")?.beyond_balls().expect("mecanum wheels at an edge");
@@ -79,8 +80,13 @@ impl Scenario {
     /// ```
     #[must_use]
     pub fn beyond_balls(&self) -> Option<BeyondBall> {
+        self.beyond_balls_with(self.wheel_model())
+    }
+
+    /// The same under a wheel model.
+    pub(crate) fn beyond_balls_with(&self, model: WheelModel) -> Option<BeyondBall> {
         let ball = |(i, wheel): (usize, &WheelSpec)| {
-            let spec = self.rollers(i).is_none().then_some(wheel)?;
+            let spec = self.vehicle().rollers(i, model).is_none().then_some(wheel)?;
             let [ahead, aside] = self.terrain.steepest(spec.contact_radius_m());
             let (looks, pushes) = (self.looks(), self.pushes(spec));
             let meets = |from: Fan, steepest: f64| steepest * off_plane(spec, from, pushes);

@@ -17,6 +17,7 @@ pub(crate) const VEHICLES: Builtin = &[
 ];
 pub(crate) const SCENARIOS: Builtin = &[
     ("step", include_str!("../assets/scenarios/step.toml")),
+    ("hard_step", include_str!("../assets/scenarios/hard_step.toml")),
     ("flat", include_str!("../assets/scenarios/flat.toml")),
     ("step_down", include_str!("../assets/scenarios/step_down.toml")),
     ("stairs", include_str!("../assets/scenarios/stairs.toml")),

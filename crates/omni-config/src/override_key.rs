@@ -27,6 +27,13 @@ impl Override {
         }
     }
 
+    /// The overrides of a table, tables inside taken apart: each replaces only the keys that it names.
+    pub(crate) fn all_of(table: &Table) -> Vec<Self> {
+        let mut all = Vec::new();
+        flatten("", table, &mut all);
+        all
+    }
+
     /// `key=value`, the value as in TOML; a bare word is a string.
     ///
     /// # Errors
@@ -262,6 +269,20 @@ mod tests {
             let set = Override::parse(&format!("{key}=1")).expect("read");
             let said = Scenario::load("step", &[set]).expect_err("refused").to_string();
             assert!(said.contains("unknown field"), "{said}");
+        }
+    }
+}
+
+fn flatten(above: &str, table: &Table, into: &mut Vec<Override>) {
+    for (key, value) in table {
+        let key = if above.is_empty() {
+            key.clone()
+        } else {
+            format!("{above}.{key}")
+        };
+        match value {
+            Value::Table(inner) => flatten(&key, inner, into),
+            value => into.push(Override::new(key, value.clone())),
         }
     }
 }

@@ -14,11 +14,11 @@ use crate::rollers::WheelModel;
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Engine {
-    /// Rigid bodies, joints and contacts of the rapier engine: the reference.
+    /// Reduced coordinates and one implicit contact solution a step: fast, and converged at usual steps.
     #[default]
-    Rapier,
-    /// Reduced coordinates and one implicit contact solution a step: many times faster, and converged at usual steps.
     Articulated,
+    /// Rigid bodies, joints and contacts of the rapier engine, which others wrote: some ten times slower.
+    Rapier,
     /// MuJoCo, which omnistep.mujoco drives from Python: in outcomes, not in files.
     #[cfg_attr(feature = "schema", schemars(skip))]
     Mujoco,
@@ -26,7 +26,7 @@ pub enum Engine {
 
 impl Engine {
     /// Engines that a file may name, the default first.
-    pub const ALL: [Self; 2] = [Self::Rapier, Self::Articulated];
+    pub const ALL: [Self; 2] = [Self::Articulated, Self::Rapier];
 
     /// Its name in files, tables and logs.
     ///
@@ -48,8 +48,8 @@ fn of_file<'de, D: Deserializer<'de>>(from: D) -> Result<Engine, D::Error> {
     #[derive(Deserialize)]
     #[serde(rename_all = "snake_case")]
     enum Named {
-        Rapier,
         Articulated,
+        Rapier,
     }
     Ok(match Named::deserialize(from)? {
         Named::Rapier => Engine::Rapier,
@@ -63,7 +63,7 @@ fn of_file<'de, D: Deserializer<'de>>(from: D) -> Result<Engine, D::Error> {
 #[serde(deny_unknown_fields, default)]
 #[non_exhaustive]
 pub struct Physics {
-    /// What simulates; `rapier` by default.
+    /// What simulates; `articulated` by default.
     #[serde(deserialize_with = "of_file")]
     #[garde(skip)]
     pub engine: Engine,
@@ -93,11 +93,12 @@ pub struct Physics {
     /// Gravity \[m/s^2\], downwards, 0 to 100; 9.81 if left out.
     #[garde(adapt(ranges), range(min = GRAVITY_M_S2.min, max = GRAVITY_M_S2.max))]
     pub gravity_m_s2: f64,
-    /// Wheel model: `contact` is each wheel's own contact, mostly a ball, which is fast and for level ground; `rollers` makes every roller a body.
+    /// Wheel model: `auto` has rollers, each a body of its own, where balls do not stand for the wheels on this ground, and else each
+    /// wheel's own `contact`, mostly a ball, which is faster; `ball` and `rollers` by name.
     #[garde(skip)]
     pub wheel_model: WheelModel,
-    /// Parts into which each physics step is divided for wheels of rollers, 1 to 16. By default 1 with `engine = "articulated"`, and 2 with
-    /// `engine = "rapier"`, where a part may be 250 us at most.
+    /// Parts into which each physics step is divided for wheels of rollers, 1 to 16. By default 1 with `engine = "articulated"`; with
+    /// `engine = "rapier"`, where a part may be 250 us at most, as many as that takes, on height maps twice as many.
     #[serde(
         skip_serializing_if = "Option::is_none",
         deserialize_with = "crate::integers::substeps"
@@ -122,9 +123,6 @@ impl Default for Physics {
     }
 }
 
-/// Longest step \[us\] in which wheels of rollers drive straight: with twice that they hop, and the vehicle is 9 % off.
-pub(crate) const ROLLER_STEP_US: u64 = 250;
-
 impl Physics {
     /// A key that the engine cannot honour, and what it allows.
     pub(crate) fn refusal(&self) -> Option<(&'static str, String)> {
@@ -134,22 +132,6 @@ impl Physics {
             self.engine.name()
         );
         Some(("solver_iterations", message))
-    }
-
-    /// Parts that a physics step is taken in where wheels have rollers.
-    ///
-    /// ```
-    /// use omni_config::{Override, Scenario};
-    /// let parts = |engine: &str| -> Result<u64, omni_config::Error> {
-    ///     Ok(Scenario::load("step", &[Override::new("physics.engine", engine)])?.physics.roller_parts())
-    /// };
-    /// assert_eq!([parts("rapier")?, parts("articulated")?], [2, 1]);
-    /// # Ok::<(), omni_config::Error>(())
-    /// ```
-    #[must_use]
-    pub fn roller_parts(&self) -> u64 {
-        let derived = if self.engine == Engine::Rapier { 2 } else { 1 };
-        self.roller_substeps.unwrap_or(derived)
     }
 
     /// Solver iterations in each of the `parts` that a physics step is taken in.

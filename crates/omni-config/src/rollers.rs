@@ -15,10 +15,10 @@ use crate::ranges::{
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum WheelModel {
-    /// Each wheel as its `contact` says.
+    /// Rollers where a ball does not stand for a wheel of this vehicle on this ground, else each wheel as its `contact` says.
     #[default]
-    Contact,
-    /// Every wheel is a ball: the fastest model.
+    Auto,
+    /// Every wheel is a ball, valid or not: the fastest model.
     Ball,
     /// Every wheel has its rollers, or those of the vehicle's `[rollers]`: the reference.
     Rollers,

@@ -6,7 +6,7 @@ use garde::Validate;
 #[cfg(feature = "schema")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use toml::Value;
+use toml::{Table, Value};
 
 use crate::Error;
 use crate::command::{Command, Start};
@@ -23,7 +23,7 @@ use crate::load::{Source, check_version, read};
 use crate::log_rates::LogRates;
 use crate::microseconds::seconds;
 use crate::override_key::Override;
-use crate::physics::{Engine, Physics, ROLLER_STEP_US};
+use crate::physics::{Engine, Physics};
 #[cfg(feature = "schema")]
 use crate::ranges::NAME;
 use crate::ranges::{self, DURATION_S, HEADING_RAD, OFFSET_M, SUBSTEPS, TIME_LIMIT_S, is_name};
@@ -50,6 +50,14 @@ pub struct Scenario {
     #[garde(skip)] // checked with its own source, before it is put here
     #[cfg_attr(feature = "schema", schemars(with = "VehicleChoice"))]
     vehicle: Vehicle,
+    /// Keys of the vehicle that this scenario replaces: `"vehicle.motor.stall_torque_n_m" = 1.0`.
+    #[serde(default, skip_serializing)]
+    #[garde(skip)]
+    #[cfg_attr(
+        feature = "schema",
+        schemars(with = "std::collections::BTreeMap<String, serde_json::Value>")
+    )]
+    set: Table,
     /// Simulated time \[s\], 0.01 to 3600; 10 if left out.
     #[serde(default = "ten_seconds")]
     #[garde(adapt(ranges), range(min = DURATION_S.min, max = DURATION_S.max))]
@@ -121,6 +129,10 @@ pub struct Scenario {
     #[serde(skip)]
     #[garde(skip)]
     derived_gains: Option<DerivedGains>,
+    /// What `physics.wheel_model` is here.
+    #[serde(skip)]
+    #[garde(skip)]
+    wheel_model: WheelModel,
 }
 
 /// What a file may say of its vehicle.
@@ -134,6 +146,9 @@ enum VehicleChoice {
     /// The vehicle itself.
     Table(Box<Vehicle>),
 }
+
+/// Longest step \[us\] in which rapier's wheels of rollers drive straight: with twice that they hop, and the vehicle is 9 % off.
+const ROLLER_STEP_US: u64 = 250;
 
 /// How much lower than the others a wheel may be mounted, as a part of its radius.
 const LOWEST: f64 = 0.1;
@@ -246,6 +261,19 @@ impl Scenario {
             each.apply(source, &mut table)?;
         }
         check_version(source, &table)?;
+        // The file's before the caller's. What is written of a scenario has them in its vehicle.
+        let settings = match table.remove("set") {
+            None => Vec::new(),
+            Some(Value::Table(set)) => Override::all_of(&set),
+            Some(other) => return Err(source.refuse("set", format!("{other}, allowed: a table of keys"))),
+        };
+        for each in settings.iter().rev() {
+            let allowed = "allowed: keys that begin with vehicle.; the others are keys of this file";
+            let inner = each
+                .of_vehicle()
+                .ok_or_else(|| source.refuse(format!("set.{}", each.key()), allowed));
+            for_vehicle.insert(0, inner?);
+        }
         // A path in a replaced key is relative to the working directory, not to the file.
         let folder_of = |key: &str| match own.iter().any(|each| each.replaces(key)) {
             true => None,
@@ -289,6 +317,7 @@ impl Scenario {
         let whole = || Self::load("step", &[]).ok()?.to_toml().ok()?.parse().ok();
         let mut scenario: Self = read(source, table).map_err(|error| with_place(error, whole))?;
         scenario.vehicle.assumed = vehicle.assumed;
+        scenario.wheel_model = scenario.wheel_model_here();
         scenario.check(source)?;
         scenario.check_couplings(source)?;
         scenario.check_rollers(source)?;
@@ -443,6 +472,30 @@ impl Scenario {
         Ok(())
     }
 
+    /// Parts that a physics step is taken in where wheels have rollers.
+    ///
+    /// ```
+    /// use omni_config::{Override, Scenario};
+    /// let parts = |scenario: &str, engine: &str| -> Result<u64, omni_config::Error> {
+    ///     Ok(Scenario::load(scenario, &[Override::new("physics.engine", engine)])?.roller_parts())
+    /// };
+    /// assert_eq!([parts("step", "rapier")?, parts("height_map", "rapier")?, parts("step", "articulated")?], [2, 4, 1]);
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    #[must_use]
+    pub fn roller_parts(&self) -> u64 {
+        let part_us = match self.terrain {
+            // On hills rapier's rollers gain energy in longer ones.
+            Terrain::HeightMap { .. } => ROLLER_STEP_US / 2,
+            _ => ROLLER_STEP_US,
+        };
+        let derived = match self.physics.engine {
+            Engine::Rapier => self.physics.timestep_us.div_ceil(part_us),
+            _ => 1,
+        };
+        self.physics.roller_substeps.unwrap_or(derived)
+    }
+
     /// Where every wheel shall have rollers, every wheel has some that fit.
     fn check_rollers(&self, source: &Source) -> Result<(), Error> {
         let missing = |i: &usize| self.rollers(*i).is_none();
@@ -451,7 +504,7 @@ impl Scenario {
         let rolling = everywhere || !wheels.clone().all(|i| missing(&i));
         if everywhere && let Some(i) = wheels.clone().find(missing) {
             let message = format!(
-                "\"rollers\", allowed: \"contact\" or \"ball\" with {}, until [rollers] fit wheel[{i}]",
+                "\"rollers\", allowed: \"auto\" or \"ball\" with {}, until [rollers] fit wheel[{i}]",
                 self.vehicle.name
             );
             return Err(source.refuse("physics.wheel_model", message));
@@ -459,7 +512,7 @@ impl Scenario {
         if self.physics.engine != Engine::Rapier {
             return Ok(());
         }
-        let (timestep_us, parts) = (self.physics.timestep_us, self.physics.roller_parts());
+        let (timestep_us, parts) = (self.physics.timestep_us, self.roller_parts());
         let (least, most) = (timestep_us.div_ceil(ROLLER_STEP_US), SUBSTEPS.max as u64);
         if rolling && least > most {
             let message = format!(
@@ -483,13 +536,34 @@ impl Scenario {
     /// The rollers of the wheel with that index, from 0, as `physics.wheel_model` has it; none for a ball.
     ///
     /// ```
-    /// let scenario = omni_config::Scenario::load("flat", &[])?;
-    /// assert!(scenario.rollers(0).is_none()); // balls, unless asked for rollers
+    /// use omni_config::{Override, Scenario};
+    /// let of = |vehicle: &str| Scenario::load("step", &[Override::new("vehicle", vehicle)]);
+    /// assert!(of("chugo7")?.rollers(0).is_none()); // straight ahead an omni wheel is a ball
+    /// assert!(of("mecanum4")?.rollers(0).is_some()); // at an edge a mecanum wheel is not
     /// # Ok::<(), omni_config::Error>(())
     /// ```
     #[must_use]
     pub fn rollers(&self, wheel: usize) -> Option<RollerWheel> {
-        self.vehicle.rollers(wheel, self.physics.wheel_model)
+        self.vehicle.rollers(wheel, self.wheel_model)
+    }
+
+    /// What `physics.wheel_model` is on this ground: [`WheelModel::Auto`] is rollers where some ball is not the wheel it stands for
+    /// and every wheel has rollers that fit, and stays where balls are valid.
+    #[must_use]
+    pub fn wheel_model(&self) -> WheelModel {
+        self.wheel_model
+    }
+
+    fn wheel_model_here(&self) -> WheelModel {
+        let mut wheels = 0..self.vehicle.wheel.len();
+        let model = self.physics.wheel_model;
+        let fit = |i| self.vehicle.rollers(i, WheelModel::Rollers).is_some();
+        match model {
+            WheelModel::Auto if self.beyond_balls_with(model).is_some() && wheels.all(fit) => {
+                WheelModel::Rollers
+            }
+            _ => model,
+        }
     }
 
     /// Gains that the vehicle's file left out and how they were found; none where the file gives them.

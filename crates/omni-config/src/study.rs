@@ -342,9 +342,7 @@ impl Study {
 
     /// The overrides of `set`, tables inside taken apart.
     fn settings(&self) -> Vec<Override> {
-        let mut all = Vec::new();
-        flatten("", &self.set, &mut all);
-        all
+        Override::all_of(&self.set)
     }
 
     fn refuse(&self, key: impl Into<String>, message: impl Into<String>) -> Error {
@@ -352,20 +350,6 @@ impl Study {
             file: self.origin.file.clone(),
             key: key.into(),
             message: message.into(),
-        }
-    }
-}
-
-fn flatten(above: &str, table: &Table, into: &mut Vec<Override>) {
-    for (key, value) in table {
-        let key = if above.is_empty() {
-            key.clone()
-        } else {
-            format!("{above}.{key}")
-        };
-        match value {
-            Value::Table(inner) => flatten(&key, inner, into),
-            value => into.push(Override::new(key, value.clone())),
         }
     }
 }

@@ -384,7 +384,8 @@ impl Vehicle {
         }))
     }
 
-    /// The rollers of the wheel with that index, from 0, under a wheel model; none where it is a ball. Those of a file that has none
+    /// The rollers of the wheel with that index, from 0, under a wheel model, on level ground if that is automatic; none where it is a
+    /// ball. Those of a file that has none
     /// are nine, or twice nine on an omni wheel, of a fifth of the wheel's radius.
     ///
     /// ```
@@ -392,7 +393,7 @@ impl Vehicle {
     /// let vehicle = Vehicle::load("mecanum4")?;
     /// let rollers = vehicle.rollers(0, WheelModel::Rollers).expect("the file has [rollers]");
     /// assert_eq!(rollers.places().count(), 9); // nine a wheel
-    /// assert!(vehicle.rollers(0, WheelModel::Contact).is_none()); // unless asked for: balls
+    /// assert!(vehicle.rollers(0, WheelModel::Auto).is_none()); // on level ground: balls
     /// # Ok::<(), omni_config::Error>(())
     /// ```
     #[must_use]
@@ -400,7 +401,7 @@ impl Vehicle {
         let own = matches!(self.wheel.get(index)?.contact, WheelContact::Rollers(_));
         match model {
             WheelModel::Ball => None,
-            WheelModel::Contact if !own => None,
+            WheelModel::Auto if !own => None,
             _ => match self.rollers_of(index) {
                 Some(given) => given.ok(),
                 None => {

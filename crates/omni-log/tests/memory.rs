@@ -28,6 +28,7 @@ fn five_minutes_more_of_a_logged_run_add_less_than_a_mebibyte() {
     let keys = [
         "duration_s=360",
         "physics.timestep_s=0.001",
+        "physics.engine=rapier",
         "physics.solver_iterations=1",
         "command.vx_m_s=0.01",
         "control.policy=independent",

@@ -2,7 +2,7 @@
 
 use std::io::Write;
 
-use omni_config::{DerivedGains, File, Scenario, Study, Vehicle, WheelSpec};
+use omni_config::{DerivedGains, File, Scenario, Study, Vehicle, WheelModel, WheelSpec};
 
 use crate::Error;
 use crate::notices::{announce_assumed, beyond_balls, doubts_of};
@@ -43,7 +43,7 @@ pub(super) fn check(file: &str, step_m: Option<f64>, out: &mut dyn Write) -> Res
             format!(
                 "vehicle {}{facts}{step}{}",
                 described(&vehicle),
-                balls_ahead(&vehicle)
+                wheels_ahead(&vehicle)
             )
         }
         File::Scenario(scenario) => {
@@ -72,7 +72,7 @@ pub(super) fn check(file: &str, step_m: Option<f64>, out: &mut dyn Write) -> Res
                     derived
                 )?,
                 encoder(&scenario)?,
-                balls_there(&scenario, balls.as_deref())
+                wheels_there(&scenario, balls.as_deref())
             )
         }
         File::Experiment(experiment) => {
@@ -295,26 +295,24 @@ fn encoder(scenario: &Scenario) -> Result<String, Error> {
     })
 }
 
-/// Whether balls are the wheels of a scenario, as one of [`facts`]; `beyond` is why not.
-fn balls_there(scenario: &Scenario, beyond: Option<&str>) -> String {
-    let wheels = 0..scenario.vehicle().wheel.len();
-    let text = match beyond {
-        Some(why) => format!("WARNING: {why}"),
-        None if wheels.clone().all(|i| scenario.rollers(i).is_some()) => return String::new(),
-        None => format!("valid wheel model {}", scenario.terrain.described()),
+/// How the wheels of a scenario are simulated, as one of [`facts`]; `beyond` is why they are no valid balls.
+fn wheels_there(scenario: &Scenario, beyond: Option<&str>) -> String {
+    let ground = scenario.terrain.described();
+    let text = match (beyond, scenario.wheel_model()) {
+        (Some(why), _) => format!("WARNING: {why}"),
+        (None, WheelModel::Rollers) => "rollers".into(),
+        _ => format!("balls, a valid model {ground}"),
     };
-    format!("\n  {:<8} {text}", "balls")
+    format!("\n  {:<8} {text}", "wheels")
 }
 
-/// Whether balls are a vehicle's wheels where it meets an obstacle straight ahead, as one of [`facts`].
-fn balls_ahead(vehicle: &Vehicle) -> String {
+/// How a vehicle's wheels are simulated where it meets an obstacle straight ahead, as one of [`facts`].
+fn wheels_ahead(vehicle: &Vehicle) -> String {
     let text = match vehicle.beyond_balls_ahead() {
-        Some(beyond) => {
-            format!("valid wheel model on level ground; at an edge use physics.wheel_model=rollers: {beyond}")
-        }
-        None => "valid wheel model on level ground and at an edge straight ahead".into(),
+        Some(beyond) => format!("balls on level ground; rollers at an edge, because {beyond}"),
+        None => "balls on level ground and at an edge straight ahead".into(),
     };
-    format!("\n  {:<8} {text}", "balls")
+    format!("\n  {:<8} {text}", "wheels")
 }
 
 /// The body that reaches farthest ahead, where its clearance is less than the height of a step.

@@ -2,7 +2,7 @@
 
 use omni_sim::{Figure, LimitedBy, Outcome};
 
-use crate::output::{BEYOND_BALLS, aligned, marked};
+use crate::output::aligned;
 
 /// Columns of characters that a table takes at most, unless one run alone needs more.
 const WIDTH: usize = 80;
@@ -36,10 +36,10 @@ impl<'a> Run<'a> {
     }
 
     fn verdict(&self) -> String {
-        let Some(outcome) = self.outcome else {
-            return self.otherwise.to_owned();
-        };
-        marked(outcome.verdict.name().to_owned(), outcome.wheel_model_valid)
+        let said = self
+            .outcome
+            .map_or(self.otherwise, |outcome| outcome.verdict.name());
+        said.to_owned()
     }
 
     fn limited(&self) -> Option<&'static str> {
@@ -116,10 +116,6 @@ pub(super) fn results(corner: &str, runs: &[Run<'_>], together: usize) -> String
             std::iter::once(title.clone()).chain(block.iter().map(|k| cells[*k].clone()))
         });
         text += &format!("{}\n", aligned(header, lines, 1));
-    }
-    let mut outcomes = runs.iter().filter_map(|run| run.outcome);
-    if outcomes.any(|outcome| !outcome.wheel_model_valid) {
-        text += &format!("{BEYOND_BALLS}\n");
     }
     text
 }

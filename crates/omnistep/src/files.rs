@@ -4,7 +4,7 @@ use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write};
 use std::path::PathBuf;
 
-use omni_config::{FileKind, Scenario, Source, Study, Vehicle, WheelModel};
+use omni_config::{FileKind, Scenario, Source, Study, Vehicle};
 
 use crate::Error;
 use crate::args::{FileKindArg, NewKind};
@@ -128,21 +128,10 @@ fn driven(text: String, template: &str, vehicle: Option<&str>) -> Result<String,
     let own = own.unwrap_or_default();
     let source = Source::vehicle(vehicle, None)?;
     let other = Vehicle::from_source(&source, &[])?;
-    let wheels = other.wheel.len();
     let text =
         with_room(&text, template, &other)?.replacen(own, &format!("vehicle = {}", toml_text(vehicle)), 1);
-    // Balls where they are a valid wheel model, else the rollers of the vehicle's file if it has them.
-    let scenario = Scenario::from_source(&Source::text(template, &*text), &[])?;
-    let has_rollers = |i| scenario.vehicle().rollers(i, WheelModel::Rollers).is_some();
-    if scenario.beyond_balls().is_none() || !(0..wheels).all(has_rollers) {
-        return Ok(text);
-    }
-    let line =
-        "wheel_model = \"rollers\"      # the balls of the default are no valid wheel model at this obstacle";
-    Ok(match text.contains("\n[physics]\n") {
-        true => text.replacen("\n[physics]\n", &format!("\n[physics]\n{line}\n"), 1),
-        false => format!("{text}\n[physics]\n{line}\n"),
-    })
+    Scenario::from_source(&Source::text(template, &*text), &[])?;
+    Ok(text)
 }
 
 /// The text of a built-in scenario with its obstacle as far ahead as a long vehicle needs it, and time for the longer way.

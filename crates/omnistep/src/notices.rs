@@ -49,7 +49,7 @@ pub(crate) fn announce(scenario: &Scenario) {
 /// What of that is about the vehicle, whatever its command.
 pub(crate) fn announce_vehicle(scenario: &Scenario) {
     announce_assumed(scenario.vehicle(), scenario.period_s(), scenario.derived_gains());
-    if scenario.physics.wheel_model == WheelModel::Rollers && scenario.vehicle().rollers.is_none() {
+    if scenario.wheel_model() == WheelModel::Rollers && scenario.vehicle().rollers.is_none() {
         say(&format!(
             "{}: no [rollers]; nine a row, of a fifth of the wheel's radius",
             scenario.vehicle().name
@@ -81,9 +81,9 @@ pub(crate) fn beyond_balls(scenario: &Scenario) -> Option<String> {
         .clone()
         .all(|i| vehicle.rollers(i, WheelModel::Rollers).is_some())
     {
-        "use --set physics.wheel_model=rollers"
+        "leave physics.wheel_model out"
     } else {
-        "the vehicle file has no [rollers] to use instead"
+        "the vehicle's wheels have no rollers that fit"
     };
     let (name, ground) = (&vehicle.name, scenario.terrain.described());
     Some(format!(

@@ -48,15 +48,6 @@ pub(crate) fn warn(text: &str) {
     say(&format!("warning: {text}"));
 }
 
-/// What the mark of [`marked`] means.
-pub(crate) const BEYOND_BALLS: &str =
-    "* balls are no valid wheel model there, and this result is not valid; use physics.wheel_model=rollers";
-
-/// What a run amounts to, with a mark where its balls are not a valid model of its wheels.
-pub(crate) fn marked(text: String, wheel_model_valid: bool) -> String {
-    if wheel_model_valid { text } else { text + " *" }
-}
-
 /// A table with `left` columns of words, the others numbers, flush right.
 pub(crate) fn aligned<H: Into<Row>, R: Into<Row>>(
     headings: H,

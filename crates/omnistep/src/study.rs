@@ -16,7 +16,7 @@ use omni_study::{MapCell, PairedCell, Plan, Store, cells, compute, paired};
 use crate::Error;
 use crate::args::{StudyArgs, parse_overrides, whole};
 use crate::notices;
-use crate::output::{BEYOND_BALLS, print, say, warn};
+use crate::output::{print, say, warn};
 use crate::signals::stop_flag;
 
 pub(super) fn study(args: &StudyArgs, out: &mut dyn Write) -> Result<(), Error> {
@@ -88,9 +88,6 @@ pub(super) fn study(args: &StudyArgs, out: &mut dyn Write) -> Result<(), Error> 
     print(out, &tables::tables(&plan, &map))?;
     if let Some(baseline) = &baseline {
         print(out, &tables::baseline(&plan, baseline, &compared(&rows)?))?;
-    }
-    if map.iter().any(|cell| cell.beyond_balls > 0) {
-        print(out, &format!("{BEYOND_BALLS}\n"))?;
     }
     let mut line = format!("{runs} runs");
     if computed.rows < runs {

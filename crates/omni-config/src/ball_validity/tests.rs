@@ -1,12 +1,13 @@
 //! Which wheels balls stand for, and where.
 
 use super::BALL_LEAN_RAD;
-use crate::{Override, Scenario, builtin_scenarios, builtin_vehicles};
+use crate::{Override, Scenario, WheelModel, builtin_scenarios, builtin_vehicles};
 
-/// Largest lean in degrees where balls are not the wheels; none where they are.
+/// Largest lean in degrees where balls, which are asked for, are not the wheels; none where they are.
 fn lean_deg(scenario: &str, sets: &[&str]) -> Option<f64> {
-    let keys: Vec<_> = sets
+    let keys: Vec<_> = ["physics.wheel_model=ball"]
         .iter()
+        .chain(sets)
         .map(|set| Override::parse(set).expect("key=value"))
         .collect();
     let scenario = Scenario::load(scenario, &keys).expect("valid");
@@ -38,6 +39,27 @@ fn balls_are_the_wheels_of_chugo7_in_every_built_in_scenario_but_across_steep_hi
     // The hills' steepest pixels rise by 16.8 degrees, to the side too: measured with another reader of the picture.
     let hills = lean_deg("height_map", &[]).expect("steep sideways");
     assert!((hills - 16.84).abs() < 0.05, "{hills}");
+}
+
+#[test]
+fn without_a_model_by_name_wheels_have_rollers_where_balls_are_not_the_wheels() {
+    for (vehicle, scenario) in builtin_vehicles()
+        .into_iter()
+        .flat_map(|vehicle| builtin_scenarios().into_iter().map(move |each| (vehicle, each)))
+    {
+        let key = format!("vehicle={vehicle}");
+        let keys = [Override::parse(&key).expect("key=value")];
+        let Ok(auto) = Scenario::load(scenario, &keys) else {
+            continue; // a drive of other wheels
+        };
+        let rollers = auto.wheel_model() == WheelModel::Rollers;
+        assert_eq!(
+            rollers,
+            lean_deg(scenario, &[&key]).is_some(),
+            "{vehicle} {scenario}"
+        );
+        assert_eq!(auto.beyond_balls(), None, "{vehicle} {scenario}");
+    }
 }
 
 #[test]

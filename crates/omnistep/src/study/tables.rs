@@ -3,7 +3,7 @@
 use omni_config::Override;
 use omni_study::{Cell, Kind, MapCell, PairedCell, PairedFigure, Plan};
 
-use crate::output::{aligned, marked};
+use crate::output::aligned;
 
 /// One table for each figure and combination of the axes that are not the map's. With less than two axes, figures are the
 /// rows of one table.
@@ -138,11 +138,10 @@ fn shown(plan: &Plan, cell: &MapCell, figure: usize) -> String {
         some if some > 0 && name == "climbed" => format!("{text}, {some} unfinished"),
         _ => text,
     };
-    let text = match cell.errors {
+    match cell.errors {
         0 => text,
         errors => format!("{text} ({errors} failed)"),
-    };
-    marked(text, cell.beyond_balls == 0)
+    }
 }
 
 /// A mean with four digits that count, and half of its interval with as many decimals.

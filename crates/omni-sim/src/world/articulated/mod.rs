@@ -126,7 +126,7 @@ impl<const N: usize> World<N> {
         tree.place(&model, &state);
         state.com_m = (Vector3::new(place.x_m + x_m, place.y_m, 0.0) - tree.origin[0]).into();
         let substeps = if model.rollers > 0 {
-            scenario.physics.roller_parts()
+            scenario.roller_parts()
         } else {
             1
         };

@@ -63,7 +63,7 @@ impl World {
         if stiffer.is_some() {
             physics.narrow_phase = NarrowPhase::with_query_dispatcher(wheel::FreshContacts);
         }
-        let substeps = stiffer.map_or(1, |_| settings.roller_parts());
+        let substeps = stiffer.map_or(1, |_| scenario.roller_parts());
         integrate(
             &mut physics.integration_parameters,
             settings.timestep_us as f64 * 1e-6 / substeps as f64,

@@ -243,8 +243,8 @@ fn ctrl_c_ends_a_drive_with_a_row_also_without_a_terminal() {
         "it has no end of its own: nothing was cut short"
     );
     let row = String::from_utf8(output.stdout).unwrap();
-    // Its wheels need rollers at an edge.
-    let shown = "omni3 on flat ground, friction 0.7, driven by hand, torque limit 1 N.m, engine rapier\n";
+    let shown =
+        "omni3 on flat ground, friction 0.7, driven by hand, torque limit 1 N.m, engine articulated\n";
     assert!(row.starts_with(shown), "{row}");
 }
 

@@ -31,6 +31,17 @@ fn refused_file(file: &str, from: &str, to: &str, expected: &str) {
 }
 
 #[test]
+fn a_scenario_sets_keys_of_its_vehicle_only() {
+    refused_file(
+        "s.toml",
+        "[terrain]",
+        "[set]\n\"terrain.friction\" = 0.5\n[terrain]",
+        "set.terrain.friction: allowed: keys that begin with vehicle.; the others are keys of this file",
+    );
+    refused_file("s.toml", "seed = 0", "seed = 0\nset = 3", "set: 3, allowed: a table of keys");
+}
+
+#[test]
 fn a_typo_in_a_key_is_named_with_the_keys_there_are() {
     refused_file(
         "s.toml",
@@ -289,6 +300,7 @@ fn couplings_join_two_hinges_that_the_physics_step_resolves() {
     let folder = tempfile::tempdir().unwrap();
     let sets = [
         "vehicle=rocker_bogie6",
+        "physics.engine=rapier",
         "physics.timestep_s=0.002",
         "control.period_s=0.002",
     ];
@@ -351,7 +363,7 @@ fn unknown_names_are_refused_with_the_names_there_are() {
     let folder = tempfile::tempdir().unwrap();
     let said = refused(folder.path(), &["compare", "stairway"]);
     assert!(
-        said.contains("unknown scenario \"stairway\" (did you mean \"stairs\"?), allowed: step, flat, step_down, stairs, ramp, half_step, ditch, bumps, rough, height_map, ice, square, figure_eight, or the path"),
+        said.contains("unknown scenario \"stairway\" (did you mean \"stairs\"?), allowed: step, hard_step, flat, step_down, stairs, ramp, half_step, ditch, bumps, rough, height_map, ice, square, figure_eight, or the path"),
         "{said}"
     );
     let said = refused(folder.path(), &["run", "step", "--policy", "scale_torque"]);
@@ -425,7 +437,7 @@ fn unknown_engines_and_keys_of_the_other_are_refused() {
     run(
         "duration_s=1.0",
         "rapierr",
-        "physics.engine: unknown variant `rapierr` (did you mean `rapier`?), expected `rapier` or `articulated`",
+        "physics.engine: unknown variant `rapierr` (did you mean `rapier`?), expected `articulated` or `rapier`",
     );
     run(
         "physics.solver_iterations=4",

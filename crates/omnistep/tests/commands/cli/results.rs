@@ -372,6 +372,8 @@ fn a_vehicle_that_falls_apart_leaves_log_verdict_and_error() {
         "step_down",
         "--json",
         "--set",
+        "physics.engine=rapier",
+        "--set",
         "physics.timestep_s=0.05",
         "--set",
         "control.period_s=0.05",

@@ -39,7 +39,16 @@ fn ripple_is_a_table_with_a_line_a_wheel() {
 #[test]
 fn missing_rollers_are_assumed_and_misfits_refused_by_key() {
     let folder = tempfile::tempdir().unwrap();
-    let model = ["run", "flat", "--set", "physics.wheel_model=rollers", "--set"];
+    let rapier = "physics.engine=rapier";
+    let model = [
+        "run",
+        "flat",
+        "--set",
+        rapier,
+        "--set",
+        "physics.wheel_model=rollers",
+        "--set",
+    ];
     let with = |more: &str| refused(folder.path(), &[&model[..], &[more]].concat());
     let text = omni_config::FileKind::Vehicle.template("omni3").unwrap();
     let (before, rollers) = text.split_once("[rollers]").unwrap();
@@ -59,13 +68,15 @@ fn missing_rollers_are_assumed_and_misfits_refused_by_key() {
     let exported = omnistep(folder.path(), &["export", "bare.toml", "--format", "mjcf"]);
     assert!(exported.status.success(), "{}", stderr(&exported));
     assert_eq!(
-        with("physics.timestep_s=0.001"),
-        "error: built-in flat: physics.roller_substeps: 2, allowed: 4 to 16 at physics.timestep_s = 0.001: rollers vibrate in \
+        with("physics.roller_substeps=1"),
+        "error: built-in flat: physics.roller_substeps: 1, allowed: 2 to 16 at physics.timestep_s = 0.0005: rollers vibrate in \
          parts of more than 0.00025 s\n"
     );
     let slow = [
         "run",
         "flat",
+        "--set",
+        rapier,
         "--set",
         "physics.wheel_model=rollers",
         "--set",

@@ -55,12 +55,7 @@ fn what_a_short_file_leaves_out_is_assumed_aloud() {
         "short: body \"frame\" without com_m: [0, 0, 0.06], half way up its box",
         "short: body \"frame\" has what is left of total_mass_kg: 7.4 kg",
     ];
-    let rolling = [
-        "--set",
-        "physics.wheel_model=rollers",
-        "--set",
-        "physics.engine=articulated",
-    ];
+    let rolling = ["--set", "physics.wheel_model=rollers"];
     let run = [
         "run",
         "flat",
@@ -87,10 +82,7 @@ fn what_a_short_file_leaves_out_is_assumed_aloud() {
         );
     }
     // What was logged needs no assumption: the run is repeated bit for bit.
-    let replayed = omnistep(
-        folder.path(),
-        &["replay", "out/flat-scale_references-articulated.mcap"],
-    );
+    let replayed = omnistep(folder.path(), &["replay", "out/flat-scale_references.mcap"]);
     assert!(
         replayed.status.success() && !stderr(&replayed).contains("without"),
         "{}",

@@ -101,7 +101,7 @@ fn a_bad_study_is_one_line_with_file_axis_value_and_range() {
         (
             "\"flat\"",
             "\"plain\"",
-            "small.toml: scenario: \"plain\", allowed: step, flat",
+            "small.toml: scenario: \"plain\", allowed: step, hard_step, flat",
         ),
         (
             "\"slip_rms\"",

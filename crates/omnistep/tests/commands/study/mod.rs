@@ -26,6 +26,7 @@ seeds = 4
 
 [set]
 duration_s = 0.01
+physics.engine = "rapier"
 perturbation.yaw_rad = 0.05
 
 [[axis]]
@@ -213,6 +214,7 @@ name = "failing"
 scenario = "flat"
 seeds = 3
 set.duration_s = 0.01
+set."physics.engine" = "rapier"
 set."vehicle.gains.kp_n_m_s_rad" = 1e6
 axis = [{ key = "vehicle.motor.stall_torque_n_m", values = [2.0, 1e6] }]
 "#;

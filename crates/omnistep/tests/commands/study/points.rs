@@ -30,7 +30,13 @@ fn listed_points_of_a_grid_are_the_runs_of_that_grid() {
     for friction in ["terrain.friction=0.5", "terrain.friction=1"] {
         for torque in ["1", "1.5", "2"] {
             let torque = format!("vehicle.motor.stall_torque_n_m={torque}");
-            let all = [friction, &torque, "duration_s=0.01", "perturbation.yaw_rad=0.05"];
+            let all = [
+                friction,
+                &torque,
+                "duration_s=0.01",
+                "physics.engine=rapier",
+                "perturbation.yaw_rad=0.05",
+            ];
             points.push(all.map(str::to_owned));
         }
     }
