@@ -39,7 +39,7 @@ DELAY_S = 0.02
 #: Slip that is expected of a run or of a piece of a recording, as a part of its way.
 SLIP = 0.01
 #: Why a single wheel has no interval that follows from what all have in common.
-ALIKE = "as all wheels are"
+ALIKE, TOGETHER = "as all wheels are", "only together with others"
 #: A smaller deviation is none, in units of ``SCALE``.
 LEAST = 1e-6
 #: Single wheels pay where the measurements are so much more probable with them: strong evidence, 20 to 1, on the scale
@@ -122,7 +122,7 @@ class Problem:
                 start, scale = [*start, 0.0], [*scale, CLOCK]
         self.start, self.scale = np.array(start), np.array(scale)
         self.common = np.vstack([common, np.zeros((len(start) - len(common), 3))])
-        radius = float(np.mean([abs(wheel.radius_m / wheel.gear) for wheel in self.wheels]))
+        radius = float(np.mean([abs(wheel.radius_m * wheel.gear) for wheel in self.wheels]))
         ends_m = [radius * drive.way_rad for drive in drives if isinstance(drive, Drive)]
         pieces_m = [recording.piece_m for recording in recordings_of(drives)]
         #: Of ends that were measured on the spot, without slip: what was stated, or what a tape leaves.
@@ -140,8 +140,8 @@ class Problem:
         #: Whether the runs go sideways by so much that they may tell it.
         self.slips = self.sideways is not None and self._goes_sideways()
         #: How wheels would be turned that make a vehicle go farther sideways, a column of the parameters.
-        self.toed = np.zeros((len(start), int(self.slips)))
-        for k, wheel in enumerate(self.wheels if self.slips else ()):
+        self.toed = np.zeros((len(start), int(self.sideways is not None)))
+        for k, wheel in enumerate(self.wheels if self.sideways is not None else ()):
             push = atan2(*wheel.rolling_direction[::-1]) + wheel.roller_angle_rad
             self.toed[3 * k + 2] = cos(push) * sin(push)
         #: Which of what all wheels have in common keeps the file's value.
@@ -238,16 +238,18 @@ class Problem:
         # What one of the two tells is not held: in the second a radius of all wheels may be turns of single ones too. A
         # turn of the whole is not taken from the first: a single wheel that differs drifts as one.
         rows, models = np.linalg.pinv(self.common), ((common, found), (common, found), (found,))
-        deviations = [
-            min(_deviations(row, each).max() for each in tells) for row, tells in zip(rows, models, strict=True)
-        ]
-        held = self.held | (np.array(deviations) >= DETERMINED)
-        if held.all() and found is common and not self.at:
+        deviations = np.array(
+            [min(_deviations(row, each).max() for each in tells) for row, tells in zip(rows, models, strict=True)]
+        )
+        held = self.held | (deviations >= DETERMINED)
+        if held.all() and not any(self._others(slips=self.slips)):
             found.reported = np.zeros_like(found.u)
-            return found, single
-        if (held != self.held).any():
+        elif (held != self.held).any():
             again = self._single(held) if found is single else self._fit(single=False, held=held)
-            found.reported = again.reported
+            # Not at the cost of what is told: a lever that is held would be a radius where turns tell their ratio.
+            moved = np.abs(rows @ (again.reported - found.u))
+            if (moved <= deviations)[~held].all():
+                found.reported = again.reported
         return found, single
 
     def _single(self, held: Any) -> Found:
@@ -261,6 +263,10 @@ class Problem:
         # Single wheels must pay beside what is common, and that may slip.
         return replace(self._fit(single=True, held=held, slipping=slipping), evidence=slipping.evidence)
 
+    def _others(self, *, slips: bool) -> dict[tuple[str, str], int]:
+        """Where the numbers that are none of a wheel are, of wheels that slip sideways or do not."""
+        return {each: at for each, at in self.at.items() if slips or at != self.sideways}
+
     def _fit(self, *, single: bool, held: Any, slipping: Found | None = None) -> Found:
         """Least squares about the drawing, each group weighted by its residuals.
 
@@ -270,9 +276,9 @@ class Problem:
         """
         count, own = 3 * len(self.wheels), np.eye(len(self.start))
         kept, common = self.common[:, held], self.common[:, ~held]
-        others = {each: at for each, at in self.at.items() if at != self.sideways or (self.slips and slipping is None)}
+        others = self._others(slips=self.slips and slipping is None)
         if single and slipping is None:
-            # Wheels that are all turned against their rollers' sides are wheels that slip sideways.
+            # Wheels that are all turned against their rollers' sides are wheels that slip sideways, or larger ones.
             kept = np.hstack([kept, self.toed])
         own = own - kept @ np.linalg.pinv(kept)
         rest = [own[:, at : at + len(FAR[kind])] for (kind, _), at in others.items()]
@@ -415,18 +421,19 @@ class Problem:
 
     def far(self, found: Found) -> list[str]:
         """What ends as far from the file as is searched."""
-        said = []
-        common = np.linalg.pinv(self.common)
+        common, each = np.linalg.pinv(self.common), np.eye(len(self.start))
         names = ("all.radius", "all.lever", "all.turn_rad")
-        rows = [(*each, common[k]) for k, each in enumerate(zip(names, (1.0, 1.0, 0.0), [SCALE] * 3, strict=True))]
-        each = np.eye(len(self.start))
-        rows += zip(self.names, self.start, self.scale, each[: 3 * len(self.wheels)], strict=False)
+        rows = [(*row, common[k]) for k, row in enumerate(zip(names, (1.0, 1.0, 0.0), [SCALE] * 3, strict=True))]
         if self.sideways is not None:
             rows.append(("all.sideways", 1.0, SCALE, each[self.sideways]))
+        for name, start, scale, row in zip(self.names, self.start, self.scale, each, strict=False):
+            # What the runs do not tell of a single wheel may run off; it is not reported.
+            if abs(row @ found.reported) > 0.5 * abs(row @ found.u):
+                rows.append((name, start, scale, row))
+        said = []
         for name, start, scale, row in rows:
             value = start + scale * float(row @ found.u)
-            held = abs(row @ found.reported) < LEAST
-            if not held and abs(value - start) > 0.99 * FARTHEST * scale:
+            if abs(value - start) > 0.99 * FARTHEST * scale:
                 said.append(f"{name} is {value:.4g} after {start:.4g} in the file, as far as is searched")
         return said
 
@@ -462,7 +469,12 @@ class Problem:
         for k, (name, row) in enumerate(zip(self.names, np.eye(len(self.start))[:wheels], strict=True)):
             unit = "rad" if name.endswith("rad") else "m"
             each = self._estimate(name, unit, self.start[k], self.scale[k], row, found, single)
-            given.append(replace(each, low=None, high=None, note=each.note or ALIKE) if alike else each)
+            if alike:
+                each = replace(each, low=None, high=None, note=each.note or ALIKE)
+            elif self.held[2] and unit == "rad" and each.determined:
+                # To recorded poses the mean of all is the plate's yaw: only differences from it are known.
+                each = replace(each, low=None, high=None, note=TOGETHER)
+            given.append(each)
         return tuple(given)
 
     def plates(self, found: Found) -> tuple[Estimate, ...]:
@@ -488,7 +500,7 @@ class Problem:
         times = scipy_part("stats", NEEDED_BY).t.ppf(0.5 + CONFIDENCE / 2, [known.freedom, _scattered(row, known)])
         half = float(scale * np.max(times * _deviations(row, known)))
         held = not determined and abs(row @ found.reported) < LEAST
-        follows = "only together with others" if found is known else ALIKE
+        follows = TOGETHER if found is known else ALIKE
         return Estimate(
             name=name,
             unit=unit,

@@ -84,7 +84,7 @@ class Recording:
         seen = poses[self.known]
         seen[:, 2] = np.unwrap(seen[:, 2])
         self.poses = _smooth(seen, 2 * round(0.5 * SMOOTH_S / self.period_s) + 1)
-        radius = float(np.mean([abs(wheel.radius_m / wheel.gear) for wheel in vehicle.layout.wheels]))
+        radius = float(np.mean([abs(wheel.radius_m * wheel.gear) for wheel in vehicle.layout.wheels]))
         ways = [self._way(stretch.positions) * radius for stretch in self.stretches]
         total = sum(float(way[-1]) for way in ways)
         if total < MOVES_M:

@@ -38,6 +38,8 @@ TWICE = 2.0
 LEFT_OUT = 0.1
 #: Radii in a file are not wrong by more than this part: something else is. Less sideways slip is not spoken of.
 RADIUS_OFF, SLIPS_ASIDE = 0.08, 0.01
+#: Paths that differ by less are as far off [m].
+LEAST_PATH_M = 1e-6
 #: Odometry that fits ends no farther off than this [m, rad]: what is, was measured or written down wrong.
 OFF_M, OFF_RAD = 0.1, 0.2
 
@@ -51,7 +53,8 @@ class PathError:
         pieces: how many pieces it was cut into.
         piece_m: how far the wheels turn in each [m].
         before_m: with the file's values, root mean square over the path [m]; where the plate is is as estimated.
-        after_m: with the estimates [m].
+        after_m: with the estimates, as the file that is written has them [m].
+        sideways_m: with ``all.sideways`` too, which a file does not have [m]; as ``after_m`` where it is 1.
     """
 
     run: str
@@ -59,10 +62,12 @@ class PathError:
     piece_m: float
     before_m: float
     after_m: float
+    sideways_m: float
 
     def __str__(self) -> str:
+        slip = "" if self.sideways_m == self.after_m else f", {self.sideways_m:.3f} m with all.sideways"
         return (
-            f"{self.run}: path {self.after_m:.3f} m off, {self.before_m:.3f} m with the file (root mean square);"
+            f"{self.run}: path {self.after_m:.3f} m off{slip}, {self.before_m:.3f} m with the file (root mean square);"
             f" {self.pieces} pieces of {self.piece_m:.2g} m"
         )
 
@@ -185,7 +190,7 @@ def calibrate(
     if refuted:
         common, parts, plates = withheld(common), withheld(parts), withheld(plates)
     recordings = recordings_of(drives)
-    far, doubts = problem.far(found), _doubtful(drawn, problem, found, bool(refuted))
+    far, doubts = [] if refuted else problem.far(found), _doubtful(drawn, problem, found, bool(refuted))
     # What may explain errors says more than how large they are.
     why = next((doubt for doubt in doubts if refuted and APART in doubt), refuted)
     return Calibration(
@@ -195,7 +200,7 @@ def calibrate(
             *cut_off,
             *left_out,
             *(f"{each.where}: {said}" for each in recordings for said in each.without()),
-            *_remarkable(common),
+            *_remarkable(common, drawn),
             *(doubt for doubt in doubts if doubt != why),
             *([f"no interval is given: {why}"] if refuted else _cannot_tell(common, parts, bool(recordings))),
             *(f"{each}; {CHECK}" for each in far),
@@ -255,16 +260,20 @@ def _misfit(found: Found) -> tuple[int, float] | None:
 
 def _path(problem: Problem, found: Found, recording: Recording) -> PathError:
     plate = problem.plate(recording, found.reported)
-    before, after = (
+    vehicle = problem.vehicle(found.reported)
+    before, after, sideways = (
         recording.path_error_m(Kinematics(layout=layout), plate)
-        for layout in (problem.drawn.layout, problem.layout(found.reported))
+        for layout in (problem.drawn.layout, vehicle.layout, problem.layout(found.reported))
     )
+    # But for rounding on the way into a file.
+    sideways = after if abs(sideways - after) < LEAST_PATH_M else sideways
     return PathError(
         run=recording.where,
         pieces=len(recording.pieces),
         piece_m=recording.piece_m,
         before_m=before,
         after_m=after,
+        sideways_m=sideways,
     )
 
 
@@ -312,7 +321,8 @@ def _doubtful(vehicle: Vehicle, problem: Problem, found: Found, refuted: bool) -
         doubts = [*_times(vehicle, problem.drives), *doubts]
     if not ends:
         return doubts
-    kinematics = Kinematics(layout=problem.layout(found.reported))
+    # By the best fit: what keeps the file's value is no mistake of a measurement.
+    kinematics = Kinematics(layout=problem.layout(found.u))
     errors = [drive.errors(kinematics) for drive in ends]
     for kind, unit, most, why in (
         (0, "m", OFF_M, "check that it is in m, that x has the right sign, and that x and y are not swapped"),
@@ -342,7 +352,7 @@ def _times(vehicle: Vehicle, drives: Sequence[Drive | Piece]) -> list[str]:
     return []
 
 
-def _remarkable(common: Sequence[Estimate]) -> list[str]:
+def _remarkable(common: Sequence[Estimate], vehicle: Vehicle) -> list[str]:
     """What a file cannot hold, and a radius that no drawing is wrong by."""
     every = {each.name: each for each in common if each.determined}
     said, radius, sideways = [], every.get("all.radius"), every.get("all.sideways")
@@ -353,12 +363,26 @@ def _remarkable(common: Sequence[Estimate]) -> list[str]:
         )
     if sideways is None or sideways.low is None or sideways.high is None:
         return said
-    if abs(sideways.value - 1.0) > max(SLIPS_ASIDE, 0.5 * (sideways.high - sideways.low)):
-        said.append(
-            f"it goes {sideways.value:.3g} times as far sideways as its wheels say (rollers tilt, slip and bind): no"
-            " size of a wheel, and not in the file; multiply odometry's steps to the side by it, and give it to"
-            f" resimulate: --sideways {sideways.value:.3g}"
+    if abs(sideways.value - 1.0) <= max(SLIPS_ASIDE, 0.5 * (sideways.high - sideways.low)):
+        return said
+    angle = abs(
+        float(np.mean([abs(wheel.roller_angle_rad) for wheel in vehicle.layout.wheels if wheel.roller_angle_rad]))
+    )
+    turned = np.arctan2(np.tan(angle), sideways.value)
+    same = (
+        f"; wheels that are all turned by {abs(turned - angle):.3g} rad, of {np.cos(turned) / np.cos(angle):.4g} times"
+        " the radius, would be the same to odometry"
+    )
+    if sideways.value > 1.0:
+        cause = (
+            f"more than slip does; rollers at {np.degrees(turned):.1f} degrees instead of {np.degrees(angle):.1f} do so"
         )
+    else:
+        cause = "rollers tilt, slip and bind"
+    said.append(
+        f"it goes {sideways.value:.3g} times as far sideways as its wheels say ({cause}): not in the file; multiply"
+        f" odometry's steps to the side by it, and give it to resimulate, --sideways {sideways.value:.3g}{same}"
+    )
     return said
 
 

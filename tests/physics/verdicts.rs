@@ -54,7 +54,7 @@ fn hills_that_turn_a_vehicle_are_no_runaway_under_any_policy() {
     ] {
         let policy = format!("control.policy={policy}");
         assert_eq!(
-            outcome("height_map", &[&policy]).verdict,
+            outcome("height_map", &[&policy, "physics.wheel_model=ball"]).verdict,
             Verdict::Climbed,
             "{policy}"
         );
