@@ -36,7 +36,8 @@ def test_a_report_of_several_scenarios_is_titled_after_all_of_them_and_says_whic
         ("flat", "chugo7", "moon"),
     ):
         path = tmp_path / f"{name}-{vehicle}.mcap"
-        omnistep.run(scenario, overrides={"name": name, "duration_s": 0.1, "vehicle": vehicle}, mcap=path)
+        keys = {"name": name, "duration_s": 0.1, "vehicle": vehicle, "physics.engine": "articulated"}
+        omnistep.run(scenario, overrides=keys, mcap=path)
         logs.append(omnistep.read_mcap(path))
     logs, moon = logs[:3], logs[3]
     title = "flat with chugo7, flat with omni3, step with chugo7: scale_references, traction"

@@ -209,7 +209,7 @@ def test_what_the_controller_raises_and_what_mujoco_cannot_do_is_said(tmp_path, 
     load = [{"kind": "load_added", "body": "rear", "mass_kg": 1.0, "at_m": [0.0, 0.0, 0.2], "from_s": 0.1}]
     with pytest.raises(omnistep.ConfigError, match="load_added"):
         second.run("flat", overrides={"fault": load}, progress=False)
-    with pytest.raises(omnistep.ConfigError, match="expected `rapier` or `articulated`"):
+    with pytest.raises(omnistep.ConfigError, match="expected `articulated` or `rapier`"):
         omnistep.run("flat", overrides={"physics.engine": "mujoco"})
     falling = second.load("flat")
     falling.opt.gravity[2] = -1e12

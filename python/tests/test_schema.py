@@ -59,6 +59,8 @@ def at(value, path):
 def test_unknown_keys_and_wrong_types_are_refused_in_every_table(validators, kind, path):
     whole = tomllib.loads(path.read_text())
     for place, table in tables(whole):
+        if (kind, place) == ("scenario", ("set",)):
+            continue  # keys of the vehicle
         other = copy.deepcopy(whole)
         at(other, place)["nonsense"] = 1
         assert not validators[kind].is_valid(other), place

@@ -61,7 +61,8 @@ def test_choices_whole_numbers_and_points_are_searched_too():
         rows_seen.append(rows)
         return max(row["torque_squared_n2m2s"] for row in rows)
 
-    found = tune(space=space, objective=objective, points={"terrain.friction": [0.5, 0.9]}, trials=4, seeds=1)
+    more = {"points": {"terrain.friction": [0.5, 0.9]}, "overrides": {**BRIEF, "physics.engine": "rapier"}}
+    found = tune(space=space, objective=objective, trials=4, seeds=1, **more)
     assert found.overrides["control.policy"] in ("scale_torques", "independent")
     assert found.overrides["physics.solver_iterations"] in (4, 5, 6)
     assert [[row["terrain_friction"] for row in rows] for rows in rows_seen] == [[0.5, 0.9]] * 4
@@ -85,7 +86,8 @@ def test_a_search_without_any_figure_has_no_best_values():
     assert caught.value.key == "objective"
     torn = {"vehicle.motor.stall_torque_n_m": (9e5, 1e6)}
     with pytest.raises(omnistep.StudyError, match=r"^no run of 2 trials has a slip_rms: a joint separated at "):
-        tune(space=torn, overrides={**BRIEF, KP: 1e6}, objective="slip_rms", seeds=1, trials=2)
+        keys = {**BRIEF, KP: 1e6, "physics.engine": "rapier"}
+        tune(space=torn, overrides=keys, objective="slip_rms", seeds=1, trials=2)
     with pytest.raises(omnistep.StudyError, match=r"^no run of 2 trials has a value of the objective$"):
         tune(objective=lambda rows: float("nan"), trials=2)
     # Nearly every period is no whole number of microseconds; the ends are.
