@@ -101,8 +101,8 @@ def test_the_built_in_loops_as_an_own_policy_are_bit_identical(policy):
 def test_a_loop_a_wheel_in_ten_lines_of_numpy_is_independent_to_1e_8():
     own = omnistep.run("flat", policy=Pi(), overrides={"duration_s": 1.0})
     built_in = omnistep.run("flat", policy="independent", overrides={"duration_s": 1.0})
-    # The same law summed up in another order: numbers of some rad/s part by some of their last bits, and 1 s of contacts
-    # makes 3e-9 of these.
+    # The same law summed up in another order: numbers of some rad/s part by some of their last bits, of which 1 s of
+    # contacts makes 3e-9.
     np.testing.assert_allclose(own.wheels("measured_rad_s"), built_in.wheels("measured_rad_s"), rtol=0, atol=1e-8)
     assert own["twist_vx_m_s"][-1] == pytest.approx(0.3, abs=0.01)
 

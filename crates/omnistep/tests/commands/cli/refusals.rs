@@ -38,7 +38,12 @@ fn a_scenario_sets_keys_of_its_vehicle_only() {
         "[set]\n\"terrain.friction\" = 0.5\n[terrain]",
         "set.terrain.friction: allowed: keys that begin with vehicle.; the others are keys of this file",
     );
-    refused_file("s.toml", "seed = 0", "seed = 0\nset = 3", "set: 3, allowed: a table of keys");
+    refused_file(
+        "s.toml",
+        "seed = 0",
+        "seed = 0\nset = 3",
+        "set: 3, allowed: a table of keys",
+    );
 }
 
 #[test]
