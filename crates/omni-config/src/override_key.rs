@@ -188,6 +188,20 @@ pub(crate) fn dotted(key: &str) -> String {
     key.replace('[', ".").replace(']', "")
 }
 
+fn flatten(above: &str, table: &Table, into: &mut Vec<Override>) {
+    for (key, value) in table {
+        let key = if above.is_empty() {
+            key.clone()
+        } else {
+            format!("{above}.{key}")
+        };
+        match value {
+            Value::Table(inner) => flatten(&key, inner, into),
+            value => into.push(Override::new(key, value.clone())),
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -269,20 +283,6 @@ mod tests {
             let set = Override::parse(&format!("{key}=1")).expect("read");
             let said = Scenario::load("step", &[set]).expect_err("refused").to_string();
             assert!(said.contains("unknown field"), "{said}");
-        }
-    }
-}
-
-fn flatten(above: &str, table: &Table, into: &mut Vec<Override>) {
-    for (key, value) in table {
-        let key = if above.is_empty() {
-            key.clone()
-        } else {
-            format!("{above}.{key}")
-        };
-        match value {
-            Value::Table(inner) => flatten(&key, inner, into),
-            value => into.push(Override::new(key, value.clone())),
         }
     }
 }
