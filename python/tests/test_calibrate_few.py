@@ -55,7 +55,7 @@ def test_two_squares_and_turns_alone_give_an_answer(name, drives):
             assert not each.determined or each.low <= truth <= each.high, (seed, each)
 
 
-def test_a_lever_that_is_not_told_does_not_drag_the_radius():
+def test_a_lever_that_is_not_determined_does_not_drag_the_radius():
     # A turn tells the ratio of radius and lever well, four runs tell each alone by 1.5 to 3 %: a lever that is held at
     # the file's value would make the radius 0.962.
     drawn = omnistep.Vehicle("mecanum4")
