@@ -246,7 +246,7 @@ class Problem:
             found.reported = np.zeros_like(found.u)
         elif (held != self.held).any():
             again = self._single(held) if found is single else self._fit(single=False, held=held)
-            # Not at the cost of what is determined: a lever that is held would be a radius where turns tell their ratio.
+            # Not at the cost of what is determined: a held lever would be a radius where turns tell their ratio.
             moved = np.abs(rows @ (again.reported - found.u))
             if (moved <= deviations)[~held].all():
                 found.reported = again.reported
