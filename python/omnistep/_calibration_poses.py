@@ -172,7 +172,11 @@ class Recording:
         return why
 
     def path_error_m(self, kinematics: Kinematics, plate: Plate) -> float:
-        """How far odometry is off the recorded path, root mean square [m]; it begins anew where a pose jumps."""
+        """How far odometry is off the recorded path, root mean square [m]; it begins anew where a pose jumps.
+
+        Laid over it by rotation and shift, as an absolute trajectory error is (Sturm and others, "A benchmark for the
+        evaluation of RGB-D SLAM systems", 2012): the first pose alone may be off.
+        """
         squares = []
         for stretch in self.stretches:
             rows = np.flatnonzero(stretch.good)
@@ -182,12 +186,9 @@ class Recording:
             path = odometry.step_positions(stretch.positions[rows[0] :])[rows - rows[0]]
             seen = self.at(stretch.first + rows, plate.delay_s)
             x, y, _ = plate.moved(*path.T)
-            ahead = seen[0, 2]
-            off = [
-                seen[0, 0] + cos(ahead) * x - sin(ahead) * y - seen[:, 0],
-                seen[0, 1] + sin(ahead) * x + cos(ahead) * y - seen[:, 1],
-            ]
-            squares.append(off[0] ** 2 + off[1] ** 2)
+            own, there = (place - place.mean() for place in (x + 1j * y, seen[:, 0] + 1j * seen[:, 1]))
+            turn = np.angle((own.conj() * there).sum())
+            squares.append(np.abs(own * np.exp(1j * turn) - there) ** 2)
         return float(np.sqrt(np.concatenate(squares).mean()))
 
     def _raster(self) -> int:

@@ -79,7 +79,7 @@ test("what is driven can be run again from the table of its commands, with the s
   const run = engine.open(request);
   // First as the scenario has it, then by hand, then at rest.
   for (const [periods, twist] of [[150, undefined], [700, [0.3, 0.1, -0.2]], [1, [0.1, -0, 0.3]], [400, [0, 0, 0]]]) assert.equal(engine.advance(run, periods, twist), periods);
-  const driven = { csv: engine.commands(run), time_s: engine.outcome(run).time_s };
+  const driven = { csv: engine.commands(run), time_s: engine.outcome(run).time_s, wheels: engine.scene(run).settings.wheels };
   assert.equal(driven.time_s, 1.251);
   const repeated = again(request, driven), second = engine.open(repeated);
   assert.equal(engine.advance(second, 10_000), 1251, "it ends where it was left");
@@ -97,7 +97,7 @@ test("figures of a driven run are those of its repetition, on every ground", () 
     const request = { scenario, policy, set: { "physics.engine": "articulated" } }, run = engine.open(request);
     assert.equal(engine.advance(run, 200, undefined), 200);
     assert.equal(engine.advance(run, 500, [0.2, 0.05, 0]), 500);
-    const driven = { csv: engine.commands(run), time_s: engine.outcome(run).time_s }, second = engine.open(again(request, driven));
+    const driven = { csv: engine.commands(run), time_s: engine.outcome(run).time_s, wheels: engine.scene(run).settings.wheels }, second = engine.open(again(request, driven));
     engine.advance(second, 10_000);
     assert.equal(engine.state(second), engine.state(run), scenario);
     assert.deepEqual(engine.outcome(second), engine.outcome(run), scenario);
@@ -129,7 +129,7 @@ test("whatever a page gives, the answer is one line, and the module goes on", ()
     return line;
   };
   const open = (request) => refused(() => engine.open(request));
-  assert.match(open({ scenario: "../etc/passwd" }), /^scenario: "..\/etc\/passwd", allowed: step, flat, /);
+  assert.match(open({ scenario: "../etc/passwd" }), /^scenario: "..\/etc\/passwd", allowed: step, hard_step, flat, /);
   assert.match(open({ scenario: "x".repeat(1e6) }), /^scenario: "x{40}", allowed/);
   assert.match(open({ scenario: "step", policy: "best" }), /best.*independent/);
   assert.match(open({ scenario: "step", set: { "terrain.friction": -1 } }), /terrain.friction: -1(\.0)?, allowed: 0 to 2/);
@@ -170,7 +170,7 @@ test("an address is a state of the page, and what is wrong with one is a line", 
   assert.equal(line("#%zz"), line("#%25zz"));
   assert.deepEqual(requests({ scenario: "flat", policy: "scale_torques", against: "scale_torques", engine: "rapier" }).length, 1);
   const [request] = requests(read("#scenario=step&policy=scale_torques&friction=0.5", offer).settings);
-  assert.equal(commandLine(request, { time_s: 2.5 }).replaceAll(" \\\n ", ""), "omnistep run step --policy scale_torques --set physics.engine=articulated --set terrain.friction=0.5 --set 'command={ file = \"drive.csv\" }' --set duration_s=2.5");
+  assert.equal(commandLine(request, { time_s: 2.5, wheels: "ball" }).replaceAll(" \\\n ", ""), "omnistep run step --policy scale_torques --set physics.engine=articulated --set terrain.friction=0.5 --set physics.wheel_model=ball --set 'command={ file = \"drive.csv\" }' --set duration_s=2.5");
 });
 
 test("without a wheel model the module's own judgement of balls decides", () => {

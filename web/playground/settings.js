@@ -73,11 +73,14 @@ export function requests(settings) {
   return policies.map((policy) => ({ scenario: settings.scenario, policy, set: set(settings) }));
 }
 
-/** The same run with the commands of a driven one: CSV, until a time. */
+/** What a driven run has instead of the scenario's: commands, until a time, and the wheels as they were; others might follow from the commands. */
+const instead = (driven, file) => ({ "physics.wheel_model": driven.wheels, command: file, duration_s: driven.time_s });
+
+/** The same run with the commands of a driven one. */
 export function again(request, driven) {
   if (!driven) return request;
   const file = `data:text/csv;base64,${btoa(driven.csv)}`;
-  return { ...request, set: { ...request.set, command: { file }, duration_s: driven.time_s } };
+  return { ...request, set: { ...request.set, ...instead(driven, { file }) } };
 }
 
 const quoted = (text) => (/^[\w.=/-]+$/.test(text) ? text : `'${text}'`);
@@ -85,7 +88,7 @@ const quoted = (text) => (/^[\w.=/-]+$/.test(text) ? text : `'${text}'`);
 /** What does the same in a terminal. */
 export function commandLine(request, driven) {
   const keys = { ...request.set };
-  if (driven) Object.assign(keys, { command: '{ file = "drive.csv" }', duration_s: driven.time_s });
+  if (driven) Object.assign(keys, instead(driven, '{ file = "drive.csv" }'));
   const given = Object.entries(keys).map(([key, value]) => `--set ${quoted(`${key}=${value}`)}`);
   return [`omnistep run ${request.scenario}`, `--policy ${request.policy}`, ...given].join(" \\\n  ");
 }

@@ -87,8 +87,12 @@ const closeAll = () => {
   twist = undefined;
 };
 
-/** The commands of a driven run. */
-const driven = (run) => (twist === undefined || engine.outcome(run.number).time_s === 0 ? undefined : { csv: engine.commands(run.number), time_s: engine.outcome(run.number).time_s });
+/** The commands of a driven run, until when, and how its wheels were simulated. */
+const driven = ({ number }) => {
+  const { time_s } = engine.outcome(number);
+  if (twist === undefined || time_s === 0) return undefined;
+  return { csv: engine.commands(number), time_s, wheels: engine.scene(number).settings.wheels };
+};
 
 const does = {
   open({ requests }) {
