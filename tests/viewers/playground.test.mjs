@@ -163,7 +163,6 @@ test("two policies run side by side to the end of the scenario, in light and in 
   assert.deepEqual(titles.slice(0, 4), ["verdict", "crossing time [s]", "peak nose-up [deg]", "heading error [deg]"]);
   assert.ok(!titles.some((title) => /final|retries/.test(title)), String(titles));
   assert.deepEqual(await tab.locator("#meanings dt").allTextContents(), titles.slice(1));
-  assert.ok(await tab.locator("#mark").isHidden());
   const work = numbers(await tab.locator("#outcome tr", { hasText: "work [J]" }).textContent());
   assert.ok(work.length === 2 && work[0] !== work[1], `two runs, two figures: ${work}`);
   assert.equal(await tab.locator("#wheels tbody tr").count(), 7);
