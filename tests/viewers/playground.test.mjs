@@ -127,13 +127,13 @@ test("keys drive the vehicle, and the run can be taken along as log and commands
   await tab.getByRole("button", { name: "Download the log (MCAP)" }).click();
   await tab.locator("#writing", { hasText: "has" }).waitFor({ timeout: 120_000 });
   // A screen reader hears of its start and its end, and of nothing between them.
-  assert.deepEqual((await watched(tab, "writing")).map((sent) => sent.replace(/[\d.]+ MB/, "? MB")), ["Simulating the run again for its log.", "flat-scale_torques-articulated.mcap has ? MB."]);
+  assert.deepEqual((await watched(tab, "writing")).map((sent) => sent.replace(/[\d.]+ MB/, "? MB")), ["Simulating the run again for its log.", "flat-scale_torques.mcap has ? MB."]);
   assert.ok(await tab.locator("#part").isHidden());
   while (Object.keys(files).length < 2) await tab.waitForTimeout(20);
-  assert.deepEqual(Object.keys(files).sort(), ["drive.csv", "flat-scale_torques-articulated.mcap"]);
+  assert.deepEqual(Object.keys(files).sort(), ["drive.csv", "flat-scale_torques.mcap"]);
   assert.match(String(files["drive.csv"]), /^time_s,vx_m_s,vy_m_s,wz_rad_s\n/);
   const reader = new McapStreamReader({ validateCrcs: true });
-  reader.append(files["flat-scale_torques-articulated.mcap"]);
+  reader.append(files["flat-scale_torques.mcap"]);
   let last = 0n;
   for (let record; (record = reader.nextRecord());) if (record.type === "Message") last = record.logTime;
   const [time] = await shown(tab, "time");
@@ -329,7 +329,7 @@ test("a log that is refused leaves the run as it is, and another run ends the lo
   await tab.locator("#run").click();
   await until(tab, "time", ([time]) => time > 0.2, "a fifth of a second");
   const [file] = await Promise.all([tab.waitForEvent("download"), download.click()]);
-  assert.equal(file.suggestedFilename(), "flat-scale_torques-articulated.mcap");
+  assert.equal(file.suggestedFilename(), "flat-scale_torques.mcap");
   const reader = new McapStreamReader({ validateCrcs: true });
   reader.append(await readFile(await file.path()));
   while (reader.nextRecord());
