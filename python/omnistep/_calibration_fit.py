@@ -242,7 +242,7 @@ class Problem:
             [min(_deviations(row, each).max() for each in tells) for row, tells in zip(rows, models, strict=True)]
         )
         held = self.held | (deviations >= DETERMINED)
-        if held.all() and not any(self._others(slips=self.slips)):
+        if held.all() and not self._others(slips=self.slips):
             found.reported = np.zeros_like(found.u)
         elif (held != self.held).any():
             again = self._single(held) if found is single else self._fit(single=False, held=held)

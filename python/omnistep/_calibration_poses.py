@@ -17,6 +17,7 @@ from omnistep._calibration_drives import whole_positions as whole
 from omnistep._calibration_runs import CalibrationRun
 from omnistep._estimates import Floats, scipy_part
 from omnistep._omnistep import Kinematics, Odometry, Vehicle
+from omnistep._plausibility import more_times
 from omnistep._wheel_logs import POSE, WheelLog, spans
 from omnistep.errors import ConfigError
 
@@ -137,12 +138,9 @@ class Recording:
         """What is said of poses that are not compared."""
         said = []
         if self.jumps_s:
-            said.append(f"the pose jumps at {self.jumps_s[0]:.2f} s{_more(self.jumps_s)}: pieces begin anew there")
-        if self.repeated_s:
-            begin, end = self.repeated_s[0]
-            more = _more(self.repeated_s)
-            said.append(f"the pose is repeated from {begin:.1f} to {end:.1f} s{more} while the wheels move: left out")
-        return said
+            more = more_times(len(self.jumps_s))
+            said.append(f"the pose jumps at {self.jumps_s[0]:.2f} s{more}: pieces begin anew there")
+        return said + repeated(self.repeated_s)
 
     def _why_few(self, vehicle: Vehicle) -> list[str]:
         """What is wrong with poses that give no pieces, as far as it is seen."""
@@ -209,7 +207,7 @@ class Recording:
             positions = whole(part, self.where)
             own = poses[first:last]
             twist = np.abs(np.diff(positions, axis=0, prepend=positions[:1]) @ back.T)
-            for begin, end in without_repeated(own, twist, max(1, round(GAP_S / self.period_s))):
+            for begin, end in without_repeated(own, twist, self.period_s):
                 frozen.append(
                     ((self.first + first + begin) * self.period_s, (self.first + first + end) * self.period_s)
                 )
@@ -282,8 +280,12 @@ class Piece:
         return [way.real, way.imag], [off]
 
 
-def _more(times: Sequence[object]) -> str:
-    return f", and {len(times) - 1} times more" if len(times) > 1 else ""
+def repeated(spans_s: Sequence[tuple[float, float]]) -> list[str]:
+    """What is said of poses that were repeated from one time to another [s]."""
+    if not spans_s:
+        return []
+    (begin, end), more = spans_s[0], more_times(len(spans_s))
+    return [f"the pose is repeated from {begin:.1f} to {end:.1f} s{more} while the wheels move: left out"]
 
 
 def _poses(log: WheelLog, where: str) -> Floats:
@@ -312,12 +314,13 @@ def _runs(there: Any, bridged: int) -> list[tuple[int, int]]:
     return [(int(begin), int(end)) for begin, end in zip(begins, ends, strict=True) if end - begin > 1]
 
 
-def without_repeated(poses: Floats, twist: Floats, rows: int) -> list[tuple[int, int]]:
+def without_repeated(poses: Floats, twist: Floats, period_s: float) -> list[tuple[int, int]]:
     """Poses that stay the same to the last digit while the wheels turn were repeated, not measured: NaN; and where.
 
-    The twist is how far wheels may have moved the vehicle in each row; fewer rows alike than so many are none of it.
+    The twist is how far wheels may have moved the vehicle in each row.
     The first that is another lies between the last one repeated and the next one measured.
     """
+    rows = max(1, round(GAP_S / period_s))
     same, frozen = np.r_[False, (poses[1:] == poses[:-1]).all(axis=1)], []
     for begin, end in spans(same):
         x, y, turn = twist[begin:end].sum(axis=0)

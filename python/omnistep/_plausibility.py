@@ -48,6 +48,11 @@ AXES_READ = (
 )
 
 
+def more_times(count: int) -> str:
+    """What is said of all but the first of something that happens so many times."""
+    return f", and {count - 1} times more" if count > 1 else ""
+
+
 def of_wheels(vehicle: Vehicle, measured_rad_s: Floats, period_s: float) -> list[str]:
     """Report wheels, (T, N) every period, whose velocities fit no motion of this vehicle."""
     return of_parts(vehicle, means(measured_rad_s, period_s, OVER_S))

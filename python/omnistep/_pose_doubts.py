@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from omnistep._omnistep import Kinematics, Vehicle
-from omnistep._plausibility import AXES_READ, DISAGREE, FITS, MOST_JUMPS, orders
+from omnistep._plausibility import AXES_READ, DISAGREE, FITS, MOST_JUMPS, more_times, orders
 from omnistep._wheel_logs import spans
 
 Floats = NDArray[np.float64]
@@ -209,9 +209,8 @@ class _Seen:
         begin, end = self.ends.T
         self.ends = self.ends[before[begin] == before[end]]
         first = (self.rows[int(np.argmax(jumps)) + 1] + 1) * self.period_s
-        more = f", and {count - 1} times more" if count > 1 else ""
         by = f"{moved[jumps][0]:.2f} m and {np.degrees(steps[jumps][0, 2]):.0f} degrees"
-        return [f"the pose jumps by {by} at {first:.2f} s{more}: none is compared over it"]
+        return [f"the pose jumps by {by} at {first:.2f} s{more_times(count)}: none is compared over it"]
 
     def stands(self) -> list[str]:
         """Report a pose that stands while wheels roll; those parts are left out."""
@@ -249,14 +248,13 @@ class _Seen:
         while end < len(same) and same[end]:
             end += 1
         since, until = ((self.rows[each] + 1) * self.period_s for each in (begin, end))
-        more = f", and {len(times) - 1} times more" if len(times) > 1 else ""
         for first, after in times:
             # It goes on somewhere else.
             lost[max(first - 1, 0) : after + 1] = True
         self.ends = self.ends[~lost]
         return [
-            f"the pose is the same to the last digit from {since:.1f} to {until:.1f} s while the wheels move{more}:"
-            " repeated there, or wheels slipped"
+            f"the pose is the same to the last digit from {since:.1f} to {until:.1f} s while the wheels"
+            f" move{more_times(len(times))}: repeated there, or wheels slipped"
         ]
 
     def stuck(self) -> str:

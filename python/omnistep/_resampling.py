@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from omnistep._log_map import Signal
 from omnistep._log_sources import Nanoseconds, Samples
+from omnistep._plausibility import more_times
 from omnistep._tables import Floats
 from omnistep.errors import LogError
 
@@ -126,7 +127,7 @@ def clock_doubts(clock: str, time_ns: Nanoseconds) -> list[str]:
     back = set_back(time_ns)
     if not back:
         return []
-    again = f", and {len(back) - 1} times more" if len(back) > 1 else ""
+    again = more_times(len(back))
     return [f"{clock}: {_went_back(time_ns, back[0])}{again}: the clock was set there; import the log in pieces"]
 
 

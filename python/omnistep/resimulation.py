@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from omnistep._argument_types import trace_of
 from omnistep._axes import figure, recorded_and_simulated
-from omnistep._calibration_drives import GAP_S
-from omnistep._calibration_poses import without_repeated
+from omnistep._calibration_poses import repeated, without_repeated
 from omnistep._marker_plate import MarkerPlate, earlier, found, given, late_s, slipping
 from omnistep._omnistep import Kinematics, Log, Odometry, Scenario, Simulation, Trace
 from omnistep._output_files import REFERENCES, check_picture, named_files, replaced, scenario_files
@@ -142,10 +141,7 @@ class Resimulation:
         plate = () if self.plate is None else (str(self.plate),)
         poses = [f"poses are {self.late_s:.3g} s late; the paths are compared without that"] if self.late_s else []
         lag = self._not_followed()
-        if self.repeated_s:
-            begin, end = self.repeated_s[0]
-            more = f", and {len(self.repeated_s) - 1} times more" if len(self.repeated_s) > 1 else ""
-            poses.append(f"the pose is repeated from {begin:.1f} to {end:.1f} s{more} while the wheels move: left out")
+        poses += repeated(self.repeated_s)
         cut_off = () if self.complete else ("the log's end is missing, as of a recording that was cut off",)
         return "\n".join([f"{title}simulated minus recorded:", *lines, *plate, *poses, *lag, *cut_off])
 
@@ -285,7 +281,7 @@ def resimulate(
     twists = (twists_of(recorded, "estimated"), estimated(made.vehicle, read_rad_s))
     # A gyro is read at the start of a period, as the encoders are.
     yaw_rates = (recorded["gyro_rad_s"], np.concatenate([[0.0], simulated["twist_wz_rad_s"][:-1]]))
-    repeated, marker, late, paths = _paths(made, read, simulated, wheels, stated, sideways)
+    again, marker, late, paths = _paths(made, read, simulated, wheels, stated, sideways)
     return Resimulation(
         recorded=recorded,
         simulated=simulated,
@@ -295,7 +291,7 @@ def resimulate(
         differences=_differences(read, wheels, twists, yaw_rates, paths),
         plate=marker,
         late_s=late,
-        repeated_s=repeated,
+        repeated_s=again,
         complete=read.complete,
         _wheels=wheels,
         _twists=twists,
@@ -344,7 +340,7 @@ def _paths(
         period_s = scenario.period_s
         if log.recorded:
             rolled = np.nan_to_num(np.abs(estimated(scenario.vehicle, wheels[0])) * period_s)
-            spans = without_repeated(seen, rolled, max(1, round(GAP_S / period_s)))
+            spans = without_repeated(seen, rolled, period_s)
             late = late_s(scenario.vehicle, wheels[0], seen, period_s, sideways)
             seen = earlier(seen, round(late / period_s))
             plate = plate or found(scenario.vehicle, wheels[0], seen, period_s, sideways)
@@ -354,8 +350,8 @@ def _paths(
         at = np.flatnonzero(np.isfinite(seen).all(axis=1))[0]
         turn = seen[at, 2] - own[at, 2]
         rotation = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
-        repeated = tuple((begin * period_s, end * period_s) for begin, end in spans)
-        return repeated, plate, late, (seen[:, :2], (own[:, :2] - own[at, :2]) @ rotation + seen[at, :2])
+        again = tuple((begin * period_s, end * period_s) for begin, end in spans)
+        return again, plate, late, (seen[:, :2], (own[:, :2] - own[at, :2]) @ rotation + seen[at, :2])
     # By the wheels, of both: where they are not known, the position is unknown from then on.
     unknown = np.flatnonzero(~np.isfinite(wheels[0][1:]).all(axis=1))
     first = int(np.isnan(wheels[0][0]).any())  # velocities from counts begin with the second row
