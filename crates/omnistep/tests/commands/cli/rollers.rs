@@ -39,12 +39,11 @@ fn ripple_is_a_table_with_a_line_a_wheel() {
 #[test]
 fn missing_rollers_are_assumed_and_misfits_refused_by_key() {
     let folder = tempfile::tempdir().unwrap();
-    let rapier = "physics.engine=rapier";
     let model = [
         "run",
         "flat",
         "--set",
-        rapier,
+        "physics.engine=rapier",
         "--set",
         "physics.wheel_model=rollers",
         "--set",
@@ -72,22 +71,9 @@ fn missing_rollers_are_assumed_and_misfits_refused_by_key() {
         "error: built-in flat: physics.roller_substeps: 1, allowed: 2 to 16 at physics.timestep_s = 0.0005: rollers vibrate in \
          parts of more than 0.00025 s\n"
     );
-    let slow = [
-        "run",
-        "flat",
-        "--set",
-        rapier,
-        "--set",
-        "physics.wheel_model=rollers",
-        "--set",
-        "control.period_s=0.01",
-        "--set",
-    ];
+    let slow = ["control.period_s=0.01", "--set", "physics.timestep_s=0.005"];
     assert_eq!(
-        refused(
-            folder.path(),
-            &[&slow[..], &["physics.timestep_s=0.005"]].concat()
-        ),
+        refused(folder.path(), &[&model[..], &slow].concat()),
         "error: built-in flat: physics.timestep_s: 0.005, allowed: up to 0.004 where wheels have rollers\n"
     );
     assert_eq!(
