@@ -2024,6 +2024,15 @@ class Scenario:
     def follower(self) -> HolonomicFollower | None:
         """Who follows that path, with the gains of the file; None of a command without a path."""
     @property
+    def wheel_models(self) -> list[Literal["ball", "rollers"]]:
+        """How each wheel is simulated, ``"ball"`` or ``"rollers"``: what ``physics.wheel_model`` is on this ground.
+
+        Example:
+            >>> import omnistep
+            >>> omnistep.Scenario("step", vehicle="mecanum4").wheel_models
+            ['rollers', 'rollers', 'rollers', 'rollers']
+        """
+    @property
     def vehicle(self) -> Vehicle:
         """The vehicle; gains that its file leaves out are derived here."""
     def __reduce__(self) -> tuple[Any, tuple[str]]: ...

@@ -4,7 +4,7 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from omnistep._omnistep import Log
+from omnistep._omnistep import Log, Scenario
 
 #: Settings that a report always has: heading, and where the log's scenario has it.
 _ALWAYS = {
@@ -27,7 +27,10 @@ def of_runs(logs: Sequence[Log]) -> tuple[dict[str, str], dict[str, list[str]]]:
     """
     scenarios = [{} if log.recorded else tomllib.loads(log.scenario_toml) for log in logs]
     one_kind = len({scenario.get("terrain", {}).get("kind") for scenario in scenarios}) == 1
-    each = [_of(scenario) | (_of_ground(scenario) if one_kind else {}) if scenario else {} for scenario in scenarios]
+    each: list[dict[str, str]] = []
+    for log, scenario in zip(logs, scenarios, strict=True):
+        own = _of(scenario, Scenario.from_toml(log.scenario_toml).wheel_models) if scenario else {}
+        each.append(own | (_of_ground(scenario) if one_kind else {}))
     headings = list(dict.fromkeys(heading for settings in each for heading in settings))
     texts = {heading: [settings.get(heading, "-") for settings in each] for heading in headings}
     shared = {heading: found[0] for heading, found in texts.items() if len(set(found)) == 1 and _is_usual(heading)}
@@ -51,7 +54,7 @@ def _is_usual(heading: str) -> bool:
     return heading in (*_ALWAYS, "friction patches", "wheel model", "command", "command speed [m/s]")
 
 
-def _of(scenario: Mapping[str, Any]) -> dict[str, str]:
+def _of(scenario: Mapping[str, Any], wheel_models: Sequence[str]) -> dict[str, str]:
     """Return heading and text of each setting of a scenario."""
     settings = {}
     for heading, path in _ALWAYS.items():
@@ -62,9 +65,8 @@ def _of(scenario: Mapping[str, Any]) -> dict[str, str]:
             settings[heading] = f"{value:.6g}"
     if patches := scenario.get("friction_patch"):
         settings["friction patches"] = ", ".join(f"{patch['friction']:.6g}" for patch in patches)
-    wheels, model = scenario["vehicle"]["wheel"], scenario.get("physics", {}).get("wheel_model", "contact")
-    kinds = {wheel["contact"]["kind"] if model == "contact" else model for wheel in wheels}
-    settings["wheel model"] = " and ".join(sorted({"rollers" if kind == "rollers" else "balls" for kind in kinds}))
+    models = {"balls" if model == "ball" else model for model in wheel_models}
+    settings["wheel model"] = " and ".join(sorted(models))
     command = scenario.get("command", {})
     if "path" in command:
         settings["command"] = f"path {command['path']}" if isinstance(command["path"], str) else "path"

@@ -64,10 +64,15 @@ def test_a_report_shows_shared_settings_below_its_title_and_those_that_differ_in
         "mecanum4, traction",
     ]
     text = report.page(logs)
-    assert "<p>friction 0.5, wheel model balls, command speed 0.3 m/s, engine " in text
+    assert "<p>friction 0.5, command speed 0.3 m/s, engine " in text
     rows = dict(re.findall(r'<tr class="setting"><th scope=row>([^<]*)</th>(.*?)</tr>', text))
     cells = {heading: re.findall(r"<td>([^<]*)</td>", row) for heading, row in rows.items()}
-    assert cells == {"height [m]": ["0.03", "0.05", "0.05"], "torque limit [N.m]": ["2", "2", "3"]}
+    assert cells == {
+        "height [m]": ["0.03", "0.05", "0.05"],
+        "torque limit [N.m]": ["2", "2", "3"],
+        # At an edge mecanum wheels are simulated with rollers, without being asked for.
+        "wheel model": ["balls", "balls", "rollers"],
+    }
     assert "<p>height 0.03 m, friction 0.5, torque limit 2 N.m, wheel model balls," in report.page(logs[:1])
 
 

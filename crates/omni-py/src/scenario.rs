@@ -349,6 +349,25 @@ impl Scenario {
         }
     }
 
+    /// How each wheel is simulated, ``"ball"`` or ``"rollers"``: what ``physics.wheel_model`` is on this ground.
+    ///
+    /// Example:
+    ///     >>> import omnistep
+    ///     >>> omnistep.Scenario("step", vehicle="mecanum4").wheel_models
+    ///     ['rollers', 'rollers', 'rollers', 'rollers']
+    #[getter]
+    fn wheel_models(&self) -> Vec<&'static str> {
+        let wheels = 0..self.inner.vehicle().wheel.len();
+        let model = |wheel| {
+            if self.inner.rollers(wheel).is_some() {
+                "rollers"
+            } else {
+                "ball"
+            }
+        };
+        wheels.map(model).collect()
+    }
+
     fn __hash__(&self) -> u64 {
         values::hash(&self.text())
     }

@@ -10,9 +10,9 @@ use omni_sim::{Error, run};
 
 /// Engine, wheel model, and one of how many seeds it gets: a tenth costs rapier's rollers five times what all the others cost.
 const WHEELS: [(&str, &str, u64); 4] = [
-    ("articulated", "contact", 1),
+    ("articulated", "ball", 1),
     ("articulated", "rollers", 1),
-    ("rapier", "contact", 5),
+    ("rapier", "ball", 5),
     ("rapier", "rollers", 10),
 ];
 /// Of the energy that went through the motors, so much may be missing.
