@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from omnistep._omnistep import damage
+from omnistep._toml_files import no_file
 from omnistep.ensembles import StudyResult
 from omnistep.errors import ConfigError
 
@@ -56,8 +57,8 @@ def _read(path: Path) -> Any:
     """Read Parquet with the reader that is installed."""
     parts = sorted(path.glob("*.parquet")) if path.is_dir() else [path]
     if not parts or not parts[0].is_file():
-        what = "no *.parquet in it" if path.is_dir() else "no such file or folder"
-        raise ConfigError(f"rows = {path}: {what}, allowed: {_ALLOWED}", key="rows", file=str(path))
+        what = f"{path}: no *.parquet in it" if path.is_dir() else no_file(path, "file or folder")
+        raise ConfigError(f"rows = {what}, allowed: {_ALLOWED}", key="rows", file=str(path))
     for part in parts:
         if reason := damage(part):
             allowed = "an intact part; run the study again: it sets this part aside and repeats its runs"

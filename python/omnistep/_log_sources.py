@@ -30,6 +30,7 @@ from omnistep._tables import (
     needs,
     reading,
 )
+from omnistep._toml_files import no_file
 from omnistep.errors import LogError
 
 #: So many columns are all named where one is missing; of more of them the nearest.
@@ -84,11 +85,11 @@ def read_samples(
     With ``skipped`` the lines of a CSV file that cannot be read are left out.
     """
     if not path.exists():
-        raise LogError(f"{path}: no such file or folder", file=str(path))
+        raise LogError(no_file(path, "file or folder"), file=str(path))
     suffix = path.suffix.lower()
     if suffix in SUFFIXES:
         if not path.is_file():
-            raise LogError(f"{path}: not a regular file", file=str(path))
+            raise LogError(no_file(path), file=str(path))
         return _of_table(path, log_map, skipped if suffix == ".csv" else None), ""
     if _is_cut_off(path):
         with tempfile.TemporaryDirectory() as folder:

@@ -60,6 +60,7 @@ __all__ = [
     "climb_limits",
     "compute_batch",
     "damage",
+    "did_you_mean_file",
     "discretize",
     "disturbed_ratio",
     "figures",
@@ -3055,6 +3056,9 @@ def figures() -> list[tuple[str, str, str, str, str]]:
 
 def policy_name(policy: PolicyLike) -> str:
     """Name of a policy in tables and traces."""
+
+def did_you_mean_file(path: str | PathLike[str]) -> str:
+    """Name the file beside a missing one that is much like it, to be put behind its name; or nothing."""
 
 def shortened(message: str) -> str:
     """A message with its values cut at 200 characters; the allowed values are kept."""

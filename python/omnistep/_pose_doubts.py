@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from omnistep._omnistep import Kinematics, Vehicle
 from omnistep._plausibility import AXES_READ, DISAGREE, FITS, MOST_JUMPS, more_times, orders
 from omnistep._wheel_logs import spans
+from omnistep.errors import ConfigError
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -83,7 +84,8 @@ class _Seen:
     def __init__(
         self, vehicle: Vehicle, measured_rad_s: Floats, period_s: float, pose: Floats, sampled: Integers
     ) -> None:
-        self.names, self.period_s, self.late_s, layout = list(vehicle.wheel_names), period_s, 0.0, vehicle.layout
+        self.vehicle, self.names, layout = vehicle, list(vehicle.wheel_names), vehicle.layout
+        self.period_s, self.late_s = period_s, 0.0
         self.lever = float(np.mean([np.hypot(*wheel.position_m) for wheel in layout.wheels]))
         self.scaled = np.array([1.0, 1.0, self.lever])
         self.back = np.asarray(Kinematics(layout=layout).forward_matrix)
@@ -257,6 +259,18 @@ class _Seen:
             f" move{more_times(len(times))}: repeated there, or wheels slipped"
         ]
 
+    def mounted_otherwise(self) -> Floats | None:
+        """What readings of these wheels would be of wheels whose rollers are all turned to the other side."""
+        angles = [wheel.roller_angle_rad for wheel in self.vehicle.layout.wheels]
+        if not any(angles):
+            return None
+        turned = {f"wheel.{k}.roller_angle_rad": -angle for k, angle in enumerate(angles)}
+        try:
+            otherwise = Kinematics(layout=self.vehicle.replace(turned).layout)
+        except ConfigError:
+            return None  # such a vehicle cannot turn
+        return np.asarray(Kinematics(layout=self.vehicle.layout).inverse_matrix @ otherwise.forward_matrix)
+
     def stuck(self) -> str:
         """Name the columns of the pose that do not change while the vehicle moves all about by its wheels."""
         constant = _constant(self.poses) & (np.ptp(self.odometry, axis=0) > ABOUT).all()
@@ -301,6 +315,9 @@ class _Seen:
                 said = f"wheel {' and '.join(self.names[k] for k in some)} look{'s' * (count == 1)} reversed"
                 found.append((self.apart(self.rolled(np.diag(signs)), way), said))
         found.append((self.apart(self.rolled(-wheels), way), "all wheels look reversed"))
+        if (mounted := self.mounted_otherwise()) is not None:
+            said = 'the wheels\' rollers look mounted the other way round ("O" and "X" exchanged)'
+            found.append((self.apart(self.rolled(mounted), way), said))
         for axes, heading, said in AXES_READ:
             words = said.format(of="of the pose", turn="the heading of the pose")
             found.append((self.apart(rolled, self.way(axes, heading), axes), words))

@@ -9,7 +9,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from omnistep._omnistep import shortened
+from omnistep._omnistep import did_you_mean_file, shortened
 from omnistep.errors import ConfigError
 
 #: The largest that is read; ten thousand runs are less.
@@ -20,6 +20,13 @@ MOST_PARTS = 100
 STRINGS = re.compile(r'"(?:\\.|[^"\\\n])*"|\'[^\'\n]*\'|#[^\n]*')
 #: The longest whole number: Python prints none of over 4300 digits. What is too large for a key is said there.
 MOST_BITS = 8192
+
+
+def no_file(path: Path, kind: str = "file") -> str:
+    """Message for a path that is no regular file, with the file that was meant, if one is near."""
+    if path.exists():
+        return f"{path}: not a regular file"
+    return f"{path}{did_you_mean_file(path)}: no such {kind}"
 
 
 def unknown_key(key: str, known: Sequence[str]) -> str:
@@ -46,8 +53,7 @@ def read_toml(path: Path, most_bytes: int = MOST_BYTES) -> tuple[str, dict[str, 
     file = str(path)
     try:
         if not path.is_file():
-            what = "not a regular file" if path.exists() else "no such file"
-            raise ConfigError(f"{file}: {what}, allowed: a TOML file", file=file)
+            raise ConfigError(f"{no_file(path)}, allowed: a TOML file", file=file)
         if (size := path.stat().st_size) > most_bytes:
             raise ConfigError(f"{file}: {size} bytes, allowed: {most_bytes}", file=file)
         text = path.read_bytes().decode("utf-8-sig")

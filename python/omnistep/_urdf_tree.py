@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from omnistep._rigid_masses import Mass, Place
+from omnistep._toml_files import no_file
 from omnistep._urdf_elements import numbers, parsed, turned
 from omnistep.errors import ConfigError
 
@@ -159,7 +160,7 @@ def _root(path: Path, file: str) -> Element:
     if path.suffix.lower() == ".xacro":
         raise _xacro(file)
     if not path.is_file():
-        raise _refused(file, "not a regular file" if path.exists() else "no such file", "a URDF file")
+        raise ConfigError(f"{no_file(path)}, allowed: a URDF file", file=file)
     with path.open("rb") as source:
         content = source.read(MOST_BYTES + 1)
     if len(content) > MOST_BYTES:

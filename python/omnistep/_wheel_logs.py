@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from omnistep._omnistep import Log, Trace, Vehicle, read_mcap
 from omnistep._tables import SUFFIXES, columns_of, floats, module, names_of, needs, reading
+from omnistep._toml_files import no_file
 from omnistep.errors import ConfigError, LogError
 
 Floats = NDArray[np.float64]
@@ -285,7 +286,7 @@ def _columns(data: LogLike, vehicle: Vehicle, more: tuple[str, ...]) -> tuple[st
 def _table(path: Path, vehicle: Vehicle, more: tuple[str, ...]) -> dict[str, Floats]:
     """The columns of a table that are needed; others may have any content."""
     if not path.is_file():
-        raise LogError(f"{path}: {'not a regular file' if path.exists() else 'no such file'}", file=fspath(path))
+        raise LogError(no_file(path), file=fspath(path))
     try:
         module("pyarrow")
     except ImportError as error:

@@ -239,7 +239,7 @@ PARTS = [(0.25, 0, 0)] * 400 + [(0, 0.25, 0)] * 400 + [(0, 0, 0.6)] * 500 + [(0.
 
 def imported_with_pose(
     tmp_path, wheels="abcd", pose="xyh", counts=210, unit="rad", signs=(1, 1, 1), marker=(0, 0), late=0, noise=0.0,
-    read=None, speed=1.0, hz=100, before=0.0,
+    read=None, speed=1.0, hz=100, before=0.0, file=None,
 ):  # fmt: skip
     """The doubts of a drive ahead, aside, on the spot and round a bend, in whole counts, with the pose."""
     kinematics = omnistep.Kinematics(layout=omnistep.Vehicle("mecanum4").layout)
@@ -265,6 +265,9 @@ def imported_with_pose(
     keys = POSE_MAP.replace('["a", "b", "c", "d"]', f"[{listed}]").replace(
         "counts_per_turn = 210", f"counts_per_turn = {counts}"
     )
+    if file is not None:
+        (tmp_path / "robot.toml").write_text(file.to_toml())
+        keys = keys.replace("mecanum4", "robot.toml")
     of_pose = ", ".join(f'"{name}"' for name in pose)
     (tmp_path / "pose.toml").write_text(f'{keys}[pose]\nnames = [{of_pose}]\nunit = "{unit}"\n')
     return omnistep.import_log(tmp_path / "pose.csv", map=tmp_path / "pose.toml", out=tmp_path / "pose.mcap").doubts
@@ -297,6 +300,20 @@ def test_a_pose_in_the_log_finds_what_the_map_has_wrong(tmp_path, change, said):
     (line,) = doubts
     # What is left is a count more or less in half a second, 1 in 50 to 100.
     assert said in line and line.endswith(("then 1 %", "then 2 %")), line
+
+
+@pytest.mark.parametrize("track_m", [0.3, 0.36])
+def test_a_file_with_the_other_mounting_is_named_and_not_the_order_of_the_wheels(tmp_path, track_m):
+    # Of the vehicle the lever is 0.45 m; of the file, mounted the other way round, the difference of half its sides.
+    drawn = omnistep.Vehicle("mecanum4")
+    keys = {f"wheel.{k}.roller_angle_rad": -wheel.roller_angle_rad for k, wheel in enumerate(drawn.layout.wheels)}
+    for k, wheel in enumerate(drawn.layout.wheels):
+        sides = np.sign(wheel.position_m)
+        keys[f"wheel.{k}.position_m"] = list(sides * [0.45 - 0.5 * track_m, 0.5 * track_m])
+    doubts = imported_with_pose(tmp_path, file=drawn.replace(keys))
+    (line,) = [line for line in doubts if "otherwise than the pose" in line]
+    assert 'mounted the other way round ("O" and "X" exchanged), then' in line
+    assert line.endswith(("then 1 %", "then 2 %")), line
 
 
 def frozen(poses):

@@ -406,10 +406,12 @@ def test_files_that_are_none_and_broken_ones(folder, monkeypatch, capfd):
     (folder / "my.toml").write_text(HEAD + TIME + WHEELS)
     (folder / "torn.parquet").write_bytes(b"PAR1" + bytes(40) + b"PAR1")
     (folder / "robot.txt").write_text("")
+    (folder / "robot.csv").write_text(ROWS)
     (folder / "folder.csv").mkdir()
     (folder / "old.bag").write_bytes(b"#ROSBAG V2.0\n" + bytes(4096))
     for name, said in (
         ("nothing.csv", "nothing.csv: no such file or folder"),
+        ("robto.csv", 'robto.csv (did you mean "robot.csv"?): no such file or folder'),
         ("robot.txt", "robot.txt: not a log that can be read, allowed: a regular file .csv, .parquet, .mcap or .db3"),
         ("old.bag", "old.bag: a bag of ROS 1, allowed: a rosbag2, by rosbags-convert"),
         ("torn.parquet", "torn.parquet: cannot be read: "),
@@ -417,8 +419,11 @@ def test_files_that_are_none_and_broken_ones(folder, monkeypatch, capfd):
     ):
         code, out, err = command_line(monkeypatch, capfd, "import", name, "--map", "my.toml")
         assert (code, out) == (2, "") and err.count("\n") == 1 and said in err, (name, err)
-    (folder / "robot.csv").write_text(ROWS)
-    for name, said in (("no.toml", "no.toml: no such file"), (".", ".: not a regular file")):
+    for name, said in (
+        ("no.toml", "no.toml: no such file"),
+        ("my.tml", 'my.tml (did you mean "my.toml"?): no such file'),
+        (".", ".: not a regular file"),
+    ):
         code, out, err = command_line(monkeypatch, capfd, "import", "robot.csv", "--map", name)
         assert (code, out) == (2, "") and err.count("\n") == 1 and said in err, (name, err)
     code, _, err = command_line(monkeypatch, capfd, "import", "robot.csv", "--map", "my.toml", "-o", "robot.csv")

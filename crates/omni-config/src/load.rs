@@ -12,7 +12,7 @@ use crate::file_kind::FileKind;
 use crate::kind_tables::INNER_KEY;
 use crate::missing_keys::others_missing;
 use crate::regular_file::{MOST_TOML_BYTES, read_regular};
-use crate::suggestion::{nearest, with_nearest};
+use crate::suggestion::{did_you_mean_file, with_nearest};
 use crate::{Error, SCHEMA_VERSION};
 
 /// A text and where it came from.
@@ -156,9 +156,14 @@ impl Source {
 
     /// The file at a path; where there is none, one beside it or what is built in may have been meant.
     fn read(path: PathBuf, builtin: &[Builtin]) -> Result<Self, Error> {
+        let known: Vec<_> = builtin
+            .iter()
+            .flat_map(|kind| kind.iter())
+            .map(|(name, _)| *name)
+            .collect();
         let bytes = read_regular(&path, MOST_TOML_BYTES).map_err(|source| match source.kind() {
             ErrorKind::NotFound => Error::Missing {
-                meant: meant(&path, builtin),
+                meant: did_you_mean_file(&path, &known),
                 path: path.clone(),
                 source,
             },
@@ -248,28 +253,6 @@ impl Source {
             message: message.into(),
         }
     }
-}
-
-/// The .toml file beside a missing one, or what is built in, whose name is much like it, in words.
-fn meant(missing: &Path, builtin: &[Builtin]) -> String {
-    let name = |path: &Path| Some(path.file_name()?.to_str()?.to_owned());
-    let beside = match missing.parent() {
-        Some(folder) if folder != Path::new("") => folder,
-        _ => Path::new("."),
-    };
-    let there = std::fs::read_dir(beside).into_iter().flatten().flatten();
-    let files: Vec<_> = there
-        .filter_map(|entry| name(&entry.path()))
-        .filter(|file| file.ends_with(".toml"))
-        .collect();
-    let known = builtin.iter().flat_map(|kind| kind.iter()).map(|(name, _)| *name);
-    let known: Vec<_> = files.iter().map(String::as_str).chain(known).collect();
-    // Without the ending, in which all files are alike.
-    let stem = |name| str::strip_suffix(name, ".toml").unwrap_or(name);
-    let missing = name(missing).unwrap_or_default();
-    let near = nearest(stem(&missing), known.iter().map(|name| stem(name)));
-    let meant = near.and_then(|near| known.iter().find(|name| stem(name) == near));
-    meant.map_or_else(String::new, |meant| format!(" (did you mean {meant:?}?)"))
 }
 
 /// Comes before everything else: what the keys of another version mean is not for this program to say.

@@ -1,5 +1,7 @@
 //! Suggestions for a misspelt name.
 
+use std::path::Path;
+
 /// What something is called here, and what others call it.
 const ALIASES: [(&str, &[&str]); 6] = [
     ("independent", &["pid"]),
@@ -23,6 +25,36 @@ const ALIKE: f64 = 0.8;
 #[must_use]
 pub fn did_you_mean<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> String {
     nearest(name, known).map_or_else(String::new, |near| format!(" (did you mean {near:?}?)"))
+}
+
+/// Likewise of a file that is missing: the one beside it, or of these names, that is much like it.
+#[must_use]
+pub fn did_you_mean_file(missing: &Path, others: &[&str]) -> String {
+    let name = |path: &Path| Some(path.file_name()?.to_str()?.to_owned());
+    let beside = match missing.parent() {
+        Some(folder) if folder != Path::new("") => folder,
+        _ => Path::new("."),
+    };
+    let there = std::fs::read_dir(beside).into_iter().flatten().flatten();
+    let files: Vec<_> = there.filter_map(|entry| name(&entry.path())).collect();
+    let missing = name(missing).unwrap_or_default();
+    // Without the ending, in which all files of a kind are alike.
+    let ending = missing.rfind('.').map_or("", |dot| &missing[dot..]);
+    let stem = |name| str::strip_suffix(name, ending).unwrap_or(name);
+    let of_kind = files
+        .iter()
+        .map(String::as_str)
+        .filter(|file| file.ends_with(ending));
+    let known: Vec<_> = of_kind.chain(others.iter().copied()).collect();
+    let near = nearest(stem(&missing), known.iter().map(|name| stem(name)));
+    let meant = near.and_then(|near| known.into_iter().find(|name| stem(name) == near));
+    // Or the same with another ending.
+    let stem_of = |file: &&String| {
+        file.rsplit_once('.')
+            .is_some_and(|(own, _)| own == stem(&missing))
+    };
+    let meant = meant.or_else(|| files.iter().find(stem_of).map(String::as_str));
+    meant.map_or_else(String::new, |meant| format!(" (did you mean {meant:?}?)"))
 }
 
 /// The most like of the names, if any is much like this one.

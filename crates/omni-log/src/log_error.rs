@@ -4,11 +4,19 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use mcap::McapError;
-use omni_config::shortened;
+use omni_config::{did_you_mean_file, shortened};
 
 /// A path, cut to a readable length.
 fn short(path: &Path) -> String {
     shortened(&path.display().to_string()).into_owned()
+}
+
+/// The file beside one that is missing whose name is much like its, in words.
+fn meant(path: &Path, source: &io::Error) -> String {
+    match source.kind() {
+        io::ErrorKind::NotFound => did_you_mean_file(path, &[]),
+        _ => String::new(),
+    }
 }
 
 /// Why a log could not be written; every message starts with the file's path.
@@ -84,7 +92,7 @@ pub enum LogError {
         type_name: &'static str,
     },
     /// A log could not be opened or read.
-    #[error("{}: {source}", short(path))]
+    #[error("{}{}: {source}", short(path), meant(path, source))]
     Read {
         /// The file.
         path: PathBuf,

@@ -1,5 +1,7 @@
 //! Errors of simulation, logs and studies as the exceptions of `omnistep.errors`, with the key and the file they concern.
 
+use std::path::PathBuf;
+
 use omnistep::Error;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -62,6 +64,12 @@ pub(crate) fn refused(key: &str, message: &str) -> PyErr {
 #[pyfunction]
 pub(crate) fn shortened(message: &str) -> String {
     omni_sim::config::shortened(message).into_owned()
+}
+
+/// ` (did you mean "robot.csv"?)` of a file that is missing, where one beside it is much like it.
+#[pyfunction]
+pub(crate) fn did_you_mean_file(path: PathBuf) -> String {
+    omni_sim::config::did_you_mean_file(&path, &[])
 }
 
 /// The same refusal, said of `place`; another exception stays what it is.

@@ -59,7 +59,7 @@ mod _omnistep {
     #[pymodule_export]
     use crate::encoder::{EncoderCounter, VelocityEstimator};
     #[pymodule_export]
-    use crate::error::shortened;
+    use crate::error::{did_you_mean_file, shortened};
     #[pymodule_export]
     use crate::estimator::Estimator;
     #[pymodule_export]
