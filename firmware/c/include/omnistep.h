@@ -39,9 +39,9 @@ enum omni_desaturation
   // Everything: the whole twist is scaled by one factor, so that the path stays the same.
   OMNI_DESATURATION_UNIFORM,
   // Translation: the yaw rate is kept as far as it is possible alone, the rest goes to translation, in its direction.
-  OMNI_DESATURATION_YAW_FIRST,
+  OMNI_DESATURATION_KEEPS_YAW,
   // The yaw rate: translation is kept as far as it is possible alone, the rest goes to yaw.
-  OMNI_DESATURATION_TRANSLATION_FIRST,
+  OMNI_DESATURATION_KEEPS_TRANSLATION,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -626,7 +626,7 @@ typedef struct {
 // Speed limits of the actuators and what gives way to them: desaturation, or normalisation, of wheel speeds.
 typedef struct {
   float limit_rad_s[3];
-  omni_desaturation gives_way;
+  omni_desaturation desaturation;
 } omni3_speed_limits;
 
 // Grows a `PoseCovariance` along with the pose. Immutable.
@@ -890,7 +890,7 @@ typedef struct {
 // Speed limits of the actuators and what gives way to them: desaturation, or normalisation, of wheel speeds.
 typedef struct {
   float limit_rad_s[4];
-  omni_desaturation gives_way;
+  omni_desaturation desaturation;
 } omni4_speed_limits;
 
 // A vehicle's whole controller: readings and commands in, torques out. Immutable; what changes is in `DriveState`.
@@ -1112,7 +1112,7 @@ typedef struct {
 // Speed limits of the actuators and what gives way to them: desaturation, or normalisation, of wheel speeds.
 typedef struct {
   float limit_rad_s[6];
-  omni_desaturation gives_way;
+  omni_desaturation desaturation;
 } omni6_speed_limits;
 
 // A vehicle's whole controller: readings and commands in, torques out. Immutable; what changes is in `DriveState`.
@@ -1334,7 +1334,7 @@ typedef struct {
 // Speed limits of the actuators and what gives way to them: desaturation, or normalisation, of wheel speeds.
 typedef struct {
   float limit_rad_s[7];
-  omni_desaturation gives_way;
+  omni_desaturation desaturation;
 } omni7_speed_limits;
 
 // A vehicle's whole controller: readings and commands in, torques out. Immutable; what changes is in `DriveState`.

@@ -357,8 +357,8 @@ fn the_command_point_is_what_discretisation_and_limits_look_at() {
         },
         ..loops(Coordination::independent())
     };
-    let at_point = |command, gives_way| {
-        let speed_limits = Some(SpeedLimits::new([9.0; 7], gives_way).expect("valid"));
+    let at_point = |command, desaturation| {
+        let speed_limits = Some(SpeedLimits::new([9.0; 7], desaturation).expect("valid"));
         let config = DriveConfig {
             command_point_m: point,
             discretize: true,
@@ -370,17 +370,17 @@ fn the_command_point_is_what_discretisation_and_limits_look_at() {
         drive.step(&mut DriveState::new(&drive), &input).desaturated.twist
     };
     // Turning about the point, which stands still whatever the period and whatever gives way.
-    for gives_way in [
+    for desaturation in [
         Desaturation::Uniform,
-        Desaturation::YawFirst,
-        Desaturation::TranslationFirst,
+        Desaturation::KeepsYaw,
+        Desaturation::KeepsTranslation,
     ] {
         for wz in [0.5, 1.8] {
-            let turned = at_point(twist(0.0, 0.0, wz), gives_way);
+            let turned = at_point(twist(0.0, 0.0, wz), desaturation);
             let still = turned.at_point(point);
             assert!(
                 still.vx_m_s.abs() < 1e-12 && still.vy_m_s.abs() < 1e-12,
-                "{gives_way:?} {still:?}"
+                "{desaturation:?} {still:?}"
             );
             assert!(turned.wz_rad_s > 0.0);
         }
@@ -466,7 +466,7 @@ proptest! {
         };
         let single = DriveConfig {
             discretize: true,
-            speed_limits: Some(SpeedLimits::new([9.0; 7], Desaturation::YawFirst).expect("valid")),
+            speed_limits: Some(SpeedLimits::new([9.0; 7], Desaturation::KeepsYaw).expect("valid")),
             slip: Some(SlipConfig { enter_rad_s: 1.0, leave_rad_s: 0.5, enter_periods: 2, leave_periods: 2 }),
             noise: Some(OdometryNoise { wheel_rad_per_sqrt_rad: 0.01, residual_gain: 1.0 }),
             ..DriveConfig::new(WheelLayout::chugo7(0.30, 0.23, 0.066).expect("valid"), control)
