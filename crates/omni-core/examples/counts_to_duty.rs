@@ -164,10 +164,9 @@ fn main() -> Result<(), ConfigError> {
             _ => {}
         }
     }
-    println!(
-        "x = {:.2} m, y = {:.2} m",
-        base.sample.pose.x_m, base.sample.pose.y_m
-    );
-    assert!(base.sample.pose.x_m > 0.9);
+    let pose = base.sample.pose;
+    println!("x = {:.2} m, y = {:.2} m", pose.x_m, pose.y_m);
+    // The chord of an arc: 0.67 m/s and 0.5 rad/s for 2.68 s, less the ramp of 0.45 s, and a stop of 0.22 s.
+    assert!((pose.x_m.hypot(pose.y_m) - 1.6).abs() < 0.05);
     Ok(())
 }

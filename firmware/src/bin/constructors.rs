@@ -95,7 +95,11 @@ fn main() -> ! {
     let good = drives() == Ok(true) && refused.is_some_and(|error| error.parameter == "radius_m");
     say!(
         "constructors on the chip: {}",
-        if good { "as on a computer" } else { "NOT as expected" }
+        if good {
+            "as on a computer"
+        } else {
+            "NOT as expected"
+        }
     );
     exit(good)
 }
