@@ -87,9 +87,10 @@ impl<R: Real, const N: usize> DriveState<R, N> {
     /// for _ in 0..100 {
     ///     drive.step(&mut state, &deaf);
     /// }
-    /// assert_eq!(drive.step(&mut state, &input).mode, DriveMode::SafeStop); // although they are back
+    /// let step = |state: &mut _| (drive.step(state, &input).mode, drive.step(state, &input).shaped.twist.vx_m_s);
+    /// assert_eq!(step(&mut state), (DriveMode::SafeStop, 0.0)); // although they are back
     /// state.release_safe_stop();
-    /// assert_eq!(drive.step(&mut state, &input).mode, DriveMode::Normal);
+    /// assert_eq!(step(&mut state), (DriveMode::Normal, 0.5));
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
     pub fn release_safe_stop(&mut self) {

@@ -84,7 +84,7 @@ impl<R: Real, const WINDOW: usize> EncoderState<R, WINDOW> {
     /// ```
     /// use omni_core::estimate::EncoderState;
     /// const START: EncoderState<f32> = EncoderState::at_rest();
-    /// assert_eq!(START, EncoderState::default());
+    /// assert_eq!((START, START.counts()), (EncoderState::default(), 0));
     /// ```
     #[must_use]
     pub const fn at_rest() -> Self {
@@ -181,6 +181,18 @@ impl<R: Real, const WINDOW: usize> Encoder<R, WINDOW> {
     }
 
     /// Angle since the first reading \[rad\], as [`EncoderCounter::angle_rad`].
+    ///
+    /// ```
+    /// use omni_core::estimate::{Encoder, EncoderConfig, EncoderState};
+    /// # let velocity = Default::default();
+    /// # let config = EncoderConfig { counts_per_turn: 360.0_f64, bits: 16, velocity, period_s: 0.001 };
+    /// let (encoder, mut state) = (Encoder::<_>::new(config)?, EncoderState::default());
+    /// for raw in [65_530, 24] {
+    ///     encoder.step(&mut state, Some(raw), None);
+    /// }
+    /// assert!((encoder.angle_rad(&state).to_degrees() - 30.0).abs() < 1e-9); // across the wrap
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn angle_rad(&self, state: &EncoderState<R, WINDOW>) -> R {
         self.counter.angle_rad(&state.counter)
