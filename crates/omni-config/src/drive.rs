@@ -137,7 +137,7 @@ impl Default for DriveSlip {
 }
 
 /// When an encoder's reading counts as faulty: [`omni_core::drive::FaultConfig`].
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 #[non_exhaustive]
@@ -187,20 +187,6 @@ pub struct DriveFaults {
     )]
     #[garde(adapt(ranges), range(min = PERIODS.min, max = PERIODS.max))]
     pub recovery_periods: Option<u32>,
-}
-
-impl Default for DriveFaults {
-    fn default() -> Self {
-        Self {
-            jump_rad_s: None,
-            jump_periods: None,
-            stuck_rad_s: None,
-            stuck_torque_n_m: None,
-            stuck_periods: None,
-            silent_periods: None,
-            recovery_periods: None,
-        }
-    }
 }
 
 /// Noise of the wheels: [`omni_core::estimate::OdometryNoise`].
