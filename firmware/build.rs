@@ -36,20 +36,12 @@ fn everything(scenario: &Scenario) -> Result<Drive<f32, 7>, Box<dyn Error>> {
     config.discretize = true;
     config.blind_periods = 10;
     config.speed_limits = Some(SpeedLimits::new([20.0; 7], Desaturation::Uniform)?);
-    config.slip = Some(SlipConfig {
-        enter_rad_s: 2.0,
-        leave_rad_s: 1.0,
-        enter_periods: 10,
-        leave_periods: 50,
+    let period_s = scenario.period_s() as f32;
+    config.slip = Some(SlipConfig::usual(period_s));
+    config.faults = Some(FaultConfig {
+        jump_rad_s: 20.0,
+        ..FaultConfig::usual(period_s)
     });
-    let mut faults = FaultConfig::unchecked();
-    faults.jump_rad_s = 20.0;
-    faults.jump_periods = 5;
-    faults.stuck_rad_s = 1.0;
-    faults.stuck_periods = 200;
-    faults.silent_periods = 20;
-    faults.recovery_periods = 100;
-    config.faults = Some(faults);
     config.noise = Some(OdometryNoise {
         wheel_rad_per_sqrt_rad: 0.02,
         residual_gain: 1.0,

@@ -76,6 +76,7 @@ link three_wheels_in_cpp three_bench $c/three $c/three_in_cpp.o
 link every_function every_function
 ./qemu.sh mps2-an386 $c/every_function
 ./qemu.sh mps2-an386 target/thumbv7em-none-eabihf/release/stops
+./qemu.sh mps2-an386 target/thumbv7em-none-eabihf/release/constructors
 ./qemu.sh mps2-an386 target/dev/thumbv7em-none-eabihf/debug/self_test
 echo '#include "omnistep.h"' | "${CXX:-c++}" -std=c++11 -Wall -Wextra -Werror -pedantic -fsyntax-only -Ic/include -x c++ -
 same() { # program, what it says before the hash, the example that knows the hash and its arguments

@@ -2,14 +2,15 @@
 
 use core::hint::black_box;
 
+use omni_core::drive::DriveSample;
 use omni_core::{BodyTwist, Drive, DriveInput, DriveState};
 
 use crate::counter::Counter;
 use crate::platform::exit;
 use crate::{say, stack};
 
-/// A step of the drive of the image, in which the compiler knows its constants.
-pub type Step = fn(&mut DriveState<f32, 7>, &DriveInput<f32, 7>);
+/// A step of the drive of the image, in which the compiler knows its constants, into a sample.
+pub type Step = fn(&mut DriveState<f32, 7>, &DriveInput<f32, 7>, &mut DriveSample<f32, 7>);
 
 fn input(command: BodyTwist<f32>, readings_rad_s: [f32; 7]) -> DriveInput<f32, 7> {
     let mut input = DriveInput::measured(&readings_rad_s.into());
@@ -33,6 +34,7 @@ pub fn report(name: &str, drive: &Drive<f32, 7>, step: Step) -> ! {
         ("saturated", with(0.3)),
         ("slipping", slipping),
     ];
+    let mut sample = DriveSample::zero();
     let Some(counter) = Counter::start() else {
         say!("no timer to count instructions with");
         exit(false)
@@ -43,7 +45,7 @@ pub fn report(name: &str, drive: &Drive<f32, 7>, step: Step) -> ! {
             // The readings come in over some periods, as wheels speed up.
             let part = if k < 100 { k as f32 / 100.0 } else { 1.0 };
             let input = input(command, readings.map(|v| v * part));
-            step(black_box(&mut state), black_box(&input));
+            step(black_box(&mut state), black_box(&input), black_box(&mut sample));
         });
         say!("instructions, {}, {}: {}", name, case, most);
     }
@@ -54,7 +56,7 @@ pub fn report(name: &str, drive: &Drive<f32, 7>, step: Step) -> ! {
         if k >= 5 {
             input.readings_rad_s[2] = None;
         }
-        step(black_box(&mut state), black_box(&input));
+        step(black_box(&mut state), black_box(&input), black_box(&mut sample));
     });
     say!("instructions, {}, a wheel lost: {}", name, silent);
     let mut state = DriveState::new(drive);
@@ -62,7 +64,7 @@ pub fn report(name: &str, drive: &Drive<f32, 7>, step: Step) -> ! {
     say!(
         "stack of a step with {}: {} bytes",
         name,
-        stack::used_by(|| step(&mut state, black_box(&input)))
+        stack::used_by(|| step(&mut state, black_box(&input), &mut sample))
     );
     exit(true)
 }

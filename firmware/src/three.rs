@@ -1,13 +1,13 @@
 //! The control task of a base with three omni wheels: counters of encoders in, duty of the motors' bridges out.
 
 use omni_core::drive::DriveSample;
-use omni_core::estimate::{CounterState, VelocityState};
+use omni_core::estimate::EncoderState;
 use omni_core::{BodyTwist, DriveInput, DriveState, WheelVelocities};
 
 mod constants {
     include!(concat!(env!("OUT_DIR"), "/three.rs"));
 }
-use constants::{COUNTER, DRIVE, MOTORS, VELOCITY, WHEELS};
+use constants::{DRIVE, ENCODER, ENCODER_WINDOW, MOTORS, WHEELS};
 
 /// The board: these are yours.
 pub trait Board {
@@ -24,8 +24,7 @@ pub trait Board {
 /// What is remembered from one period to the next.
 pub struct Base {
     drive: DriveState<f32, WHEELS>,
-    counters: [CounterState; WHEELS],
-    velocities: [VelocityState<f32>; WHEELS],
+    encoders: [EncoderState<f32, ENCODER_WINDOW>; WHEELS],
 }
 
 impl Base {
@@ -33,27 +32,16 @@ impl Base {
     pub fn at_start() -> Self {
         Self {
             drive: DriveState::new(&DRIVE),
-            counters: [CounterState::default(); WHEELS],
-            velocities: [VelocityState::at_rest(); WHEELS],
+            encoders: [EncoderState::at_rest(); WHEELS],
         }
     }
 
     /// To be called from a timer's interrupt, every `PERIOD_US`.
     pub fn every_period(&mut self, board: &mut impl Board) -> DriveSample<f32, WHEELS> {
-        let mut measured = WheelVelocities::zero();
-        let mut received = [false; WHEELS];
+        let mut input = DriveInput::measured(&WheelVelocities::zero());
         for wheel in 0..WHEELS {
-            if let Some(counter) = board.counter(wheel) {
-                let counts = COUNTER.update(&mut self.counters[wheel], counter);
-                measured.rad_s[wheel] = VELOCITY.step(&mut self.velocities[wheel], counts, None);
-                received[wheel] = true;
-            }
-        }
-        let mut input = DriveInput::measured(&measured);
-        for wheel in 0..WHEELS {
-            if !received[wheel] {
-                input.readings_rad_s[wheel] = None;
-            }
+            // A period without a reading is one too: the next velocity is right about the time.
+            input.readings_rad_s[wheel] = ENCODER.step(&mut self.encoders[wheel], board.counter(wheel), None);
         }
         input.command = board.command();
         let sample = DRIVE.step(&mut self.drive, &input);

@@ -53,11 +53,6 @@ def make_targets() -> set[str]:
     return set(re.findall(r"^([a-z][\w-]*):", (ROOT / "Makefile").read_text(), re.MULTILINE))
 
 
-def site_pages() -> set[str]:
-    """Pages that only the site has, made by scripts/docs/stage_pages.py."""
-    return set(re.findall(r"reference/\w+\.md$", (ROOT / "mkdocs.yml").read_text(), re.MULTILINE))
-
-
 def test_names() -> set[str]:
     """Names of all Rust and Python functions in files that hold tests."""
     names: set[str] = set()
@@ -151,7 +146,7 @@ def findings(path: Path, text: str) -> list[str]:
             found.extend(f"{path.relative_to(ROOT)}:{number}: {what}" for what in command_findings(begun + line))
             begun = ""
         for link in re.findall(r"\]\(([^)#\s]+)[^)]*\)", line):
-            if "://" not in link and not (path.parent == ROOT / "docs" and link in site_pages()):
+            if "://" not in link:
                 check((path.parent / link).exists(), number, f"no file {link}")
         for code in re.findall(r"`([^`\s]+)`", line):
             # A build's output is named where it comes to lie; no clone has it.

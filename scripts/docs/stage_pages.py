@@ -286,8 +286,7 @@ def stage() -> None:
     else:
         page = STAGED / "playground.md"
         page.write_text(re.sub(r"<a href=.*</a>", NO_PLAYGROUND, page.read_text(encoding="utf-8")), encoding="utf-8")
-    folder = STAGED / "reference"
-    folder.mkdir()
+    folder = STAGED / "reference"  # in the repository its pages only say where to look
     pages = {**python_pages(), "cli": command_page()}
     pages |= {kind: Keys(kind).page() for kind in ("vehicle", "scenario", "study")}
     for name, text in pages.items():

@@ -165,6 +165,18 @@ fn an_emergency_stop_brakes_at_its_own_deceleration_and_commands_after_its_relea
     assert!((speed[3900] - 0.3).abs() < 0.01, "{}", speed[3900]);
 }
 
+fn with_restart_from_neutral_a_command_that_never_rests_moves_nothing_after_a_stop() {
+    for stop in ["emergency_stop", "command_lost"] {
+        let fault = format!("fault=[{{kind='{stop}',from_s=1.5,until_s=2.5}}]");
+        let trace = run(&scenario(&[&fault, "drive.restart='neutral'"])).expect("runs");
+        let speed = column(&trace, "twist_vx_m_s");
+        // The ramp begins at rest. Afterwards the command is never 0 again.
+        assert!((speed[1499] - 0.3).abs() < 0.01, "{stop}: {}", speed[1499]);
+        assert!(speed[3900].abs() < 0.005, "{stop}: {}", speed[3900]);
+        assert_eq!(column(&trace, "drive_mode")[3900], 0.0);
+    }
+}
+
 fn a_drive_goes_on_from_a_snapshot_bit_for_bit() {
     let fault = "fault=[{kind='encoder_silent',wheel='2',from_s=0.3},{kind='command_lost',from_s=0.5}]";
     let scenario = scenario(&[fault, "control.precision=f32", "duration_s=2.0"]);
@@ -380,6 +392,7 @@ on_both_engines! {
     a_silent_and_a_stuck_encoder_are_named_and_released,
     too_few_wheels_are_a_safe_stop_that_lasts_and_the_shorted_motor_takes_its_slope_times_speed_squared,
     an_emergency_stop_brakes_at_its_own_deceleration_and_commands_after_its_release_are_followed,
+    with_restart_from_neutral_a_command_that_never_rests_moves_nothing_after_a_stop,
     a_drive_goes_on_from_a_snapshot_bit_for_bit,
     dead_and_toggling_encoders_are_found_on_every_vehicle,
     a_dead_encoder_is_found_at_a_crawl_where_the_others_show_less_than_stuck_rad_s,

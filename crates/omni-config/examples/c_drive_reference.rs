@@ -65,8 +65,6 @@ fn main() -> Result<(), Error> {
     let (mut active, mut hash) = ([false; 7], 0x811c_9dc5);
     for k in 0..5500 {
         match k {
-            2600 | 4400 => state.emergency_stop(),
-            3000 => state.release_emergency_stop(),
             3700 => state.release_safe_stop(),
             3800 => {
                 state.odometry.reset(&PlanarPose {
@@ -83,7 +81,9 @@ fn main() -> Result<(), Error> {
                 wheels.rad_s[i] += 0.05 * (references.rad_s[i] - wheels.rad_s[i]);
             }
         }
-        let sample = drive.step(&mut state, &input(k, &wheels));
+        let mut input = input(k, &wheels);
+        input.emergency = (2600..3000).contains(&k) || k >= 4400;
+        let sample = drive.step(&mut state, &input);
         (references, active) = (sample.wheels.reference, sample.wheels.active);
         hash = hashed(hash, &sample);
     }

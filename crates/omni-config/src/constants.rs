@@ -44,8 +44,9 @@ impl Scenario {
     ///
     /// In Rust: `VEHICLE`, `POLICY`, `WHEELS`, `PERIOD_US`, [`Scenario::constants_digest`] as `DIGEST`, and `CONTROLLER`,
     /// `LIMITER`, `ODOMETRY`, `MOTORS`, to be used as any other, `DRIVE` where the scenario has a `[drive]` (under traction control an
-    /// [`omni_core::drive::TractionDrive`]), `TRACTION` and `SUPERVISOR` where its policy is traction control, `COUNTER` and `VELOCITY` where it has `sensors.encoder_counts`, `TRAJECTORY` and `FOLLOWER` where its
-    /// command is a path. In C the same in `OMNI_...`, `COUNTER` and `VELOCITY` as `OMNI_ENCODER`, but for the odometry by itself and the path.
+    /// [`omni_core::drive::TractionDrive`]), `TRACTION` and `SUPERVISOR` where its policy is traction control, `ENCODER` where it has
+    /// `sensors.encoder_counts`, `TRAJECTORY` and `FOLLOWER` where its command is a path. In C the same in `OMNI_...`, but for the odometry
+    /// by itself and the path.
     ///
     /// # Errors
     /// As [`Scenario::controller`]; in C also [`Error::Key`] for a wheel count that `omnistep.h` has no type for, and for traction control.

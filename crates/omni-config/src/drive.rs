@@ -34,6 +34,10 @@ pub struct Drive {
     /// The same for the yaw rate \[rad/s^2\], 0.001 to 1e5; 8 by default.
     #[garde(adapt(ranges), range(min = ACCELERATION_RAD_S2.min, max = ACCELERATION_RAD_S2.max))]
     pub stop_rad_s2: f64,
+    /// When the vehicle moves again after an emergency stop, a safe stop or a time-out, and after the start: `at_once` with the next command,
+    /// `neutral` with the next one after a command of rest, 0 in every component. `at_once` by default.
+    #[garde(skip)]
+    pub restart: DriveRestart,
     /// Control periods with too few usable wheels for the motion before the vehicle is stopped, 0 to 65534; 10 by default.
     #[serde(deserialize_with = "crate::integers::periods_from_0")]
     #[garde(adapt(ranges), range(min = PERIODS_FROM_0.min, max = PERIODS_FROM_0.max))]
@@ -68,6 +72,7 @@ impl Default for Drive {
             command_timeout_s: 0.5,
             stop_m_s2: 2.0,
             stop_rad_s2: 8.0,
+            restart: DriveRestart::AtOnce,
             blind_periods: 10,
             command_point_m: [0.0; 2],
             discretize: false,
@@ -77,6 +82,19 @@ impl Default for Drive {
             noise: None,
         }
     }
+}
+
+/// When a vehicle that has come to rest by itself moves again: [`omni_core::shaping::Restart`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum DriveRestart {
+    /// With the next command.
+    #[default]
+    AtOnce,
+    /// With the next command after one of rest: a stick that is still pushed moves nothing.
+    Neutral,
 }
 
 /// When a wheel counts as slipping: [`omni_core::drive::SlipConfig`].
@@ -91,14 +109,20 @@ pub struct DriveSlip {
     /// Slip below which it is no longer suspected \[rad/s\], 1e-9 to `enter_rad_s`; 1 by default.
     #[garde(adapt(ranges), range(min = THRESHOLD_RAD_S.min, max = THRESHOLD_RAD_S.max))]
     pub leave_rad_s: f64,
-    /// Periods in a row that it must be suspected before it is excluded, 1 to 65535; 10 by default.
-    #[serde(deserialize_with = "crate::integers::periods")]
+    /// Periods in a row that it must be suspected before it is excluded, 1 to 65535. Left out: those of 10 ms.
+    #[serde(
+        skip_serializing_if = "Option::is_none",
+        deserialize_with = "crate::integers::periods"
+    )]
     #[garde(adapt(ranges), range(min = PERIODS.min, max = PERIODS.max))]
-    pub enter_periods: u32,
-    /// Periods in a row below `leave_rad_s` before it is included again, 1 to 65535; 50 by default.
-    #[serde(deserialize_with = "crate::integers::periods")]
+    pub enter_periods: Option<u32>,
+    /// Periods in a row below `leave_rad_s` before it is included again, 1 to 65535. Left out: those of 50 ms.
+    #[serde(
+        skip_serializing_if = "Option::is_none",
+        deserialize_with = "crate::integers::periods"
+    )]
     #[garde(adapt(ranges), range(min = PERIODS.min, max = PERIODS.max))]
-    pub leave_periods: u32,
+    pub leave_periods: Option<u32>,
 }
 
 impl Default for DriveSlip {
@@ -106,14 +130,14 @@ impl Default for DriveSlip {
         Self {
             enter_rad_s: 2.0,
             leave_rad_s: 1.0,
-            enter_periods: 10,
-            leave_periods: 50,
+            enter_periods: None,
+            leave_periods: None,
         }
     }
 }
 
 /// When an encoder's reading counts as faulty: [`omni_core::drive::FaultConfig`].
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 #[non_exhaustive]
@@ -123,10 +147,13 @@ pub struct DriveFaults {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[garde(adapt(ranges), range(min = THRESHOLD_RAD_S.min, max = THRESHOLD_RAD_S.max))]
     pub jump_rad_s: Option<f64>,
-    /// Jumps that make a wheel faulty, 1 to 65535; 5 by default.
-    #[serde(deserialize_with = "crate::integers::periods")]
+    /// Jumps that make a wheel faulty, 1 to 65535. Left out: the periods of 5 ms.
+    #[serde(
+        skip_serializing_if = "Option::is_none",
+        deserialize_with = "crate::integers::periods"
+    )]
     #[garde(adapt(ranges), range(min = PERIODS.min, max = PERIODS.max))]
-    pub jump_periods: u32,
+    pub jump_periods: Option<u32>,
     /// A constant reading is stuck if the velocity expected from the other wheels changes by more than this \[rad/s\], 1e-9 to 1e6. Left out:
     /// 1, or what two encoder counts read as where that is more.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -138,36 +165,28 @@ pub struct DriveFaults {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[garde(adapt(ranges), range(min = STALL_TORQUE_N_M.min, max = STALL_TORQUE_N_M.max))]
     pub stuck_torque_n_m: Option<f64>,
-    /// Periods of evidence in a row that make a reading stuck, 2 to 65535. Left out: 100 or, where these are more, as many as it takes until
-    /// an encoder is known to stand: 0.1 s or the time of three counts at 0.25 rad/s, and three over the bandwidth of an observer.
+    /// Periods of evidence in a row that make a reading stuck, 2 to 65535. Left out: those of 0.1 s or, where these are more, as many as it takes
+    /// until an encoder is known to stand: 0.1 s or the time of three counts at 0.25 rad/s, and three over the bandwidth of an observer.
     #[serde(
         skip_serializing_if = "Option::is_none",
         deserialize_with = "crate::integers::periods_from_2"
     )]
     #[garde(adapt(ranges), range(min = PERIODS_FROM_2.min, max = PERIODS_FROM_2.max))]
     pub stuck_periods: Option<u32>,
-    /// Periods without a reading after which a wheel is faulty, 1 to 65535; 20 by default.
-    #[serde(deserialize_with = "crate::integers::periods")]
+    /// Periods without a reading after which a wheel is faulty, 1 to 65535. Left out: those of 20 ms.
+    #[serde(
+        skip_serializing_if = "Option::is_none",
+        deserialize_with = "crate::integers::periods"
+    )]
     #[garde(adapt(ranges), range(min = PERIODS.min, max = PERIODS.max))]
-    pub silent_periods: u32,
-    /// Good readings in a row after which a faulty wheel is used again, 1 to 65535; 200 by default.
-    #[serde(deserialize_with = "crate::integers::periods")]
+    pub silent_periods: Option<u32>,
+    /// Good readings in a row after which a faulty wheel is used again, 1 to 65535. Left out: those of 0.2 s.
+    #[serde(
+        skip_serializing_if = "Option::is_none",
+        deserialize_with = "crate::integers::periods"
+    )]
     #[garde(adapt(ranges), range(min = PERIODS.min, max = PERIODS.max))]
-    pub recovery_periods: u32,
-}
-
-impl Default for DriveFaults {
-    fn default() -> Self {
-        Self {
-            jump_rad_s: None,
-            jump_periods: 5,
-            stuck_rad_s: None,
-            stuck_torque_n_m: None,
-            stuck_periods: None,
-            silent_periods: 20,
-            recovery_periods: 200,
-        }
-    }
+    pub recovery_periods: Option<u32>,
 }
 
 /// Noise of the wheels: [`omni_core::estimate::OdometryNoise`].

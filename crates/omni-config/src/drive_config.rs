@@ -3,16 +3,12 @@
 use omni_core::drive::{FaultConfig, LEAST_REDUNDANCY, SlipConfig, TractionDrive};
 use omni_core::estimate::OdometryNoise;
 use omni_core::geometry::{Desaturation, SpeedLimits};
-use omni_core::shaping::EmergencyDeceleration;
+use omni_core::shaping::{self, EmergencyDeceleration};
 use omni_core::{ConfigError, DriveConfig, Kinematics, Real};
 
-use crate::drive::{Drive, DriveFaults};
+use crate::drive::{Drive, DriveFaults, DriveRestart};
 use crate::encoder_velocity::EncoderVelocity;
 use crate::{Error, Scenario, Vehicle, for_wheel_count};
-
-/// Velocity and periods of `[drive.faults]` that make a constant reading stuck, where encoders are fine enough.
-const STUCK_RAD_S: f64 = 1.0;
-const STUCK_PERIODS: u32 = 100;
 
 /// A reading toggles between two counts at an edge, and another wheel's may do so at the same time: with 1.2 counts a standing wheel of chugo7
 /// was called stuck in each of four drives, with 1.5 counts in none.
@@ -24,8 +20,8 @@ fn whole(count: u32) -> u16 {
 }
 
 impl DriveFaults {
-    fn config<R: Real>(&self) -> FaultConfig<R> {
-        let mut config = FaultConfig::unchecked();
+    fn config<R: Real>(&self, period_s: R) -> FaultConfig<R> {
+        let mut config = FaultConfig::usual(period_s);
         if let Some(jump) = self.jump_rad_s {
             config.jump_rad_s = R::of(jump);
         }
@@ -38,9 +34,13 @@ impl DriveFaults {
         if let Some(periods) = self.stuck_periods {
             config.stuck_periods = whole(periods);
         }
-        config.jump_periods = whole(self.jump_periods);
-        config.silent_periods = whole(self.silent_periods);
-        config.recovery_periods = whole(self.recovery_periods);
+        for (periods, given) in [
+            (&mut config.jump_periods, self.jump_periods),
+            (&mut config.silent_periods, self.silent_periods),
+            (&mut config.recovery_periods, self.recovery_periods),
+        ] {
+            *periods = given.map_or(*periods, whole);
+        }
         config
     }
 }
@@ -53,17 +53,24 @@ impl Drive {
             linear_m_s2: R::of(self.stop_m_s2),
             yaw_rad_s2: R::of(self.stop_rad_s2),
         });
+        config.shaping.restart = match self.restart {
+            DriveRestart::AtOnce => shaping::Restart::AtOnce,
+            DriveRestart::Neutral => shaping::Restart::Neutral,
+        };
         config.blind_periods = whole(self.blind_periods);
         config.command_point_m = self.command_point_m.map(R::of);
         config.discretize = self.discretize;
         if let Some(limit) = self.speed_limit_rad_s {
             config.speed_limits = Some(SpeedLimits::new([R::of(limit); N], Desaturation::Uniform)?);
         }
-        config.slip = self.slip.map(|slip| SlipConfig {
-            enter_rad_s: R::of(slip.enter_rad_s),
-            leave_rad_s: R::of(slip.leave_rad_s),
-            enter_periods: whole(slip.enter_periods),
-            leave_periods: whole(slip.leave_periods),
+        config.slip = self.slip.map(|slip| {
+            let usual = SlipConfig::usual(config.control.pid.period_s);
+            SlipConfig {
+                enter_rad_s: R::of(slip.enter_rad_s),
+                leave_rad_s: R::of(slip.leave_rad_s),
+                enter_periods: slip.enter_periods.map_or(usual.enter_periods, whole),
+                leave_periods: slip.leave_periods.map_or(usual.leave_periods, whole),
+            }
         });
         config.noise = self.noise.map(|noise| OdometryNoise {
             wheel_rad_per_sqrt_rad: R::of(noise.wheel_rad_per_sqrt_rad),
@@ -89,7 +96,9 @@ impl Scenario {
         if let Some(limits) = self.vehicle().limits {
             config.shaping.limits = limits.of_twist();
         }
-        config.faults = self.drive_faults().map(|faults| faults.config());
+        config.faults = self
+            .drive_faults()
+            .map(|faults| faults.config(config.control.pid.period_s));
         drive
             .put_into(&mut config)
             .map_err(|error| self.refuse_drive(&error))?;
@@ -100,13 +109,16 @@ impl Scenario {
     pub(crate) fn drive_faults(&self) -> Option<DriveFaults> {
         let mut faults = self.drive?.faults.unwrap_or_default();
         let count_rad_s = self.encoder_step_rad_s().unwrap_or(0.0);
+        let usual = FaultConfig::usual(self.period_s());
         let half_n_m = 0.5 * self.vehicle().motor.peak_torque_n_m();
         faults.stuck_torque_n_m.get_or_insert(half_n_m);
         faults
             .stuck_rad_s
-            .get_or_insert(STUCK_RAD_S.max(LEAST_COUNTS * count_rad_s));
+            .get_or_insert(usual.stuck_rad_s.max(LEAST_COUNTS * count_rad_s));
         let held = (self.held_s() / self.period_s()).ceil().min(65534.0) as u32;
-        faults.stuck_periods.get_or_insert(STUCK_PERIODS.max(held));
+        faults
+            .stuck_periods
+            .get_or_insert(u32::from(usual.stuck_periods).max(held));
         // From one way to the other at full speed in a period, and what single counts add to a reading.
         if let Some(no_load_rad_s) = self.vehicle().no_load_rad_s() {
             let jump_rad_s = 2.0 * no_load_rad_s + 3.0 * count_rad_s;

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use omni_core::estimate::{VelocityConfig, VelocityEstimator, VelocityMethod};
+use omni_core::estimate::{LONGEST_WINDOW, VelocityConfig, VelocityEstimator, VelocityMethod};
 
 use crate::encoder_velocity::EncoderVelocity;
 use crate::{Error, Scenario};
@@ -86,14 +86,15 @@ impl Scenario {
     /// assert!((read - 250.0_f64.to_radians()).abs() < 1e-9); // a degree in 4 ms
     /// # Ok::<(), omni_config::Error>(())
     /// ```
-    pub fn velocity_estimator<R: omni_core::Real>(&self) -> Result<Option<VelocityEstimator<R>>, Error> {
+    pub fn velocity_estimator<R: omni_core::Real>(
+        &self,
+    ) -> Result<Option<VelocityEstimator<R, LONGEST_WINDOW>>, Error> {
         let counts = self.sensors.encoder_counts;
         if counts == 0.0 {
             return Ok(None);
         }
-        let method = self.sensors.encoder_velocity.map(|velocity| velocity.method());
         let config = VelocityConfig {
-            method: method.unwrap_or_default(),
+            method: self.velocity_method(),
             count_rad: R::of(std::f64::consts::TAU / counts),
             period_s: R::of(self.period_s()),
         };
@@ -109,6 +110,20 @@ impl Scenario {
                     self.period_s()
                 ),
             })
+    }
+
+    /// How velocities are made of counts.
+    pub(crate) fn velocity_method<R: omni_core::Real>(&self) -> VelocityMethod<R> {
+        let method = self.sensors.encoder_velocity.map(|velocity| velocity.method());
+        method.unwrap_or_default()
+    }
+
+    /// Readings that the state of such an estimator has to hold the counts of.
+    pub(crate) fn velocity_window(&self) -> usize {
+        match self.velocity_method::<f64>() {
+            VelocityMethod::Window { periods } => usize::from(periods),
+            _ => 1,
+        }
     }
 
     /// What is wrong with `sensors.encoder_velocity` that no single key shows: the key and why.

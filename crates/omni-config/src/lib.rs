@@ -66,7 +66,7 @@ pub use control::{
 };
 pub use controller::wheel_count_refused;
 pub use derived_gains::DerivedGains;
-pub use drive::{Drive, DriveFaults, DriveNoise, DriveSlip};
+pub use drive::{Drive, DriveFaults, DriveNoise, DriveRestart, DriveSlip};
 pub use encoder_reading::EncoderReading;
 pub use encoder_velocity::EncoderVelocity;
 pub use error::Error;

@@ -13,6 +13,14 @@ mod state;
 mod step;
 mod traction;
 
+use crate::Real;
+
+/// The whole periods nearest to a time \[s\], at least one.
+fn periods_of<R: Real>(time_s: f64, period_s: R) -> u16 {
+    let periods = (R::of(time_s) / period_s + R::of(0.5)).whole_part();
+    periods.clamp(1, u32::from(u16::MAX)) as u16
+}
+
 pub use config::{DriveConfig, DriveInput};
 pub use faults::{Expectation, Fault, FaultConfig, FaultMonitor, FaultState};
 pub use model::Drive;

@@ -1,6 +1,6 @@
 //! Estimate what encoders and gyros do not say: wheel velocities, the pose, its uncertainty, slip.
 //!
-//! [`EncoderCounter`] and [`VelocityEstimator`] read encoders; [`Odometry`] and [`PoseCovariance`] integrate the wheels;
+//! [`Encoder`] makes velocities of counters, by [`EncoderCounter`] and [`VelocityEstimator`]; [`Odometry`] and [`PoseCovariance`] integrate the wheels;
 //! [`Estimator`] fuses them with an inertial measurement unit.
 
 mod covariance;
@@ -10,9 +10,9 @@ mod odometry;
 mod velocity;
 
 pub use covariance::{CovarianceGrowth, OdometryNoise, PoseCovariance};
-pub use encoder::{CounterState, EncoderCounter};
+pub use encoder::{CounterState, Encoder, EncoderConfig, EncoderCounter, EncoderState};
 pub use estimator::{Estimator, EstimatorConfig, EstimatorInput, EstimatorState, EstimatorStep};
 pub use odometry::{Odometry, OdometryState, OdometryStep};
 #[doc(hidden)]
 pub use velocity::VelocityLaw;
-pub use velocity::{VelocityConfig, VelocityEstimator, VelocityMethod, VelocityState};
+pub use velocity::{LONGEST_WINDOW, VelocityConfig, VelocityEstimator, VelocityMethod, VelocityState};

@@ -13,6 +13,8 @@ mod sealed {
         const ROUNDER: Self;
         /// One over the square root of a positive normal number, off by at most two units in the last place.
         fn per_root(self) -> Self;
+        /// The whole part, 0 to the largest `u32`; 0 for NaN. Without `f64` for `f32`.
+        fn whole_part(self) -> u32;
         /// The same bits: compared without the floating-point unit.
         fn same_bits(self, other: Self) -> bool;
     }

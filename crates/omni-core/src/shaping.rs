@@ -8,7 +8,7 @@ mod limits;
 mod twist_limits;
 
 pub use command::{
-    CommandShaper, CommandStatus, EmergencyDeceleration, ShapedCommand, ShaperState, ShapingConfig,
+    CommandShaper, CommandStatus, EmergencyDeceleration, Restart, ShapedCommand, ShaperState, ShapingConfig,
 };
 pub use heading::{HeadingHold, HeadingHoldConfig, HeadingHoldState};
 #[doc(hidden)]

@@ -120,8 +120,7 @@ impl<const N: usize> Served<N> for Drive<f32, N> {
     }
 
     fn step(&self, state: &mut Self::State, request: &Request<N>, _: &Bodies, answer: &mut Answer<N>) {
-        let input = ask(state, request);
-        report(&Drive::step(self, state, &input), answer);
+        report(&Drive::step(self, state, &ask(request)), answer);
     }
 }
 
@@ -137,7 +136,7 @@ impl<const N: usize> Served<N> for TractionDrive<f32, N> {
     }
 
     fn step(&self, state: &mut Self::State, request: &Request<N>, bodies: &Bodies, answer: &mut Answer<N>) {
-        let input = ask(&mut state.drive, request);
+        let input = ask(request);
         report(
             &TractionDrive::step(self, state, &input, &bodies.readings()).drive,
             answer,
@@ -146,15 +145,11 @@ impl<const N: usize> Served<N> for TractionDrive<f32, N> {
 }
 
 /// What a request asks of a drive.
-fn ask<const N: usize>(state: &mut DriveState<f32, N>, request: &Request<N>) -> DriveInput<f32, N> {
-    if request.emergency_stop {
-        state.emergency_stop();
-    } else {
-        state.release_emergency_stop();
-    }
+fn ask<const N: usize>(request: &Request<N>) -> DriveInput<f32, N> {
     let mut input = DriveInput::received(&request.measured_rad_s.into());
     // One with a NaN is refused by the drive, which is as if none had arrived.
     input.command = Some(request.command);
+    input.emergency = request.emergency_stop;
     input
 }
 

@@ -1,6 +1,6 @@
 //! Encoders over arrays: counters that wrap, velocities out of counts.
 
-use omni_core::estimate::{CounterState, VelocityConfig, VelocityMethod, VelocityState};
+use omni_core::estimate::{CounterState, LONGEST_WINDOW, VelocityConfig, VelocityMethod, VelocityState};
 use pyo3::prelude::*;
 
 use crate::arrays::{Array, Rows, array, choice, each_row, floats};
@@ -194,10 +194,10 @@ impl EncoderCounter {
 ///     [4.363, 4.363, 4.363, 4.363]
 #[pyclass(module = "omnistep")]
 pub(crate) struct VelocityEstimator {
-    inner: omni_core::estimate::VelocityEstimator<f64>,
+    inner: omni_core::estimate::VelocityEstimator<f64, LONGEST_WINDOW>,
     config: VelocityConfig<f64>,
     beside: Beside,
-    states: Vec<VelocityState<f64>>,
+    states: Vec<VelocityState<f64, LONGEST_WINDOW>>,
 }
 
 #[pymethods]

@@ -212,8 +212,8 @@ impl Kinematics {
     ) -> PyResult<Desaturated> {
         let known = [
             ("uniform", Desaturation::Uniform),
-            ("yaw", Desaturation::TranslationFirst),
-            ("translation", Desaturation::YawFirst),
+            ("yaw", Desaturation::KeepsTranslation),
+            ("translation", Desaturation::KeepsYaw),
         ];
         let gives_way = choice("gives_way", gives_way, &known)?;
         let (py, rows) = (twists.py(), Rows::read("twists", twists, 3)?);

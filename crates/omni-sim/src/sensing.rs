@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::ops::Range;
 
-use omni_core::estimate::{VelocityEstimator, VelocityState};
+use omni_core::estimate::{LONGEST_WINDOW, VelocityEstimator, VelocityState};
 use omni_core::policy::Imu;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
@@ -69,7 +69,7 @@ impl Encoder {
 pub(crate) struct Sensing {
     sensors: Sensors,
     /// What makes velocities of counts, where there are counts.
-    estimator: Option<VelocityEstimator<f64>>,
+    estimator: Option<VelocityEstimator<f64, LONGEST_WINDOW>>,
     gravity_m_s2: f64,
     period_s: f64,
     /// Of which wheel, what, and from when to when \[s\].
@@ -87,7 +87,7 @@ pub(crate) struct State {
     tilt_rng: ChaCha8Rng,
     encoders: Vec<Encoder>,
     /// What is remembered for the velocity of each encoder; empty where nothing is.
-    velocities: Vec<VelocityState<f64>>,
+    velocities: Vec<VelocityState<f64, LONGEST_WINDOW>>,
     /// What each encoder last read \[rad/s\].
     read: Vec<f64>,
     /// Velocity of the base a period ago \[m/s\].

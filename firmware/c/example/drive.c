@@ -109,11 +109,8 @@ int main(void) {
             input.measured.rad_s[4] = input.measured.rad_s[4] + 5.0f;
         }
         input.lifted[6] = within(k, 2560, 2590);
-        if (k == 2600 || k == 4400) {
-            good = good && omni7_drive_emergency_stop(&state);
-        } else if (k == 3000) {
-            good = good && omni7_drive_release_emergency_stop(&state);
-        } else if (k == 3700) {
+        input.emergency = within(k, 2600, 3000) || k >= 4400;
+        if (k == 3700) {
             good = good && omni7_drive_release_safe_stop(&state);
         } else if (k == 3800) {
             good = good && omni7_drive_reset_pose(&state, 1.0f, 2.0f, 0.5f);

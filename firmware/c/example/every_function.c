@@ -5,8 +5,7 @@
 /* Those that every wheel count has. */
 #define ANY(n)                                                                                                    \
     (omni##n##_init(0, 0) || omni##n##_step(0, 0, 0, 0, 0) || omni##n##_estimate(0, 0, 0) ||                      \
-     omni##n##_drive_init(0, 0, 0) || omni##n##_drive_step(0, 0, 0, 0) || omni##n##_drive_emergency_stop(0) ||    \
-     omni##n##_drive_release_emergency_stop(0) || omni##n##_drive_release_safe_stop(0) ||                         \
+     omni##n##_drive_init(0, 0, 0) || omni##n##_drive_step(0, 0, 0, 0) || omni##n##_drive_release_safe_stop(0) || \
      omni##n##_drive_reset_pose(0, 0.0f, 0.0f, 0.0f) || omni##n##_drive_deviations(0, 0))
 
 int main(void) {

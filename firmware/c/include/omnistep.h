@@ -30,18 +30,18 @@ typedef uint8_t omni_integral;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
-// What gives way when a wheel would have to turn faster than it can.
+// What is kept of a twist for which a wheel would have to turn faster than it can.
 enum omni_desaturation
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
   : uint8_t
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
-  // Everything: the whole twist is scaled by one factor, so that the path stays the same.
+  // The direction: the whole twist is scaled by one factor, so that the path stays the same.
   OMNI_DESATURATION_UNIFORM,
-  // Translation: the yaw rate is kept as far as it is possible alone, the rest goes to translation, in its direction.
-  OMNI_DESATURATION_YAW_FIRST,
-  // The yaw rate: translation is kept as far as it is possible alone, the rest goes to yaw.
-  OMNI_DESATURATION_TRANSLATION_FIRST,
+  // The yaw rate, as far as it is possible alone; the rest goes to translation, in its direction.
+  OMNI_DESATURATION_KEEPS_YAW,
+  // Translation, as far as it is possible alone; the rest goes to yaw.
+  OMNI_DESATURATION_KEEPS_TRANSLATION,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -64,8 +64,7 @@ enum omni_drive_mode
   // Too few wheels are left to determine how the vehicle moves: those that are left are brought to rest, at the emergency
   // deceleration. Latched until `DriveState::release_safe_stop`.
   OMNI_DRIVE_MODE_SAFE_STOP = 2,
-  // Requested with `DriveState::emergency_stop`; latched until
-  // `DriveState::release_emergency_stop`.
+  // Requested: for as long as `DriveInput::emergency` says so.
   OMNI_DRIVE_MODE_EMERGENCY_STOP = 3,
 };
 #ifndef __cplusplus
@@ -82,13 +81,14 @@ enum omni_command_status
   : uint8_t
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
-  // No command since the start or since the release of an emergency stop: rest, or on the way there.
+  // No command since the start or since the release of an emergency stop, or none of rest yet where `Restart::Neutral` wants one: rest, or
+  // on the way there.
   OMNI_COMMAND_STATUS_IDLE,
   // The twist is the command.
   OMNI_COMMAND_STATUS_FOLLOWING,
   // The limits keep the twist from the command, or still do.
   OMNI_COMMAND_STATUS_LIMITED,
-  // The last command is too old: rest, or on the way there.
+  // The last command is too old, or none of rest has come since where `Restart::Neutral` wants one: rest, or on the way there.
   OMNI_COMMAND_STATUS_TIMED_OUT,
   // The emergency stop is latched: rest, or on the way there.
   OMNI_COMMAND_STATUS_EMERGENCY_STOP,
@@ -550,6 +550,8 @@ typedef struct {
   uint32_t oldest;
   // Linear and yaw speed that an emergency stop takes a period.
   float emergency_steps[2];
+  // Only a command of rest ends rest.
+  bool neutral;
 } omni_shaper;
 
 // When a wheel counts as slipping. Hysteresis in size and time. Checked by `SlipDetector::new`.
@@ -623,10 +625,10 @@ typedef struct {
   float period_s;
 } omni3_odometry;
 
-// Speed limits of the actuators and what gives way to them: desaturation, or normalisation, of wheel speeds.
+// Speed limits of the actuators and what is kept within them: desaturation, or normalisation, of wheel speeds.
 typedef struct {
   float limit_rad_s[3];
-  omni_desaturation gives_way;
+  omni_desaturation desaturation;
 } omni3_speed_limits;
 
 // Grows a `PoseCovariance` along with the pose. Immutable.
@@ -735,6 +737,9 @@ typedef struct {
   omni3_velocities measured;
   // A command arrived. Where none does for the time-out, the vehicle is brought to rest.
   bool commanded;
+  // The emergency stop is pressed: the vehicle comes to rest at the emergency deceleration, whatever is commanded, and stays there for as
+  // long as this is said. A button that springs back has to be latched before.
+  bool emergency;
   // The encoder's reading arrived.
   bool received[3];
   // The wheel is in the air: it is controlled, but says nothing of the vehicle's motion.
@@ -887,10 +892,10 @@ typedef struct {
   float period_s;
 } omni4_odometry;
 
-// Speed limits of the actuators and what gives way to them: desaturation, or normalisation, of wheel speeds.
+// Speed limits of the actuators and what is kept within them: desaturation, or normalisation, of wheel speeds.
 typedef struct {
   float limit_rad_s[4];
-  omni_desaturation gives_way;
+  omni_desaturation desaturation;
 } omni4_speed_limits;
 
 // A vehicle's whole controller: readings and commands in, torques out. Immutable; what changes is in `DriveState`.
@@ -967,6 +972,9 @@ typedef struct {
   omni4_velocities measured;
   // A command arrived. Where none does for the time-out, the vehicle is brought to rest.
   bool commanded;
+  // The emergency stop is pressed: the vehicle comes to rest at the emergency deceleration, whatever is commanded, and stays there for as
+  // long as this is said. A button that springs back has to be latched before.
+  bool emergency;
   // The encoder's reading arrived.
   bool received[4];
   // The wheel is in the air: it is controlled, but says nothing of the vehicle's motion.
@@ -1109,10 +1117,10 @@ typedef struct {
   float period_s;
 } omni6_odometry;
 
-// Speed limits of the actuators and what gives way to them: desaturation, or normalisation, of wheel speeds.
+// Speed limits of the actuators and what is kept within them: desaturation, or normalisation, of wheel speeds.
 typedef struct {
   float limit_rad_s[6];
-  omni_desaturation gives_way;
+  omni_desaturation desaturation;
 } omni6_speed_limits;
 
 // A vehicle's whole controller: readings and commands in, torques out. Immutable; what changes is in `DriveState`.
@@ -1189,6 +1197,9 @@ typedef struct {
   omni6_velocities measured;
   // A command arrived. Where none does for the time-out, the vehicle is brought to rest.
   bool commanded;
+  // The emergency stop is pressed: the vehicle comes to rest at the emergency deceleration, whatever is commanded, and stays there for as
+  // long as this is said. A button that springs back has to be latched before.
+  bool emergency;
   // The encoder's reading arrived.
   bool received[6];
   // The wheel is in the air: it is controlled, but says nothing of the vehicle's motion.
@@ -1331,10 +1342,10 @@ typedef struct {
   float period_s;
 } omni7_odometry;
 
-// Speed limits of the actuators and what gives way to them: desaturation, or normalisation, of wheel speeds.
+// Speed limits of the actuators and what is kept within them: desaturation, or normalisation, of wheel speeds.
 typedef struct {
   float limit_rad_s[7];
-  omni_desaturation gives_way;
+  omni_desaturation desaturation;
 } omni7_speed_limits;
 
 // A vehicle's whole controller: readings and commands in, torques out. Immutable; what changes is in `DriveState`.
@@ -1411,6 +1422,9 @@ typedef struct {
   omni7_velocities measured;
   // A command arrived. Where none does for the time-out, the vehicle is brought to rest.
   bool commanded;
+  // The emergency stop is pressed: the vehicle comes to rest at the emergency deceleration, whatever is commanded, and stays there for as
+  // long as this is said. A button that springs back has to be latched before.
+  bool emergency;
   // The encoder's reading arrived.
   bool received[7];
   // The wheel is in the air: it is controlled, but says nothing of the vehicle's motion.
@@ -1440,10 +1454,16 @@ typedef struct {
 
 // What is remembered of one wheel's counts; `default` at rest.
 typedef struct {
-  // Counts of the last periods, round and round, and the place of the next.
+  // Counts of the last readings, round and round, and by how much longer than a period each took [s].
   int32_t counts[32];
+  float longer_s[32];
+  // The place of the next, and how many until all took a period.
   uint8_t next;
+  uint8_t uneven;
   int64_t sum;
+  // Time since the last reading beyond the present period [s], and what is left over of whole periods.
+  float waited_s;
+  float left_s;
   // Which way the last edge went: 0 before the first.
   int8_t way;
   // Age of the last edge when its period ended [s], and periods since without one.
@@ -1458,7 +1478,7 @@ typedef struct {
   float rate_rad_s;
 } omni_velocity_state;
 
-// What is remembered of one wheel's encoder.
+// What is remembered of one wheel's encoder; `default` before the first reading.
 typedef struct {
   omni_counter_state counter;
   omni_velocity_state velocity;
@@ -1500,6 +1520,8 @@ typedef struct {
 } omni_velocity_law_Window_body;
 
 typedef struct {
+  // Bandwidth [rad/s].
+  float bandwidth_rad_s;
   // Part of the angle.
   float angle;
   // Velocity [rad/s].
@@ -1523,6 +1545,8 @@ typedef struct {
 // reads 0 now and then; that is at most 0.25 rad/s of coarse encoders, and 30 counts a second of fine ones.
 //
 // Nothing divides by a time or by counts that can be zero, and every reading is finite.
+//
+// The state holds the counts of `WINDOW` readings, 1 unless given: an observer, edges and a window of one need no more.
 typedef struct {
   omni_velocity_law law;
   float count_rad;
@@ -1530,7 +1554,8 @@ typedef struct {
   uint32_t standing_periods;
 } omni_velocity_estimator;
 
-// From the raw reading of a wheel's counter to a velocity: `OMNI_ENCODER`.
+// A wheel's encoder on a hardware counter: from its raw reading to a velocity, by an `EncoderCounter` and a `VelocityEstimator`.
+// `WINDOW` is 1 unless the velocity is that of a longer window.
 typedef struct {
   omni_counter counter;
   omni_velocity_estimator velocity;
@@ -1592,17 +1617,7 @@ bool omni3_drive_step(const omni3_drive *drive,
                       const omni3_drive_input *input,
                       omni3_drive_output *output);
 
-// Brings a three-wheel vehicle to rest at the emergency deceleration from the next step on, whatever is commanded.
-//
-// Returns false, and does nothing, where the pointer is null or the state was not made ready.
-bool omni3_drive_emergency_stop(omni3_drive_state *state);
-
-// Ends an emergency stop; a safe stop stays. Commands that arrive from now on are followed.
-//
-// Returns false, and does nothing, where the pointer is null or the state was not made ready.
-bool omni3_drive_release_emergency_stop(omni3_drive_state *state);
-
-// Ends a safe stop; an emergency stop stays. Every reading is judged afresh, and commands that arrive from now on are followed.
+// Ends a safe stop. Every reading is judged afresh, and commands that arrive from now on are followed.
 // A safe stop whose cause lasts begins anew.
 //
 // Returns false, and does nothing, where the pointer is null or the state was not made ready.
@@ -1661,17 +1676,7 @@ bool omni4_drive_step(const omni4_drive *drive,
                       const omni4_drive_input *input,
                       omni4_drive_output *output);
 
-// Brings a four-wheel vehicle to rest at the emergency deceleration from the next step on, whatever is commanded.
-//
-// Returns false, and does nothing, where the pointer is null or the state was not made ready.
-bool omni4_drive_emergency_stop(omni4_drive_state *state);
-
-// Ends an emergency stop; a safe stop stays. Commands that arrive from now on are followed.
-//
-// Returns false, and does nothing, where the pointer is null or the state was not made ready.
-bool omni4_drive_release_emergency_stop(omni4_drive_state *state);
-
-// Ends a safe stop; an emergency stop stays. Every reading is judged afresh, and commands that arrive from now on are followed.
+// Ends a safe stop. Every reading is judged afresh, and commands that arrive from now on are followed.
 // A safe stop whose cause lasts begins anew.
 //
 // Returns false, and does nothing, where the pointer is null or the state was not made ready.
@@ -1730,17 +1735,7 @@ bool omni6_drive_step(const omni6_drive *drive,
                       const omni6_drive_input *input,
                       omni6_drive_output *output);
 
-// Brings a six-wheel vehicle to rest at the emergency deceleration from the next step on, whatever is commanded.
-//
-// Returns false, and does nothing, where the pointer is null or the state was not made ready.
-bool omni6_drive_emergency_stop(omni6_drive_state *state);
-
-// Ends an emergency stop; a safe stop stays. Commands that arrive from now on are followed.
-//
-// Returns false, and does nothing, where the pointer is null or the state was not made ready.
-bool omni6_drive_release_emergency_stop(omni6_drive_state *state);
-
-// Ends a safe stop; an emergency stop stays. Every reading is judged afresh, and commands that arrive from now on are followed.
+// Ends a safe stop. Every reading is judged afresh, and commands that arrive from now on are followed.
 // A safe stop whose cause lasts begins anew.
 //
 // Returns false, and does nothing, where the pointer is null or the state was not made ready.
@@ -1799,17 +1794,7 @@ bool omni7_drive_step(const omni7_drive *drive,
                       const omni7_drive_input *input,
                       omni7_drive_output *output);
 
-// Brings a seven-wheel vehicle to rest at the emergency deceleration from the next step on, whatever is commanded.
-//
-// Returns false, and does nothing, where the pointer is null or the state was not made ready.
-bool omni7_drive_emergency_stop(omni7_drive_state *state);
-
-// Ends an emergency stop; a safe stop stays. Commands that arrive from now on are followed.
-//
-// Returns false, and does nothing, where the pointer is null or the state was not made ready.
-bool omni7_drive_release_emergency_stop(omni7_drive_state *state);
-
-// Ends a safe stop; an emergency stop stays. Every reading is judged afresh, and commands that arrive from now on are followed.
+// Ends a safe stop. Every reading is judged afresh, and commands that arrive from now on are followed.
 // A safe stop whose cause lasts begins anew.
 //
 // Returns false, and does nothing, where the pointer is null or the state was not made ready.

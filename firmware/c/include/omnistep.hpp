@@ -49,7 +49,7 @@ enum class DriveMode : std::uint8_t {
     Normal = OMNI_DRIVE_MODE_NORMAL,                ///< Every wheel drives, and its readings are accepted.
     Degraded = OMNI_DRIVE_MODE_DEGRADED,            ///< A wheel is released, lifted or excluded; the others go on as commanded.
     SafeStop = OMNI_DRIVE_MODE_SAFE_STOP,           ///< Too few wheels determine the motion: brought to rest. `release_safe_stop` ends it.
-    EmergencyStop = OMNI_DRIVE_MODE_EMERGENCY_STOP, ///< Requested. `release_emergency_stop` ends it.
+    EmergencyStop = OMNI_DRIVE_MODE_EMERGENCY_STOP, ///< Requested, for as long as `Input::emergency` says so.
 };
 
 /// Why the twist is what it is.
@@ -91,8 +91,6 @@ template <std::size_t Wheels> struct Names;
         static constexpr auto estimate = &omni##n##_estimate;                                   \
         static constexpr auto drive_init = &omni##n##_drive_init;                               \
         static constexpr auto drive_step = &omni##n##_drive_step;                               \
-        static constexpr auto emergency_stop = &omni##n##_drive_emergency_stop;                 \
-        static constexpr auto release_emergency_stop = &omni##n##_drive_release_emergency_stop; \
         static constexpr auto release_safe_stop = &omni##n##_drive_release_safe_stop;           \
         static constexpr auto reset_pose = &omni##n##_drive_reset_pose;                         \
         static constexpr auto deviations = &omni##n##_drive_deviations;                         \
@@ -235,6 +233,9 @@ struct Input {
     std::optional<Twist> command{};
     /// Actuator velocities [rad/s]; none where no reading arrived. A NaN is a fault of its wheel.
     std::array<std::optional<float>, Wheels> measured_rad_s{};
+    /// The emergency stop is pressed: the vehicle comes to rest at the emergency deceleration, whatever is commanded, and stays there for as
+    /// long as this is said. A button that springs back has to be latched before.
+    bool emergency = false;
     /// The wheel is in the air: it is controlled, but says nothing of the vehicle's motion.
     std::array<bool, Wheels> lifted{};
 };
@@ -303,7 +304,7 @@ public:
     explicit Drive(const Constants& constants) noexcept : constants_(&constants) { reset(); }
     explicit Drive(const Constants&&) = delete; // it would be gone before the first step
 
-    /// Starts afresh, as after construction. An emergency stop and a safe stop are forgotten with all else.
+    /// Starts afresh, as after construction. A safe stop is forgotten with all else.
     void reset() noexcept { (void)C::drive_init(constants_, &state_, &output_.c_); }
 
     /// One control period: from what arrived to `torques_n_m()` [N.m] of what it returns, which the next step overwrites.
@@ -312,6 +313,7 @@ public:
     [[nodiscard]] const Output<Wheels>& step(const Input<Wheels>& input) noexcept {
         typename C::drive_input arrived{};
         arrived.commanded = input.command.has_value();
+        arrived.emergency = input.emergency;
         if (input.command) {
             arrived.command = detail::to_c(*input.command);
         }
@@ -327,11 +329,7 @@ public:
     /// What the last step reported; before the first all 0, in `DriveMode::Normal`.
     [[nodiscard]] const Output<Wheels>& output() const noexcept { return output_; }
 
-    /// Brings the vehicle to rest at the emergency deceleration from the next step on, whatever is commanded.
-    void emergency_stop() noexcept { (void)C::emergency_stop(&state_); }
-    /// Ends an emergency stop; a safe stop stays. Commands that arrive from now on are followed.
-    void release_emergency_stop() noexcept { (void)C::release_emergency_stop(&state_); }
-    /// Ends a safe stop; an emergency stop stays. Every reading is judged afresh: one whose cause lasts begins anew.
+    /// Ends a safe stop. Every reading is judged afresh: one whose cause lasts begins anew.
     void release_safe_stop() noexcept { (void)C::release_safe_stop(&state_); }
 
     /// The vehicle's pose is known from outside: the pose goes on from there. How far it may be off stays.

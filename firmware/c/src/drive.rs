@@ -17,6 +17,9 @@ pub struct Input<const N: usize> {
     pub measured: WheelVelocities<f32, N>,
     /// A command arrived. Where none does for the time-out, the vehicle is brought to rest.
     pub commanded: bool,
+    /// The emergency stop is pressed: the vehicle comes to rest at the emergency deceleration, whatever is commanded, and stays there for as
+    /// long as this is said. A button that springs back has to be latched before.
+    pub emergency: bool,
     /// The encoder's reading arrived.
     pub received: [bool; N],
     /// The wheel is in the air: it is controlled, but says nothing of the vehicle's motion.
@@ -169,6 +172,7 @@ pub fn step<const N: usize, const WORDS: usize>(
         }
     }
     arrived.command = input.commanded.then_some(input.command);
+    arrived.emergency = input.emergency;
     arrived.lifted = input.lifted;
     write_output(drive.step(state, &arrived), output);
     true

@@ -2,7 +2,7 @@
 
 use core::mem::MaybeUninit;
 
-use omni_core::estimate::{CounterState, EncoderCounter, VelocityEstimator, VelocityState};
+use omni_core::estimate::{Encoder, EncoderState};
 use omni_core::shaping::{TwistLimiter, TwistLimiterState};
 use omni_core::{BodyTwist, TorqueLimit};
 
@@ -27,32 +27,15 @@ pub extern "C" fn omni_limit(
     true
 }
 
-/// From the raw reading of a wheel's counter to a velocity: `OMNI_ENCODER`.
-#[repr(C)]
-pub struct Encoder {
-    counter: EncoderCounter<f32>,
-    velocity: VelocityEstimator<f32>,
-}
-
-/// What is remembered of one wheel's encoder.
-#[repr(C)]
-pub struct EncoderState {
-    counter: CounterState,
-    velocity: VelocityState<f32>,
-}
-
 /// Makes the state of one wheel's encoder ready for the first reading.
 ///
 /// Returns false, and does nothing, where a pointer is null.
 #[unsafe(no_mangle)]
-pub extern "C" fn omni_encoder_init(state: Option<&mut MaybeUninit<EncoderState>>) -> bool {
+pub extern "C" fn omni_encoder_init(state: Option<&mut MaybeUninit<EncoderState<f32, 32>>>) -> bool {
     let Some(state) = state else {
         return false;
     };
-    state.write(EncoderState {
-        counter: CounterState::default(),
-        velocity: VelocityState::at_rest(),
-    });
+    state.write(EncoderState::at_rest());
     true
 }
 
@@ -64,8 +47,8 @@ pub extern "C" fn omni_encoder_init(state: Option<&mut MaybeUninit<EncoderState>
 /// Returns false, and does nothing, where a pointer is null.
 #[unsafe(no_mangle)]
 pub extern "C" fn omni_encoder_step(
-    encoder: Option<&Encoder>,
-    state: Option<&mut EncoderState>,
+    encoder: Option<&Encoder<f32, 32>>,
+    state: Option<&mut EncoderState<f32, 32>>,
     raw: u32,
     since_edge_s: f32,
     rad_s: Option<&mut f32>,
@@ -73,11 +56,8 @@ pub extern "C" fn omni_encoder_step(
     let (Some(encoder), Some(state), Some(rad_s)) = (encoder, state, rad_s) else {
         return false;
     };
-    let counts = encoder.counter.update(&mut state.counter, raw);
-    *rad_s = encoder
-        .velocity
-        .step(&mut state.velocity, counts, Some(since_edge_s));
-    true
+    let read = encoder.step(state, Some(raw), Some(since_edge_s));
+    read.map(|read| *rad_s = read).is_some()
 }
 
 /// The duty, -1 to 1, of a bridge without a current loop that gives `torque_n_m` [N.m] at `velocity_rad_s` [rad/s], or the nearest there is:

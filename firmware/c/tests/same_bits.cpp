@@ -149,13 +149,8 @@ void whole_drive() {
             }
         }
         input.lifted[N - 1] = input_c.lifted[N - 1] = within(k, 2560, 2590);
-        if (k == 2600) {
-            drive.emergency_stop();
-            check(C(drive_emergency_stop)(&state), "emergency stop", k);
-        } else if (k == 3000) {
-            drive.release_emergency_stop();
-            check(C(drive_release_emergency_stop)(&state), "release of the emergency stop", k);
-        } else if (k == 750 || k == 2250 || k == 3700) { // of three wheels each lost reading is a safe stop
+        input.emergency = input_c.emergency = within(k, 2600, 3000);
+        if (k == 750 || k == 2250 || k == 3700) { // of three wheels each lost reading is a safe stop
             drive.release_safe_stop();
             check(C(drive_release_safe_stop)(&state), "release of the safe stop", k);
         } else if (k == 3800) {

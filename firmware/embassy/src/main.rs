@@ -31,14 +31,11 @@ use embassy_sync::signal::Signal;
 use embassy_time::{Duration, Ticker, Timer};
 use embedded_can::ErrorKind;
 use omni_embassy::constants::{DIGEST, MOTORS, PERIOD_US, POLICY, VEHICLE};
-use omni_embassy::encoder::{Encoder, Velocity};
+use omni_embassy::encoder::Encoder;
 use omni_embassy::frames;
 use omni_embassy::motor::MotorDriver;
 use omni_embassy::task::{ControlTask, Status};
 use static_cell::StaticCell;
-
-/// 500 lines on the motor's shaft, four edges a line, 30 turns of the motor to one of the wheel.
-const COUNTS_PER_TURN: u32 = 500 * 4 * 30;
 
 /// Above what is audible, and no faster than a simple bridge switches.
 const PWM: Hertz = Hertz(20_000);
@@ -206,8 +203,7 @@ async fn main(_spawner: Spawner) {
     bus.modify_config().set_bitrate(CAN_BITS_PER_S);
     bus.enable().await;
 
-    let velocity = Velocity::new(COUNTS_PER_TURN, PERIOD_US);
-    let task = ControlTask::new(motors, encoders, velocity, Bus(bus));
+    let task = ControlTask::new(motors, encoders, Bus(bus));
     let watchdog = IndependentWatchdog::new(p.IWDG, WATCHDOG_US);
     // Below the clock and the bus, whose interrupts are short; above thread mode.
     interrupt::UART4.set_priority(Priority::P6);

@@ -6,11 +6,12 @@ mod tests;
 use embedded_can::{Frame, nb::Can};
 use embedded_hal::digital::OutputPin;
 use embedded_hal::pwm::SetDutyCycle;
+use omni_core::estimate::EncoderState;
 use omni_core::shaping::{CommandStatus, ShaperState};
 use omni_core::{BodyTwist, ControlState, WheelVelocities};
 
-use crate::constants::{CONTROLLER, SHAPER, WHEELS};
-use crate::encoder::{Encoder, Velocity};
+use crate::constants::{CONTROLLER, ENCODER, ENCODER_WINDOW, SHAPER, WHEELS};
+use crate::encoder::Encoder;
 use crate::frames::{self, Mode};
 use crate::motor::MotorDriver;
 
@@ -47,7 +48,7 @@ pub struct ControlTask<P, D, E, C> {
     motors: [MotorDriver<P, D>; WHEELS],
     encoders: [E; WHEELS],
     can: C,
-    velocities: [Velocity; WHEELS],
+    velocities: [EncoderState<f32, ENCODER_WINDOW>; WHEELS],
     shaper: ShaperState<f32>,
     loops: ControlState<f32, WHEELS>,
     counter: Option<u8>,
@@ -59,19 +60,14 @@ pub struct ControlTask<P, D, E, C> {
 }
 
 impl<P: SetDutyCycle, D: OutputPin, E: Encoder, C: Can> ControlTask<P, D, E, C> {
-    /// A task at rest; `velocity` is what the encoders' counts mean.
+    /// A task at rest.
     #[must_use]
-    pub fn new(
-        motors: [MotorDriver<P, D>; WHEELS],
-        encoders: [E; WHEELS],
-        velocity: Velocity,
-        can: C,
-    ) -> Self {
+    pub fn new(motors: [MotorDriver<P, D>; WHEELS], encoders: [E; WHEELS], can: C) -> Self {
         Self {
             motors,
             encoders,
             can,
-            velocities: [velocity; WHEELS],
+            velocities: [EncoderState::at_rest(); WHEELS],
             shaper: ShaperState::default(),
             loops: ControlState::new(),
             counter: None,
@@ -140,7 +136,9 @@ impl<P: SetDutyCycle, D: OutputPin, E: Encoder, C: Can> ControlTask<P, D, E, C> 
         {
             let count = encoder.count().ok();
             self.failed |= count.is_none();
-            *measured = velocity.step(count).unwrap_or(f32::NAN);
+            *measured = ENCODER
+                .step(velocity, count.map(u32::from), None)
+                .unwrap_or(f32::NAN);
         }
         measured
     }

@@ -3,16 +3,15 @@
 #![no_std]
 #![no_main]
 
-use core::hint::black_box;
-
 use cortex_m_rt::entry;
+use omni_core::drive::DriveSample;
 use omni_core::{DriveInput, DriveState};
 use omni_firmware::constants::DEFAULTS;
 use omni_firmware::drive_cost::report;
 
 #[inline(never)]
-fn step(state: &mut DriveState<f32, 7>, input: &DriveInput<f32, 7>) {
-    black_box(DEFAULTS.step(state, input));
+fn step(state: &mut DriveState<f32, 7>, input: &DriveInput<f32, 7>, sample: &mut DriveSample<f32, 7>) {
+    DEFAULTS.step_into(state, input, sample);
 }
 
 #[entry]

@@ -30,10 +30,9 @@ fn end_of_torque(encoder: Encoder) -> Option<u32> {
     };
     let (mut rested, mut ended) = (0, None);
     for k in 0..3000_u32 {
-        if k == 1000 {
-            state.emergency_stop();
-        }
-        let sample = DEFAULTS.step(&mut state, &DriveInput::measured(&readings).with_command(command));
+        let mut input = DriveInput::measured(&readings).with_command(command);
+        input.emergency = k >= 1000;
+        let sample = DEFAULTS.step(&mut state, &input);
         let broken = match encoder {
             Encoder::Stuck => readings.rad_s[1],
             Encoder::Dead => 0.0,

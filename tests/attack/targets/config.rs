@@ -19,14 +19,14 @@ pub(super) fn drive<R: Real, const N: usize>(
     let (layout, control) = (layout::<R, N>(u)?, control::<R, N>(u)?);
     let limits = control.limits;
     let speed_limits = one_in(u, 2).then(|| {
-        let gives_way = [
+        let desaturation = [
             Desaturation::Uniform,
-            Desaturation::YawFirst,
-            Desaturation::TranslationFirst,
+            Desaturation::KeepsYaw,
+            Desaturation::KeepsTranslation,
         ];
         SpeedLimits::new(
             std::array::from_fn(|_| within(u, 1e-3, 1e6)),
-            gives_way[usize::from(byte(u) % 3)],
+            desaturation[usize::from(byte(u) % 3)],
         )
         .ok()
     });

@@ -36,22 +36,23 @@ fn drive<R: Real, const N: usize>(u: &mut Unstructured<'_>) -> usize {
         stopped: None,
         at_once,
     };
-    let (mut resting, mut stopped) = (0, false);
+    let (mut resting, mut stopped, mut emergency) = (0, false, false);
     let mut steps = 0;
     while !u.is_empty() {
         match byte(u) {
             0..3 => {
-                state.emergency_stop();
+                emergency = true;
                 watch.stop(DriveMode::EmergencyStop);
             }
             3..6 => {
-                state.release_emergency_stop();
+                emergency = false;
                 state.release_safe_stop();
                 watch.stopped = None;
             }
             _ => {}
         }
-        let input = input::<R, N>(u);
+        let mut input = input::<R, N>(u);
+        input.emergency = emergency;
         let sample = drive.step(&mut state, &input);
         steps += 1;
         torques(&sample, &limits, &input.torque_ranges);

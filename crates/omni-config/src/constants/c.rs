@@ -33,9 +33,9 @@ pub(super) fn source(
     });
     let motors = initialiser(&*values.motors);
     let encoder = values.encoder.as_ref().map_or_else(String::new, |encoder| {
-        let [counter, velocity] = [initialiser(&encoder.counter), initialiser(&encoder.velocity)];
         format!(
-            "static const omni_encoder OMNI_ENCODER = {{ .counter = {counter}, .velocity = {velocity} }};\n"
+            "static const omni_encoder OMNI_ENCODER = {};\n",
+            initialiser(encoder)
         )
     });
     Ok(format!(

@@ -31,12 +31,12 @@ pub(super) fn source(scenario: &Scenario, values: &Values, digest: u32) -> Strin
     });
     let motors = expression(&*values.motors);
     let encoder = values.encoder.as_ref().map_or_else(String::new, |encoder| {
+        let window = scenario.velocity_window();
         format!(
-            "/// Counts of a wheel's encoder, from a counter of 16 bits or more.\n\
-             pub static COUNTER: omni_core::estimate::EncoderCounter<f32> = {};\n\
-             /// Estimates velocities from these counts.\npub static VELOCITY: omni_core::estimate::VelocityEstimator<f32> = {};\n",
-            expression(&encoder.counter),
-            expression(&encoder.velocity)
+            "/// A wheel's velocity from its encoder's counter, of 16 bits or more.\n\
+             pub static ENCODER: omni_core::estimate::Encoder<f32, ENCODER_WINDOW> = {};\n\
+             /// Readings that its state holds the counts of.\npub const ENCODER_WINDOW: usize = {window};\n",
+            expression(encoder)
         )
     });
     let path = values.path.as_ref().map_or_else(String::new, |path| {

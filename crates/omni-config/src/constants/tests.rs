@@ -113,7 +113,7 @@ fn a_scenario_with_a_drive_has_it_as_a_constant_in_both_languages() {
         "static const omni7_drive OMNI_DRIVE = {",
         ".limits_speed = true,",
         ".limit_rad_s = {6.0f, ",
-        ".gives_way = OMNI_DESATURATION_UNIFORM,",
+        ".desaturation = OMNI_DESATURATION_UNIFORM,",
         ".grows_covariance = false,",
         ".oldest = 500,", // a time-out of 0.5 s in periods of 1 ms
     ] {

@@ -1,7 +1,7 @@
 //! What constants are written of: the parts of a scenario's controller in `f32`.
 
 use omni_core::constants::Constant;
-use omni_core::estimate::{EncoderCounter, VelocityEstimator};
+use omni_core::estimate::{Encoder, EncoderConfig, LONGEST_WINDOW};
 use omni_core::shaping::TwistLimiter;
 
 use crate::{Error, PlannedPath, Scenario, for_wheel_count, wheel_count_refused};
@@ -18,14 +18,9 @@ pub(super) struct Values {
     /// What each wheel's motor gives.
     pub(super) motors: Box<dyn Constant>,
     pub(super) limiter: TwistLimiter<f32>,
-    pub(super) encoder: Option<EncoderValues>,
+    /// From an encoder's counter to a velocity.
+    pub(super) encoder: Option<Encoder<f32, LONGEST_WINDOW>>,
     pub(super) path: Option<PlannedPath>,
-}
-
-/// From an encoder's counter to a velocity.
-pub(super) struct EncoderValues {
-    pub(super) counter: EncoderCounter<f32>,
-    pub(super) velocity: VelocityEstimator<f32>,
 }
 
 /// Traction control, where that is the scenario's policy.
@@ -76,18 +71,21 @@ impl Scenario {
         })
     }
 
-    fn encoder_values(&self) -> Result<Option<EncoderValues>, Error> {
+    fn encoder_values(&self) -> Result<Option<Encoder<f32, LONGEST_WINDOW>>, Error> {
         let counts = self.sensors.encoder_counts;
         if counts == 0.0 {
             return Ok(None);
         }
-        let refuse = |error: omni_core::ConfigError| Error::Key {
+        let config = EncoderConfig {
+            counts_per_turn: counts as f32,
+            bits: COUNTER_BITS,
+            velocity: self.velocity_method(),
+            period_s: self.period_s() as f32,
+        };
+        Encoder::new(config).map(Some).map_err(|error| Error::Key {
             file: format!("scenario {}", self.name),
             key: "sensors.encoder_counts".into(),
             message: error.to_string(),
-        };
-        let counter = EncoderCounter::<f32>::new(counts as f32, COUNTER_BITS).map_err(refuse)?;
-        let velocity = self.velocity_estimator()?;
-        Ok(velocity.map(|velocity| EncoderValues { counter, velocity }))
+        })
     }
 }

@@ -80,7 +80,7 @@ impl<R: Real, const N: usize> DriveConfig<R, N> {
 ///
 /// ```
 /// use omni_core::motor::TorqueRange;
-/// use omni_core::{BodyTwist, Drive, DriveConfig, DriveInput, DriveState, WheelLayout, WheelVelocities};
+/// use omni_core::{BodyTwist, Drive, DriveConfig, DriveInput, DriveMode, DriveState, WheelLayout, WheelVelocities};
 /// # let config = omni_core::examples::loops(0.3, 0.0, 2.0)?;
 /// let drive = Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?;
 /// let ahead = BodyTwist { vx_m_s: 0.5, ..BodyTwist::ZERO };
@@ -89,6 +89,9 @@ impl<R: Real, const N: usize> DriveConfig<R, N> {
 /// let sample = drive.step(&mut DriveState::new(&drive), &input);
 /// assert!((sample.wheels.applied.n_m[0] - 0.3 * 0.5 / 0.1).abs() < 1e-12);
 /// assert_eq!(sample.wheels.applied.n_m[3], 0.25);
+/// input.emergency = true; // the red button
+/// let sample = drive.step(&mut DriveState::new(&drive), &input);
+/// assert_eq!((sample.mode, sample.shaped.twist.vx_m_s), (DriveMode::EmergencyStop, 0.0));
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -99,6 +102,9 @@ pub struct DriveInput<R, const N: usize> {
     pub command: Option<BodyTwist<R>>,
     /// Actuator velocity of each wheel \[rad/s\], none where no reading arrived.
     pub readings_rad_s: [Option<R>; N],
+    /// The emergency stop is pressed: the vehicle comes to rest at the emergency deceleration, whatever is commanded, and stays there for as
+    /// long as this is said. A level: it is to be true in every step of the stop. A button that springs back has to be latched before.
+    pub emergency: bool,
     /// Wheels known to be off the ground: they go on turning, but do not count for the motion.
     pub lifted: [bool; N],
     /// Path of each wheel over path of the body beneath it: 1 on flat ground.
@@ -108,7 +114,7 @@ pub struct DriveInput<R, const N: usize> {
 }
 
 impl<R: Real, const N: usize> DriveInput<R, N> {
-    /// All readings there \[rad/s\], no new command, every wheel on flat ground, no torque limits but the motors' own.
+    /// All readings there \[rad/s\], no new command, no emergency stop, every wheel on flat ground, no torque limits but the motors' own.
     ///
     /// ```
     /// use omni_core::{DriveInput, WheelVelocities};
@@ -121,6 +127,7 @@ impl<R: Real, const N: usize> DriveInput<R, N> {
         Self {
             command: None,
             readings_rad_s: velocities.rad_s.map(Some),
+            emergency: false,
             lifted: [false; N],
             path: PathFactors::default(),
             torque_ranges: TorqueRanges::unlimited(),

@@ -1,5 +1,6 @@
 //! Fault detection of encoders and actuators; a faulty wheel is named and left out.
 
+use super::periods_of;
 use crate::constants::constant_struct;
 use crate::error::each_within;
 use crate::geometry::WheelVelocities;
@@ -52,20 +53,16 @@ impl Fault {
 /// ```
 /// use omni_core::drive::{FaultConfig, FaultMonitor};
 /// // Wheels of 6 rad/s that gain at most 500 rad/s^2, sampled every millisecond.
-/// let mut config = FaultConfig::unchecked();
-/// (config.jump_rad_s, config.jump_periods) = (2.0_f64, 5);
-/// (config.stuck_rad_s, config.stuck_periods) = (1.0, 100);
-/// (config.silent_periods, config.recovery_periods) = (20, 200);
+/// let config = FaultConfig { jump_rad_s: 2.0, ..FaultConfig::usual(0.001_f64) };
 /// assert!(FaultMonitor::new(config).is_ok());
-/// config.stuck_periods = 1; // one reading alone is not stuck
-/// let error = FaultMonitor::new(config).unwrap_err();
+/// let one = FaultConfig { stuck_periods: 1, ..config }; // one reading alone is not stuck
+/// let error = FaultMonitor::new(one).unwrap_err();
 /// assert_eq!((error.parameter, error.value), ("stuck_periods", 1.0));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
-#[non_exhaustive]
 pub struct FaultConfig<R> {
     /// Largest change \[rad/s\] of an actuator's velocity within one period, 1e-9 or more: a reading further from the last accepted one
     /// is held back.
@@ -104,6 +101,28 @@ constant_struct!(FaultConfig<R> {
 });
 
 impl<R: Real> FaultConfig<R> {
+    /// What is usual for a control period \[s\]: jumps for 5 ms, readings that are stuck by 1 rad/s for 0.1 s or do not arrive for 20 ms, and a
+    /// recovery of 0.2 s, in whole periods. What depends on the vehicle is not checked: `jump_rad_s`, several times what a wheel gains in a
+    /// period, and `stuck_torque_n_m`, half of what a motor gives.
+    ///
+    /// ```
+    /// use omni_core::drive::FaultConfig;
+    /// let [fast, slow] = [0.001_f32, 0.005].map(FaultConfig::usual);
+    /// assert_eq!((fast.silent_periods, slow.silent_periods), (20, 4)); // 20 ms each
+    /// assert_eq!((fast.recovery_periods, slow.recovery_periods), (200, 40));
+    /// ```
+    #[must_use]
+    pub fn usual(period_s: R) -> Self {
+        Self {
+            jump_periods: periods_of(0.005, period_s),
+            stuck_rad_s: R::one(),
+            stuck_periods: periods_of(0.1, period_s).max(2),
+            silent_periods: periods_of(0.02, period_s),
+            recovery_periods: periods_of(0.2, period_s),
+            ..Self::unchecked()
+        }
+    }
+
     /// No check but for readings that are missing or no numbers, which are rejected for as long as they last. What is
     /// to be checked is set from here.
     ///

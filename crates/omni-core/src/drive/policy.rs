@@ -26,6 +26,7 @@ pub struct DrivePolicy<R, const N: usize> {
     drive: Drive<R, N>,
     state: DriveState<R, N>,
     sample: Option<DriveSample<R, N>>,
+    emergency: bool,
 }
 
 impl<R: Real, const N: usize> DrivePolicy<R, N> {
@@ -36,6 +37,7 @@ impl<R: Real, const N: usize> DrivePolicy<R, N> {
             state: DriveState::new(&drive),
             drive,
             sample: None,
+            emergency: false,
         }
     }
 
@@ -68,19 +70,32 @@ impl<R: Real, const N: usize> DrivePolicy<R, N> {
         &self.state
     }
 
-    /// What it remembers, to stop and release it.
+    /// Is the emergency stop pressed in the steps from now on: [`DriveInput::emergency`].
     ///
     /// ```
     /// use omni_core::drive::DrivePolicy;
-    /// use omni_core::{BodyTwist, Drive, DriveConfig, Policy, Readings, WheelLayout};
-    /// # let config = omni_core::examples::loops(0.25, 0.0, 2.0)?;
-    /// let drive = Drive::new(DriveConfig::new(WheelLayout::<f64, 4>::mecanum4(0.6, 0.4, 0.1)?, config))?;
-    /// let mut policy = DrivePolicy::new(drive);
-    /// policy.step(&Readings::new(BodyTwist::ZERO, &[5.0; 4]), &mut [0.0; 4]); // rolling with 0.5 m/s, commanded to rest
-    /// policy.state_mut().emergency_stop();
+    /// use omni_core::{BodyTwist, Policy, Readings};
+    /// let mut policy = DrivePolicy::new(omni_core::examples::drive()?);
+    /// policy.set_emergency(true);
     /// let ahead = BodyTwist { vx_m_s: 0.5, ..BodyTwist::ZERO };
     /// policy.step(&Readings::new(ahead, &[0.0; 4]), &mut [0.0; 4]);
     /// assert_eq!(policy.sample().map(|sample| sample.shaped.twist.vx_m_s), Some(0.0));
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    pub fn set_emergency(&mut self, pressed: bool) {
+        self.emergency = pressed;
+    }
+
+    /// What it remembers, to set a pose or to release a safe stop.
+    ///
+    /// ```
+    /// use omni_core::drive::DrivePolicy;
+    /// use omni_core::geometry::PlanarPose;
+    /// use omni_core::{BodyTwist, Policy, Readings};
+    /// let mut policy = DrivePolicy::new(omni_core::examples::drive()?);
+    /// policy.state_mut().odometry.reset(&PlanarPose { x_m: 2.0, ..PlanarPose::origin() });
+    /// policy.step(&Readings::new(BodyTwist::ZERO, &[0.0; 4]), &mut [0.0; 4]);
+    /// assert_eq!(policy.sample().map(|sample| sample.pose.x_m), Some(2.0));
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
     pub fn state_mut(&mut self) -> &mut DriveState<R, N> {
@@ -90,12 +105,17 @@ impl<R: Real, const N: usize> DrivePolicy<R, N> {
 
 impl<R: Real, const N: usize> Policy<R> for DrivePolicy<R, N> {
     fn reset(&mut self) {
-        *self = Self::new(self.drive);
+        let emergency = self.emergency; // who presses it has not let go
+        *self = Self {
+            emergency,
+            ..Self::new(self.drive)
+        };
     }
 
     fn step(&mut self, readings: &Readings<'_, R>, torques_n_m: &mut [R]) {
         let mut input = DriveInput::received(&WheelVelocities::received(readings.wheels_rad_s));
         input.command = readings.new_command.then_some(readings.command);
+        input.emergency = self.emergency;
         let sample = self.drive.step(&mut self.state, &input);
         for (torque, applied) in torques_n_m.iter_mut().zip(sample.wheels.applied.n_m) {
             *torque = applied;

@@ -1,9 +1,10 @@
 //! What one step of a drive returns.
 
+use crate::Real;
 use crate::drive::{Fault, SlipSample};
-use crate::geometry::{Desaturated, PlanarPose};
+use crate::geometry::{BodyTwist, Desaturated, PlanarPose, WheelVelocities};
 use crate::loops::WheelSample;
-use crate::shaping::ShapedCommand;
+use crate::shaping::{CommandStatus, ShapedCommand};
 
 /// How far the vehicle can be relied on.
 ///
@@ -38,8 +39,7 @@ pub enum DriveMode {
     /// Too few wheels are left to determine how the vehicle moves: those that are left are brought to rest, at the emergency
     /// deceleration. Latched until [`DriveState::release_safe_stop`](crate::drive::DriveState::release_safe_stop).
     SafeStop = 2,
-    /// Requested with [`DriveState::emergency_stop`](crate::drive::DriveState::emergency_stop); latched until
-    /// [`DriveState::release_emergency_stop`](crate::drive::DriveState::release_emergency_stop).
+    /// Requested: for as long as [`DriveInput::emergency`](crate::drive::DriveInput::emergency) says so.
     EmergencyStop = 3,
 }
 
@@ -89,4 +89,26 @@ pub struct DriveSample<R, const N: usize> {
     pub slip: SlipSample<R, N>,
     /// Where the vehicle is by what its wheels say.
     pub pose: PlanarPose<R>,
+}
+
+impl<R: Real, const N: usize> DriveSample<R, N> {
+    /// At rest at the origin, to be written to by [`Drive::step_into`](crate::drive::Drive::step_into).
+    #[must_use]
+    pub fn zero() -> Self {
+        Self {
+            mode: DriveMode::Normal,
+            faults: [None; N],
+            shaped: ShapedCommand {
+                twist: BodyTwist::ZERO,
+                status: CommandStatus::Idle,
+                rejected: false,
+            },
+            desaturated: Desaturated::whole(BodyTwist::ZERO, WheelVelocities::zero()),
+            wheels: WheelSample::zero(),
+            brake: [false; N],
+            motion_known: false,
+            slip: SlipSample::unknown([false; N]),
+            pose: PlanarPose::origin(),
+        }
+    }
 }

@@ -6,6 +6,7 @@
 #[cfg(test)]
 mod tests;
 
+use super::periods_of;
 use crate::constants::constant_struct;
 use crate::error::within;
 use crate::geometry::{BodyTwist, Kinematics, WheelVelocities};
@@ -44,6 +45,23 @@ pub struct SlipConfig<R> {
 constant_struct!(SlipConfig<R> { enter_rad_s: R, leave_rad_s: R, enter_periods: u16, leave_periods: u16 });
 
 impl<R: Real> SlipConfig<R> {
+    /// What is usual for a control period \[s\]: out after 10 ms above 2 rad/s, in again after 50 ms below 1 rad/s, in whole periods.
+    ///
+    /// ```
+    /// use omni_core::drive::SlipConfig;
+    /// let slow = SlipConfig { enter_rad_s: 3.0, ..SlipConfig::usual(0.005_f32) };
+    /// assert_eq!((slow.enter_periods, slow.leave_periods, slow.leave_rad_s), (2, 10, 1.0));
+    /// ```
+    #[must_use]
+    pub fn usual(period_s: R) -> Self {
+        Self {
+            enter_rad_s: R::of(2.0),
+            leave_rad_s: R::one(),
+            enter_periods: periods_of(0.01, period_s),
+            leave_periods: periods_of(0.05, period_s),
+        }
+    }
+
     /// No wheel is ever suspected.
     pub(crate) fn never() -> Self {
         let (enter_rad_s, leave_rad_s) = (R::one() / R::zero(), R::zero());

@@ -40,9 +40,8 @@ pub struct DriveState<R, const N: usize> {
     /// How sure that is.
     pub covariance: PoseCovariance<R>,
     pub(super) slip: SlipState<R, N>,
-    /// A safe stop, an emergency stop is latched.
+    /// A safe stop is latched.
     pub(super) stopping: bool,
-    pub(super) emergency: bool,
     /// Periods in a row in which too few wheels determined the motion.
     pub(super) blind_periods: u16,
     /// What the wheels should have measured by what the others said, and which of these are worth something.
@@ -66,7 +65,6 @@ impl<R: Real, const N: usize> DriveState<R, N> {
             covariance: PoseCovariance::default(),
             slip: SlipState::new(drive.controller.kinematics()),
             stopping: false,
-            emergency: false,
             blind_periods: 0,
             by_others: WheelVelocities::zero(),
             checked: [false; N],
@@ -75,59 +73,24 @@ impl<R: Real, const N: usize> DriveState<R, N> {
         }
     }
 
-    /// Brings the vehicle to rest at the emergency deceleration from the next step on, whatever is commanded.
+    /// Ends a safe stop. Every reading is judged afresh, and commands that arrive from now on are followed, as
+    /// [`Restart`](crate::shaping::Restart) says. A safe stop whose cause lasts begins anew.
     ///
     /// ```
-    /// use omni_core::{BodyTwist, Drive, DriveConfig, DriveInput, DriveState, WheelLayout, WheelVelocities};
-    /// # let config = omni_core::examples::loops(0.3, 0.0, 2.0)?;
-    /// let drive = Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?;
+    /// use omni_core::{BodyTwist, DriveInput, DriveMode, DriveState, WheelVelocities};
+    /// # let drive = omni_core::examples::drive()?;
     /// let mut state = DriveState::new(&drive);
     /// let ahead = BodyTwist { vx_m_s: 0.5, ..BodyTwist::ZERO };
     /// let input = DriveInput::measured(&WheelVelocities::zero()).with_command(ahead);
-    /// assert_eq!(drive.step(&mut state, &input).shaped.twist.vx_m_s, 0.5);
-    /// state.emergency_stop();
-    /// assert_eq!(drive.step(&mut state, &input).shaped.twist.vx_m_s, 0.0);
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
-    pub fn emergency_stop(&mut self) {
-        self.emergency = true;
-    }
-
-    /// Ends an emergency stop; a safe stop stays. Commands that arrive from now on are followed.
-    ///
-    /// ```
-    /// use omni_core::{BodyTwist, Drive, DriveConfig, DriveInput, DriveState, WheelLayout, WheelVelocities};
-    /// # let config = omni_core::examples::loops(0.3, 0.0, 2.0)?;
-    /// let drive = Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?;
-    /// let mut state = DriveState::new(&drive);
-    /// let ahead = BodyTwist { vx_m_s: 0.5, ..BodyTwist::ZERO };
-    /// let input = DriveInput::measured(&WheelVelocities::zero()).with_command(ahead);
-    /// state.emergency_stop();
-    /// assert_eq!(drive.step(&mut state, &input).shaped.twist.vx_m_s, 0.0);
-    /// state.release_emergency_stop();
-    /// assert_eq!(drive.step(&mut state, &input).shaped.twist.vx_m_s, 0.5);
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
-    pub fn release_emergency_stop(&mut self) {
-        self.emergency = false;
-    }
-
-    /// Ends a safe stop; an emergency stop stays. Every reading is judged afresh, and commands that arrive from now on are
-    /// followed. A safe stop whose cause lasts begins anew.
-    ///
-    /// ```
-    /// use omni_core::{BodyTwist, Drive, DriveConfig, DriveInput, DriveState, WheelLayout, WheelVelocities};
-    /// # let config = omni_core::examples::loops(0.3, 0.0, 2.0)?;
-    /// let drive = Drive::new(DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config))?;
-    /// let mut state = DriveState::new(&drive);
-    /// let ahead = BodyTwist { vx_m_s: 0.5, ..BodyTwist::ZERO };
-    /// let input = DriveInput::measured(&WheelVelocities::zero()).with_command(ahead);
-    /// state.emergency_stop();
-    /// assert_eq!(drive.step(&mut state, &input).shaped.twist.vx_m_s, 0.0);
-    /// state.release_safe_stop(); // not what stops it
-    /// assert_eq!(drive.step(&mut state, &input).shaped.twist.vx_m_s, 0.0);
-    /// state.release_emergency_stop();
-    /// assert_eq!(drive.step(&mut state, &input).shaped.twist.vx_m_s, 0.5);
+    /// let mut deaf = input;
+    /// deaf.readings_rad_s = [None; 4];
+    /// for _ in 0..100 {
+    ///     drive.step(&mut state, &deaf);
+    /// }
+    /// let step = |state: &mut _| (drive.step(state, &input).mode, drive.step(state, &input).shaped.twist.vx_m_s);
+    /// assert_eq!(step(&mut state), (DriveMode::SafeStop, 0.0)); // although they are back
+    /// state.release_safe_stop();
+    /// assert_eq!(step(&mut state), (DriveMode::Normal, 0.5));
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
     pub fn release_safe_stop(&mut self) {

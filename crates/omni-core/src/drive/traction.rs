@@ -98,7 +98,7 @@ impl<R: Real> BodyReadings<'_, R> {
     ))
 )]
 pub struct TractionDriveState<R, const N: usize> {
-    /// What is around the loops: stops are commanded here, faults and the pose are read here.
+    /// What is around the loops: safe stops end here, faults and the pose are read here.
     pub drive: DriveState<R, N>,
     supervised: SupervisedState<R, N>,
 }
@@ -220,8 +220,8 @@ impl<R: Real, const N: usize> TractionDrive<R, N> {
     /// let mut state = TractionDriveState::new(&drive);
     /// let ahead = BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO };
     /// // Every encoder is stuck at 5 rad/s. After an emergency stop the motors pull for half a second at most.
-    /// let input = DriveInput::measured(&WheelVelocities { rad_s: [5.0; 4] }).with_command(ahead);
-    /// state.drive.emergency_stop();
+    /// let mut input = DriveInput::measured(&WheelVelocities { rad_s: [5.0; 4] }).with_command(ahead);
+    /// input.emergency = true;
     /// let torques = [(); 501].map(|()| drive.step(&mut state, &input, &BodyReadings::none()).drive.wheels.applied.n_m);
     /// assert!(torques[0][0] < 0.0);
     /// assert_eq!(torques[500], [0.0; 4]);
@@ -235,29 +235,34 @@ impl<R: Real, const N: usize> TractionDrive<R, N> {
     ) -> TractionDriveSample<R, N> {
         let mut traction = TractionSample::zero();
         let supervised = &mut state.supervised;
-        let drive = self.drive.step_with(&mut state.drive, input, |_, asked| {
-            let inputs = &asked.inputs;
-            let mut wheels_rad_s = inputs.measured.rad_s;
-            if let Some(dropped) = inputs.dropped {
-                for (rad_s, dropped) in wheels_rad_s.iter_mut().zip(dropped) {
-                    if *dropped {
-                        *rad_s = R::of(f64::NAN);
+        let mut sample = DriveSample::zero();
+        self.drive
+            .step_with(&mut state.drive, input, &mut sample, |_, asked, wheels| {
+                let inputs = &asked.inputs;
+                let mut wheels_rad_s = inputs.measured.rad_s;
+                if let Some(dropped) = inputs.dropped {
+                    for (rad_s, dropped) in wheels_rad_s.iter_mut().zip(dropped) {
+                        if *dropped {
+                            *rad_s = R::of(f64::NAN);
+                        }
                     }
                 }
-            }
-            let mut readings = Readings::new(*asked.twist, &wheels_rad_s);
-            (readings.hinges_rad, readings.hinges_rad_s, readings.imu) =
-                (body.hinges_rad, body.hinges_rad_s, body.imu);
-            let law = Supervised {
-                supervisor: Some(&self.supervisor),
-                traction: &self.traction,
-                rest: self.drive.controller.rest().where_held(inputs.holds),
-                within: inputs.within,
-                stops: !inputs.holds,
-            };
-            law.step(supervised, &readings, &mut traction);
-            traction.wheels
-        });
-        TractionDriveSample { drive, traction }
+                let mut readings = Readings::new(*asked.twist, &wheels_rad_s);
+                (readings.hinges_rad, readings.hinges_rad_s, readings.imu) =
+                    (body.hinges_rad, body.hinges_rad_s, body.imu);
+                let law = Supervised {
+                    supervisor: Some(&self.supervisor),
+                    traction: &self.traction,
+                    rest: self.drive.controller.rest().where_held(inputs.holds),
+                    within: inputs.within,
+                    stops: !inputs.holds,
+                };
+                law.step(supervised, &readings, &mut traction);
+                *wheels = traction.wheels;
+            });
+        TractionDriveSample {
+            drive: sample,
+            traction,
+        }
     }
 }

@@ -1,8 +1,203 @@
-//! Encoder counters: from a raw hardware reading to counts and angles.
+//! Encoders: from a raw hardware reading to counts, angles and velocities.
 
 use crate::constants::constant_struct;
 use crate::error::within;
+use crate::estimate::{VelocityConfig, VelocityEstimator, VelocityMethod, VelocityState};
 use crate::{ConfigError, Real};
+
+/// What an [`Encoder`] is made of.
+///
+/// ```
+/// use omni_core::estimate::{Encoder, EncoderConfig, EncoderState, VelocityMethod};
+/// // A motor with 28 edges a turn before a gear of 19.2, on a timer of 16 bits.
+/// let observer = VelocityMethod::Observer { bandwidth_rad_s: 100.0 };
+/// let config = EncoderConfig { counts_per_turn: 537.6, bits: 16, velocity: observer, period_s: 0.005_f32 };
+/// let (encoder, mut state) = (Encoder::<_>::new(config)?, EncoderState::default());
+/// let read = [0, 1, 2].map(|turns| encoder.step(&mut state, Some(turns * 538), None));
+/// assert_eq!(read[0], Some(0.0)); // the first reading says nothing of the velocity
+/// assert!(read[2] > Some(0.0) && (encoder.angle_rad(&state) - 2.0 * core::f32::consts::TAU).abs() < 0.01);
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct EncoderConfig<R> {
+    /// Edges a turn of what shall be measured, 1 to 1e9, all of them counted (four a line of a quadrature encoder), times the gear's ratio
+    /// where the encoder sits before the gear.
+    pub counts_per_turn: R,
+    /// Bits of the counter, 2 to 32.
+    pub bits: u32,
+    /// How a velocity is made of the counts.
+    pub velocity: VelocityMethod<R>,
+    /// Control period \[s\], 0.000001 to 10.
+    pub period_s: R,
+}
+
+/// A wheel's encoder on a hardware counter: from its raw reading to a velocity, by an [`EncoderCounter`] and a [`VelocityEstimator`].
+/// `WINDOW` is 1 unless the velocity is that of a longer window.
+///
+/// ```
+/// use omni_core::estimate::{Encoder, EncoderConfig, EncoderState, VelocityMethod};
+/// let velocity = VelocityMethod::Window { periods: 1 };
+/// let config = EncoderConfig { counts_per_turn: 360.0_f64, bits: 16, velocity, period_s: 0.001 };
+/// let (encoder, mut state) = (Encoder::<_>::new(config)?, EncoderState::default());
+/// let mut read = |raw| encoder.step(&mut state, raw, None).map(f64::to_degrees);
+/// assert_eq!(read(Some(65_534)), Some(0.0));
+/// assert!((read(Some(1)).unwrap() - 3000.0).abs() < 1e-9); // three degrees in a millisecond, across the wrap
+/// assert_eq!(read(None), None);
+/// assert!((read(Some(7)).unwrap() - 3000.0).abs() < 1e-9); // six in two
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(C)]
+pub struct Encoder<R, const WINDOW: usize = 1> {
+    counter: EncoderCounter<R>,
+    velocity: VelocityEstimator<R, WINDOW>,
+}
+
+constant_struct!(Encoder<R, const WINDOW> { counter: EncoderCounter<R>, velocity: VelocityEstimator<R, WINDOW> });
+
+/// What is remembered of one wheel's encoder; `default` before the first reading.
+///
+/// ```
+/// use omni_core::estimate::EncoderState;
+/// assert_eq!(EncoderState::<f32>::default().counts(), 0);
+/// assert!(size_of::<EncoderState<f32>>() <= 96); // bytes
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(serialize = "R: serde::Serialize", deserialize = "R: serde::Deserialize<'de>"))
+)]
+#[repr(C)]
+pub struct EncoderState<R, const WINDOW: usize = 1> {
+    counter: CounterState,
+    velocity: VelocityState<R, WINDOW>,
+}
+
+impl<R: Real, const WINDOW: usize> EncoderState<R, WINDOW> {
+    /// Before the first reading, the wheel standing.
+    ///
+    /// ```
+    /// use omni_core::estimate::EncoderState;
+    /// const START: EncoderState<f32> = EncoderState::at_rest();
+    /// assert_eq!((START, START.counts()), (EncoderState::default(), 0));
+    /// ```
+    #[must_use]
+    pub const fn at_rest() -> Self {
+        Self {
+            counter: CounterState::new(),
+            velocity: VelocityState::at_rest(),
+        }
+    }
+
+    /// Counts since the first reading, positive forwards.
+    #[must_use]
+    pub fn counts(&self) -> i64 {
+        self.counter.counts
+    }
+}
+
+impl<R: Real, const WINDOW: usize> Default for EncoderState<R, WINDOW> {
+    fn default() -> Self {
+        Self::at_rest()
+    }
+}
+
+impl<R: Real, const WINDOW: usize> Encoder<R, WINDOW> {
+    /// An encoder of that configuration.
+    ///
+    /// # Errors
+    /// Those of [`EncoderCounter::new`] and [`VelocityEstimator::new`].
+    pub fn new(config: EncoderConfig<R>) -> Result<Self, ConfigError> {
+        let counter = EncoderCounter::new(config.counts_per_turn, config.bits)?;
+        let velocity = VelocityEstimator::new(VelocityConfig {
+            method: config.velocity,
+            count_rad: counter.count_rad,
+            period_s: config.period_s,
+        })?;
+        Ok(Self { counter, velocity })
+    }
+
+    /// One control period: takes in the counter as it stands, and returns the velocity \[rad/s\]; none where it could not be read. The first
+    /// reading after such a period is right about the time. The wheel may turn by less than half the counter's range between two readings.
+    ///
+    /// `since_edge_s` is as in [`VelocityEstimator::step`].
+    ///
+    /// ```
+    /// use omni_core::estimate::{Encoder, EncoderConfig, EncoderState};
+    /// # let velocity = Default::default();
+    /// # let config = EncoderConfig { counts_per_turn: 360.0_f64, bits: 16, velocity, period_s: 0.001 };
+    /// let (encoder, mut states) = (Encoder::<_>::new(config)?, [EncoderState::default(); 3]);
+    /// let mut readings_rad_s = [None; 3]; // as `DriveInput` has them
+    /// for (wheel, raw) in [Some(7), None, Some(9)].into_iter().enumerate() {
+    ///     readings_rad_s[wheel] = encoder.step(&mut states[wheel], raw, None);
+    /// }
+    /// assert_eq!(readings_rad_s, [Some(0.0), None, Some(0.0)]);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    #[inline]
+    pub fn step(
+        &self,
+        state: &mut EncoderState<R, WINDOW>,
+        raw: Option<u32>,
+        since_edge_s: Option<R>,
+    ) -> Option<R> {
+        let Some(raw) = raw else {
+            self.velocity.missed(&mut state.velocity);
+            return None;
+        };
+        let counts = self.counter.update(&mut state.counter, raw);
+        Some(self.velocity.step(&mut state.velocity, counts, since_edge_s))
+    }
+
+    /// The velocity \[rad/s\] by a counter that was read `since_reading_s` \[s\] after the last time, where that was measured: as
+    /// [`VelocityEstimator::step_after`].
+    ///
+    /// ```
+    /// use omni_core::estimate::{Encoder, EncoderConfig, EncoderState};
+    /// # let velocity = Default::default();
+    /// # let config = EncoderConfig { counts_per_turn: 360.0_f64, bits: 16, velocity, period_s: 0.001 };
+    /// let (encoder, mut state) = (Encoder::<_>::new(config)?, EncoderState::default());
+    /// encoder.step(&mut state, Some(0), None);
+    /// let late = encoder.step_after(&mut state, 3, 0.0015, None); // the timer's interrupt came half a period late
+    /// assert!((late.to_degrees() - 2000.0).abs() < 1e-9);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    #[inline]
+    pub fn step_after(
+        &self,
+        state: &mut EncoderState<R, WINDOW>,
+        raw: u32,
+        since_reading_s: R,
+        since_edge_s: Option<R>,
+    ) -> R {
+        let counts = self.counter.update(&mut state.counter, raw);
+        self.velocity
+            .step_after(&mut state.velocity, counts, since_reading_s, since_edge_s)
+    }
+
+    /// Angle since the first reading \[rad\], as [`EncoderCounter::angle_rad`].
+    ///
+    /// ```
+    /// use omni_core::estimate::{Encoder, EncoderConfig, EncoderState};
+    /// # let velocity = Default::default();
+    /// # let config = EncoderConfig { counts_per_turn: 360.0_f64, bits: 16, velocity, period_s: 0.001 };
+    /// let (encoder, mut state) = (Encoder::<_>::new(config)?, EncoderState::default());
+    /// for raw in [65_530, 24] {
+    ///     encoder.step(&mut state, Some(raw), None);
+    /// }
+    /// assert!((encoder.angle_rad(&state).to_degrees() - 30.0).abs() < 1e-9); // across the wrap
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    #[must_use]
+    pub fn angle_rad(&self, state: &EncoderState<R, WINDOW>) -> R {
+        self.counter.angle_rad(&state.counter)
+    }
+}
 
 /// An incremental encoder on a hardware counter that wraps around, whatever its width.
 ///
@@ -47,6 +242,14 @@ pub struct CounterState {
 }
 
 impl CounterState {
+    const fn new() -> Self {
+        Self {
+            counts: 0,
+            last: 0,
+            read: false,
+        }
+    }
+
     /// Counts since the first reading, positive forwards.
     ///
     /// ```

@@ -8,7 +8,10 @@ use crate::error::{period, within};
 use crate::{ConfigError, Real};
 
 /// Longest window \[control periods\].
-const LONGEST: usize = 32;
+pub const LONGEST_WINDOW: usize = 32;
+
+/// The longest time between two readings \[s\] that counts as one.
+const LONGEST_WAIT_S: f64 = 1e3;
 
 /// A counter that moves by no more than this many counts stands, or toggles about an edge.
 const STANDING_COUNTS: i32 = 2;
@@ -37,9 +40,9 @@ const SLOWEST_RAD_S: f64 = 0.25;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum VelocityMethod<R> {
-    /// Counts of the last `periods` control periods, 1 to 32, over their time.
+    /// Counts of the last `periods` readings, 1 to 32, over their time.
     Window {
-        /// Control periods.
+        /// Readings, one each control period.
         periods: u16,
     },
     /// Counts between the last edges of two periods that had some, over the time between those edges (the M/T method: at low speeds the
@@ -68,7 +71,7 @@ impl<R> Default for VelocityMethod<R> {
 ///     count_rad: core::f64::consts::TAU / 360.0,
 ///     period_s: 0.001,
 /// };
-/// let (estimator, mut state) = (VelocityEstimator::new(config)?, VelocityState::default());
+/// let (estimator, mut state) = (VelocityEstimator::<_, 4>::new(config)?, VelocityState::default());
 /// // One count in four periods: 1 degree in 4 ms.
 /// let read = [1, 0, 0, 0].map(|counts| estimator.step(&mut state, counts, None));
 /// assert!((read[3] - 250.0_f64.to_radians()).abs() < 1e-12);
@@ -96,11 +99,13 @@ pub struct VelocityConfig<R> {
 ///
 /// Nothing divides by a time or by counts that can be zero, and every reading is finite.
 ///
+/// The state holds the counts of `WINDOW` readings, 1 unless given: an observer, edges and a window of one need no more.
+///
 /// ```
 /// use omni_core::estimate::{VelocityConfig, VelocityEstimator, VelocityMethod, VelocityState};
 /// let count_rad = core::f64::consts::TAU / 360.0;
 /// let edges = VelocityConfig { method: VelocityMethod::Edges, count_rad, period_s: 0.001 };
-/// let (estimator, mut state) = (VelocityEstimator::new(edges)?, VelocityState::default());
+/// let (estimator, mut state) = (VelocityEstimator::<_>::new(edges)?, VelocityState::default());
 /// // 5 rad/s: a count every 3.49 ms. A count over a period would read 0 or 17.5 rad/s.
 /// let mut read = 0.0;
 /// for k in 1..100 {
@@ -125,14 +130,14 @@ pub struct VelocityConfig<R> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(C)]
-pub struct VelocityEstimator<R> {
+pub struct VelocityEstimator<R, const WINDOW: usize = 1> {
     law: VelocityLaw<R>,
     count_rad: R,
     period_s: R,
     standing_periods: u32,
 }
 
-constant_struct!(VelocityEstimator<R> { law: VelocityLaw<R>, count_rad: R, period_s: R, standing_periods: u32 });
+constant_struct!(VelocityEstimator<R, const WINDOW> { law: VelocityLaw<R>, count_rad: R, period_s: R, standing_periods: u32 });
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -150,6 +155,8 @@ pub enum VelocityLaw<R> {
     Edges,
     /// [`VelocityMethod::Observer`]: what an angle off by 1 rad corrects in a period.
     Observer {
+        /// Bandwidth \[rad/s\].
+        bandwidth_rad_s: R,
         /// Part of the angle.
         angle: R,
         /// Velocity \[rad/s\].
@@ -157,7 +164,7 @@ pub enum VelocityLaw<R> {
     },
 }
 
-constant_enum!(VelocityLaw<R> { Window { periods, rad_s_per_count }, Edges, Observer { angle, rate_per_s } });
+constant_enum!(VelocityLaw<R> { Window { periods, rad_s_per_count }, Edges, Observer { bandwidth_rad_s, angle, rate_per_s } });
 
 /// What is remembered of one wheel's counts; `default` at rest.
 ///
@@ -165,19 +172,32 @@ constant_enum!(VelocityLaw<R> { Window { periods, rad_s_per_count }, Edges, Obse
 /// use omni_core::estimate::{VelocityConfig, VelocityEstimator, VelocityMethod, VelocityState};
 /// let config = VelocityConfig { method: VelocityMethod::default(), count_rad: 0.01, period_s: 0.001 };
 /// let mut state = VelocityState::default();
-/// let read: f64 = VelocityEstimator::new(config)?.step(&mut state, 2, None);
+/// let read = VelocityEstimator::<f64>::new(config)?.step(&mut state, 2, None);
 /// assert!((read - 20.0).abs() < 1e-9); // two counts in a millisecond
+/// assert!(size_of::<VelocityState<f32>>() <= 72 && size_of::<VelocityState<f32, 32>>() <= 320); // bytes
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(serialize = "R: serde::Serialize", deserialize = "R: serde::Deserialize<'de>"))
+)]
 #[repr(C)]
-pub struct VelocityState<R> {
-    /// Counts of the last periods, round and round, and the place of the next.
-    counts: [i32; 32],
+pub struct VelocityState<R, const WINDOW: usize = 1> {
+    /// Counts of the last readings, round and round, and by how much longer than a period each took \[s\].
+    #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
+    counts: [i32; WINDOW],
+    #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
+    longer_s: [R; WINDOW],
+    /// The place of the next, and how many until all took a period.
     next: u8,
+    uneven: u8,
     sum: i64,
+    /// Time since the last reading beyond the present period \[s\], and what is left over of whole periods.
+    waited_s: R,
+    left_s: R,
     /// Which way the last edge went: 0 before the first.
     way: i8,
     /// Age of the last edge when its period ended \[s\], and periods since without one.
@@ -192,23 +212,27 @@ pub struct VelocityState<R> {
     rate_rad_s: R,
 }
 
-impl<R: Real> VelocityState<R> {
+impl<R: Real, const WINDOW: usize> VelocityState<R, WINDOW> {
     /// Before the first count: the wheel stands.
     ///
     /// ```
     /// use omni_core::estimate::{VelocityConfig, VelocityEstimator, VelocityMethod, VelocityState};
     /// let config = VelocityConfig { method: VelocityMethod::default(), count_rad: 0.01, period_s: 0.001 };
     /// let mut state = VelocityState::at_rest();
-    /// let read: f64 = VelocityEstimator::new(config)?.step(&mut state, 2, None);
+    /// let read = VelocityEstimator::<f64>::new(config)?.step(&mut state, 2, None);
     /// assert!((read - 20.0).abs() < 1e-9); // two counts in a millisecond
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
     #[must_use]
     pub const fn at_rest() -> Self {
         Self {
-            counts: [0; LONGEST],
+            counts: [0; WINDOW],
+            longer_s: [R::ZERO; WINDOW],
             next: 0,
+            uneven: 0,
             sum: 0,
+            waited_s: R::ZERO,
+            left_s: R::ZERO,
             way: 0,
             aged_s: R::ZERO,
             quiet: u32::MAX,
@@ -221,14 +245,14 @@ impl<R: Real> VelocityState<R> {
     }
 }
 
-impl<R: Real> Default for VelocityState<R> {
+impl<R: Real, const WINDOW: usize> Default for VelocityState<R, WINDOW> {
     fn default() -> Self {
         Self::at_rest()
     }
 }
 
-impl<R: Real> VelocityEstimator<R> {
-    /// An estimator of that configuration.
+impl<R: Real, const WINDOW: usize> VelocityEstimator<R, WINDOW> {
+    /// An estimator of that configuration. A window of several periods needs as many places: `VelocityEstimator::<f32, 8>::new(..)`.
     ///
     /// # Errors
     /// Parameter `count_rad`, `period_s`, `periods` or `bandwidth_rad_s` where it is out of range. A bandwidth beyond one over the period
@@ -238,8 +262,9 @@ impl<R: Real> VelocityEstimator<R> {
         let period_s = period(config.period_s)?;
         let law = match config.method {
             VelocityMethod::Window { periods } => {
-                if periods == 0 || usize::from(periods) > LONGEST {
-                    return Err(ConfigError::new("periods", f64::from(periods), "1 to 32"));
+                if !(1..=LONGEST_WINDOW.min(WINDOW)).contains(&usize::from(periods)) {
+                    let allowed = "1 to 32, and up to the estimator's WINDOW";
+                    return Err(ConfigError::new("periods", f64::from(periods), allowed));
                 }
                 VelocityLaw::Window {
                     periods,
@@ -258,11 +283,11 @@ impl<R: Real> VelocityEstimator<R> {
                         allowed,
                     ));
                 }
-                // Both poles at p = exp(-bandwidth T): the angle keeps p^2 of its error, and (1 - p)^2 goes to the rate.
-                let off = -(-steps).exp_m1();
+                let [angle, rate_per_s] = observer_gains(bandwidth_rad_s, period_s);
                 VelocityLaw::Observer {
-                    angle: off * (R::of(2.0) - off),
-                    rate_per_s: off * off / period_s,
+                    bandwidth_rad_s,
+                    angle,
+                    rate_per_s,
                 }
             }
         };
@@ -285,7 +310,7 @@ impl<R: Real> VelocityEstimator<R> {
     /// use omni_core::estimate::{VelocityConfig, VelocityEstimator, VelocityMethod};
     /// let of = |counts| {
     ///     let count_rad = core::f64::consts::TAU / counts;
-    ///     VelocityEstimator::new(VelocityConfig { method: VelocityMethod::Edges, count_rad, period_s: 0.001 })
+    ///     VelocityEstimator::<f64>::new(VelocityConfig { method: VelocityMethod::Edges, count_rad, period_s: 0.001 })
     /// };
     /// assert!((of(2048.0)?.standing_s() - 0.1).abs() < 1e-12);
     /// assert!((of(64.0)?.standing_s() - 1.178).abs() < 1e-12);
@@ -296,16 +321,17 @@ impl<R: Real> VelocityEstimator<R> {
         whole::<R>(i64::from(self.standing_periods)) * self.period_s
     }
 
-    /// Takes in the counts of one control period, positive forwards, and returns the velocity \[rad/s\].
+    /// Takes in the counts since the last reading, positive forwards, and returns the velocity \[rad/s\]. To be called every control period;
+    /// [`VelocityEstimator::missed`] stands for a period without a reading.
     ///
     /// `since_edge_s` is the time from the last edge to the end of the period \[s\], of a period with counts; without it (or where it is
-    /// not within the period) `Edges` takes it for 0 and then is off by up to a period over the time between edges. The other methods
-    /// do not look at it.
+    /// not within the time since the last reading) `Edges` takes it for 0 and then is off by up to a period over the time between edges.
+    /// The other methods do not look at it.
     ///
     /// ```
     /// use omni_core::estimate::{VelocityConfig, VelocityEstimator, VelocityMethod, VelocityState};
     /// let method = VelocityMethod::Observer { bandwidth_rad_s: 50.0_f64 };
-    /// let estimator = VelocityEstimator::new(VelocityConfig { method, count_rad: 0.01, period_s: 0.001 })?;
+    /// let estimator = VelocityEstimator::<_>::new(VelocityConfig { method, count_rad: 0.01, period_s: 0.001 })?;
     /// let mut state = VelocityState::default();
     /// let mut read = 0.0;
     /// for _ in 0..1000 {
@@ -315,19 +341,88 @@ impl<R: Real> VelocityEstimator<R> {
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
     #[inline]
-    pub fn step(&self, state: &mut VelocityState<R>, counts: i32, since_edge_s: Option<R>) -> R {
-        let between = self.pass_time(state, counts, since_edge_s);
+    pub fn step(&self, state: &mut VelocityState<R, WINDOW>, counts: i32, since_edge_s: Option<R>) -> R {
+        let since_reading_s = self.period_s + state.waited_s;
+        self.advance(state, counts, since_reading_s, since_edge_s)
+    }
+
+    /// A control period passes without a reading: the counts that come next are of this period too.
+    ///
+    /// ```
+    /// use omni_core::estimate::{VelocityConfig, VelocityEstimator, VelocityState};
+    /// let config = VelocityConfig { method: Default::default(), count_rad: 0.01_f64, period_s: 0.001 };
+    /// let (estimator, mut state) = (VelocityEstimator::<_>::new(config)?, VelocityState::default());
+    /// estimator.step(&mut state, 2, None);
+    /// estimator.missed(&mut state);
+    /// assert!((estimator.step(&mut state, 4, None) - 20.0).abs() < 1e-9); // four counts in two periods
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    #[inline]
+    pub fn missed(&self, state: &mut VelocityState<R, WINDOW>) {
+        state.waited_s = (state.waited_s + self.period_s).limited(R::zero(), R::of(LONGEST_WAIT_S));
+    }
+
+    /// [`VelocityEstimator::step`] where the time since the last reading was measured: `since_reading_s` \[s\], a thousandth of the control
+    /// period to 1000 s. Outside of that, or NaN, it counts as the control period. Periods that were [missed](Self::missed) are part of it.
+    ///
+    /// ```
+    /// use omni_core::estimate::{VelocityConfig, VelocityEstimator, VelocityState};
+    /// let config = VelocityConfig { method: Default::default(), count_rad: 0.001_f64, period_s: 0.005 };
+    /// let (estimator, mut state) = (VelocityEstimator::<_>::new(config)?, VelocityState::default());
+    /// // 10 rad/s, read after 4.7 and 5.4 ms in turn.
+    /// assert!((estimator.step_after(&mut state, 47, 0.0047, None) - 10.0).abs() < 1e-9);
+    /// assert!((estimator.step_after(&mut state, 54, 0.0054, None) - 10.0).abs() < 1e-9);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    #[inline]
+    pub fn step_after(
+        &self,
+        state: &mut VelocityState<R, WINDOW>,
+        counts: i32,
+        since_reading_s: R,
+        since_edge_s: Option<R>,
+    ) -> R {
+        let plausible =
+            since_reading_s >= R::of(1e-3) * self.period_s && since_reading_s <= R::of(LONGEST_WAIT_S);
+        let since_reading_s = if plausible { since_reading_s } else { self.period_s };
+        self.advance(state, counts, since_reading_s, since_edge_s)
+    }
+
+    #[inline]
+    fn advance(
+        &self,
+        state: &mut VelocityState<R, WINDOW>,
+        counts: i32,
+        passed_s: R,
+        since_edge_s: Option<R>,
+    ) -> R {
+        let even = passed_s == self.period_s;
+        state.waited_s = R::zero();
+        let between = self.pass_time(state, counts, passed_s, since_edge_s);
         let rate = match self.law {
             VelocityLaw::Window {
                 periods,
                 rad_s_per_count,
             } => {
-                let periods = usize::from(periods).clamp(1, LONGEST);
+                let periods = usize::from(periods).clamp(1, LONGEST_WINDOW);
                 let place = usize::from(state.next) % periods;
-                state.sum += i64::from(counts) - i64::from(state.counts[place]);
-                state.counts[place] = counts;
+                if let (Some(held), Some(longer_s)) =
+                    (state.counts.get_mut(place), state.longer_s.get_mut(place))
+                {
+                    state.sum += i64::from(counts) - i64::from(*held);
+                    (*held, *longer_s) = (counts, passed_s - self.period_s);
+                }
                 state.next = ((place + 1) % periods) as u8;
-                whole::<R>(state.sum) * rad_s_per_count
+                state.uneven = if even {
+                    state.uneven.saturating_sub(1)
+                } else {
+                    periods as u8
+                };
+                if state.uneven == 0 {
+                    whole::<R>(state.sum) * rad_s_per_count
+                } else {
+                    self.uneven_rad_s(state, periods)
+                }
             }
             VelocityLaw::Edges => {
                 if let Some((edges, time_s)) = between {
@@ -335,15 +430,29 @@ impl<R: Real> VelocityEstimator<R> {
                 }
                 state.rate_rad_s
             }
-            VelocityLaw::Observer { angle, rate_per_s } => {
+            VelocityLaw::Observer {
+                bandwidth_rad_s,
+                angle,
+                rate_per_s,
+            } => {
+                let [angle, rate_per_s] = if even {
+                    [angle, rate_per_s]
+                } else {
+                    observer_gains(bandwidth_rad_s, passed_s)
+                };
                 let counted_rad = whole::<R>(i64::from(counts)) * self.count_rad;
-                let off = state.beyond_rad + state.rate_rad_s * self.period_s - counted_rad;
+                let off = state.beyond_rad + state.rate_rad_s * passed_s - counted_rad;
                 state.beyond_rad = off - angle * off;
                 state.rate_rad_s -= rate_per_s * off;
                 state.rate_rad_s
             }
         };
-        if self.stands(state, counts) {
+        let periods = if even {
+            1
+        } else {
+            self.whole_periods(state, passed_s)
+        };
+        if self.stands(state, counts, periods) {
             R::zero()
         } else if counts == 0 {
             let most = self.most_rad_s(state);
@@ -353,9 +462,30 @@ impl<R: Real> VelocityEstimator<R> {
         }
     }
 
+    /// The velocity of a window whose readings did not all take a period \[rad/s\].
+    #[cold]
+    fn uneven_rad_s(&self, state: &VelocityState<R, WINDOW>, periods: usize) -> R {
+        let mut time_s = whole::<R>(periods as i64) * self.period_s;
+        for &longer_s in state.longer_s.iter().take(periods) {
+            time_s += longer_s;
+        }
+        // Rounding leaves no less than what the shortest times add up to.
+        let least_s = R::of(1e-3) * self.period_s;
+        whole::<R>(state.sum) * self.count_rad / if time_s > least_s { time_s } else { least_s }
+    }
+
+    /// The whole control periods within the time that passed; what is left over counts later.
+    #[cold]
+    fn whole_periods(&self, state: &mut VelocityState<R, WINDOW>, passed_s: R) -> u32 {
+        let time_s = state.left_s + passed_s;
+        let periods = (time_s / self.period_s).whole_part(); // saturates, at 0 too
+        state.left_s = time_s - whole::<R>(i64::from(periods)) * self.period_s;
+        periods
+    }
+
     /// Has the counter stayed within two counts for long enough?
     #[inline]
-    fn stands(&self, state: &mut VelocityState<R>, counts: i32) -> bool {
+    fn stands(&self, state: &mut VelocityState<R, WINDOW>, counts: i32, periods: u32) -> bool {
         let (lowest, highest) = (
             state.lowest.saturating_sub(counts),
             state.highest.saturating_sub(counts),
@@ -364,34 +494,36 @@ impl<R: Real> VelocityEstimator<R> {
         if state.highest.saturating_sub(state.lowest) > STANDING_COUNTS {
             (state.lowest, state.highest, state.stood) = (0, 0, 0);
         } else {
-            state.stood = state.stood.saturating_add(1);
+            state.stood = state.stood.saturating_add(periods);
         }
         state.stood >= self.standing_periods
     }
 
-    /// Lets a period pass. Where it had counts: how many edges lie between its last one and the last one before, and how much time.
+    /// Lets the time pass. Where it had counts: how many edges lie between its last one and the last one before, and how much time.
     #[inline]
     fn pass_time(
         &self,
-        state: &mut VelocityState<R>,
+        state: &mut VelocityState<R, WINDOW>,
         counts: i32,
+        passed_s: R,
         since_edge_s: Option<R>,
     ) -> Option<(i64, R)> {
         if counts == 0 {
             state.quiet = state.quiet.saturating_add(1);
+            state.aged_s += passed_s - self.period_s;
             return None;
         }
         let way = if counts > 0 { 1 } else { -1 };
         let age_s = match since_edge_s {
-            Some(age) if age >= R::zero() && age <= self.period_s => age,
+            Some(age) if age >= R::zero() && age <= passed_s => age,
             _ => R::zero(),
         };
         let between = (state.way != 0).then(|| {
             // An edge passed forwards and then backwards is one and the same.
             let edges = i64::from(counts) + i64::from(way < 0) - i64::from(state.way < 0);
-            let time_s = self.since_s(state) + self.period_s - age_s;
-            // At a steady velocity no less than half a period passes; stamps that say so are out of order.
-            let least_s = R::of(0.5) * self.period_s;
+            let time_s = self.since_s(state) + passed_s - age_s;
+            // At a steady velocity no less than half of it passes; stamps that say so are out of order.
+            let least_s = R::of(0.5) * passed_s;
             (edges, if time_s > least_s { time_s } else { least_s })
         });
         (state.way, state.aged_s, state.quiet) = (way, age_s, 0);
@@ -400,15 +532,29 @@ impl<R: Real> VelocityEstimator<R> {
 
     /// Time since the last edge at the end of the last period \[s\].
     #[inline]
-    fn since_s(&self, state: &VelocityState<R>) -> R {
+    fn since_s(&self, state: &VelocityState<R, WINDOW>) -> R {
         whole::<R>(i64::from(state.quiet)) * self.period_s + state.aged_s
     }
 
-    /// The fastest that a wheel without a count in the last period can turn on average \[rad/s\].
+    /// The fastest that a wheel without a count since the last reading can turn on average \[rad/s\].
     #[inline]
-    fn most_rad_s(&self, state: &VelocityState<R>) -> R {
-        self.count_rad / self.since_s(state) // at least a period: the last one had no count
+    fn most_rad_s(&self, state: &VelocityState<R, WINDOW>) -> R {
+        // At least the last period, which had no count; readings that come faster say no more.
+        let since_s = self.since_s(state);
+        self.count_rad
+            / if since_s > self.period_s {
+                since_s
+            } else {
+                self.period_s
+            }
     }
+}
+
+/// What an angle off by 1 rad corrects of an observer after `passed_s` \[s\]: parts of the angle and of the velocity \[rad/s\]. Both poles
+/// at p = exp(-bandwidth T): the angle keeps p^2 of its error, and (1 - p)^2 goes to the rate.
+fn observer_gains<R: Real>(bandwidth_rad_s: R, passed_s: R) -> [R; 2] {
+    let off = -(-(bandwidth_rad_s * passed_s)).exp_m1();
+    [off * (R::of(2.0) - off), off * off / passed_s]
 }
 
 /// A whole number as a scalar, without `f64` for `f32`.

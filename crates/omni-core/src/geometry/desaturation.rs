@@ -8,7 +8,7 @@ use crate::error::within;
 use crate::geometry::{BodyTwist, Kinematics, PathFactors, WheelVelocities};
 use crate::{ConfigError, Real};
 
-/// What gives way when a wheel would have to turn faster than it can.
+/// What is kept of a twist for which a wheel would have to turn faster than it can.
 ///
 /// ```
 /// use omni_core::geometry::{Desaturation, SpeedLimits};
@@ -16,12 +16,12 @@ use crate::{ConfigError, Real};
 /// let kinematics = Kinematics::new(&WheelLayout::mecanum4(0.6_f64, 0.4, 0.1)?)?;
 /// // 5 rad/s of every wheel for translation, 20 for yaw, 10 allowed: yaw is too much even alone.
 /// let twist = BodyTwist { vx_m_s: 0.5, vy_m_s: 0.0, wz_rad_s: 4.0 };
-/// for (gives_way, translation, yaw) in [
+/// for (desaturation, translation, yaw) in [
 ///     (Desaturation::Uniform, 10.0 / 25.0, 10.0 / 25.0),
-///     (Desaturation::YawFirst, 0.0, 10.0 / 20.0),
-///     (Desaturation::TranslationFirst, 1.0, (10.0 - 5.0) / 20.0),
+///     (Desaturation::KeepsYaw, 0.0, 10.0 / 20.0),
+///     (Desaturation::KeepsTranslation, 1.0, (10.0 - 5.0) / 20.0),
 /// ] {
-///     let limited = SpeedLimits::new([10.0; 4], gives_way)?.desaturate(&kinematics, &twist);
+///     let limited = SpeedLimits::new([10.0; 4], desaturation)?.desaturate(&kinematics, &twist);
 ///     assert!((limited.translation_factor - translation).abs() < 1e-12 && (limited.yaw_factor - yaw).abs() < 1e-12);
 /// }
 /// # Ok::<(), omni_core::ConfigError>(())
@@ -32,21 +32,21 @@ use crate::{ConfigError, Real};
 #[repr(u8)]
 #[non_exhaustive]
 pub enum Desaturation {
-    /// Everything: the whole twist is scaled by one factor, so that the path stays the same.
+    /// The direction: the whole twist is scaled by one factor, so that the path stays the same.
     Uniform,
-    /// Translation: the yaw rate is kept as far as it is possible alone, the rest goes to translation, in its direction.
-    YawFirst,
-    /// The yaw rate: translation is kept as far as it is possible alone, the rest goes to yaw.
-    TranslationFirst,
+    /// The yaw rate, as far as it is possible alone; the rest goes to translation, in its direction.
+    KeepsYaw,
+    /// Translation, as far as it is possible alone; the rest goes to yaw.
+    KeepsTranslation,
 }
 
 constant_enum!(Desaturation {
     Uniform,
-    YawFirst,
-    TranslationFirst
+    KeepsYaw,
+    KeepsTranslation
 });
 
-/// Speed limits of the actuators and what gives way to them: desaturation, or normalisation, of wheel speeds.
+/// Speed limits of the actuators and what is kept within them: desaturation, or normalisation, of wheel speeds.
 ///
 /// ```
 /// use omni_core::geometry::{Desaturation, SpeedLimits};
@@ -56,9 +56,9 @@ constant_enum!(Desaturation {
 /// let twist = BodyTwist { vx_m_s: 1.0, vy_m_s: 0.0, wz_rad_s: 2.0 };
 /// let limited = |what| SpeedLimits::new([16.0; 4], what).expect("valid").desaturate(&kinematics, &twist);
 /// assert!((limited(Desaturation::Uniform).twist.vx_m_s - 0.8).abs() < 1e-12); // 16 of 20 rad/s
-/// let yaw = limited(Desaturation::YawFirst);
+/// let yaw = limited(Desaturation::KeepsYaw);
 /// assert!((yaw.twist.wz_rad_s - 2.0).abs() < 1e-12 && (yaw.twist.vx_m_s - 0.6).abs() < 1e-12);
-/// let translation = limited(Desaturation::TranslationFirst);
+/// let translation = limited(Desaturation::KeepsTranslation);
 /// assert!((translation.twist.vx_m_s - 1.0).abs() < 1e-12 && (translation.twist.wz_rad_s - 1.2).abs() < 1e-12);
 /// assert_eq!(translation.limiting, Some(1)); // the front right wheel was the first at its limit
 /// # Ok::<(), omni_core::ConfigError>(())
@@ -68,10 +68,10 @@ constant_enum!(Desaturation {
 #[repr(C)]
 pub struct SpeedLimits<R, const N: usize> {
     limit_rad_s: [R; N],
-    gives_way: Desaturation,
+    desaturation: Desaturation,
 }
 
-constant_struct!(SpeedLimits<R, const N> { limit_rad_s: [R; N], gives_way: Desaturation });
+constant_struct!(SpeedLimits<R, const N> { limit_rad_s: [R; N], desaturation: Desaturation });
 
 /// A twist that every wheel can follow.
 ///
@@ -123,7 +123,7 @@ impl<R: Real, const N: usize> SpeedLimits<R, N> {
     pub(crate) fn none() -> Self {
         Self {
             limit_rad_s: [R::one() / R::zero(); N],
-            gives_way: Desaturation::Uniform,
+            desaturation: Desaturation::Uniform,
         }
     }
 
@@ -131,7 +131,7 @@ impl<R: Real, const N: usize> SpeedLimits<R, N> {
     ///
     /// # Errors
     /// Parameter `limit_rad_s` with the wheel's index.
-    pub fn new(limit_rad_s: [R; N], gives_way: Desaturation) -> Result<Self, ConfigError> {
+    pub fn new(limit_rad_s: [R; N], desaturation: Desaturation) -> Result<Self, ConfigError> {
         for (index, &limit) in limit_rad_s.iter().enumerate() {
             within("limit_rad_s", limit, f64::MIN_POSITIVE..=1e6, "above 0, to 1e6")
                 .map_err(|e| e.at(index))?;
@@ -141,7 +141,7 @@ impl<R: Real, const N: usize> SpeedLimits<R, N> {
         }
         Ok(Self {
             limit_rad_s,
-            gives_way,
+            desaturation,
         })
     }
 
@@ -207,13 +207,13 @@ impl<R: Real, const N: usize> SpeedLimits<R, N> {
         if limiting.is_none() {
             return Desaturated::whole(of_origin([vx, vy, wz]), whole);
         }
-        let (translation_factor, yaw_factor, limiting) = match self.gives_way {
+        let (translation_factor, yaw_factor, limiting) = match self.desaturation {
             Desaturation::Uniform => (factor, factor, limiting),
-            Desaturation::YawFirst => {
+            Desaturation::KeepsYaw => {
                 let (yaw, translation, limiting) = on_path.one_first(&yaw.rad_s, &translation.rad_s, dropped);
                 (translation, yaw, limiting)
             }
-            Desaturation::TranslationFirst => on_path.one_first(&translation.rad_s, &yaw.rad_s, dropped),
+            Desaturation::KeepsTranslation => on_path.one_first(&translation.rad_s, &yaw.rad_s, dropped),
         };
         let velocities = WheelVelocities {
             rad_s: combined(&translation.rad_s, translation_factor, &yaw.rad_s, yaw_factor),

@@ -1,7 +1,6 @@
 //! The left inverses of an inverse map: least squares and the paper's average.
 
-use nalgebra::Matrix3;
-
+use super::matrix3::{self, Rows};
 use crate::error::finite;
 use crate::{ConfigError, Real};
 
@@ -13,7 +12,7 @@ pub const CONDITION_LIMIT: f64 = 100.0;
 /// `A^T W A`, the normal equations of least squares. The columns of `A` for vx and vy are scaled by one number and that
 /// for wz by another first, so that metres and radians compare: the trace is 3.
 pub(super) struct Gram<R: Real> {
-    matrix: Matrix3<R>,
+    matrix: Rows<R>,
     scale: [R; 3],
 }
 
@@ -48,27 +47,30 @@ impl<R: Real> Gram<R> {
         let [x, y, z] = squares;
         let (plane, yaw) = (per_length((x + y) * R::of(0.5)), per_length(z));
         let scale = [plane, plane, yaw];
-        let mut matrix = Matrix3::<R>::zeros();
+        let mut matrix = [[R::zero(); 3]; 3];
         for (row, &weight) in a.iter().zip(weights) {
-            let [x, y, z] = [row[0] * scale[0], row[1] * scale[1], row[2] * scale[2]];
-            let m = Matrix3::new(x * x, x * y, x * z, y * x, y * y, y * z, z * x, z * y, z * z);
-            matrix += m * weight;
+            let scaled = [row[0] * scale[0], row[1] * scale[1], row[2] * scale[2]];
+            for (sums, &x) in matrix.iter_mut().zip(&scaled) {
+                for (sum, &y) in sums.iter_mut().zip(&scaled) {
+                    *sum += x * y * weight;
+                }
+            }
         }
         Self { matrix, scale }
     }
 
     /// `(A^T W A)^-1 A^T W`. All zeros where the Gram matrix is singular: call a check first.
     pub(super) fn forward<const N: usize>(&self, a: &[[R; 3]; N], weights: &[R; N]) -> [[R; N]; 3] {
-        let inverse = self.matrix.try_inverse().unwrap_or_else(Matrix3::zeros);
+        let inverse = matrix3::inverse(&self.matrix).unwrap_or([[R::zero(); 3]; 3]);
         // One Newton step: what `forward` leaves of `A x = A x` falls from the square of the Gram matrix's condition to
         // the condition itself, times the precision.
-        let inverse = inverse + (Matrix3::identity() - inverse * self.matrix) * inverse;
+        let inverse = matrix3::refined(&inverse, &self.matrix);
         let mut forward = [[R::zero(); N]; 3];
         for (j, row) in forward.iter_mut().enumerate() {
             for ((f, a), &weight) in row.iter_mut().zip(a).zip(weights) {
                 let mut sum = R::zero();
-                for k in 0..3 {
-                    sum += inverse[(j, k)] * self.scale[k] * a[k];
+                for ((i, s), a) in inverse[j].iter().zip(&self.scale).zip(a) {
+                    sum += *i * *s * *a;
                 }
                 *f = self.scale[j] * sum * weight;
             }
@@ -79,21 +81,19 @@ impl<R: Real> Gram<R> {
     /// Rank, by the principal minors: each is between 0 (dependent) and about 1 (orthogonal); what rounding may leave of
     /// a zero is well below the thresholds.
     fn rank(&self) -> u8 {
-        let (gram, tiny) = (&self.matrix, R::default_epsilon().sqrt());
-        let pair = |i: usize, j: usize| gram[(i, i)] * gram[(j, j)] - gram[(i, j)] * gram[(j, i)];
-        if gram.determinant() > tiny * tiny.sqrt() {
+        let ([[xx, xy, xz], [_, yy, yz], [_, _, zz]], tiny) = (self.matrix, R::default_epsilon().sqrt());
+        if matrix3::determinant(&self.matrix) > tiny * tiny.sqrt() {
             3
-        } else if pair(0, 1) > tiny || pair(0, 2) > tiny || pair(1, 2) > tiny {
+        } else if xx * yy - xy * xy > tiny || xx * zz - xz * xz > tiny || yy * zz - yz * yz > tiny {
             2
         } else {
-            u8::from(gram.trace() > tiny)
+            u8::from(xx + yy + zz > tiny)
         }
     }
 
     /// Square root of the largest over the smallest eigenvalue: that of the scaled `A` itself. Infinite where singular.
     pub(super) fn condition_number(&self) -> R {
-        let eigenvalues = self.matrix.symmetric_eigenvalues();
-        let (least, most) = (eigenvalues.min(), eigenvalues.max());
+        let [least, most] = matrix3::eigenvalues(&self.matrix);
         if least > R::zero() {
             (most / least).sqrt()
         } else {
@@ -118,7 +118,7 @@ impl<R: Real> Gram<R> {
     /// Condition below [`CONDITION_LIMIT`] for certain, without eigenvalues: with trace 3 the two larger eigenvalues
     /// multiply to at most 9/4, so that the square of the condition is at most `3 * 9/4 / determinant`.
     pub(super) fn is_well_conditioned(&self) -> bool {
-        self.matrix.determinant() > R::of(3.0 * 2.25 / (CONDITION_LIMIT * CONDITION_LIMIT))
+        matrix3::determinant(&self.matrix) > R::of(3.0 * 2.25 / (CONDITION_LIMIT * CONDITION_LIMIT))
     }
 }
 

@@ -243,15 +243,14 @@ impl<R: Real, const N: usize> Controller<R, N> {
         inputs: &LoopInputs<'_, R, N>,
         observed: &Kinematics<R, N>,
         path: &PathFactors<R, N>,
-    ) -> WheelSample<R, N> {
-        let mut sample = WheelSample::zero();
+        sample: &mut WheelSample<R, N>,
+    ) {
         let share = |errors: &[R; N]| observed.project_along(&(*errors).into(), path).rad_s;
         self.wheels.run(
             state,
             inputs,
             self.wheels.shares_integral().then_some(share),
-            &mut sample,
+            sample,
         );
-        sample
     }
 }

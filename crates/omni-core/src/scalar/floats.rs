@@ -20,6 +20,10 @@ impl Sealed for f32 {
         y
     }
     #[inline(always)]
+    fn whole_part(self) -> u32 {
+        self as u32
+    }
+    #[inline(always)]
     fn same_bits(self, other: Self) -> bool {
         self.to_bits() == other.to_bits()
     }
@@ -36,6 +40,10 @@ impl Sealed for f64 {
     #[inline(always)]
     fn per_root(self) -> Self {
         1.0 / nalgebra::ComplexField::sqrt(self)
+    }
+    #[inline(always)]
+    fn whole_part(self) -> u32 {
+        self as u32
     }
     #[inline(always)]
     fn same_bits(self, other: Self) -> bool {

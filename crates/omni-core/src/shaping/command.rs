@@ -35,6 +35,35 @@ pub struct EmergencyDeceleration<R> {
     pub yaw_rad_s2: R,
 }
 
+/// When a vehicle that has come to rest by itself moves again: after an emergency stop, a safe stop or a time-out, and after the start.
+///
+/// ```
+/// use omni_core::shaping::{CommandShaper, CommandStatus, Restart, ShaperState, ShapingConfig};
+/// use omni_core::BodyTwist;
+/// let mut config = ShapingConfig::none();
+/// config.restart = Restart::Neutral;
+/// let (shaper, mut state) = (CommandShaper::new(config, 0.01)?, ShaperState::default());
+/// let ahead = BodyTwist { vx_m_s: 0.5, ..BodyTwist::ZERO };
+/// let step = |state: &mut _, command: BodyTwist<f64>| shaper.step(state, Some(&command)).twist.vx_m_s;
+/// assert_eq!([ahead, BodyTwist::ZERO, ahead].map(|command| step(&mut state, command)), [0.0, 0.0, 0.5]);
+/// state.emergency_stop();
+/// assert_eq!(step(&mut state, ahead), 0.0);
+/// state.release();
+/// assert_eq!([ahead, ahead, BodyTwist::ZERO, ahead].map(|command| step(&mut state, command)), [0.0, 0.0, 0.0, 0.5]);
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub enum Restart {
+    /// With the next command.
+    #[default]
+    AtOnce,
+    /// With the next command after one of rest, which is exactly 0 in every component: a stick that is still pushed moves nothing.
+    Neutral,
+}
+
 /// Everything that a [`CommandShaper`] needs to know.
 ///
 /// ```
@@ -60,6 +89,8 @@ pub struct ShapingConfig<R> {
     pub timeout_s: Option<R>,
     /// Deceleration of an emergency stop; `None` stops at once.
     pub emergency_deceleration: Option<EmergencyDeceleration<R>>,
+    /// When the vehicle moves again.
+    pub restart: Restart,
 }
 
 impl<R: Real> ShapingConfig<R> {
@@ -87,6 +118,7 @@ impl<R: Real> ShapingConfig<R> {
             },
             timeout_s: None,
             emergency_deceleration: None,
+            restart: Restart::AtOnce,
         }
     }
 }
@@ -118,13 +150,14 @@ impl<R: Real> ShapingConfig<R> {
 #[repr(u8)]
 #[non_exhaustive]
 pub enum CommandStatus {
-    /// No command since the start or since the release of an emergency stop: rest, or on the way there.
+    /// No command since the start or since the release of an emergency stop, or none of rest yet where [`Restart::Neutral`] wants one: rest, or
+    /// on the way there.
     Idle,
     /// The twist is the command.
     Following,
     /// The limits keep the twist from the command, or still do.
     Limited,
-    /// The last command is too old: rest, or on the way there.
+    /// The last command is too old, or none of rest has come since where [`Restart::Neutral`] wants one: rest, or on the way there.
     TimedOut,
     /// The emergency stop is latched: rest, or on the way there.
     EmergencyStop,
@@ -294,9 +327,11 @@ pub struct CommandShaper<R> {
     oldest: u32,
     /// Linear and yaw speed that an emergency stop takes a period.
     emergency_steps: [R; 2],
+    /// Only a command of rest ends rest.
+    neutral: bool,
 }
 
-constant_struct!(CommandShaper<R> { limiter: TwistLimiter<R>, oldest: u32, emergency_steps: [R; 2] });
+constant_struct!(CommandShaper<R> { limiter: TwistLimiter<R>, oldest: u32, emergency_steps: [R; 2], neutral: bool });
 
 impl<R: Real> CommandShaper<R> {
     /// A shaper that is stepped every `period_s` \[s\], 1e-6 to 10. A time-out counts in whole periods, rounded down.
@@ -326,6 +361,7 @@ impl<R: Real> CommandShaper<R> {
                 limit("emergency_deceleration.linear_m_s2", emergency.linear_m_s2)? * dt,
                 limit("emergency_deceleration.yaw_rad_s2", emergency.yaw_rad_s2)? * dt,
             ],
+            neutral: config.restart == Restart::Neutral,
         })
     }
 
@@ -354,6 +390,8 @@ impl<R: Real> CommandShaper<R> {
                 rejected,
             };
         }
+        let waits = self.neutral && (state.command.is_none() || state.age > self.oldest);
+        let accepted = accepted.filter(|command| !waits || **command == BodyTwist::ZERO);
         if accepted.is_some() {
             state.command = accepted.copied();
             state.age = 0;

@@ -105,7 +105,7 @@ pub(crate) fn omni3_factors(case: &Case) {
 /// PX4: front right, front left, rear left... as its rows say; nothing is over the limit in these cases.
 pub(crate) fn px4(case: &Case) {
     let twist = command(case.number("x"), case.number("yaw"), case.number("y"));
-    let limits = SpeedLimits::new([1.0; 4], Desaturation::YawFirst).expect("valid");
+    let limits = SpeedLimits::new([1.0; 4], Desaturation::KeepsYaw).expect("valid");
     let limited = limits.desaturate(&unit_mecanum(), &twist);
     let [fl, fr, rl, rr] = limited.velocities.rad_s;
     case.expects("motors", &[fr, fl, rr, rl]);

@@ -368,12 +368,8 @@ fn answers_of_a_drive_are_its_own_steps_bit_for_bit() {
             asked.command = BodyTwist::from_array([f32::NAN; 3]);
         }
         asked.emergency_stop = (10..15).contains(&k);
-        if asked.emergency_stop {
-            state.emergency_stop();
-        } else {
-            state.release_emergency_stop();
-        }
         let mut input = DriveInput::measured(&asked.measured_rad_s.into());
+        input.emergency = asked.emergency_stop;
         if (20..30).contains(&k) {
             input.readings_rad_s[1] = None;
         }

@@ -81,7 +81,15 @@ pub(super) fn built_in<R: Real + Serialize + DeserializeOwned, const N: usize>(
     );
     Ok(if let Some(drive) = scenario.traction_drive::<R, N>()? {
         let state = TractionDriveState::new(&drive);
-        boxed(SupervisedDrive { drive, state }, columns)
+        let emergency = false;
+        boxed(
+            SupervisedDrive {
+                drive,
+                state,
+                emergency,
+            },
+            columns,
+        )
     } else if let Some(drive) = scenario.drive::<R, N>()? {
         boxed(DrivePolicy::new(drive), columns)
     } else if let Some(policy) = scenario.traction::<R, N>()? {
@@ -284,7 +292,7 @@ impl<R: Real + Serialize + DeserializeOwned, const N: usize> CoreController<R, N
     }
 
     fn emergency_stop(&mut self, pressed: bool) {
-        press(self.state_mut(), pressed);
+        self.set_emergency(pressed);
     }
 }
 
@@ -292,6 +300,8 @@ impl<R: Real + Serialize + DeserializeOwned, const N: usize> CoreController<R, N
 struct SupervisedDrive<R, const N: usize> {
     drive: TractionDrive<R, N>,
     state: TractionDriveState<R, N>,
+    /// The emergency stop is pressed.
+    emergency: bool,
 }
 
 impl<R: Real + Serialize + DeserializeOwned, const N: usize> CoreController<R, N> for SupervisedDrive<R, N> {
@@ -312,6 +322,7 @@ impl<R: Real + Serialize + DeserializeOwned, const N: usize> CoreController<R, N
             rad_s: std::array::from_fn(|i| readings.wheels_rad_s[i]),
         });
         input.command = readings.new_command.then_some(readings.command);
+        input.emergency = self.emergency;
         let mut body = BodyReadings::none();
         (body.hinges_rad, body.hinges_rad_s) = (readings.hinges_rad, readings.hinges_rad_s);
         body.imu = readings.imu;
@@ -333,16 +344,7 @@ impl<R: Real + Serialize + DeserializeOwned, const N: usize> CoreController<R, N
     }
 
     fn emergency_stop(&mut self, pressed: bool) {
-        press(&mut self.state.drive, pressed);
-    }
-}
-
-/// Presses the emergency stop of a drive, or releases it.
-fn press<R: Real, const N: usize>(state: &mut DriveState<R, N>, pressed: bool) {
-    if pressed {
-        state.emergency_stop();
-    } else {
-        state.release_emergency_stop();
+        self.emergency = pressed;
     }
 }
 

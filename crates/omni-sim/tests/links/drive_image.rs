@@ -421,12 +421,8 @@ fn every_signal_that_the_image_of_a_drive_answers_is_the_hosts_bit_for_bit() {
         let FromController::Answer(answer) = ask(ToController::Request(asked)) else {
             panic!("no answer to {k}");
         };
-        match k {
-            1600 => state.emergency_stop(),
-            1700 => state.release_emergency_stop(),
-            _ => {}
-        }
         let mut input = DriveInput::received(&asked.measured_rad_s.into());
+        input.emergency = asked.emergency_stop;
         input.command = Some(asked.command).filter(|command| !command.vx_m_s.is_nan());
         let sample = drive.step(&mut state, &input);
         assert_eq!((answer.sequence, answer.action), (k, Action::Step));

@@ -20,6 +20,7 @@ public:
     /// Every OMNI_PERIOD_US: from velocities [rad/s] to efforts [N.m].
     Efforts update(const Velocities& velocities) {
         omnistep::Input<OMNI_WHEELS> input;
+        input.emergency = emergency;
         input.command = std::exchange(arrived, std::nullopt); // the drive knows how old the last one is
         for (std::size_t i = 0; i < OMNI_WHEELS; i++) {
             if (velocities[i]) {
@@ -33,6 +34,7 @@ public:
     }
 
     omnistep::Drive<OMNI_WHEELS> drive{OMNI_DRIVE};
+    bool emergency = false; ///< the emergency stop is pressed
 
 private:
     std::optional<omnistep::Twist> arrived;

@@ -11,9 +11,7 @@ int main() {
         if (k % 20 == 0) {
             controller.command(0.3, 0.0, 0.0);
         }
-        if (k == 2000) {
-            controller.drive.emergency_stop();
-        }
+        controller.emergency = k >= 2000;
         BaseController::Velocities readings;
         std::copy(velocities.begin(), velocities.end(), readings.begin());
         if (k >= 1000) {

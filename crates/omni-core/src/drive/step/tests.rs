@@ -8,7 +8,9 @@ use crate::estimate::OdometryNoise;
 use crate::geometry::{Desaturation, PathFactors, PlanarPose, SpeedLimits, WheelLayout};
 use crate::loops::{Coordination, PidConfig, PidGains, Rest, WheelControlConfig};
 use crate::motor::{TorqueLimit, TorqueRange, TorqueRanges};
-use crate::shaping::{CommandStatus, EmergencyDeceleration, MotionLimits, ShapingConfig, TwistLimits};
+use crate::shaping::{
+    CommandStatus, EmergencyDeceleration, MotionLimits, Restart, ShapingConfig, TwistLimits,
+};
 use proptest::prelude::*;
 
 const DT: f64 = 1e-3;
@@ -53,6 +55,7 @@ fn config() -> DriveConfig<f64, 7> {
                 linear_m_s2: 4.0,
                 yaw_rad_s2: 10.0,
             }),
+            restart: Restart::AtOnce,
         },
         discretize: true,
         speed_limits: Some(SpeedLimits::new([9.0; 7], Desaturation::Uniform).expect("valid")),
@@ -337,14 +340,46 @@ fn an_operator_s_stop_is_the_operator_s_to_end() {
     };
     let mut vehicle = Vehicle::new(DriveConfig { rest, ..config() });
     vehicle.run(500, COMMAND, |_| {});
-    vehicle.state.emergency_stop();
-    assert_eq!(vehicle.run(1000, COMMAND, |_| {}).mode, DriveMode::EmergencyStop);
+    let stopped = vehicle.run(1000, COMMAND, |input| input.emergency = true);
+    assert_eq!(stopped.mode, DriveMode::EmergencyStop);
     assert!(follows(&vehicle, BodyTwist::ZERO));
     vehicle.state.release_safe_stop();
-    assert_eq!(vehicle.run(1, COMMAND, |_| {}).mode, DriveMode::EmergencyStop);
-    vehicle.state.release_emergency_stop();
+    let stopped = vehicle.run(1, COMMAND, |input| input.emergency = true);
+    assert_eq!(stopped.mode, DriveMode::EmergencyStop);
     vehicle.run(3000, COMMAND, |_| {});
     assert!(follows(&vehicle, COMMAND));
+}
+
+#[test]
+fn with_restart_from_neutral_a_vehicle_moves_again_only_after_the_stick_was_at_rest() {
+    let shaping = ShapingConfig {
+        restart: Restart::Neutral,
+        timeout_s: Some(0.1),
+        ..config().shaping
+    };
+    let rest = Rest {
+        bleed_s: 0.8, // as above
+        ..Rest::default()
+    };
+    let mut vehicle = Vehicle::new(DriveConfig {
+        shaping,
+        rest,
+        ..config()
+    });
+    vehicle.run(500, COMMAND, |_| {});
+    assert!(follows(&vehicle, BodyTwist::ZERO)); // pushed since before it was switched on
+    for stop in [
+        (|_| {}) as fn(&mut DriveInput<f64, 7>), // the start itself
+        |input| input.emergency = true,
+        |input| input.command = None, // the connection is lost
+    ] {
+        vehicle.run(3000, COMMAND, stop);
+        vehicle.run(1000, COMMAND, |_| {});
+        assert!(follows(&vehicle, BodyTwist::ZERO));
+        vehicle.run(1, BodyTwist::ZERO, |_| {});
+        vehicle.run(3000, COMMAND, |_| {});
+        assert!(follows(&vehicle, COMMAND));
+    }
 }
 
 #[test]
@@ -357,8 +392,8 @@ fn the_command_point_is_what_discretisation_and_limits_look_at() {
         },
         ..loops(Coordination::independent())
     };
-    let at_point = |command, gives_way| {
-        let speed_limits = Some(SpeedLimits::new([9.0; 7], gives_way).expect("valid"));
+    let at_point = |command, desaturation| {
+        let speed_limits = Some(SpeedLimits::new([9.0; 7], desaturation).expect("valid"));
         let config = DriveConfig {
             command_point_m: point,
             discretize: true,
@@ -370,17 +405,17 @@ fn the_command_point_is_what_discretisation_and_limits_look_at() {
         drive.step(&mut DriveState::new(&drive), &input).desaturated.twist
     };
     // Turning about the point, which stands still whatever the period and whatever gives way.
-    for gives_way in [
+    for desaturation in [
         Desaturation::Uniform,
-        Desaturation::YawFirst,
-        Desaturation::TranslationFirst,
+        Desaturation::KeepsYaw,
+        Desaturation::KeepsTranslation,
     ] {
         for wz in [0.5, 1.8] {
-            let turned = at_point(twist(0.0, 0.0, wz), gives_way);
+            let turned = at_point(twist(0.0, 0.0, wz), desaturation);
             let still = turned.at_point(point);
             assert!(
                 still.vx_m_s.abs() < 1e-12 && still.vy_m_s.abs() < 1e-12,
-                "{gives_way:?} {still:?}"
+                "{desaturation:?} {still:?}"
             );
             assert!(turned.wz_rad_s > 0.0);
         }
@@ -466,7 +501,7 @@ proptest! {
         };
         let single = DriveConfig {
             discretize: true,
-            speed_limits: Some(SpeedLimits::new([9.0; 7], Desaturation::YawFirst).expect("valid")),
+            speed_limits: Some(SpeedLimits::new([9.0; 7], Desaturation::KeepsYaw).expect("valid")),
             slip: Some(SlipConfig { enter_rad_s: 1.0, leave_rad_s: 0.5, enter_periods: 2, leave_periods: 2 }),
             noise: Some(OdometryNoise { wheel_rad_per_sqrt_rad: 0.01, residual_gain: 1.0 }),
             ..DriveConfig::new(WheelLayout::chugo7(0.30, 0.23, 0.066).expect("valid"), control)
@@ -475,6 +510,7 @@ proptest! {
         let mut state = DriveState::new(&drive);
         for (readings, command, lifted, path) in inputs {
             let input = DriveInput {
+                emergency: false,
                 command: command.map(BodyTwist::from_array),
                 readings_rad_s: readings,
                 lifted,

@@ -16,7 +16,7 @@ fn a_limit_that_is_not_a_speed_is_refused_with_its_wheel() {
 
 #[test]
 fn yaw_that_is_impossible_alone_leaves_no_translation() {
-    let limits = SpeedLimits::new([1.0; 7], Desaturation::YawFirst).expect("valid");
+    let limits = SpeedLimits::new([1.0; 7], Desaturation::KeepsYaw).expect("valid");
     let twist = BodyTwist {
         vx_m_s: 0.3,
         vy_m_s: 0.1,
@@ -34,7 +34,7 @@ fn what_fits_is_left_alone_even_where_a_part_alone_would_not() {
     // Wheel 3 turns backwards going forward, and forwards turning left: together it is slow.
     let limits = SpeedLimits::new(
         [9.0, 9.0, 3.0, 9.0, 9.0, 9.0, 3.0],
-        Desaturation::TranslationFirst,
+        Desaturation::KeepsTranslation,
     )
     .expect("valid");
     let twist = BodyTwist {
@@ -67,10 +67,10 @@ proptest! {
         vx in -2.0..2.0_f64, vy in -2.0..2.0_f64, wz in -6.0..6.0_f64,
         limits in prop::array::uniform7(0.5..40.0_f64), which in 0..3_usize,
     ) {
-        let gives_way = [Desaturation::Uniform, Desaturation::YawFirst, Desaturation::TranslationFirst][which];
+        let desaturation = [Desaturation::Uniform, Desaturation::KeepsYaw, Desaturation::KeepsTranslation][which];
         let twist = BodyTwist { vx_m_s: vx, vy_m_s: vy, wz_rad_s: wz };
         let kinematics = kinematics();
-        let result = SpeedLimits::new(limits, gives_way).expect("valid").desaturate(&kinematics, &twist);
+        let result = SpeedLimits::new(limits, desaturation).expect("valid").desaturate(&kinematics, &twist);
         let fullest = result.velocities.rad_s.iter().zip(limits).map(|(v, l)| v.abs() / l).fold(0.0, f64::max);
         prop_assert!(fullest <= 1.0 + 1e-12);
         match result.limiting {
@@ -82,10 +82,10 @@ proptest! {
             prop_assert!((a - b).abs() < 1e-12);
         }
         prop_assert!((result.twist.vx_m_s * vy - result.twist.vy_m_s * vx).abs() < 1e-12);
-        match gives_way {
+        match desaturation {
             Desaturation::Uniform => prop_assert_eq!(result.translation_factor, result.yaw_factor),
-            Desaturation::YawFirst => prop_assert!(result.yaw_factor == 1.0 || result.translation_factor == 0.0),
-            Desaturation::TranslationFirst => prop_assert!(result.translation_factor == 1.0 || result.yaw_factor == 0.0),
+            Desaturation::KeepsYaw => prop_assert!(result.yaw_factor == 1.0 || result.translation_factor == 0.0),
+            Desaturation::KeepsTranslation => prop_assert!(result.translation_factor == 1.0 || result.yaw_factor == 0.0),
         }
     }
 }

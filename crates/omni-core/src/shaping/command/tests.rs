@@ -55,6 +55,7 @@ fn shaper<R: Real>(
             linear_m_s2: R::of(linear),
             yaw_rad_s2: R::of(yaw),
         }),
+        restart: Restart::AtOnce,
     };
     CommandShaper::new(config, R::of(PERIOD)).expect("valid")
 }
@@ -219,6 +220,7 @@ fn only_a_command_after_the_release_moves_the_vehicle_again() {
 #[test]
 fn parameters_out_of_range_are_named() {
     let good = ShapingConfig {
+        restart: Restart::AtOnce,
         limits: free(),
         timeout_s: Some(0.5),
         emergency_deceleration: None,
@@ -372,4 +374,39 @@ proptest! {
         }
         prop_assert!(false, "never stops");
     }
+}
+
+#[test]
+fn a_pushed_stick_moves_nothing_until_it_was_at_rest_after_a_start_a_time_out_and_a_stop() {
+    let mut config = ShapingConfig::none();
+    (config.timeout_s, config.restart) = (Some(0.2), Restart::Neutral);
+    let shaper = CommandShaper::new(config, PERIOD).expect("valid");
+    let (pushed, rest) = (twist([0.5, 0.0, 0.0]), BodyTwist::ZERO);
+    // Almost at rest is not at rest; a broken command neither.
+    let never = [pushed, twist([1e-9, 0.0, 0.0]), twist([f64::NAN, 0.0, 0.0])];
+    let waits = |state: &mut ShaperState<f64>, status| {
+        for command in never {
+            let shaped = shaper.step(state, Some(&command));
+            assert_eq!((shaped.twist, shaped.status), (rest, status));
+        }
+        assert_eq!(shaper.step(state, Some(&rest)).status, CommandStatus::Following);
+        assert_eq!(shaper.step(state, Some(&pushed)).twist, pushed);
+    };
+    let mut state = ShaperState::default();
+    waits(&mut state, CommandStatus::Idle);
+    // Two periods without a command are no time-out, three are.
+    for _ in 0..2 {
+        assert_eq!(shaper.step(&mut state, None).twist, pushed);
+    }
+    assert_eq!(shaper.step(&mut state, Some(&pushed)).twist, pushed);
+    for _ in 0..3 {
+        shaper.step(&mut state, None);
+    }
+    waits(&mut state, CommandStatus::TimedOut);
+    state.emergency_stop();
+    for command in [pushed, rest, pushed] {
+        shaper.step(&mut state, Some(&command)); // rest during the stop is no release
+    }
+    state.release();
+    waits(&mut state, CommandStatus::Idle);
 }

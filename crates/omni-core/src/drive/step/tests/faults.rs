@@ -279,7 +279,7 @@ fn dies<R: Real, const N: usize>(
     })
     .expect("valid");
     let count_rad = core::f64::consts::TAU / 1440.0;
-    let estimator = VelocityEstimator::new(VelocityConfig {
+    let estimator = VelocityEstimator::<_, 32>::new(VelocityConfig {
         method,
         count_rad: R::of(count_rad),
         period_s: R::of(period_s),

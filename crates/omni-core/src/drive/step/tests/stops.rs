@@ -5,11 +5,7 @@ use std::vec::Vec;
 use super::*;
 
 /// Torques for wheels that cannot turn: driven for 0.3 s, then `stop` until the end.
-fn blocked(
-    rest: Rest<f64>,
-    periods: usize,
-    stop: impl Fn(&mut DriveState<f64, 7>, &mut DriveInput<f64, 7>),
-) -> Vec<[f64; 7]> {
+fn blocked(rest: Rest<f64>, periods: usize, stop: impl Fn(&mut DriveInput<f64, 7>)) -> Vec<[f64; 7]> {
     let drive = Drive::new(DriveConfig { rest, ..config() }).expect("valid");
     let mut state = DriveState::new(&drive);
     let standing = DriveInput::measured(&WheelVelocities::zero());
@@ -23,7 +19,7 @@ fn blocked(
     (0..periods)
         .map(|_| {
             let mut input = standing;
-            stop(&mut state, &mut input);
+            stop(&mut input);
             drive.step(&mut state, &input).wheels.applied.n_m
         })
         .collect()
@@ -33,20 +29,18 @@ fn largest(torques: &[f64; 7]) -> f64 {
     torques.iter().fold(0.0, |most, torque| torque.abs().max(most))
 }
 
-/// A stop: what it does to state and input in each period.
-type Stop = (&'static str, fn(&mut DriveState<f64, 7>, &mut DriveInput<f64, 7>));
+/// A stop: what it does to the input in each period.
+type Stop = (&'static str, fn(&mut DriveInput<f64, 7>));
 
 const STOPS: [Stop; 4] = [
-    ("time-out", |_, input| input.command = None),
-    ("command of rest", |_, input| {
-        input.command = Some(BodyTwist::ZERO)
-    }),
-    ("emergency stop", |state, input| {
-        state.emergency_stop();
+    ("time-out", |input| input.command = None),
+    ("command of rest", |input| input.command = Some(BodyTwist::ZERO)),
+    ("emergency stop", |input| {
+        input.emergency = true;
         input.command = Some(COMMAND);
     }),
     // Three readings are left, of wheels that roll ahead alone: they do not determine the motion.
-    ("safe stop", |_, input| {
+    ("safe stop", |input| {
         input.command = Some(COMMAND);
         for lost in [0, 1, 3, 5] {
             input.readings_rad_s[lost] = None;
@@ -122,12 +116,8 @@ fn nothing_is_held_in_a_safe_stop_or_an_emergency_stop() {
     };
     for k in 0..4000 {
         let command = if k < 3000 { ahead } else { BodyTwist::ZERO };
-        if k == 500 {
-            state.emergency_stop();
-        } else if k == 2000 {
-            state.release_emergency_stop();
-        }
-        let standing = DriveInput::measured(&WheelVelocities::zero());
+        let mut standing = DriveInput::measured(&WheelVelocities::zero());
+        standing.emergency = (500..2000).contains(&k);
         last = Some(
             drive
                 .step(&mut state, &standing.with_command(command))
@@ -246,7 +236,7 @@ fn last_torque<R: Real, const N: usize>(
             match stop {
                 0 => input.command = None,
                 1 => input.command = Some(BodyTwist::ZERO),
-                2 => state.emergency_stop(),
+                2 => input.emergency = true,
                 _ => state.stopping = true,
             }
         }
@@ -369,8 +359,9 @@ fn motors_are_shorted_in_a_stop_and_only_those_of_wheels_with_a_fault() {
     let drive = Drive::new(config()).expect("valid");
     let mut state = DriveState::new(&drive);
     // Wheels without a reading, for so many periods: 20 make one faulty, 10 more of an undetermined motion are a safe stop.
-    let after = |state: &mut DriveState<f64, 7>, silent: &[usize], periods| {
+    let after_in = |emergency, state: &mut DriveState<f64, 7>, silent: &[usize], periods| {
         let mut input = DriveInput::measured(&WheelVelocities::zero()).with_command(COMMAND);
+        input.emergency = emergency;
         for &wheel in silent {
             input.readings_rad_s[wheel] = None;
         }
@@ -380,13 +371,15 @@ fn motors_are_shorted_in_a_stop_and_only_those_of_wheels_with_a_fault() {
         }
         (last.mode, last.brake)
     };
+    let after = |state: &mut _, silent: &[usize], periods| after_in(false, state, silent, periods);
     let only = |wheels: &[usize]| core::array::from_fn(|i| wheels.contains(&i));
     let none = [false; 7];
     assert_eq!(after(&mut state, &[], 5), (DriveMode::Normal, none));
     assert_eq!(after(&mut state, &[5], 40), (DriveMode::Degraded, none)); // the others drive on past it
-    state.emergency_stop();
-    assert_eq!(after(&mut state, &[5], 1), (DriveMode::EmergencyStop, only(&[5])));
-    state.release_emergency_stop();
+    assert_eq!(
+        after_in(true, &mut state, &[5], 1),
+        (DriveMode::EmergencyStop, only(&[5]))
+    );
     assert_eq!(after(&mut state, &[5], 1), (DriveMode::Degraded, none));
     let four = [0, 1, 3, 5];
     assert_eq!(after(&mut state, &four, 60), (DriveMode::SafeStop, only(&four)));

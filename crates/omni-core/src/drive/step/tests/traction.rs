@@ -88,7 +88,7 @@ fn a_hot_motor_s_range_holds_in_the_common_thrust_too() {
 }
 
 /// What any stop does, whatever wheels read, in a scalar: no torque from its stated time on, and no try.
-fn stops<R: Real>(stop: impl Fn(&mut TractionDriveState<R, 4>, &mut DriveInput<R, 4>)) {
+fn stops<R: Real>(stop: impl Fn(&mut DriveInput<R, 4>)) {
     for stuck in [[0.0; 4], [5.0; 4], [5.0, -5.0, 5.0, 0.0], [-4.0; 4]] {
         let drive = drive::<R>();
         let mut state = TractionDriveState::new(&drive);
@@ -99,7 +99,7 @@ fn stops<R: Real>(stop: impl Fn(&mut TractionDriveState<R, 4>, &mut DriveInput<R
         for _ in 0..800 {
             drive.step(&mut state, &input, &body);
         }
-        stop(&mut state, &mut input);
+        stop(&mut input);
         let mut sample = drive.step(&mut state, &input, &body);
         for _ in 0..100 + 125 + 500 {
             sample = drive.step(&mut state, &input, &body);
@@ -118,19 +118,19 @@ fn stops<R: Real>(stop: impl Fn(&mut TractionDriveState<R, 4>, &mut DriveInput<R
 #[test]
 fn every_stop_of_a_drive_with_traction_control_ends_without_torque_whatever_is_measured() {
     // The button is pressed; a command of rest; no command arrives: 0.1 s until the time-out, 0.125 s of deceleration, 0.5 s of bleed.
-    stops::<f32>(|state, _| state.drive.emergency_stop());
-    stops::<f64>(|state, _| state.drive.emergency_stop());
-    stops::<f32>(|_, input| input.command = Some(BodyTwist::ZERO));
-    stops::<f64>(|_, input| input.command = Some(BodyTwist::ZERO));
-    stops::<f32>(|_, input| input.command = None);
-    stops::<f64>(|_, input| input.command = None);
+    stops::<f32>(|input| input.emergency = true);
+    stops::<f64>(|input| input.emergency = true);
+    stops::<f32>(|input| input.command = Some(BodyTwist::ZERO));
+    stops::<f64>(|input| input.command = Some(BodyTwist::ZERO));
+    stops::<f32>(|input| input.command = None);
+    stops::<f64>(|input| input.command = None);
 }
 
 #[test]
 fn a_stop_takes_a_vehicle_that_backs_off_to_rest_and_not_ahead() {
     let drive = drive::<f64>();
     let mut state = TractionDriveState::new(&drive);
-    let (input, mut body) = (ahead(0.5, [0.0; 4]), BodyReadings::none());
+    let (mut input, mut body) = (ahead(0.5, [0.0; 4]), BodyReadings::none());
     body.imu = Imu::level();
     let backs = |state: &TractionDriveState<f64, 4>| {
         state.supervisor().mode() == crate::traction::SupervisorMode::BackOff
@@ -146,14 +146,14 @@ fn a_stop_takes_a_vehicle_that_backs_off_to_rest_and_not_ahead() {
     for _ in 0..200 {
         drive.step(&mut state, &input, &body);
     }
-    state.drive.emergency_stop();
+    input.emergency = true;
     for _ in 0..300 {
         let sample = drive.step(&mut state, &input, &body);
         assert_eq!(sample.traction.target_m_s, 0.0);
         assert!(!backs(&state));
     }
     // Released, it begins as if it had just been commanded: its first try is its first again.
-    state.drive.release_emergency_stop();
+    input.emergency = false;
     drive.step(&mut state, &input, &body);
     assert_eq!(state.supervisor().row_retries(), 0);
 }
