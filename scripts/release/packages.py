@@ -76,7 +76,7 @@ def values(rows: list[dict], line: str) -> dict[str, str]:
         "names": ", ".join(row["name"] for row in rows),
         "chips": ", ".join(chip for chip, _ in chips),
         "chips_cmake": "\n".join(f"set(omnistep_archive_{chip} {name})" for chip, name in chips),
-        "chips_python": "{" + ", ".join(f'"{chip}": "{name}"' for chip, name in chips) + "}",
+        "chips_python": ", ".join(f'"{chip}": "{name}"' for chip, name in chips),
         "fits_cmake": "\n".join(f"    set(fits_{abi}_{cpu} {name})" for abi, cpu, name in fits),
         "fits_python": "\n".join(f'    ("{abi}", "{cpu}"): "{name}",' for abi, cpu, name in fits),
     }

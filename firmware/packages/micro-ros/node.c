@@ -88,8 +88,9 @@ bool node_run(void) {
     good = good && rclc_node_init_default(&node, "omnistep", "", &support) == RCL_RET_OK;
     good = good && rclc_subscription_init_default(&subscription, &node, ROSIDL_GET_MSG_TYPE_SUPPORT(geometry_msgs, msg, Twist),
                                                   "cmd_vel") == RCL_RET_OK;
-    good = good && rclc_publisher_init_best_effort(&publisher, &node, ROSIDL_GET_MSG_TYPE_SUPPORT(nav_msgs, msg, Odometry),
-                                                   "odom") == RCL_RET_OK;
+    /* Reliable: the message is longer than one packet of the transport, which best effort would not divide. */
+    good = good && rclc_publisher_init_default(&publisher, &node, ROSIDL_GET_MSG_TYPE_SUPPORT(nav_msgs, msg, Odometry), "odom") ==
+                       RCL_RET_OK;
     good = good && rclc_executor_init(&executor, &support.context, 1, &allocator) == RCL_RET_OK;
     good = good && rclc_executor_add_subscription(&executor, &subscription, &command, on_command, ON_NEW_DATA) == RCL_RET_OK;
     if (good) {
