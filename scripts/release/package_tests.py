@@ -28,6 +28,7 @@ ARDUINO = {
     "m0plus": ("cortex-m0plus", "microbit"),
     "m3": ("cortex-m3", "mps2-an385"),
     "unor4": ("cortex-m4", "mps2-an386"),
+    "nano33": ("cortex-m4/-mfpu=fpv4-sp-d16--mfloat-abi=softfp", "mps2-an386"),
     "m4hard": ("cortex-m4/fpv4-sp-d16-hard", "mps2-an386"),
     "m4softfp": ("cortex-m4/fpv4-sp-d16-softfp", "mps2-an386"),
     "m7softfp": ("cortex-m7/fpv5-d16-softfp", "mps2-an500"),
@@ -135,11 +136,17 @@ def platformio(package: Path, tools: Path, line: str) -> str:
 
 
 def esp_idf(package: Path, tools: Path, line: str) -> str:
-    """Pack the component: that reads its manifest and the example's."""
+    """Run CMakeLists.txt for every chip, and pack the component, which reads the manifest."""
+    chips = [(chip, row["name"]) for row in archives() for chip in row.get("esp", [])]
+    for chip, name in chips:
+        build = package.parent / "build"
+        values = (f"-DCOMPONENT={package}", f"-DIDF_TARGET={chip}")
+        if f"linked: lib/{name}/" not in (said := run("cmake", "--fresh", "-S", TESTS / "esp-idf", "-B", build, *values)):
+            raise SystemExit(f"the component links another archive for {chip}:\n{said}")
     run(tools / "compote", "component", "pack", "--name", "omnistep", cwd=package, IDF_TOOLS_PATH=str(package.parent / "tools"))
     if not list((package / "dist").glob("*.tgz")):
         raise SystemExit("compote packed nothing")
-    return f"{run(tools / 'compote', 'version').strip()} of the component manager: manifest"
+    return f"{run(tools / 'compote', 'version').strip()} of the component manager: manifest, {len(chips)} chips, without ESP-IDF"
 
 
 def zephyr(package: Path, tools: Path, line: str) -> str:

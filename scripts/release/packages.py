@@ -34,16 +34,10 @@ PARTS_OF_README = ("about.md", "run.md")
 Files = dict[str, bytes]
 
 
-def arduino_folders(archive: dict) -> list[str]:
-    """Folders below src in which Arduino's tools look for an archive."""
-    fpus = archive.get("fpu", [""])
-    return list(dict.fromkeys(each.replace("{fpu}", fpu) for each in archive["arduino"] for fpu in fpus))
-
-
 def places(kind: str, archive: dict) -> list[str]:
     """Where a package has an archive; none if it is for other processors."""
     if kind == "arduino":
-        return [f"src/{folder}/libomnistep.a" for folder in arduino_folders(archive)]
+        return [f"src/{folder}/libomnistep.a" for folder in archive["arduino"]]
     if kind == "micro-ros" or (kind == "esp-idf" and "esp" not in archive):
         return []
     return [f"lib/{archive['name']}/libomnistep.a"]
@@ -121,6 +115,8 @@ def package(kind: str, rows: list[dict], words: dict[str, str], common: Files) -
         files["PARTS.txt"] = common["PARTS.txt"]
     for name in ("LICENSE-MIT", "LICENSE-APACHE"):
         files[name] = common[name]
+    # Arduino's and other tools look for a file of this name.
+    files["LICENSE"] = b"MIT or Apache-2.0, as you choose: LICENSE-MIT, LICENSE-APACHE.\n"
     example = f"{EXAMPLES[kind]}/".lstrip("/")
     for name in ("base.c", "base.h", "bench.c", "constants.h", "mecanum.toml"):
         if kind != "micro-ros" or name != "bench.c":
