@@ -1,13 +1,16 @@
 #!/usr/bin/env bash
 # Builds libomnistep.a for eight kinds of processors, packs it for Arduino, PlatformIO, ESP-IDF, Zephyr and CMake into
-# out/archives, and tries all of it: every processor's program in QEMU says what it says on this computer, and every package is
-# used by its own system's tools. Says what it skips; with --required that is an error. With --if-possible: where a compiler or
-# an emulator is missing, one line that says which, and success.
+# out/archives, and tests all of it: every processor's program prints in QEMU what it prints on this computer, and every
+# package is used by its own system's tools. Prints what it skips; with --required that is an error. With --if-possible:
+# where a compiler or an emulator is missing, one line that names it, and success.
 # OMNISTEP_COMMAND: an `omnistep` that is built already; unset: it is built.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 required=${1:-}
-case $required in "" | --required | --if-possible) ;; *) echo "usage: $0 [--required | --if-possible]" >&2; exit 2 ;; esac
+case $required in
+"" | --required | --if-possible) ;;
+*) echo "usage: $0 [--required | --if-possible]" >&2; exit 2 ;;
+esac
 rm -rf out/archives
 missing=()
 for needed in "arm-none-eabi-gcc gcc-arm-none-eabi" "riscv64-unknown-elf-gcc gcc-riscv64-unknown-elf" "cmake cmake" \
@@ -40,21 +43,23 @@ timed() { # command
 # shellcheck disable=SC2086 # an empty toolchain must vanish
 timed python3 scripts/release/archives.py $toolchain
 
-# What the examples say on this computer, with the library of `make cpp`.
+# What the examples print on this computer, with the library of `make cpp`.
 mkdir -p "$work/mecanum" "$work/three"
 "$OMNISTEP_COMMAND" export firmware/packages/example/mecanum.toml --format c >"$work/mecanum/constants.h"
 "$OMNISTEP_COMMAND" export firmware/scenarios/three.toml --format c >"$work/three/constants.h"
 host=$(rustc -vV | sed -n 's/^host: //p')
 (cd firmware && cargo build --locked --quiet --release -p omni-c --lib --target "$host")
 here() { # example, its sources
-    "${CC:-cc}" -std=c11 -O2 -Wall -Wextra -Werror -pedantic -Ifirmware/c/include -Ifirmware/c/example -Ifirmware/packages/example \
-        "-I$work/$1" "${@:2}" firmware/packages/tests/host.c "firmware/target/$host/release/libomnistep.a" -o "$work/$1/here"
+    "${CC:-cc}" -std=c11 -O2 -Wall -Wextra -Werror -pedantic -Ifirmware/c/include -Ifirmware/c/example \
+        -Ifirmware/packages/example "-I$work/$1" "${@:2}" firmware/packages/tests/host.c \
+        "firmware/target/$host/release/libomnistep.a" -o "$work/$1/here"
     "$work/$1/here"
 }
 mecanum=$(here mecanum firmware/packages/{example/base,example/bench,cmake/example/main}.c)
 three=$(here three firmware/c/example/{three,three_bench}.c)
 printf '%s\n' "$mecanum" "$three"
-grep -qxF -- "$mecanum" docs/without-rust.md || { echo "docs/without-rust.md does not have this line of the example: $mecanum" >&2; exit 1; }
+grep -qxF -- "$mecanum" docs/without-rust.md ||
+    { echo "docs/without-rust.md does not have this line of the example: $mecanum" >&2; exit 1; }
 
 # Twice: the same bytes.
 rm -rf "$work/again"
@@ -72,7 +77,8 @@ tools=$PWD/out/tools/packages
 if ! cmp --silent python/requirements-packages.txt "$tools/installed.txt"; then
     rm -rf "$tools"
     "${PYTHON:-python3}" -m venv "$tools"
-    "$tools/bin/python" -m pip install --quiet --disable-pip-version-check --require-hashes --requirement python/requirements-packages.txt
+    "$tools/bin/python" -m pip install --quiet --disable-pip-version-check --require-hashes \
+        --requirement python/requirements-packages.txt
     cp python/requirements-packages.txt "$tools/installed.txt"
 fi
 timed python3 scripts/release/package_tests.py "$tools/bin" "$mecanum" "$required"

@@ -1,9 +1,8 @@
 """Links two examples to every prebuilt archive, by the CMake package, and compares what they print in QEMU.
 
-python scripts/release/archive_tests.py PACKAGE THREE LINE LINE: PACKAGE is the folder of the unpacked
-CMake package, THREE the folder of the constants of firmware/scenarios/three.toml, and each LINE what an example prints. Every
-processor and float ABI of archives.toml is compiled for; those that QEMU has are run. Exit code 1 at the first
-difference.
+python scripts/release/archive_tests.py PACKAGE THREE LINE LINE: PACKAGE is the folder of the unpacked CMake package,
+THREE the folder of the constants of firmware/scenarios/three.toml, and each LINE what an example has to print. Every
+processor and float ABI of archives.toml is linked for; those that QEMU has are run. The first difference ends it.
 """
 
 import subprocess

@@ -44,11 +44,11 @@ def compile_for(rows: list[dict], folder: Path, toolchain: list[str]) -> None:
     environment |= {"CARGO_TARGET_DIR": str(folder), "CARGO_BUILD_BUILD_DIR": str(FIRMWARE / "target" / "build")}
     environment["CARGO_PROFILE_RELEASE_DEBUG"] = "false"
     for row in rows:
-        flags = [*remap_flags(), *row.get("rust", "").split()]
-        environment[f"CARGO_TARGET_{row['target'].upper().replace('-', '_').replace('.', '_')}_RUSTFLAGS"] = " ".join(flags)
+        name = row["target"].upper().replace("-", "_").replace(".", "_")
+        environment[f"CARGO_TARGET_{name}_RUSTFLAGS"] = " ".join([*remap_flags(), *row.get("rust", "").split()])
     targets = [word for row in rows for word in ("--target", row["target"])]
-    command = ["cargo", *toolchain, "build", "--locked", "--quiet", "--release", "--package", "omni-c", "--lib", *targets]
-    subprocess.run(command, cwd=FIRMWARE, check=True, env=environment)
+    what = ("--locked", "--quiet", "--release", "--package", "omni-c", "--lib")
+    subprocess.run(["cargo", *toolchain, "build", *what, *targets], cwd=FIRMWARE, check=True, env=environment)
 
 
 def names(tool: str, path: Path, *options: str) -> list[str]:

@@ -36,6 +36,9 @@ ARDUINO = {
     "m33hard": ("cortex-m33/fpv5-sp-d16-hard", None),
     "m33softfp": ("cortex-m33", None),
 }
+# What Kconfig sets for a float ABI or a processor; else the symbol is the processor's name.
+ZEPHYR = {"soft": [], "softfp": ["FPU", "FP_SOFTABI"], "hard": ["FPU", "FP_HARDABI"], "ilp32": ["RISCV"]}
+ZEPHYR |= {"rv32imc": [], "rv32imac": ["RISCV_ISA_EXT_A"]}
 # PlatformIO reads the list of licences from the network; these are the two that the manifest names.
 PIO = """
 from platformio.package.manifest.schema import ManifestSchema
@@ -106,22 +109,26 @@ def platformio(package: Path, tools: Path, line: str) -> str:
     # SCons from PyPI, under the name of PlatformIO's own package of it, which is in its registry only.
     scons = home / "core" / "packages" / "tool-scons"
     scons.mkdir(parents=True)
-    wanted = run(tools / "python", "-c", "from platformio.dependencies import *; print(get_core_dependencies()['tool-scons'])")
+    code = "from platformio import dependencies as d; print(d.get_core_dependencies()['tool-scons'])"
+    wanted = run(tools / "python", "-c", code)
     entry = {"name": "tool-scons", "version": wanted.strip().lstrip("~^=")}
     (scons / "package.json").write_text(json.dumps({**entry, "description": "SCons"}), encoding="utf-8")
     spec = {"owner": "platformio", "id": None, "name": "tool-scons", "requirements": None, "uri": None}
     (scons / ".piopm").write_text(json.dumps({"type": "tool", **entry, "spec": spec}), encoding="utf-8")
     (scons / "scons.py").write_text("import SCons.Script\nSCons.Script.main()\n", encoding="utf-8")
-    lines = ["[env]", f"platform = symlink://{platform}", f"lib_deps = symlink://{package}"]
+    [library] = OUT.glob("omnistep-platformio-*.zip")
+    shutil.copy(library, project)
+    lines = ["[env]", f"platform = symlink://{platform}", f"lib_deps = file://{library.name}"]
     cases = []
     for row in archives():
         abi, cpus = next(iter(row["fits"].items()))
-        cases.append((row["name"], cpus[0]))
-        build = {"mcu": row.get("esp", ["test"])[0], "cpu": cpus[0], "prefix": prefix(row), "flags": options(abi, cpus[0])}
-        build["startup"] = "startup_riscv.c" if cpus[0].startswith("rv") else "startup.c"
-        build["script"] = str(link_script(cpus[0]))
-        upload = {"maximum_size": 262144, "maximum_ram_size": 16384}
-        board = {"name": row["name"], "vendor": "none", "url": "none", "frameworks": [], "build": build, "upload": upload}
+        cpu = next(each for each in cpus if each in MACHINES)
+        cases.append((row["name"], cpu))
+        build = {"mcu": row.get("esp", ["test"])[0], "cpu": cpu, "prefix": prefix(row), "flags": options(abi, cpu)}
+        build["startup"] = "startup_riscv.c" if cpu.startswith("rv") else "startup.c"
+        build["script"] = str(link_script(cpu))
+        board = {"name": row["name"], "vendor": "none", "url": "none", "frameworks": [], "build": build}
+        board["upload"] = {"maximum_size": 262144, "maximum_ram_size": 16384}
         (platform / "boards" / f"{row['name']}.json").write_text(json.dumps(board), encoding="utf-8")
         lines += [f"[env:{row['name']}]", f"board = {row['name']}"]
     (project / "platformio.ini").write_text("\n".join(lines) + "\n", encoding="utf-8")
@@ -141,12 +148,15 @@ def esp_idf(package: Path, tools: Path, line: str) -> str:
     for chip, name in chips:
         build = package.parent / "build"
         values = (f"-DCOMPONENT={package}", f"-DIDF_TARGET={chip}")
-        if f"linked: lib/{name}/" not in (said := run("cmake", "--fresh", "-S", TESTS / "esp-idf", "-B", build, *values)):
+        said = run("cmake", "--fresh", "-S", TESTS / "esp-idf", "-B", build, *values)
+        if f"linked: lib/{name}/" not in said:
             raise SystemExit(f"the component links another archive for {chip}:\n{said}")
-    run(tools / "compote", "component", "pack", "--name", "omnistep", cwd=package, IDF_TOOLS_PATH=str(package.parent / "tools"))
+    settings = {"IDF_TOOLS_PATH": str(package.parent / "tools")}
+    run(tools / "compote", "component", "pack", "--name", "omnistep", cwd=package, **settings)
     if not list((package / "dist").glob("*.tgz")):
         raise SystemExit("compote packed nothing")
-    return f"{run(tools / 'compote', 'version').strip()} of the component manager: manifest, {len(chips)} chips, without ESP-IDF"
+    version = run(tools / "compote", "version", **settings).strip()
+    return f"{version} of the component manager: manifest, {len(chips)} chips, without ESP-IDF"
 
 
 def zephyr(package: Path, tools: Path, line: str) -> str:
@@ -154,17 +164,17 @@ def zephyr(package: Path, tools: Path, line: str) -> str:
     kconfig = package.parent / "Kconfig"
     symbols = "".join(f"config {name}\n\tbool\n" for name in ("RISCV", "64BIT", "FLOAT_HARD"))
     kconfig.write_text(f"config CPU_CORTEX_M\n\tdef_bool y\n{symbols}rsource 'omnistep/Kconfig'\n", encoding="utf-8")
-    code = "import kconfiglib, sys; c = kconfiglib.Kconfig(sys.argv[1]); print(c.syms['OMNISTEP'].visibility, *c.warnings)"
+    code = (
+        "import kconfiglib, sys\nc = kconfiglib.Kconfig(sys.argv[1])\nprint(c.syms['OMNISTEP'].visibility, *c.warnings)"
+    )
     if (said := run(tools / "python", "-c", code, kconfig, cwd=package.parent).strip()) != "2":
         raise SystemExit(f"Kconfig: {said}")
     count = 0
     for row in archives():
         for abi, cpus in row["fits"].items():
             for cpu in cpus:
-                set_to = {"OMNISTEP", *(["FPU", f"FP_{'HARD' if abi == 'hard' else 'SOFT'}ABI"] if abi in ("hard", "softfp") else [])}
-                set_to |= {"RISCV"} if cpu.startswith("rv") else {f"CPU_{cpu.upper().replace('-', '_')}"}
-                set_to |= {"RISCV_ISA_EXT_A"} if cpu == "rv32imac" else set()
-                values = [f"-DCONFIG_{name}=y" for name in sorted(set_to)]
+                symbols = ["OMNISTEP", *ZEPHYR[abi], *ZEPHYR.get(cpu, [f"CPU_{cpu.upper().replace('-', '_')}"])]
+                values = [f"-DCONFIG_{name}=y" for name in symbols]
                 build = package.parent / "build"
                 said = run("cmake", "--fresh", "-S", TESTS / "zephyr", "-B", build, f"-DMODULE={package}", *values)
                 if f"imported: {package}/lib/{row['name']}/libomnistep.a" not in said:

@@ -1,9 +1,9 @@
 """Packs the prebuilt archives for Arduino, PlatformIO, ESP-IDF, Zephyr and CMake, and a node for micro-ROS.
 
-python scripts/release/packages.py CONSTANTS LINE [FOLDER]: writes FOLDER/omnistep-KIND-VERSION.zip (default out/archives)
-and SHA256SUMS. CONSTANTS is the header of the example's scenario, and LINE what the example prints. A package is the
-folder firmware/packages/KIND, with the header, the archives, the example and the licences. A file that ends in .in is
-filled from archives.toml and Cargo.toml. The same content gives the same bytes.
+python scripts/release/packages.py CONSTANTS LINE [FOLDER]: writes omnistep-KIND-VERSION.zip and SHA256SUMS into FOLDER,
+by default out/archives. CONSTANTS is the header of the example's scenario, and LINE what the example prints. A package
+is the folder firmware/packages/KIND, with the header, the archives, the example and the licences. A file that ends in
+.in is filled from archives.toml and Cargo.toml. The same content gives the same bytes.
 """
 
 import hashlib
@@ -98,8 +98,9 @@ def package(kind: str, rows: list[dict], words: dict[str, str], common: Files) -
     folder = PACKAGES / kind
     words = {**words, "archives": table(kind, rows)}
     if kind in SYSTEMS:
-        texts = {name.partition(".")[0]: (folder / name).read_text(encoding="utf-8").strip() for name in PARTS_OF_README}
-        words |= {"system": SYSTEMS[kind], **{name: filled(text, words) for name, text in texts.items()}}
+        words["system"] = SYSTEMS[kind]
+        for name in PARTS_OF_README:
+            words[name.removesuffix(".md")] = filled((folder / name).read_text(encoding="utf-8").strip(), words)
         files["README.md"] = filled((PACKAGES / "README.md.in").read_text(encoding="utf-8"), words).encode()
     for path in sorted(each for each in folder.rglob("*") if each.is_file() and each.name not in PARTS_OF_README):
         name, content = path.relative_to(folder).as_posix(), path.read_bytes()

@@ -1,4 +1,4 @@
-/* The control task of a base with four mecanum wheels: counters of encoders in, duty cycles of the motors' bridges out. */
+/* The control task of a base with four mecanum wheels: counters of encoders in, duty cycles of bridges out. */
 #include "base.h"
 
 #include "constants.h" /* omnistep export mecanum.toml --format c > constants.h */

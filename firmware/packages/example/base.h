@@ -14,7 +14,7 @@ void base_period(void);
 /* The board. bench.c has computed motors instead: replace it by a file of yours with these four functions. */
 bool read_counter(int wheel, uint32_t *counter); /* of a timer in encoder mode; false where it cannot be read */
 bool read_command(omni_twist *command);          /* m/s, m/s, rad/s; false where none came since the last period */
-void set_duty(int wheel, float duty);            /* PWM and direction of a bridge: -1 to 1; 0 shorts the motor, which brakes */
+void set_duty(int wheel, float duty);            /* PWM and direction of a bridge: -1 to 1; 0 shorts the motor */
 void open_bridge(int wheel);                     /* the wheel rolls freely */
 
 /* bench.c: drives for four seconds of computed time. `hash` is the same on every processor. */

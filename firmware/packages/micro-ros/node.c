@@ -1,5 +1,5 @@
-/* A micro-ROS node around the control task of base.h. Commands and poses are copied with interrupts off, because the task
- * runs in a timer's interrupt. */
+/* A micro-ROS node around the control task of base.h. Commands and poses are copied with interrupts off, because the
+ * task runs in a timer's interrupt. */
 #include "node.h"
 
 #include <geometry_msgs/msg/twist.h>
@@ -75,6 +75,8 @@ static void publish(rclc_executor_t *executor, rcl_publisher_t *publisher) {
 
 bool node_run(void) {
     static geometry_msgs__msg__Twist command;
+    const rosidl_message_type_support_t *twist = ROSIDL_GET_MSG_TYPE_SUPPORT(geometry_msgs, msg, Twist);
+    const rosidl_message_type_support_t *odometry = ROSIDL_GET_MSG_TYPE_SUPPORT(nav_msgs, msg, Odometry);
     rcl_allocator_t allocator = rcl_get_default_allocator();
     rclc_support_t support;
     rcl_node_t node = rcl_get_zero_initialized_node();
@@ -86,13 +88,12 @@ bool node_run(void) {
     }
     bool good = rmw_uros_sync_session(ANSWER_MS) == RMW_RET_OK;
     good = good && rclc_node_init_default(&node, "omnistep", "", &support) == RCL_RET_OK;
-    good = good && rclc_subscription_init_default(&subscription, &node, ROSIDL_GET_MSG_TYPE_SUPPORT(geometry_msgs, msg, Twist),
-                                                  "cmd_vel") == RCL_RET_OK;
+    good = good && rclc_subscription_init_default(&subscription, &node, twist, "cmd_vel") == RCL_RET_OK;
     /* Reliable: the message is longer than one packet of the transport, which best effort would not divide. */
-    good = good && rclc_publisher_init_default(&publisher, &node, ROSIDL_GET_MSG_TYPE_SUPPORT(nav_msgs, msg, Odometry), "odom") ==
-                       RCL_RET_OK;
+    good = good && rclc_publisher_init_default(&publisher, &node, odometry, "odom") == RCL_RET_OK;
     good = good && rclc_executor_init(&executor, &support.context, 1, &allocator) == RCL_RET_OK;
-    good = good && rclc_executor_add_subscription(&executor, &subscription, &command, on_command, ON_NEW_DATA) == RCL_RET_OK;
+    good = good && rclc_executor_add_subscription(&executor, &subscription, &command, on_command, ON_NEW_DATA) ==
+                       RCL_RET_OK;
     if (good) {
         publish(&executor, &publisher);
     }

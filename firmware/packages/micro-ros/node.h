@@ -1,4 +1,4 @@
-/* A micro-ROS node around the control task of base.h: cmd_vel (geometry_msgs/Twist) in, odom (nav_msgs/Odometry) out. */
+/* A micro-ROS node around base.h's control task: cmd_vel (geometry_msgs/Twist) in, odom (nav_msgs/Odometry) out. */
 #ifndef NODE_H
 #define NODE_H
 #include "base.h"

@@ -46,5 +46,6 @@ __attribute__((used)) static void begin(void) {
 
 /* The stack, and where a trap goes. */
 __attribute__((naked, used, section(".start"))) void reset(void) {
-    __asm__ volatile(".option arch, +zicsr\nla sp, stack_top\nla t0, trap\ncsrw mtvec, t0\ncall begin\n.align 2\ntrap:\ncall stop");
+    __asm__ volatile(".option arch, +zicsr\nla sp, stack_top\nla t0, trap\ncsrw mtvec, t0\ncall begin\n"
+                     ".align 2\ntrap:\ncall stop");
 }

@@ -7,7 +7,8 @@
 enum { RCL_RET_OK = 0, RMW_RET_OK = 0 };
 #define RCL_MS_TO_NS(milliseconds) ((milliseconds)*1000000LL)
 typedef int rcl_ret_t, rmw_ret_t;
-typedef struct { int unused; } rcl_allocator_t, rcl_node_t, rcl_subscription_t, rcl_publisher_t, rcl_context_t, rclc_executor_t;
+typedef struct { int unused; } rcl_allocator_t, rcl_node_t, rcl_subscription_t, rcl_publisher_t;
+typedef struct { int unused; } rcl_context_t, rclc_executor_t;
 typedef struct { rcl_context_t context; } rclc_support_t;
 typedef struct { int unused; } rosidl_message_type_support_t;
 typedef enum { ON_NEW_DATA, ALWAYS } rclc_executor_handle_invocation_t;
@@ -22,9 +23,11 @@ rcl_ret_t rclc_support_init(rclc_support_t *, int, char const *const *, rcl_allo
 rcl_ret_t rclc_support_fini(rclc_support_t *);
 rcl_ret_t rclc_node_init_default(rcl_node_t *, const char *, const char *, rclc_support_t *);
 rcl_ret_t rcl_node_fini(rcl_node_t *);
-rcl_ret_t rclc_subscription_init_default(rcl_subscription_t *, rcl_node_t *, const rosidl_message_type_support_t *, const char *);
+rcl_ret_t rclc_subscription_init_default(rcl_subscription_t *, rcl_node_t *, const rosidl_message_type_support_t *,
+                                         const char *);
 rcl_ret_t rcl_subscription_fini(rcl_subscription_t *, rcl_node_t *);
-rcl_ret_t rclc_publisher_init_default(rcl_publisher_t *, const rcl_node_t *, const rosidl_message_type_support_t *, const char *);
+rcl_ret_t rclc_publisher_init_default(rcl_publisher_t *, const rcl_node_t *, const rosidl_message_type_support_t *,
+                                      const char *);
 rcl_ret_t rcl_publisher_fini(rcl_publisher_t *, rcl_node_t *);
 rcl_ret_t rcl_publish(const rcl_publisher_t *, const void *, void *);
 rcl_ret_t rclc_executor_init(rclc_executor_t *, rcl_context_t *, size_t, const rcl_allocator_t *);

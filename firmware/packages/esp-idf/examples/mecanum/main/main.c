@@ -1,4 +1,4 @@
-/* A base with four mecanum wheels on computed motors. Replace bench.c by your board's functions, which base.h declares. */
+/* A base with four mecanum wheels on computed motors. Replace bench.c by functions for your board: see base.h. */
 #include <inttypes.h>
 #include <stdio.h>
 
@@ -6,5 +6,6 @@
 
 void app_main(void) {
     const bench_result result = bench_run();
-    printf("four mecanum wheels: hash %" PRIu32 "%s\n", result.hash, result.good ? ", as expected" : ", not as expected");
+    const char *end = result.good ? ", as expected" : ", not as expected";
+    printf("four mecanum wheels: hash %" PRIu32 "%s\n", result.hash, end);
 }

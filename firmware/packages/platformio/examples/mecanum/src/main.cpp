@@ -1,4 +1,4 @@
-// A base with four mecanum wheels on computed motors. Replace bench.c by your board's functions, which base.h declares.
+// A base with four mecanum wheels on computed motors. Replace bench.c by functions for your board: see base.h.
 #include <Arduino.h>
 
 #include "base.h"
