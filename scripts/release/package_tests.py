@@ -39,6 +39,8 @@ ARDUINO = {
 # What Kconfig sets for a float ABI or a processor; else the symbol is the processor's name.
 ZEPHYR = {"soft": [], "softfp": ["FPU", "FP_SOFTABI"], "hard": ["FPU", "FP_HARDABI"], "ilp32": ["RISCV"]}
 ZEPHYR |= {"rv32imc": [], "rv32imac": ["RISCV_ISA_EXT_A"]}
+# What the module's Kconfig names of Zephyr's, beside CPU_CORTEX_M.
+ZEPHYR_SYMBOLS = ("RISCV", "64BIT", "FLOAT_HARD", "RISCV_ISA_EXT_M", "RISCV_ISA_EXT_C")
 # PlatformIO reads the list of licences from the network; these are the two that the manifest names.
 PIO = """
 from platformio.package.manifest.schema import ManifestSchema
@@ -149,7 +151,7 @@ def esp_idf(package: Path, tools: Path, line: str) -> str:
         build = package.parent / "build"
         values = (f"-DCOMPONENT={package}", f"-DIDF_TARGET={chip}")
         said = run("cmake", "--fresh", "-S", TESTS / "esp-idf", "-B", build, *values)
-        if f"linked: lib/{name}/" not in said:
+        if f"linked: {package}/lib/{name}/libomnistep.a" not in said:
             raise SystemExit(f"the component links another archive for {chip}:\n{said}")
     settings = {"IDF_TOOLS_PATH": str(package.parent / "tools")}
     run(tools / "compote", "component", "pack", "--name", "omnistep", cwd=package, **settings)
@@ -162,7 +164,7 @@ def esp_idf(package: Path, tools: Path, line: str) -> str:
 def zephyr(package: Path, tools: Path, line: str) -> str:
     """Run the module's CMakeLists.txt for every processor, and read its Kconfig."""
     kconfig = package.parent / "Kconfig"
-    symbols = "".join(f"config {name}\n\tbool\n" for name in ("RISCV", "64BIT", "FLOAT_HARD"))
+    symbols = "".join(f"config {name}\n\tbool\n" for name in ZEPHYR_SYMBOLS)
     kconfig.write_text(f"config CPU_CORTEX_M\n\tdef_bool y\n{symbols}rsource 'omnistep/Kconfig'\n", encoding="utf-8")
     code = (
         "import kconfiglib, sys\nc = kconfiglib.Kconfig(sys.argv[1])\nprint(c.syms['OMNISTEP'].visibility, *c.warnings)"
