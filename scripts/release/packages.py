@@ -7,6 +7,7 @@ is the folder firmware/packages/KIND, with the header, the archives, the example
 """
 
 import hashlib
+import json
 import re
 import subprocess
 import sys
@@ -82,14 +83,28 @@ def filled(text: str, words: dict[str, str]) -> str:
 
 
 def parts() -> bytes:
-    """The Rust packages inside the archives, with their licences."""
-    what = ["--package", "omni-c", "--target", "thumbv7em-none-eabihf", "--edges", "normal"]
-    command = ["cargo", "tree", "--locked", *what, "--prefix", "none", "--format", "{p}: {l}"]
-    said = subprocess.run(command, cwd=FIRMWARE, check=True, stdout=subprocess.PIPE, text=True).stdout
-    # Without the folder of a package of this repository, and without marks of procedural macros and repetition.
-    lines = {re.sub(r" \((?:/|[A-Z]:|proc-macro|\*)[^)]*\)", "", line) for line in said.splitlines() if line}
+    """The Rust packages inside the archives with their licences, and the notices of those under MIT alone."""
+    target = "thumbv7em-none-eabihf"
+    what = ("--package", "omni-c", "--target", target, "--edges", "normal", "--prefix", "none", "--format", "{p}: {l}")
+    lines = {line.removesuffix(" (*)") for line in cargo("tree", "--locked", *what).splitlines() if line}
+    # Without the folders of this repository's packages.
+    lines = {re.sub(r" \([^)]*\)(?=:)", "", line) for line in lines}
+    metadata = json.loads(cargo("metadata", "--locked", "--format-version", "1", "--filter-platform", target))
+    packages = metadata["packages"]
+    folders = {f"{each['name']} v{each['version']}": Path(each["manifest_path"]).parent for each in packages}
+    texts = []
+    for line in sorted(lines):
+        name, licence = line.split(": ")
+        if licence == "MIT":
+            [text] = folders[name].glob("LICENSE*")
+            texts.append(f"\n{name}:\n\n{text.read_text(encoding='utf-8')}")
     lines.add("core, compiler_builtins (Rust's library): MIT OR Apache-2.0")
-    return ("\n".join(sorted(lines)) + "\n").encode()
+    return ("\n".join(sorted(lines)) + "\n" + "".join(texts)).encode()
+
+
+def cargo(*arguments: str) -> str:
+    """What cargo prints about the workspace of the firmware."""
+    return subprocess.run(["cargo", *arguments], cwd=FIRMWARE, check=True, stdout=subprocess.PIPE, text=True).stdout
 
 
 def package(kind: str, rows: list[dict], words: dict[str, str], common: Files) -> Files:
