@@ -13,7 +13,7 @@ void interrupts_on(void);
 /* To be called from a timer's interrupt every millisecond, once base_start() was called. */
 void node_period(void);
 
-/* Connects, and then publishes 50 times a second. Returns false if a step of it fails: the agent cannot be reached. */
+/* Connects, and then publishes at least 50 times a second. Returns false if a step of it fails: the agent cannot be reached. */
 bool node_run(void);
 
 #ifdef __cplusplus
