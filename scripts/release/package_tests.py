@@ -51,11 +51,11 @@ raise SystemExit(main())
 """
 
 
-def run(*command: str | Path, cwd: Path = WORK, **environment: str) -> str:
-    """What a command prints; where it fails, that ends the test."""
+def run(*command: str | Path, cwd: Path = WORK, fails: bool = False, **environment: str) -> str:
+    """What a command prints; if it fails and should not, or the other way round, that ends the test."""
     env = {**os.environ, **environment}
     done = subprocess.run(command, cwd=cwd, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=env)
-    if done.returncode:
+    if (done.returncode != 0) != fails:
         raise SystemExit(f"{' '.join(map(str, command))}:\n{done.stdout}")
     return done.stdout
 
@@ -133,15 +133,19 @@ def platformio(package: Path, tools: Path, line: str) -> str:
         board["upload"] = {"maximum_size": 262144, "maximum_ram_size": 16384}
         (platform / "boards" / f"{row['name']}.json").write_text(json.dumps(board), encoding="utf-8")
         lines += [f"[env:{row['name']}]", f"board = {row['name']}"]
+    # One that is not for this processor, but that it can run.
+    lines += ["[env:chosen]", "board = cortex-m4-softfp", "custom_omnistep_archive = cortex-m0plus"]
+    cases.append(("chosen", "cortex-m4"))
     (project / "platformio.ini").write_text("\n".join(lines) + "\n", encoding="utf-8")
     said = run(tools / "pio", "run", cwd=project, **settings)
-    if (found := re.findall(r"^omnistep: (.*)$", said, re.MULTILINE)) != [name for name, _ in cases]:
+    wanted = [*(name for name, _ in cases[:-1]), "cortex-m0plus"]
+    if (found := re.findall(r"^omnistep: (.*)$", said, re.MULTILINE)) != wanted:
         raise SystemExit(f"choose_archive.py chooses {found}:\n{said}")
     for name, cpu in cases:
         image = project / ".pio" / "build" / name / "firmware.elf"
         print(f"  {name}: {emulate(MACHINES[cpu], image, line)}")
     version = run(tools / "pio", "--version", **settings).split()[-1]
-    return f"{version} of PlatformIO: manifest, {len(cases)} boards"
+    return f"{version} of PlatformIO: manifest, {len(cases)} projects"
 
 
 def esp_idf(package: Path, tools: Path, line: str) -> str:
@@ -192,7 +196,21 @@ def cmake(package: Path, tools: Path, line: str) -> str:
     said = run("bash", "-euc", commands, cwd=package.parent)
     if said.splitlines()[-1] != line:
         raise SystemExit(f"the commands of README.md: {said}")
-    return "the commands of README.md"
+    # An archive of one's own choice, one that there is not, and a processor that has none.
+    configure = ("cmake", "--fresh", "-S", package / "example", "-B", package.parent / "build")
+    toolchain = "-DCMAKE_TOOLCHAIN_FILE=cortex-m4.cmake"
+    for option, message in (
+        ("-DOMNISTEP_ARCHIVE=cortex-m4-softfp", "omnistep: cortex-m4-softfp"),
+        ("-DOMNISTEP_ARCHIVE=z80", "OMNISTEP_ARCHIVE is z80; omnistep has: cortex-m0plus"),
+        (
+            "-DCMAKE_C_FLAGS=-mcpu=cortex-m55 -mfloat-abi=hard",
+            "omnistep has no archive for cortex-m55 with the ABI hard",
+        ),
+    ):
+        said = run(*configure, toolchain, option, fails=not message.startswith("omnistep: "))
+        if message not in " ".join(said.split()):
+            raise SystemExit(f"{option}: {said}")
+    return "the commands of README.md, and the choice of an archive"
 
 
 def micro_ros(package: Path, tools: Path, line: str) -> str:
