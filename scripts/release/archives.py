@@ -18,7 +18,8 @@ from build_places import ROOT, named_in, remap_flags
 FIRMWARE = ROOT / "firmware"
 TABLE = FIRMWARE / "packages" / "archives.toml"
 BUILT = FIRMWARE / "target" / "archives"
-# What the compiler leaves for other tools, and tables for exceptions, which the library has none of.
+# What the compiler leaves for other tools, and tables for exceptions, which the library has none of. With a note about
+# the stack in one object, ld warns of all objects without it, such as those of gcc.
 REMOVED = (".llvmbc", ".llvmcmd", ".comment", ".note.GNU-stack", ".eh_frame", ".ARM.exidx*", ".ARM.extab*")
 
 

@@ -13,7 +13,7 @@ env.Replace(LINK=f"{prefix}gcc", PROGNAME="firmware", PROGSUFFIX=".elf")
 # PlatformIO repeats the options of the processor, which gcc refuses for --specs.
 machine = [flag for flag in flags if not flag.startswith("--specs")]
 env.Append(CCFLAGS=[*machine, "-Wall", "-Wextra", "-Werror"], CPPPATH=[folder])
-env.Append(LINKFLAGS=[*flags, "-nostartfiles", "-T", board.get("build.script"), "-Wl,--gc-sections,-z,noexecstack"])
+env.Append(LINKFLAGS=[*flags, "-nostartfiles", "-T", board.get("build.script"), "-Wl,--gc-sections,--fatal-warnings"])
 env.BuildSources(join("$BUILD_DIR", "startup"), folder, [f"+<{startup}>"])
 program = env.BuildProgram()
 AlwaysBuild(env.Alias("nobuild", program))
