@@ -1,5 +1,5 @@
 # Each target is one line that calls a script; .ci/run calls the same.
-.PHONY: run test test-full bench lint coverage embedded aarch64 wasm instructions firmware viewers web ros2 docs playground supply-chain attack attack-long package dist semver study cpp workflows
+.PHONY: run test test-full bench lint coverage embedded aarch64 wasm instructions firmware viewers web ros2 docs playground supply-chain attack attack-long package dist archives semver study cpp workflows
 
 run:            ## the paper's experiment: every policy over the step
 	cargo run --release -- compare step
@@ -63,6 +63,9 @@ package:        ## what would be published of each crate, listed; nothing is upl
 
 dist:           ## wheels and static programs for Linux on x86_64 and aarch64, compared byte by byte; says what it skips
 	scripts/dist.sh
+
+archives:       ## libomnistep.a for eight kinds of processors, packed for Arduino and others, in out/archives; tried in QEMU
+	scripts/archives.sh
 
 workflows:      ## lints of what only GitHub reads, and CITATION.cff; says what it skips
 	scripts/workflows.sh

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Builds the release files for Linux on x86_64 and aarch64 into out/dist: wheels for glibc 2.17 or newer, and static programs.
+# Builds the release files for Linux on x86_64 and aarch64 into out/dist: wheels for glibc 2.17 or newer, and static programs; and
+# the packages of the C library for microcontrollers, by scripts/archives.sh.
 # Runs 6 s of `flat` with each, aarch64 in QEMU, and compares the logs byte by byte; exit code 1 if they differ. Then searches
 # all files for paths of this machine, and writes SHA256SUMS. Needs Linux on x86_64; to run the files for aarch64 also
 # qemu-user-static and Debian's apt-get. If rustup lacks a target, scripts/tools/embedded-toolchain.sh prepares a toolchain. Prints
@@ -32,6 +33,8 @@ timed() { # command
 }
 for processor in "${processors[@]}"; do timed scripts/release/wheel.sh "$processor-unknown-linux-gnu"; done
 for processor in "${processors[@]}"; do timed python3 scripts/release/command.py "$processor-unknown-linux-musl"; done
+timed scripts/archives.sh "${required:---if-possible}"
+for archive in out/archives/*.zip; do [ ! -e "$archive" ] || cp "$archive" out/dist; done
 
 # A run with each file; programs for aarch64 need an emulator.
 declare -A emulator=([x86_64]="" [aarch64]=qemu-aarch64-static)

@@ -63,6 +63,7 @@ def test_names() -> set[str]:
 
 # Programs that a document may tell a reader to call, beside make, cargo, omnistep and this repository's scripts.
 PROGRAMS = {"apt", "c++", "cmake", "duckdb", "git", "mpiexec", "python", "python3", "qemu-system-arm", "rerun"}
+PROGRAMS |= {"idf.py", "west"}  # of ESP-IDF and Zephyr
 PROGRAMS |= {"rustup", ".", "./build/base"}  # the shell's own word; what the build of docs/cpp.md makes
 
 

@@ -1,8 +1,8 @@
 """Folders of this machine that may be named in what is built, and what they are called instead.
 
 Run as a program: prints the compiler's flags for it. With these in `CARGO_BUILD_RUSTFLAGS` everything is built as the
-wheel is, and what they share is compiled once. With files as arguments: searches them, and the contents of wheels and
-.tar.gz files, for such folders; exit code 1 if it finds any.
+wheel is, and what they share is compiled once. With files as arguments: searches them, and the contents of wheels, .zip
+and .tar.gz files, for such folders; exit code 1 if it finds any.
 """
 
 import os
@@ -66,7 +66,7 @@ def without_places(text: str) -> str:
 
 def contents(file: Path) -> Iterator[tuple[str, bytes]]:
     """Name and content of the file, or of each file packed in it."""
-    if file.suffix == ".whl":
+    if file.suffix in (".whl", ".zip"):
         with zipfile.ZipFile(file) as wheel:
             yield from ((f"{file.name}: {name}", wheel.read(name)) for name in wheel.namelist())
     elif file.name.endswith(".tar.gz"):

@@ -33,3 +33,6 @@ lock node "$work/node.in" --universal
 # What reads .github and CITATION.cff (scripts/workflows.sh).
 printf '%s\n' "check-jsonschema>=0.39,<1" "zizmor>=1.32,<2" >"$work/workflows.in"
 lock workflows "$work/workflows.in" --universal
+# What reads and builds the packages of the prebuilt archives (scripts/archives.sh); PlatformIO builds by SCons.
+printf '%s\n' "idf-component-manager>=3.1,<4" "kconfiglib>=14,<15" "platformio>=6.2,<7" "scons>=4.11,<5" >"$work/packages.in"
+lock packages "$work/packages.in" --universal
