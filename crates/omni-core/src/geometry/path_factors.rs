@@ -40,6 +40,24 @@ impl<R: Real, const N: usize> PathFactors<R, N> {
         })
     }
 
+    /// One factor a wheel, as it is read in a control period: what is not within 0.01 to 100 is 1, flat ground.
+    ///
+    /// ```
+    /// use omni_core::geometry::PathFactors;
+    /// let read = PathFactors::or_flat([1.5, 0.0, f32::NAN]);
+    /// assert_eq!(read, PathFactors::new([1.5, 1.0, 1.0])?);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    #[must_use]
+    pub fn or_flat(factor: [R; N]) -> Self {
+        let valid = |f: &R| *f >= R::of(0.01) && *f <= R::of(100.0);
+        let mut factors = Self::default();
+        for (i, f) in factor.iter().enumerate().filter(|(_, f)| valid(f)) {
+            (factors.factor[i], factors.reciprocal[i]) = (*f, R::one() / *f);
+        }
+        factors
+    }
+
     /// Velocities \[rad/s\] of the wheels from those on flat ground: times the factors.
     ///
     /// ```
