@@ -3,7 +3,7 @@
 
 use omni_config::{Error, Scenario};
 use omni_core::drive::{DriveSample, Fault};
-use omni_core::geometry::PlanarPose;
+use omni_core::geometry::{PathFactors, PlanarPose};
 use omni_core::{BodyTwist, DriveInput, DriveState, WheelVelocities};
 
 /// FNV-1a.
@@ -37,6 +37,13 @@ fn input(k: u32, wheels: &WheelVelocities<f32, 7>) -> DriveInput<f32, 7> {
         input.readings_rad_s[2] = None;
     }
     input.lifted[6] = (2560..2590).contains(&k);
+    if (1600..1800).contains(&k) {
+        input.torque_ranges.lower_n_m[0] = -0.5;
+        input.torque_ranges.upper_n_m[0] = 0.0;
+    }
+    if (1850..1900).contains(&k) {
+        input.path = PathFactors::or_flat([1.0, 1.0, 1.0, 1.2, 1.0, 1.0, 1.0]);
+    }
     input
 }
 

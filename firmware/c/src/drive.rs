@@ -46,14 +46,12 @@ impl<const N: usize> Input<N> {
         arrived.command = self.commanded.then_some(self.command);
         arrived.lifted = self.lifted;
         arrived.path = PathFactors::or_flat(self.path_factor);
-        let TorqueRanges {
-            lower_n_m,
-            upper_n_m,
-        } = &mut arrived.torque_ranges;
-        for (i, (lower, upper)) in lower_n_m.iter_mut().zip(upper_n_m).enumerate() {
-            if self.limited[i] {
-                *lower = self.torque_ranges.lower_n_m[i];
-                *upper = self.torque_ranges.upper_n_m[i];
+        let (ranges, given) = (&mut arrived.torque_ranges, &self.torque_ranges);
+        let lower = ranges.lower_n_m.iter_mut().zip(given.lower_n_m);
+        let upper = ranges.upper_n_m.iter_mut().zip(given.upper_n_m);
+        for (((lower, least), (upper, most)), limited) in lower.zip(upper).zip(self.limited) {
+            if limited {
+                (*lower, *upper) = (least, most);
             }
         }
         arrived

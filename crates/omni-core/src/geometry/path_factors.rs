@@ -50,10 +50,12 @@ impl<R: Real, const N: usize> PathFactors<R, N> {
     /// ```
     #[must_use]
     pub fn or_flat(factor: [R; N]) -> Self {
-        let valid = |f: &R| *f >= R::of(0.01) && *f <= R::of(100.0);
         let mut factors = Self::default();
-        for (i, f) in factor.iter().enumerate().filter(|(_, f)| valid(f)) {
-            (factors.factor[i], factors.reciprocal[i]) = (*f, R::one() / *f);
+        let known = factors.factor.iter_mut().zip(&mut factors.reciprocal);
+        for (read, (own, reciprocal)) in factor.into_iter().zip(known) {
+            if read >= R::of(0.01) && read <= R::of(100.0) {
+                (*own, *reciprocal) = (read, R::one() / read);
+            }
         }
         factors
     }

@@ -279,10 +279,16 @@ mod tests {
         for k in -40..=40_i32 {
             let (torque, velocity) = (0.03 * f64::from(k), 0.1 * f64::from(k));
             for part in [0.3, 0.8, 1.0, 1.1] {
-                let (duty, volts) = (motor.duty_at(torque, velocity, part), (torque + 0.25 * velocity) / 2.0);
+                let (duty, volts) = (
+                    motor.duty_at(torque, velocity, part),
+                    (torque + 0.25 * velocity) / 2.0,
+                );
                 // By the motor's own equation, to rounding, where there is enough of the supply.
                 let wanted = volts.clamp(-part, part);
-                assert!((duty * part - wanted).abs() < 1e-15, "{torque} at {velocity}, {part}: {duty}");
+                assert!(
+                    (duty * part - wanted).abs() < 1e-15,
+                    "{torque} at {velocity}, {part}: {duty}"
+                );
             }
         }
         assert_eq!(motor.duty_at(0.0, 1e-200, 1e-200), 0.125); // 0.25 / 2
