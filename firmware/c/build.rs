@@ -39,14 +39,24 @@ impl Count {
             n: N,
             name,
             words: [
-                ("DRIVE_WORDS", "DriveMemory", "drive_state", words::<DriveState<f32, N>>()),
+                (
+                    "DRIVE_WORDS",
+                    "DriveMemory",
+                    "drive_state",
+                    words::<DriveState<f32, N>>(),
+                ),
                 (
                     "TRACTION_WORDS",
                     "TractionMemory",
                     "traction_drive_state",
                     words::<TractionDriveState<f32, N>>(),
                 ),
-                ("ESTIMATOR_WORDS", "EstimatorMemory", "estimator_state", words::<EstimatorState<f32, N>>()),
+                (
+                    "ESTIMATOR_WORDS",
+                    "EstimatorMemory",
+                    "estimator_state",
+                    words::<EstimatorState<f32, N>>(),
+                ),
             ],
         }
     }
@@ -58,7 +68,9 @@ impl Count {
             .replace("COUNT", self.name)
             .replace("<N", &format!("<{}", self.n))
             .replace(", N>", &format!(", {}>", self.n));
-        let put = |text: String, (name, _, _, words): &(&str, &str, &str, usize)| text.replace(name, &words.to_string());
+        let put = |text: String, (name, _, _, words): &(&str, &str, &str, usize)| {
+            text.replace(name, &words.to_string())
+        };
         self.words.iter().fold(named, put)
     }
 }
@@ -135,7 +147,9 @@ fn version() -> Result<String, Box<dyn Error>> {
 
 /// The functions of N wheels, written out for each wheel count.
 fn of_each_count(template: &str, version: &str) -> Result<String, Box<dyn Error>> {
-    let (once, of_both) = template.split_once(OF_BOTH).ok_or("no functions of both kinds of drive")?;
+    let (once, of_both) = template
+        .split_once(OF_BOTH)
+        .ok_or("no functions of both kinds of drive")?;
     let of_both = KINDS.map(|(kind, memory)| of_both.replace("KIND", kind).replace("MEMORY", memory));
     let template = (once.to_owned() + &of_both.concat()).replace("VERSION", version);
     Ok(COUNTS.map(|count| count.written(&template)).concat())

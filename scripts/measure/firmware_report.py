@@ -28,7 +28,7 @@ PROCESSORS = (
 # Arithmetic in double precision: on these processors in software, slow and large.
 DOUBLE = re.compile(r"__(aeabi_(d[a-z0-9]+|cdcmp\w*|\w+2d)|\w*df\w*)$")
 # Those that are looked at for what they must not contain.
-IMAGES = {"controller", "self_test", "drive", "everything", "traction", "estimator", "path", "three", "stops", "loop"}
+IMAGES = {"controller", "self_test", "drive", "everything", "traction", "estimator", "path", "follow", "three", "stops", "loop"}
 PANIC = re.compile(r"panicking|panic_fmt|panic_bounds_check|omnistep_a_panic_is_reachable")
 
 
@@ -169,7 +169,7 @@ def main() -> None:
                 bad = forbidden(Image(path).symbols)
                 problems += [f"{processor}: {path.name} contains {', '.join(bad)}"] if bad else []
         rows[processor] = figures
-    for name in ("drive_loop", "c/example", "c/drive", "c/three_wheels", "c/every_function"):
+    for name in ("drive_loop", "c/example", "c/drive", "c/traction", "c/path", "c/three_wheels", "c/every_function"):
         bad = forbidden(Image(FIRMWARE / "target" / name).symbols)
         problems += [f"{name} contains {', '.join(bad)}"] if bad else []
     if len(hashes) != 1:

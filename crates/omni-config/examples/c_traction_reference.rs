@@ -50,12 +50,18 @@ fn input(k: u16, speed_m_s: f32) -> DriveInput<f32, 7> {
 fn hashed(mut hash: u32, sample: &TractionDriveSample<f32, 7>, supervisor: u8) -> u32 {
     let (drive, law) = (&sample.drive, &sample.traction);
     for i in 0..7 {
-        hash = take_all(hash, &[drive.wheels.applied.n_m[i], law.slip_rad_s[i], law.contact_n_m[i]]);
+        hash = take_all(
+            hash,
+            &[drive.wheels.applied.n_m[i], law.slip_rad_s[i], law.contact_n_m[i]],
+        );
         let fault = drive.faults[i].map_or(0, Fault::number);
         hash = take_bytes(hash, &[fault, u8::from(drive.brake[i])]);
     }
     let wheel = law.speed_wheel.map_or(0, |wheel| wheel as u8 + 1);
-    hash = take_bytes(hash, &[drive.mode.number(), law.loops.number(), supervisor, wheel]);
+    hash = take_bytes(
+        hash,
+        &[drive.mode.number(), law.loops.number(), supervisor, wheel],
+    );
     hash = take_all(hash, &[law.speed_m_s, law.target_m_s, law.thrust_n_m]);
     hash = take_all(hash, &[law.yaw_rad_s, law.heading_rad, law.gyro_zero_rad_s]);
     take_all(hash, &[drive.pose.x_m, drive.pose.y_m, drive.pose.yaw_rad])
@@ -73,8 +79,19 @@ fn main() -> Result<(), Error> {
     let (mut speed_m_s, mut torques_n_m, mut hash) = (0.0_f32, [0.0; 7], START);
     for k in 0..6000_u16 {
         let climbs = (2600..3200).contains(&k);
-        speed_m_s = if climbs { 0.15 } else { rolled(speed_m_s, &torques_n_m) };
-        let hinges_rad = [if climbs { -0.0002 * f32::from(k - 2600) } else { 0.0 }, 0.01];
+        speed_m_s = if climbs {
+            0.15
+        } else {
+            rolled(speed_m_s, &torques_n_m)
+        };
+        let hinges_rad = [
+            if climbs {
+                -0.0002 * f32::from(k - 2600)
+            } else {
+                0.0
+            },
+            0.01,
+        ];
         let hinges_rad_s = [if climbs { -0.2 } else { 0.0 }, 0.0];
         let mut bodies = BodyReadings::none();
         if !(5500..6000).contains(&k) {

@@ -8,7 +8,7 @@ use omni_core::motor::TorqueRanges;
 use omni_core::shaping::CommandStatus;
 use omni_core::{BodyTwist, Drive, DriveInput, DriveMode, DriveState, WheelVelocities};
 
-use crate::memory::{Memory, DriveMemory};
+use crate::memory::{DriveMemory, Memory};
 use crate::status::{Status, at, finite};
 
 /// What arrived since the period before. All zero: nothing did, every wheel is on flat ground, motors have their own limits.

@@ -8,7 +8,7 @@ use omni_core::policy::Imu;
 use omni_core::{BodyTwist, WheelVelocities};
 
 use crate::drive::Deviations;
-use crate::memory::{Memory, EstimatorMemory};
+use crate::memory::{EstimatorMemory, Memory};
 use crate::status::{Status, at, finite};
 
 /// What an estimator reads in a period. All zero: nothing is read.
@@ -105,7 +105,11 @@ pub fn step<const N: usize, const WORDS: usize>(
             *rad_s = f32::NAN;
         }
     }
-    let imu = if input.imu_received { input.imu } else { Imu::silent() };
+    let imu = if input.imu_received {
+        input.imu
+    } else {
+        Imu::silent()
+    };
     let mut read = EstimatorInput::with_imu(&wheels, &imu, &BodyTwist::ZERO);
     read.commanded_rest = input.commanded_rest;
     let step = estimator.step(state, &read);

@@ -67,7 +67,11 @@ macro_rules! keeps {
                     memory: [0; WORDS],
                 });
                 // SAFETY: the memory is as large and as aligned as `FITS` says; what was there needs no drop.
-                unsafe { ptr::from_mut(&mut state.memory).cast::<Self::Kept>().write(start) };
+                unsafe {
+                    ptr::from_mut(&mut state.memory)
+                        .cast::<Self::Kept>()
+                        .write(start)
+                };
             }
 
             #[inline]

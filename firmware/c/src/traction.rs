@@ -109,7 +109,11 @@ pub fn init<const N: usize, const WORDS: usize>(
     let (drive, state, output) = (at(drive)?, at(state)?, at(output)?);
     TractionMemory::start(state, TractionDriveState::new(drive));
     let supervisor = SupervisorState::new();
-    output.write(TractionOutput::of(Output::zero(), &TractionSample::zero(), &supervisor));
+    output.write(TractionOutput::of(
+        Output::zero(),
+        &TractionSample::zero(),
+        &supervisor,
+    ));
     Ok(())
 }
 

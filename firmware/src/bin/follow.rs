@@ -61,8 +61,10 @@ fn main() -> ! {
         if !(7000..7500).contains(&k) {
             imu = Imu::level();
             imu.rate_rad_s[2] = moves.wz_rad_s;
-            imu.specific_force_m_s2[0] = (moves.vx_m_s - moved.vx_m_s) * 1000.0 - moves.wz_rad_s * moves.vy_m_s;
-            imu.specific_force_m_s2[1] = (moves.vy_m_s - moved.vy_m_s) * 1000.0 + moves.wz_rad_s * moves.vx_m_s;
+            imu.specific_force_m_s2[0] =
+                (moves.vx_m_s - moved.vx_m_s) * 1000.0 - moves.wz_rad_s * moves.vy_m_s;
+            imu.specific_force_m_s2[1] =
+                (moves.vy_m_s - moved.vy_m_s) * 1000.0 + moves.wz_rad_s * moves.vx_m_s;
         }
         if k == 9000 {
             let pose = state.pose();
