@@ -76,6 +76,13 @@ link three_wheels "three three_bench" $c/three
 # In C++ the same, with neither exceptions nor a library of C++.
 arm-none-eabi-g++ $m4 -std=c++17 -fno-exceptions -fno-rtti -I$c/three -c c/example/three_in_cpp.cpp -o $c/three_in_cpp.o
 link three_wheels_in_cpp three_bench $c/three $c/three_in_cpp.o
+# What the steps cost in C, for the report: of a [drive] of defaults, with motors of constant torque and with ones that weaken with speed.
+for vehicle in chugo7 mecanum4; do
+    mkdir -p $c/$vehicle
+    constants flat --set vehicle=$vehicle --set control.policy=scale_references --set drive.discretize=false >$c/$vehicle/constants.h
+    link cost_$vehicle cost $c/$vehicle
+done
+link cost_traction cost_traction
 # Every function of the library, linked: no panic; the report looks at its symbols.
 link every_function every_function
 ./qemu.sh mps2-an386 $c/every_function

@@ -45,8 +45,9 @@ impl Scenario {
     /// In Rust: `VEHICLE`, `POLICY`, `WHEELS`, `PERIOD_US`, [`Scenario::constants_digest`] as `DIGEST`, and `CONTROLLER`,
     /// `LIMITER`, `ODOMETRY`, `MOTORS`, to be used as any other, `DRIVE` where the scenario has a `[drive]` (under traction control an
     /// [`omni_core::drive::TractionDrive`]), `TRACTION` and `SUPERVISOR` where its policy is traction control, `COUNTER` and `VELOCITY` where it has `sensors.encoder_counts`, `TRAJECTORY` and `FOLLOWER` where its
-    /// command is a path. In C the same in `OMNI_...`, `COUNTER` and `VELOCITY` as `OMNI_ENCODER`, but for the odometry by itself; traction control
-    /// is in `OMNI_DRIVE` only, which is then there without a `[drive]` too, and [`Scenario::estimator`] is `OMNI_ESTIMATOR`.
+    /// command is a path. In C the same in `OMNI_...`, `COUNTER` and `VELOCITY` as `OMNI_ENCODER`, but for the odometry by itself.
+    /// Traction control is in `OMNI_DRIVE` only, which is then there without a `[drive]` too. [`Scenario::estimator`] is
+    /// `OMNI_ESTIMATOR`.
     ///
     /// # Errors
     /// As [`Scenario::controller`].

@@ -41,7 +41,8 @@ pub fn wheel_count_refused(count: usize) -> ConfigError {
 }
 
 impl Scenario {
-    /// An estimator of pose and velocity for the scenario's vehicle, with the noise of [`EstimatorConfig::new`], in the scalar `R`.
+    /// An estimator of pose and velocity for the scenario's vehicle, with the noise of [`EstimatorConfig::new`], in the scalar
+    /// `R`.
     ///
     /// # Errors
     /// [`Error::Key`] where the control period is longer than 0.3 s, or where `N` is not the number of wheels.
