@@ -180,6 +180,8 @@ class Output {
     template <typename Value> using Each = std::array<Value, Wheels>;
 
 public:
+    /// Before a first step: all 0.
+    Output() noexcept = default;
     /// Torques to apply [N.m], always within the motors' limits; 0 for a wheel that is not active.
     [[nodiscard]] Each<float> torques_n_m() const noexcept { return detail::each<Wheels>(c_.torques.n_m); }
     /// Torques that the loops asked for [N.m].
@@ -224,7 +226,6 @@ private:
     template <std::size_t> friend class Drive;
     template <std::size_t> friend class TractionOutput;
     using C = typename detail::C<Wheels>::drive_output;
-    Output() noexcept = default;
     explicit Output(const C& c) noexcept : c_(c) {}
     C c_{};
 };
