@@ -169,6 +169,15 @@ fn main() -> Result<(), Box<dyn Error>> {
         println!("cargo::rerun-if-changed={}", file.display());
     }
     fs::write(out.join("three.rs"), three.constants(Language::Rust)?)?;
+    let eight = Scenario::load("figure_eight", &[])?;
+    fs::write(
+        out.join("figure_eight.rs"),
+        format!(
+            "{}/// Of pose and velocity.\npub static ESTIMATOR: omni_core::estimate::Estimator<f32, 4> = {};\n",
+            eight.constants(Language::Rust)?,
+            rust_expression(&eight.estimator::<f32, 4>()?)
+        ),
+    )?;
 
     let memory = match env::var("CARGO_CFG_TARGET_ARCH")?.as_str() {
         "riscv32" => "memory/riscv32.x",

@@ -53,6 +53,23 @@ echo 'bool plugin_c(void); int main(void) { return plugin_c() ? 0 : 1; }' >"$wor
     $(pkg-config --cflags --libs --static omnistep) -o "$work/example/in_c"
 "$work/example/in_c"
 echo "the example built by CMake and by pkg-config says the same; C links the library alone"
+# A library, and constants, of another version than the header are refused.
+mkdir -p "$work/other"
+sed "s/_init_[0-9_]*\$/_init_9_9_9/" "$source/include/omnistep.h" >"$work/other/omnistep.h"
+# shellcheck disable=SC2046,SC2086
+if "${CC:-cc}" -std=c11 -I"$work/other" -I"$work/example" -include stdbool.h "$work/example/main.c" "$source/tests/plugin_c.c" \
+    $(pkg-config --libs --static omnistep) -o "$work/other/in_c" >"$work/said" 2>&1; then
+    echo "a library of another version than the header was linked" >&2
+    exit 1
+fi
+grep -q "omni7_init_9_9_9" "$work/said"
+sed 's/^#define OMNISTEP_VERSION_NUMBER .*/#define OMNISTEP_VERSION_NUMBER 9009009/' "$source/include/omnistep.h" >"$work/other/omnistep.h"
+if "${CC:-cc}" -std=c11 -I"$work/other" -fsyntax-only "$work/example/constants.h" >"$work/said" 2>&1; then
+    echo "constants of another version than the header were compiled" >&2
+    exit 1
+fi
+grep -q "constants.h is of omnistep $(pkg-config --modversion omnistep), omnistep.h is not" "$work/said"
+echo "a library and constants of another version are refused"
 
 # The tests, of what is installed and as a folder of a project.
 tests() { # where, options

@@ -59,6 +59,8 @@ c=target/c && mkdir -p $c
 constants() { (cd .. && cargo run --locked --quiet --release --bin omnistep -- export "$@" --format c); }
 constants step --set control.policy=scale_references >$c/constants.h
 constants firmware/scenarios/drive.toml >$c/drive_constants.h
+constants firmware/scenarios/traction.toml >$c/traction_constants.h
+constants figure_eight >$c/path_constants.h
 mkdir -p $c/three && constants firmware/scenarios/three.toml >$c/three/constants.h
 m4="-mcpu=cortex-m4 -mthumb -mfloat-abi=hard -mfpu=fpv4-sp-d16 -O2 -Wall -Wextra -Werror -pedantic -ffreestanding -Ic/include"
 link() { # program, its sources in C, where its constants are, other objects
@@ -68,10 +70,19 @@ link() { # program, its sources in C, where its constants are, other objects
 }
 link example main
 link drive drive
+link traction traction
+link path path
 link three_wheels "three three_bench" $c/three
 # In C++ the same, with neither exceptions nor a library of C++.
 arm-none-eabi-g++ $m4 -std=c++17 -fno-exceptions -fno-rtti -I$c/three -c c/example/three_in_cpp.cpp -o $c/three_in_cpp.o
 link three_wheels_in_cpp three_bench $c/three $c/three_in_cpp.o
+# What the steps cost in C, for the report: of a [drive] of defaults, with motors of constant torque and with ones that weaken with speed.
+for vehicle in chugo7 mecanum4; do
+    mkdir -p $c/$vehicle
+    constants flat --set vehicle=$vehicle --set control.policy=scale_references --set drive.discretize=false >$c/$vehicle/constants.h
+    link cost_$vehicle cost $c/$vehicle
+done
+link cost_traction cost_traction
 # Every function of the library, linked: no panic; the report looks at its symbols.
 link every_function every_function
 ./qemu.sh mps2-an386 $c/every_function
@@ -88,6 +99,12 @@ same() { # program, what it says before the hash, the example that knows the has
 }
 same example "chugo7, scale_references" c_reference
 same drive "the drive of chugo7" c_drive_reference firmware/scenarios/drive.toml
+same traction "traction control of chugo7" c_traction_reference firmware/scenarios/traction.toml
+# A path and an estimator, in C and Rust.
+in_c=$(./qemu.sh mps2-an386 $c/path 2>&1) || { echo "$in_c" >&2; exit 1; }
+in_rust=$(./qemu.sh mps2-an386 target/thumbv7em-none-eabihf/release/follow 2>&1) || { echo "$in_rust" >&2; exit 1; }
+echo "$in_c, in C and Rust"
+[ "$in_c" = "$in_rust" ] || { echo "Rust computes something else: $in_rust" >&2; exit 1; }
 # Three wheels on computed motors, in C, C++ and Rust: all do what they should, and the same.
 in_c=$(./qemu.sh mps2-an386 $c/three_wheels 2>&1) || { echo "$in_c" >&2; exit 1; }
 in_rust=$(./qemu.sh mps2-an386 target/thumbv7em-none-eabihf/release/three 2>&1) || { echo "$in_rust" >&2; exit 1; }

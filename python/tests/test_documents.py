@@ -336,7 +336,7 @@ def test_no_block_is_left_out():
         ("text", ' title="output"', "something else\n"),
         ("rust", "", "omni_config::Scenario::fly();\n"),
         ("c", "", '#include "constants.h"\nvoid fly(void) { omni7_drive_fly(&OMNI_DRIVE); }\n'),
-        ("cpp", "", '#include "omnistep.hpp"\nvoid f(omnistep::Drive<5>& d) { d.reset(); }\n'),
+        ("cpp", "", '#include "omnistep.hpp"\nvoid f(omnistep::Drive<9>& d) { d.reset(); }\n'),
         ("cpp", ' title="a.hpp"', '#include "omnistep.hpp"\ninline void f(omnistep::Drive<7>& d) { d.halt(); }\n'),
         ("cmake", "", "find_package(omnistep 0.2 REQUIRED)\n"),
         ("math", "", "\\nosuchcommand{x}\n"),

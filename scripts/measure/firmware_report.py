@@ -28,7 +28,8 @@ PROCESSORS = (
 # Arithmetic in double precision: on these processors in software, slow and large.
 DOUBLE = re.compile(r"__(aeabi_(d[a-z0-9]+|cdcmp\w*|\w+2d)|\w*df\w*)$")
 # Those that are looked at for what they must not contain.
-IMAGES = {"controller", "self_test", "drive", "everything", "traction", "estimator", "path", "three", "stops", "loop"}
+IMAGES = {"controller", "self_test", "loop", "drive", "everything", "traction", "estimator", "path", "follow"}
+IMAGES |= {"three", "stops"}
 # Those that are looked at for panics alone: a constructor compares in double precision.
 CONSTRUCTING = {"constructors"}
 PANIC = re.compile(r"panicking|panic_fmt|panic_bounds_check|omnistep_a_panic_is_reachable")
@@ -163,16 +164,19 @@ def main() -> None:
         if processor == "Cortex-M4F":
             for name in ("drive", "everything", "traction", "estimator", "path"):
                 figures |= run(machine, release / name)[0]
+            for name in ("cost_chugo7", "cost_mecanum4", "cost_traction"):
+                figures |= run(machine, FIRMWARE / "target" / "c" / name)[0]
             for name in ("controller", "loop"):
                 images[name] = Image(release / name)
-            images["drive_loop"] = Image(FIRMWARE / "target" / "drive_loop")
+            for name in ("drive_loop", "c/example", "c/drive", "c/traction"):
+                images[name] = Image(FIRMWARE / "target" / name)
             problems += [over(each["name"], figures.get(each["name"]), each) for each in budgets["figure"]]
         for path in release.iterdir():
             if path.name in IMAGES | CONSTRUCTING:
                 bad = forbidden(Image(path).symbols, double=path.name in CONSTRUCTING)
                 problems += [f"{processor}: {path.name} contains {', '.join(bad)}"] if bad else []
         rows[processor] = figures
-    for name in ("drive_loop", "c/example", "c/drive", "c/three_wheels", "c/every_function"):
+    for name in ("drive_loop", "c/example", "c/drive", "c/traction", "c/path", "c/three_wheels", "c/every_function"):
         bad = forbidden(Image(FIRMWARE / "target" / name).symbols)
         problems += [f"{name} contains {', '.join(bad)}"] if bad else []
     if len(hashes) != 1:

@@ -1,21 +1,13 @@
 //! The steps of firmware/c/example/drive.c on this computer: the C program has to print the same hash. Its argument is the
 //! scenario that the constants are of.
 
+mod fnv;
+
+use fnv::{START, take, take_all, take_bytes};
 use omni_config::{Error, Scenario};
 use omni_core::drive::{DriveSample, Fault};
-use omni_core::geometry::PlanarPose;
+use omni_core::geometry::{PathFactors, PlanarPose};
 use omni_core::{BodyTwist, DriveInput, DriveState, WheelVelocities};
-
-/// FNV-1a.
-fn take_bytes(hash: u32, bytes: &[u8]) -> u32 {
-    bytes.iter().fold(hash, |hash, byte| {
-        (hash ^ u32::from(*byte)).wrapping_mul(0x0100_0193)
-    })
-}
-
-fn take(hash: u32, value: f32) -> u32 {
-    take_bytes(hash, &value.to_bits().to_le_bytes())
-}
 
 /// What arrives in period `k`.
 fn input(k: u32, wheels: &WheelVelocities<f32, 7>) -> DriveInput<f32, 7> {
@@ -37,6 +29,13 @@ fn input(k: u32, wheels: &WheelVelocities<f32, 7>) -> DriveInput<f32, 7> {
         input.readings_rad_s[2] = None;
     }
     input.lifted[6] = (2560..2590).contains(&k);
+    if (1600..1800).contains(&k) {
+        input.torque_ranges.lower_n_m[0] = -0.5;
+        input.torque_ranges.upper_n_m[0] = 0.0;
+    }
+    if (1850..1900).contains(&k) {
+        input.path = PathFactors::or_flat([1.0, 1.0, 1.0, 1.2, 1.0, 1.0, 1.0]);
+    }
     input
 }
 
@@ -49,7 +48,7 @@ fn hashed(mut hash: u32, sample: &DriveSample<f32, 7>) -> u32 {
     }
     hash = take_bytes(hash, &[sample.mode.number(), u8::from(sample.motion_known)]);
     let PlanarPose { x_m, y_m, yaw_rad } = sample.pose;
-    [x_m, y_m, yaw_rad].into_iter().fold(hash, take)
+    take_all(hash, &[x_m, y_m, yaw_rad])
 }
 
 #[expect(clippy::print_stdout, reason = "an example speaks on standard output")]
@@ -62,7 +61,7 @@ fn main() -> Result<(), Error> {
     };
     let mut state = DriveState::new(&drive);
     let (mut wheels, mut references) = (WheelVelocities::zero(), WheelVelocities::<f32, 7>::zero());
-    let (mut active, mut hash) = ([false; 7], 0x811c_9dc5);
+    let (mut active, mut hash) = ([false; 7], START);
     for k in 0..5500 {
         match k {
             3700 => state.release_safe_stop(),

@@ -46,10 +46,11 @@ impl Scenario {
     /// `LIMITER`, `ODOMETRY`, `MOTORS`, to be used as any other, `DRIVE` where the scenario has a `[drive]` (under traction control an
     /// [`omni_core::drive::TractionDrive`]), `TRACTION` and `SUPERVISOR` where its policy is traction control, `ENCODER` where it has
     /// `sensors.encoder_counts`, `TRAJECTORY` and `FOLLOWER` where its command is a path. In C the same in `OMNI_...`, but for the odometry
-    /// by itself and the path.
+    /// by itself. Traction control is in `OMNI_DRIVE` only, which is then there without a `[drive]` too. [`Scenario::estimator`] is
+    /// `OMNI_ESTIMATOR`.
     ///
     /// # Errors
-    /// As [`Scenario::controller`]; in C also [`Error::Key`] for a wheel count that `omnistep.h` has no type for, and for traction control.
+    /// As [`Scenario::controller`].
     ///
     /// ```
     /// use omni_config::{Language, Scenario};
@@ -62,10 +63,7 @@ impl Scenario {
         let values = self.values()?;
         match language {
             Language::Rust => Ok(rust::source(self, &values, values.digest())),
-            Language::C => {
-                self.without_traction("in C")?;
-                c::source(self, &values, values.digest())
-            }
+            Language::C => c::source(self, &values, values.digest()),
         }
     }
 

@@ -1,5 +1,6 @@
 //! A controller of omni-core, built from a file.
 
+use omni_core::estimate::{Estimator, EstimatorConfig};
 use omni_core::shaping::{AxisLimits, TwistLimiter, TwistLimits};
 use omni_core::{
     ConfigError, Controller, Coordination, Kinematics, PidConfig, Real, WheelControlConfig, WheelLayout,
@@ -40,6 +41,28 @@ pub fn wheel_count_refused(count: usize) -> ConfigError {
 }
 
 impl Scenario {
+    /// An estimator of pose and velocity for the scenario's vehicle, with the noise of [`EstimatorConfig::new`], in the scalar
+    /// `R`.
+    ///
+    /// # Errors
+    /// [`Error::Key`] where the control period is longer than 0.3 s, or where `N` is not the number of wheels.
+    ///
+    /// ```
+    /// use omni_config::Scenario;
+    /// use omni_core::estimate::EstimatorInput;
+    /// use omni_core::WheelVelocities;
+    /// let estimator = Scenario::load("step", &[])?.estimator::<f32, 7>()?;
+    /// let mut state = estimator.start();
+    /// let step = estimator.step(&mut state, &EstimatorInput::new(&WheelVelocities::zero()));
+    /// assert_eq!((step.readings, state.pose().x_m), (7, 0.0));
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    pub fn estimator<R: Real, const N: usize>(&self) -> Result<Estimator<R, N>, Error> {
+        let config = EstimatorConfig::new(R::of(self.period_s()));
+        let build = || Estimator::new(config, &Kinematics::new(&self.vehicle().layout()?)?);
+        build().map_err(|error| self.vehicle().refuse(&error))
+    }
+
     /// The controller of the scenario's vehicle, in the scalar `R`, whatever precision the scenario names.
     ///
     /// # Errors

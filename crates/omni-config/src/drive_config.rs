@@ -89,13 +89,7 @@ impl Scenario {
         let Some(drive) = &self.drive else {
             return Ok(None);
         };
-        let refuse = |error: &ConfigError| self.vehicle().refuse(error);
-        let layout = self.vehicle().layout().map_err(|error| refuse(&error))?;
-        let mut config = DriveConfig::new(layout, self.wheel_control()?);
-        config.rest = self.control.rest.rule();
-        if let Some(limits) = self.vehicle().limits {
-            config.shaping.limits = limits.of_twist();
-        }
+        let mut config = self.loops_config()?;
         config.faults = self
             .drive_faults()
             .map(|faults| faults.config(config.control.pid.period_s));
@@ -196,6 +190,32 @@ impl Scenario {
         };
         let built = TractionDrive::new(drive, supervisor, traction);
         built.map(Some).map_err(|error| self.refuse_drive(&error))
+    }
+
+    /// The drive of a scenario under traction control without a `[drive]`: limits of the command, how torque ends, the law.
+    pub(crate) fn bare_traction_drive<R: Real, const N: usize>(
+        &self,
+    ) -> Result<Option<TractionDrive<R, N>>, Error> {
+        let Some((supervisor, traction)) = self.traction_parts()?.filter(|_| self.drive.is_none()) else {
+            return Ok(None);
+        };
+        let drive = omni_core::Drive::new(self.loops_config()?).map_err(|error| self.refuse_drive(&error))?;
+        let built = TractionDrive::new(drive, supervisor, traction);
+        built.map(Some).map_err(|error| self.refuse_drive(&error))
+    }
+
+    /// Layout, loops, how torque ends, and the vehicle's own limits.
+    fn loops_config<R: Real, const N: usize>(&self) -> Result<DriveConfig<R, N>, Error> {
+        let layout = self
+            .vehicle()
+            .layout()
+            .map_err(|error| self.vehicle().refuse(&error))?;
+        let mut config = DriveConfig::new(layout, self.wheel_control()?);
+        config.rest = self.control.rest.rule();
+        if let Some(limits) = self.vehicle().limits {
+            config.shaping.limits = limits.of_twist();
+        }
+        Ok(config)
     }
 
     fn refuse_drive(&self, error: &ConfigError) -> Error {

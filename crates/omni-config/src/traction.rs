@@ -57,8 +57,8 @@ impl Scenario {
     /// ```
     /// use omni_config::Scenario;
     /// let traction = Scenario::load("step", &[])?.with_policy("traction")?;
-    /// let error = traction.without_traction("in C").unwrap_err();
-    /// assert!(error.to_string().ends_with(": \"traction\", allowed in C: independent, scale_torques, scale_references, shared_integral"));
+    /// let error = traction.without_traction("here").unwrap_err();
+    /// assert!(error.to_string().ends_with(": \"traction\", allowed here: independent, scale_torques, scale_references, shared_integral"));
     /// # Ok::<(), omni_config::Error>(())
     /// ```
     pub fn without_traction(&self, place: &str) -> Result<(), Error> {

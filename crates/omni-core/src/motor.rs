@@ -5,7 +5,7 @@
 //! | [`TorqueLimit`] | torque-speed line in four quadrants with a cap, the limit the loops use every step |
 //! | [`TorqueTable`] | the same from measured points |
 //! | [`DcMotor`] | the line from a data sheet: torque constant, resistance, voltage, no-load current, current limit |
-//! | [`MotorDuty`] | the duty of a bridge for a torque, by [`DcMotor::duty`]; from a torque-speed line alone by [`TorqueLimit::duty`] |
+//! | [`MotorDuty`] | the duty of a bridge for a torque, by [`DcMotor::duty`]; from a torque-speed line alone by [`TorqueLimit::duty`], [`TorqueLimit::duty_at`] |
 //! | [`Gearbox`] | ratio and efficiency, the right way round in each quadrant |
 //! | [`GearFriction`] | a gearbox with dry and viscous friction, and the torque that makes up for them |
 //! | [`ThermalModel`] | I2t: how long a motor may give more than it can give for ever |

@@ -16,6 +16,7 @@ use crate::geometry::BodyTwist;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(C)]
 #[non_exhaustive]
 pub struct Imu<R> {
     /// Turning rates about x, y and z \[rad/s\]: a gyro.

@@ -1,25 +1,12 @@
 /* The whole Drive from C, through commands, a time-out, a silent encoder, a slipping wheel, an emergency stop and a safe stop: the
  * same steps as crates/omni-config/examples/c_drive_reference.rs, the same bits. */
 #include "drive_constants.h" /* written by `omnistep export firmware/scenarios/drive.toml --format c` */
+#include "hash.h"
 #include "omnistep.h"
 #include "startup.h"
 
 static omni7_drive_state state;
 static omni7_drive_output output;
-
-/* FNV-1a over the bits of a number. */
-static uint32_t take_byte(uint32_t hash, uint8_t byte) { return (hash ^ byte) * 0x01000193u; }
-
-static uint32_t take(uint32_t hash, float value) {
-    union {
-        float number;
-        uint8_t bytes[4];
-    } bits = {.number = value};
-    for (int i = 0; i < 4; i++) {
-        hash = take_byte(hash, bits.bytes[i]);
-    }
-    return hash;
-}
 
 /* Motors that are to be shorted. */
 static int shorted(void) {
@@ -47,8 +34,6 @@ static bool ends_torque(void) {
     return rested <= BLEED_PERIODS || none;
 }
 
-static bool within(int k, int first, int end) { return k >= first && k < end; }
-
 /* What has to be so after period k: a hash alone would not say that the stops happened. */
 static bool as_expected(int k) {
     switch (k) {
@@ -56,12 +41,14 @@ static bool as_expected(int k) {
         return output.mode == OMNI_DRIVE_MODE_NORMAL && output.estimated.vx_m_s > 0.2f;
     case 1500: /* no command for 0.5 s */
         return output.status == OMNI_COMMAND_STATUS_TIMED_OUT && output.references.rad_s[0] == 0.0f && output.torques.n_m[0] < 1e-3f;
+    case 1650: /* the others start without it */
+        return output.torques.n_m[0] <= 0.0f && output.saturated[0] && output.active[0] && output.torques.n_m[3] > 0.0f;
     case 2100: /* released, while the others drive on */
         return output.mode == OMNI_DRIVE_MODE_DEGRADED && output.faults[2] == OMNI_FAULT_SILENT && !output.active[2] && shorted() == 0;
     case 2440: /* it has said what the others say for long enough */
         return output.mode == OMNI_DRIVE_MODE_NORMAL && output.active[2];
     case 2540: /* it slips: left out, but controlled */
-        return output.excluded[4] && output.active[4] && output.faults[4] == 0;
+        return output.excluded[4] && output.active[4] && output.faults[4] == OMNI_FAULT_NONE;
     case 2580: /* in the air */
         return output.excluded[6] && output.active[6];
     case 2980:
@@ -87,10 +74,11 @@ int main(void) {
     omni7_drive_input input = {0};
     omni_deviations off;
     float wheels[7] = {0};
-    uint32_t hash = 0x811c9dc5u;
+    uint32_t hash = HASH_START;
     /* Memory that was not made ready is refused, and so are null pointers. */
-    bool good = !omni7_drive_step(&OMNI_DRIVE, &state, &input, &output) && !omni7_drive_init(&OMNI_DRIVE, 0, &output);
-    good = good && omni7_drive_init(&OMNI_DRIVE, &state, &output);
+    bool good = omni7_drive_step(&OMNI_DRIVE, &state, &input, &output) == OMNI_STATUS_NOT_READY &&
+                omni7_drive_init(&OMNI_DRIVE, 0, &output) == OMNI_STATUS_NULL_POINTER;
+    good = good && done(omni7_drive_init(&OMNI_DRIVE, &state, &output));
 
     for (int k = 0; k < 5500; k++) {
         /* Every 20 ms a command; none at all for a while, and once nonsense. */
@@ -110,12 +98,16 @@ int main(void) {
         }
         input.lifted[6] = within(k, 2560, 2590);
         input.emergency = within(k, 2600, 3000) || k >= 4400;
+        /* A motor is hot, so that nothing is asked of it forwards; later a wheel goes over an edge. */
+        input.limited[0] = within(k, 1600, 1800);
+        input.torque_ranges.lower_n_m[0] = -0.5f;
+        input.path_factor[3] = within(k, 1850, 1900) ? 1.2f : 0.0f; /* 0: flat ground */
         if (k == 3700) {
-            good = good && omni7_drive_release_safe_stop(&state);
+            good = good && done(omni7_drive_release_safe_stop(&state));
         } else if (k == 3800) {
-            good = good && omni7_drive_reset_pose(&state, 1.0f, 2.0f, 0.5f);
+            good = good && done(omni7_drive_reset_pose(&state, 1.0f, 2.0f, 0.5f));
         }
-        good = good && omni7_drive_step(&OMNI_DRIVE, &state, &input, &output) && ends_torque() && as_expected(k);
+        good = good && done(omni7_drive_step(&OMNI_DRIVE, &state, &input, &output)) && ends_torque() && as_expected(k);
         for (int i = 0; i < 7; i++) {
             hash = take(hash, output.torques.n_m[i]);
             hash = take_byte(hash, output.faults[i]);
@@ -123,9 +115,9 @@ int main(void) {
             hash = take_byte(hash, output.brake[i]);
         }
         hash = take_byte(take_byte(hash, output.mode), output.motion_known);
-        hash = take(take(take(hash, output.pose.x_m), output.pose.y_m), output.pose.yaw_rad);
+        hash = take_pose(hash, &output.pose);
     }
-    good = good && omni7_drive_deviations(&state, &off);
+    good = good && done(omni7_drive_deviations(&state, &off));
     hash = take(take(take(hash, off.x_m), off.y_m), off.yaw_rad);
 
     print("from C: the drive of " OMNI_VEHICLE ", hash ");

@@ -25,7 +25,7 @@ void every_period(void) {
         uint32_t counter;
         input.received[i] = read_counter(i, &counter);
         if (input.received[i]) {
-            omni_encoder_step(&OMNI_ENCODER, &encoders[i], counter, __builtin_nanf(""), &input.measured.rad_s[i]);
+            omni_encoder_step(&OMNI_ENCODER, &encoders[i], counter, OMNI_NAN, &input.measured.rad_s[i]);
         }
     }
     input.commanded = read_command(&input.command);
@@ -34,7 +34,8 @@ void every_period(void) {
         float duty = 0.0f;
         if (output.brake[i]) {
             set_duty(i, 0.0f);
-        } else if (output.active[i] && omni_duty(&OMNI_MOTORS[i], output.torques.n_m[i], output.measured.rad_s[i], &duty)) {
+        } else if (output.active[i]) {
+            omni_duty(&OMNI_MOTORS[i], output.torques.n_m[i], output.measured.rad_s[i], &duty);
             set_duty(i, duty);
         } else {
             open_bridge(i);

@@ -16,6 +16,6 @@ extern "C" void every_period() {
         output.torques.n_m[i] = reported.torques_n_m()[i];
         output.active[i] = reported.active()[i];
         output.brake[i] = reported.brake()[i];
-        output.faults[i] = static_cast<std::uint8_t>(reported.faults()[i]);
+        output.faults[i] = static_cast<omni_fault>(reported.faults()[i]);
     }
 }

@@ -10,6 +10,72 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#define OMNISTEP_VERSION "0.1.0"
+/* 1000000 major + 1000 minor + patch; constants.h of another version is refused. */
+#define OMNISTEP_VERSION_NUMBER 1000
+
+/* Structures differ from version to version: a library of another one does not link. */
+#define omni3_init omni3_init_0_1_0
+#define omni3_drive_init omni3_drive_init_0_1_0
+#define omni3_traction_drive_init omni3_traction_drive_init_0_1_0
+#define omni3_estimator_init omni3_estimator_init_0_1_0
+#define omni4_init omni4_init_0_1_0
+#define omni4_drive_init omni4_drive_init_0_1_0
+#define omni4_traction_drive_init omni4_traction_drive_init_0_1_0
+#define omni4_estimator_init omni4_estimator_init_0_1_0
+#define omni5_init omni5_init_0_1_0
+#define omni5_drive_init omni5_drive_init_0_1_0
+#define omni5_traction_drive_init omni5_traction_drive_init_0_1_0
+#define omni5_estimator_init omni5_estimator_init_0_1_0
+#define omni6_init omni6_init_0_1_0
+#define omni6_drive_init omni6_drive_init_0_1_0
+#define omni6_traction_drive_init omni6_traction_drive_init_0_1_0
+#define omni6_estimator_init omni6_estimator_init_0_1_0
+#define omni7_init omni7_init_0_1_0
+#define omni7_drive_init omni7_drive_init_0_1_0
+#define omni7_traction_drive_init omni7_traction_drive_init_0_1_0
+#define omni7_estimator_init omni7_estimator_init_0_1_0
+#define omni8_init omni8_init_0_1_0
+#define omni8_drive_init omni8_drive_init_0_1_0
+#define omni8_traction_drive_init omni8_traction_drive_init_0_1_0
+#define omni8_estimator_init omni8_estimator_init_0_1_0
+
+/* Hinges that a vehicle under traction control may have. */
+#define OMNI_MAX_HINGES 8
+
+/* Infinity and NaN, without <math.h> where the compiler has them by itself. */
+#ifdef __GNUC__
+#define OMNI_INFINITY __builtin_inff()
+#define OMNI_NAN __builtin_nanf("")
+#else
+#include <math.h>
+#define OMNI_INFINITY INFINITY
+#define OMNI_NAN NAN
+#endif
+
+// What became of a call. Nothing was done unless it is `OMNI_STATUS_OK`.
+enum omni_status
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint8_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  // It was done.
+  OMNI_STATUS_OK = 0,
+  // A pointer is null.
+  OMNI_STATUS_NULL_POINTER = 1,
+  // The state was not made ready by its `init`.
+  OMNI_STATUS_NOT_READY = 2,
+  // A number is not finite, or it is a deviation below 0.
+  OMNI_STATUS_NOT_FINITE = 3,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum omni_status omni_status;
+#else
+typedef uint8_t omni_status;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
 // Which error the integrals take in.
 enum omni_integral
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -107,6 +173,8 @@ enum omni_fault
   : uint8_t
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
+  // Nothing.
+  OMNI_FAULT_NONE = 0,
   // Its reading is NaN, infinite, or beyond 1e6 rad/s.
   OMNI_FAULT_NOT_A_NUMBER = 1,
   // Its reading jumps further in one period than a wheel can.
@@ -124,6 +192,50 @@ enum omni_fault
 typedef enum omni_fault omni_fault;
 #else
 typedef uint8_t omni_fault;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+// What drives the wheels.
+enum omni_traction_loops
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint8_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  // Every wheel's own loop: nothing slips, climbs or is held up.
+  OMNI_TRACTION_LOOPS_PLAIN = 0,
+  // One thrust, slip control of each wheel.
+  OMNI_TRACTION_LOOPS_TRACTION = 1,
+  // Every wheel's own loop, because the measured speed is implausible: until the command rests.
+  OMNI_TRACTION_LOOPS_FALLBACK = 2,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum omni_traction_loops omni_traction_loops;
+#else
+typedef uint8_t omni_traction_loops;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+// What a `super::Supervisor` is at.
+enum omni_supervisor_mode
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint8_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  // It drives as commanded.
+  OMNI_SUPERVISOR_MODE_DRIVE = 0,
+  // It backs off from what it is stuck at.
+  OMNI_SUPERVISOR_MODE_BACK_OFF = 1,
+  // It runs up to it.
+  OMNI_SUPERVISOR_MODE_RUN_UP = 2,
+  // No try is left: it rests until the command does, or goes another way.
+  OMNI_SUPERVISOR_MODE_GAVE_UP = 3,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum omni_supervisor_mode omni_supervisor_mode;
+#else
+typedef uint8_t omni_supervisor_mode;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
@@ -715,8 +827,8 @@ typedef struct {
   bool rejected;
   // Enough wheels determine the motion; else the pose stands still.
   bool motion_known;
-  // What is wrong with each wheel: an `omni_fault`, or 0 for nothing.
-  uint8_t faults[3];
+  // What is wrong with each wheel.
+  omni_fault faults[3];
   // The wheel was controlled. One that is not has no torque, and its bridge is opened or shorted: it has a fault, or all torque has ended
   // at rest.
   bool active[3];
@@ -729,12 +841,17 @@ typedef struct {
   bool brake[3];
 } omni3_drive_output;
 
-// What arrived since the period before.
+// What arrived since the period before. All zero: nothing did, every wheel is on flat ground, motors have their own limits.
 typedef struct {
   // The command; looked at only where `commanded`.
   omni_twist command;
   // Actuator velocities [rad/s]; each looked at only where it was `received`.
   omni3_velocities measured;
+  // Torques [N.m] that the motors shall keep within besides their own limits: a hot motor, a low battery. Each looked at only where
+  // `limited`. 0 is always within.
+  omni3_torque_ranges torque_ranges;
+  // Path of each wheel over path of the body beneath it, 0.01 to 100; whatever else counts as 1, flat ground.
+  float path_factor[3];
   // A command arrived. Where none does for the time-out, the vehicle is brought to rest.
   bool commanded;
   // The emergency stop is pressed: the vehicle comes to rest at the emergency deceleration, whatever is commanded, and stays there for as
@@ -744,7 +861,370 @@ typedef struct {
   bool received[3];
   // The wheel is in the air: it is controlled, but says nothing of the vehicle's motion.
   bool lifted[3];
+  // `torque_ranges` holds for this motor.
+  bool limited[3];
 } omni3_drive_input;
+
+// How retries follow each other where the vehicle is stuck.
+typedef struct {
+  // Retries a row at most, 0 to 100; 0: none.
+  uint16_t retries;
+  // Backs off so fast [m/s], 0.001 to 100, and so far [m], 0 to 100; further by so much each try, up to so far.
+  float back_off_m_s;
+  // How far in the first try [m].
+  float back_off_m;
+  // How much further each time [m].
+  float back_off_more_m;
+  // No further than this [m].
+  float back_off_most_m;
+  // The same for the first row, which has nothing behind it that could fall off an edge: further each time, and at most [m].
+  float first_row_more_m;
+  // No further than this for the first row [m].
+  float first_row_most_m;
+  // Slow retries: at `slow_retry_m_s`, without slip allowed and without spin.
+  uint16_t slow_retries;
+  // Speed of these [m/s], 0.001 to 100.
+  float slow_retry_m_s;
+  // Speed of the run-up of the first try after these [m/s], 0.001 to 100.
+  float run_up_m_s;
+  // How much faster each time [m/s], 0 to 100.
+  float run_up_more_m_s;
+  // A run-up lasts no longer [s], 0.001 to 100.
+  float run_up_s;
+  // No run-up is faster than so many times the command, 1 to 100.
+  float run_up_times;
+  // It ends where the vehicle is stuck again for this time [s]; 0: only with its time.
+  float stuck_again_s;
+  // Slip that the climbing row is allowed for each try [m/s], 0 to 100.
+  float allowance_m_s;
+  // Slip that it is spun up to in a run-up [m/s], 0 to 100; 0: not at all.
+  float spin_m_s;
+  // How much more each time [m/s], 0 to 100.
+  float spin_more_m_s;
+  // Gain of that, in multiples of the thrust's, 0 to 100.
+  float spin_gain;
+  // Part of the speed of a try that succeeded with which later rows are approached, 0 to 1.
+  float remembered_part;
+  // Part of the spin with which they are, 0 to 1.
+  float remembered_spin;
+} omni_retry_schedule;
+
+// Speeds, times and places of a `super::Supervisor`.
+typedef struct {
+  // Control period [s], 1e-6 to 10.
+  float period_s;
+  // The target speed changes no faster [m/s^2], 0.001 to 1e6.
+  float acceleration_m_s2;
+  // It is never above this, ahead and to the side [m/s], each 0.001 to 100.
+  float most_m_s[2];
+  // Part of the commanded speed by which it is raised for the second row, and for those behind it, 0 to 10.
+  float boost[2];
+  // A row that stands higher than the next by this is up [m], 0.0001 to 99.
+  float height_m;
+  // Where it is up by this the speed is raised by the whole of `boost`, in proportion below [m]: `height_m` + 0.0001 to 100.
+  float boost_height_m;
+  // The vehicle is stuck below this speed [m/s], or this part of its target, above this part of the largest thrust, for this long [s].
+  float stuck_m_s;
+  // Part of the target below which it is stuck, 0 to 1.
+  float stuck_part;
+  // Part of the largest thrust above which it is, 0 to 1.
+  float stuck_thrust;
+  // Time for which it is [s], 0.001 to 100.
+  float stuck_s;
+  // Nothing counts as stuck so shortly after the vehicle was commanded to go [s], 0 to 100.
+  float starting_s;
+  // All rows level for this long: the obstacle is behind [s], 0 to 100.
+  float level_s;
+  // What to do where it is stuck.
+  omni_retry_schedule retry;
+} omni_supervisor_config;
+
+// Chooses the target speed of a `super::Traction`. Immutable.
+//
+// It knows which row of wheels climbs next from how high the rows stand. Rows behind the first need a run-up, because an impact takes most
+// of the vehicle's energy. A vehicle that pushes with all it has and does not move backs off and tries again.
+typedef struct {
+  omni_supervisor_config config;
+  // Row of each wheel from the front, and from the left; how many rows there are.
+  uint16_t rows[2][3];
+  uint16_t counts[2];
+} omni3_supervisor;
+
+// A hinge on the way from the base outwards.
+typedef struct {
+  // Slot of the parent, and which of the readings is its angle.
+  uint16_t parent;
+  uint16_t reading;
+  // What a radian of it adds to how the child's nose, and its left side, point up.
+  float nose_up;
+  float left_up;
+  // From the parent's reference point to its own [m].
+  float arm_m[3];
+} omni_joint;
+
+// The tree of a vehicle's bodies, and the wheels on it.
+typedef struct {
+  omni_joint joints[OMNI_MAX_HINGES];
+  uint16_t count;
+  // Slot of what carries each wheel: 0 the base, k + 1 the child of joint k.
+  uint16_t carrier[3];
+  // From the carrier's reference point to each wheel [m].
+  float arm_m[3][3];
+} omni3_linkage;
+
+// What is known of the sensors and motors that a traction control lives with: its times follow from it. Start from `TractionSensors::perfect`.
+typedef struct {
+  // Counts of an encoder in a turn of the actuator, where its reading is whole counts over the period, fractions allowed; 0: it is not.
+  float encoder_counts;
+  // Standard deviation of a wheel's reading [rad/s], 0 to 100.
+  float encoder_noise_rad_s;
+  // Standard deviation of the gyro's reading [rad/s], 0 to 100.
+  float gyro_noise_rad_s;
+  // Age of the readings [s], 0 to 0.03.
+  float delay_s;
+  // Time constant of the motors' torque [s], 0 to 0.03.
+  float lag_s;
+} omni_traction_sensors;
+
+// Gains and times of a traction control. Start from `TractionConfig::traction` or `TractionConfig::traction_runup`.
+//
+// Gains beside the thrust's own are in multiples of it, so that they fit another vehicle as soon as that one does.
+typedef struct {
+  // Control period [s], 1e-6 to 10.
+  float period_s;
+  // What is known of sensors and motors. Times and dead zones below are what perfect ones allow; they grow with it.
+  omni_traction_sensors sensors;
+  // Thrust of every driven wheel per lack of speed, as a rate of its actuator [N.m.s/rad], 0 to 1e6.
+  float thrust_gain_n_m_s_rad;
+  // The same per integral of it [N.m/rad], 0 to 1e6: what carries the vehicle up a ramp. It does not wind up at the limit.
+  float thrust_integral_n_m_rad;
+  // Part of the gain that is left where next to no speed is lacking, 0 to 1; 1 leaves it whole.
+  float soft_part;
+  // Inverse of the lack at which the whole gain is there [s/rad], 0 to 1e6.
+  float soft_s_rad;
+  // Proportional gain of a wheel's own velocity loop [N.m.s/rad], 0 to 1e6: of wheels across the direction of travel always, of all wheels
+  // without traction control.
+  float free_gain_n_m_s_rad;
+  // Integral gain of the same loop [N.m/rad], 0 to 1e6.
+  float free_integral_n_m_rad;
+  // Time constant of the measured speed [s], 0 to 10; one period or less follows at once.
+  float speed_s;
+  // The measured speed rises no faster [m/s^2], 0.001 to 1e6.
+  float acceleration_m_s2;
+  // Time constant of the rates of hinges and base [s], 0 to 10.
+  float rates_s;
+  // Time in which a wheel's slip is taken out, by its own inertia [s], 1e-6 to 10.
+  float slip_s;
+  // Slip that is left alone, as a speed of the rim [m/s], 0 to 100.
+  float slip_free_m_s;
+  // Slip beyond that at which a wheel gives what the ground takes and nothing of the common thrust [m/s], 1e-6 to 100.
+  float slip_width_m_s;
+  // Time constant of the estimate of what the ground takes [s], 0 to 10.
+  float contact_s;
+  // Yaw rate that wheels are meant to have per heading error [1/s], 0 to 1000.
+  float heading_per_s;
+  // Thrust per heading error: this times the thrust's gain times the wheel's rate per yaw rate [1/s], 0 to 1000.
+  float heading_thrust_per_s;
+  // The same per error of the yaw rate, 0 to 100.
+  float yaw_damping;
+  // The higher wheel of a row pushes less: this times the thrust's gain, per angle of its carrier [1/s], 0 to 1000.
+  float levelling_per_s;
+  // Part of the largest thrust from which on rows are levelled, 0 to 0.99.
+  float levelling_from;
+  // Time constant with which the heading error is given up while the vehicle leans on a riser to square up [s], 0.001 to 1000.
+  float squaring_s;
+  // Longest memory of the gyro's zero [s], 0 to 3600; 0 leaves the zero as it is.
+  float gyro_zero_s;
+  // It is found only below this part of the largest thrust, 0 to 1.
+  float gyro_zero_part;
+  // Largest zero [rad/s], 0 to 100: what the gyro's datasheet says.
+  float gyro_zero_most_rad_s;
+} omni_traction_config;
+
+// Times and dead zones that fit sensors, motors and wheels.
+typedef struct {
+  // Angle of the actuator that one count of its encoder is [rad]; 0 where readings are not counts.
+  float count_rad;
+  float slip_s;
+  float contact_s;
+  float speed_s;
+  // Slip that is left alone, and its inverse [m/s, s/m].
+  float free_m_s;
+  float per_free_s_m;
+  // What counts and noise hide of a speed [m/s]: of slow wheels counts come late as well.
+  float hidden_m_s;
+  float width_m_s;
+  float integral_n_m_rad;
+  // Gain of the common thrust.
+  float thrust_gain_n_m_s_rad;
+  // Gains of a wheel's own loop.
+  float own_gain_n_m_s_rad;
+  float own_integral_n_m_rad;
+  // What delay and lag alone leave of a gain.
+  float late_part;
+  // Of slower wheels counts come rarely [rad/s].
+  float rare_rad_s;
+} omni_traction_times;
+
+// Traction control of one vehicle. Immutable; what it remembers is a `TractionState`.
+typedef struct {
+  omni3_kinematics kinematics;
+  omni3_linkage linkage;
+  omni3_torque_limits limits;
+  float inertia_kg_m2[3];
+  float carrier[3][2];
+  // Way along the push per turn of the actuator [m/rad].
+  float way_m_rad[3];
+  float place_m[3][2];
+  omni_traction_config config;
+  omni_traction_times times;
+  // Largest rate of a wheel per yaw rate.
+  float per_yaw;
+  // Inverses of how far the outermost wheels are to the side, for travel along x and along y [1/m].
+  float per_lever[2];
+} omni3_traction;
+
+// A `Drive` with traction control in place of the wheels' loops: everything around them is the drive's.
+//
+// Wheels that the fault monitor excludes, and those of which no reading arrives, have no torque and do not count for the speed.
+// `torque_ranges` of the input hold here too. In a stop nothing is tried any more: no back-off, no run-up.
+typedef struct {
+  omni3_drive drive;
+  omni3_supervisor supervisor;
+  omni3_traction traction;
+} omni3_traction_drive;
+
+// What a drive with traction control remembers. Nothing in it is for anybody else.
+typedef struct {
+  uint32_t ready;
+  uint32_t memory[384];
+} omni3_traction_drive_state;
+
+// What a step with traction control reports. Nothing in it is ever NaN.
+typedef struct {
+  // What a drive reports, torques to apply among it.
+  omni3_drive_output drive;
+  // Measured speed over the commanded, -1 to 1; 1 where none is commanded.
+  float factor;
+  // Measured speed along the direction of travel [m/s].
+  float speed_m_s;
+  // The target that it follows [m/s].
+  float target_m_s;
+  // Common thrust [N.m].
+  float thrust_n_m;
+  // Yaw rate [rad/s].
+  float yaw_rad_s;
+  // Speed across the direction of travel, to the left [m/s].
+  float drift_m_s;
+  // Heading error [rad], counter-clockwise positive.
+  float heading_rad;
+  // The gyro's zero [rad/s].
+  float gyro_zero_rad_s;
+  // Slip of each driven wheel along the direction of travel [rad/s]; 0 of the others.
+  float slip_rad_s[3];
+  // What the ground takes of each driven wheel's torque [N.m], by its own estimate; 0 of the others.
+  float contact_n_m[3];
+  // Retries so far.
+  uint32_t retries;
+  // Index of the wheel that the measured speed hangs on, the slowest that pushes, or the fastest where all brake; -1 where there is none.
+  int8_t speed_wheel;
+  // What drives the wheels.
+  omni_traction_loops loops;
+  // What the choice of the target speed is at.
+  omni_supervisor_mode supervisor;
+} omni3_traction_drive_output;
+
+// What an inertial measurement unit on the base says, in the base's axes: x forward, y left, z up.
+typedef struct {
+  // Turning rates about x, y and z [rad/s]: a gyro.
+  float rate_rad_s[3];
+  // Acceleration less gravity [m/s^2]: an accelerometer. At rest it is 9.81 upwards.
+  float specific_force_m_s2[3];
+  // Angle of the base's y axis above the horizon [rad]: left side up is positive.
+  float roll_rad;
+  // Angle of the base's x axis above the horizon [rad]: nose up is positive.
+  float pitch_rad;
+} omni_imu;
+
+// What the vehicle's bodies are read to do. All zero: nothing is read, and traction control does with the wheels' encoders.
+typedef struct {
+  // Angle of each hinge [rad], in the order of the vehicle file; NaN where it was not read. Only the first `hinges` are looked at.
+  float hinges_rad[OMNI_MAX_HINGES];
+  // Their rates [rad/s].
+  float hinges_rad_s[OMNI_MAX_HINGES];
+  // Inertial measurement unit of the base; looked at only where `imu_received`.
+  omni_imu imu;
+  // How many hinges are read, all of the vehicle's or 0.
+  uint8_t hinges;
+  // The unit's reading arrived.
+  bool imu_received;
+} omni_body_readings;
+
+// What an `Estimator` assumes of its sensors and its ground; checked by
+// `Estimator::new`. Every standard deviation is that of one reading.
+typedef struct {
+  // Time between steps [s], 1e-6 to 10.
+  float period_s;
+  // Noise of a wheel's velocity [rad/s], 1e-6 to 1000; 0.1. Of counts: a count over the period and `sqrt(6)`: that of a difference of two rounded angles.
+  float wheel_rad_s;
+  // Noise of the gyro [rad/s], 1e-6 to 1000; 0.01.
+  float gyro_rad_s;
+  // Noise of the accelerometer [m/s^2], 1e-6 to 1000; 0.05.
+  float accelerometer_m_s2;
+  // How far the velocity wanders where no accelerometer says so [m/s per root of s], 1e-6 to 1000; 0.3: by 1 m/s^2 for a tenth of a
+  // second, again and again.
+  float wander_m_s_per_sqrt_s;
+  // Deviation of the gyro's bias at the start [rad/s], 1e-6 to 1000; 0.02.
+  float bias_rad_s;
+  // How far the bias wanders [rad/s per root of s], 1e-9 to 1000; 1e-4.
+  float bias_walk_rad_s_per_sqrt_s;
+  // Slip of the whole vehicle that goes unnoticed while its wheels agree [m/s], 1e-6 to 1000; 0.001.
+  float slip_m_s;
+  // Time in which a slip comes and goes [s], 1e-3 to 100; 0.3. At least the period.
+  float slip_s;
+  // Averages over 50 ms up to which a vehicle whose command is rest stands: of the wheels beyond their
+  // noise [rad/s], 0 to 1000; 0.05.
+  float still_wheel_rad_s;
+  // Root mean square of the gyro about its own average, beyond its noise [rad/s], 0 to 1000; 0.05. The average itself has to be within
+  // four deviations of the bias as it is known: what is learnt at first is four times `bias_rad_s`.
+  float still_gyro_rad_s;
+  // Of each acceleration [m/s^2], 0 to 1000; 0.1.
+  float still_m_s2;
+} omni_estimator_config;
+
+// The filter for a vehicle with `N` wheels. Immutable; what changes is in `EstimatorState`.
+//
+// State: place and yaw in the world; velocity of the origin along the vehicle's heading; the gyro's bias; and the slip of all
+// wheels together, as a twist that they show beyond the vehicle's own. Each period
+//
+// 1. gyro and accelerometer move the state (without accelerometer the velocity wanders, without gyro the wheels' yaw rate is taken);
+// 2. the slip is held against none, by as little as a slip says that lasts for `slip_s` and is `slip_m_s`, as much as it is itself in any
+//    direction (wheels that slide hold in none) and as the wheels disagree. It changes by as much, but in a period by no more than 400 times what
+//    the velocity does (variances), which is little with an accelerometer. A body innovation beyond three deviations widens it at once, by its excess (after Jazwinski, *Adaptive
+//    filtering*, Automatica 5, 1969);
+// 3. every valid wheel reading is taken in by itself, its noise widened by its own residual (as variance components are estimated
+//    from redundancy: Baarda, 1968). No matrix is inverted, and the covariance is updated in Joseph's form. Its variances are never below 0.
+//
+// A vehicle whose command is rest and that stands (wheels, gyro and accelerometer are quiet for 50 ms) has no velocity, and what the gyro says
+// beyond the wheels' yaw rate is its bias: it trembles as its loops answer their encoders' noise. Nothing else teaches the bias: a wheel's slip in a turn is one-sided, and would be taken for one.
+//
+// What it is not: it has no bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s of error while
+// all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
+typedef struct {
+  omni_estimator_config config;
+  omni3_kinematics kinematics;
+  // Squares of the forward map: what a wheel's variance adds to that of each axis.
+  float shares[3][3];
+  float redundancy[3];
+  // Mean squared lever of the wheels [m^2]: turning by 1 rad/s is as much as its root in m/s.
+  float lever_m2;
+} omni3_estimator;
+
+// What an estimator remembers. Nothing in it is for anybody else.
+typedef struct {
+  uint32_t ready;
+  uint32_t memory[104];
+} omni3_estimator_state;
 
 // How far the pose may be off: standard deviations. All 0 where the drive was given no noise.
 typedef struct {
@@ -755,6 +1235,48 @@ typedef struct {
   // Of the heading [rad].
   float yaw_rad;
 } omni_deviations;
+
+// Where the vehicle is and how it moves, by an estimator. Nothing in it is ever NaN.
+typedef struct {
+  // Where it is.
+  omni_pose pose;
+  // How far that may be off.
+  omni_deviations deviations;
+  // How it moves.
+  omni_twist twist;
+  // By how much the wheels together say more than that: their common slip.
+  omni_twist slip;
+  // What the gyro reads at rest [rad/s].
+  float gyro_bias_rad_s;
+  // How far that may be off [rad/s].
+  float gyro_bias_deviation_rad_s;
+  // Covariance of the pose: x, y, yaw, in m and rad.
+  float covariance[3][3];
+  // Covariance of the velocity ahead and to the left [m^2/s^2].
+  float velocity_covariance[2][2];
+  // By how much the readings were off what was expected: the sum of their squares over the expected, over all `readings`.
+  float nis;
+  // How many readings that is of.
+  uint32_t readings;
+  // The vehicle stands.
+  bool standing;
+  // The step was taken; false where the state would be no number, and stays what it was.
+  bool taken;
+} omni_estimator_output;
+
+// What an estimator reads in a period. All zero: nothing is read.
+typedef struct {
+  // Actuator velocities [rad/s]; each looked at only where it was `received`.
+  omni3_velocities measured;
+  // Inertial measurement unit of the base; looked at only where `imu_received`.
+  omni_imu imu;
+  // The encoder's reading arrived.
+  bool received[3];
+  // The unit's reading arrived.
+  bool imu_received;
+  // The vehicle is commanded to stand.
+  bool commanded_rest;
+} omni3_estimator_input;
 
 // What the loops remember between steps; `default` is a fresh start.
 typedef struct {
@@ -950,8 +1472,8 @@ typedef struct {
   bool rejected;
   // Enough wheels determine the motion; else the pose stands still.
   bool motion_known;
-  // What is wrong with each wheel: an `omni_fault`, or 0 for nothing.
-  uint8_t faults[4];
+  // What is wrong with each wheel.
+  omni_fault faults[4];
   // The wheel was controlled. One that is not has no torque, and its bridge is opened or shorted: it has a fault, or all torque has ended
   // at rest.
   bool active[4];
@@ -964,12 +1486,17 @@ typedef struct {
   bool brake[4];
 } omni4_drive_output;
 
-// What arrived since the period before.
+// What arrived since the period before. All zero: nothing did, every wheel is on flat ground, motors have their own limits.
 typedef struct {
   // The command; looked at only where `commanded`.
   omni_twist command;
   // Actuator velocities [rad/s]; each looked at only where it was `received`.
   omni4_velocities measured;
+  // Torques [N.m] that the motors shall keep within besides their own limits: a hot motor, a low battery. Each looked at only where
+  // `limited`. 0 is always within.
+  omni4_torque_ranges torque_ranges;
+  // Path of each wheel over path of the body beneath it, 0.01 to 100; whatever else counts as 1, flat ground.
+  float path_factor[4];
   // A command arrived. Where none does for the time-out, the vehicle is brought to rest.
   bool commanded;
   // The emergency stop is pressed: the vehicle comes to rest at the emergency deceleration, whatever is commanded, and stays there for as
@@ -979,7 +1506,515 @@ typedef struct {
   bool received[4];
   // The wheel is in the air: it is controlled, but says nothing of the vehicle's motion.
   bool lifted[4];
+  // `torque_ranges` holds for this motor.
+  bool limited[4];
 } omni4_drive_input;
+
+// Chooses the target speed of a `super::Traction`. Immutable.
+//
+// It knows which row of wheels climbs next from how high the rows stand. Rows behind the first need a run-up, because an impact takes most
+// of the vehicle's energy. A vehicle that pushes with all it has and does not move backs off and tries again.
+typedef struct {
+  omni_supervisor_config config;
+  // Row of each wheel from the front, and from the left; how many rows there are.
+  uint16_t rows[2][4];
+  uint16_t counts[2];
+} omni4_supervisor;
+
+// The tree of a vehicle's bodies, and the wheels on it.
+typedef struct {
+  omni_joint joints[OMNI_MAX_HINGES];
+  uint16_t count;
+  // Slot of what carries each wheel: 0 the base, k + 1 the child of joint k.
+  uint16_t carrier[4];
+  // From the carrier's reference point to each wheel [m].
+  float arm_m[4][3];
+} omni4_linkage;
+
+// Traction control of one vehicle. Immutable; what it remembers is a `TractionState`.
+typedef struct {
+  omni4_kinematics kinematics;
+  omni4_linkage linkage;
+  omni4_torque_limits limits;
+  float inertia_kg_m2[4];
+  float carrier[4][2];
+  // Way along the push per turn of the actuator [m/rad].
+  float way_m_rad[4];
+  float place_m[4][2];
+  omni_traction_config config;
+  omni_traction_times times;
+  // Largest rate of a wheel per yaw rate.
+  float per_yaw;
+  // Inverses of how far the outermost wheels are to the side, for travel along x and along y [1/m].
+  float per_lever[2];
+} omni4_traction;
+
+// A `Drive` with traction control in place of the wheels' loops: everything around them is the drive's.
+//
+// Wheels that the fault monitor excludes, and those of which no reading arrives, have no torque and do not count for the speed.
+// `torque_ranges` of the input hold here too. In a stop nothing is tried any more: no back-off, no run-up.
+typedef struct {
+  omni4_drive drive;
+  omni4_supervisor supervisor;
+  omni4_traction traction;
+} omni4_traction_drive;
+
+// What a drive with traction control remembers. Nothing in it is for anybody else.
+typedef struct {
+  uint32_t ready;
+  uint32_t memory[436];
+} omni4_traction_drive_state;
+
+// What a step with traction control reports. Nothing in it is ever NaN.
+typedef struct {
+  // What a drive reports, torques to apply among it.
+  omni4_drive_output drive;
+  // Measured speed over the commanded, -1 to 1; 1 where none is commanded.
+  float factor;
+  // Measured speed along the direction of travel [m/s].
+  float speed_m_s;
+  // The target that it follows [m/s].
+  float target_m_s;
+  // Common thrust [N.m].
+  float thrust_n_m;
+  // Yaw rate [rad/s].
+  float yaw_rad_s;
+  // Speed across the direction of travel, to the left [m/s].
+  float drift_m_s;
+  // Heading error [rad], counter-clockwise positive.
+  float heading_rad;
+  // The gyro's zero [rad/s].
+  float gyro_zero_rad_s;
+  // Slip of each driven wheel along the direction of travel [rad/s]; 0 of the others.
+  float slip_rad_s[4];
+  // What the ground takes of each driven wheel's torque [N.m], by its own estimate; 0 of the others.
+  float contact_n_m[4];
+  // Retries so far.
+  uint32_t retries;
+  // Index of the wheel that the measured speed hangs on, the slowest that pushes, or the fastest where all brake; -1 where there is none.
+  int8_t speed_wheel;
+  // What drives the wheels.
+  omni_traction_loops loops;
+  // What the choice of the target speed is at.
+  omni_supervisor_mode supervisor;
+} omni4_traction_drive_output;
+
+// The filter for a vehicle with `N` wheels. Immutable; what changes is in `EstimatorState`.
+//
+// State: place and yaw in the world; velocity of the origin along the vehicle's heading; the gyro's bias; and the slip of all
+// wheels together, as a twist that they show beyond the vehicle's own. Each period
+//
+// 1. gyro and accelerometer move the state (without accelerometer the velocity wanders, without gyro the wheels' yaw rate is taken);
+// 2. the slip is held against none, by as little as a slip says that lasts for `slip_s` and is `slip_m_s`, as much as it is itself in any
+//    direction (wheels that slide hold in none) and as the wheels disagree. It changes by as much, but in a period by no more than 400 times what
+//    the velocity does (variances), which is little with an accelerometer. A body innovation beyond three deviations widens it at once, by its excess (after Jazwinski, *Adaptive
+//    filtering*, Automatica 5, 1969);
+// 3. every valid wheel reading is taken in by itself, its noise widened by its own residual (as variance components are estimated
+//    from redundancy: Baarda, 1968). No matrix is inverted, and the covariance is updated in Joseph's form. Its variances are never below 0.
+//
+// A vehicle whose command is rest and that stands (wheels, gyro and accelerometer are quiet for 50 ms) has no velocity, and what the gyro says
+// beyond the wheels' yaw rate is its bias: it trembles as its loops answer their encoders' noise. Nothing else teaches the bias: a wheel's slip in a turn is one-sided, and would be taken for one.
+//
+// What it is not: it has no bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s of error while
+// all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
+typedef struct {
+  omni_estimator_config config;
+  omni4_kinematics kinematics;
+  // Squares of the forward map: what a wheel's variance adds to that of each axis.
+  float shares[3][4];
+  float redundancy[4];
+  // Mean squared lever of the wheels [m^2]: turning by 1 rad/s is as much as its root in m/s.
+  float lever_m2;
+} omni4_estimator;
+
+// What an estimator remembers. Nothing in it is for anybody else.
+typedef struct {
+  uint32_t ready;
+  uint32_t memory[105];
+} omni4_estimator_state;
+
+// What an estimator reads in a period. All zero: nothing is read.
+typedef struct {
+  // Actuator velocities [rad/s]; each looked at only where it was `received`.
+  omni4_velocities measured;
+  // Inertial measurement unit of the base; looked at only where `imu_received`.
+  omni_imu imu;
+  // The encoder's reading arrived.
+  bool received[4];
+  // The unit's reading arrived.
+  bool imu_received;
+  // The vehicle is commanded to stand.
+  bool commanded_rest;
+} omni4_estimator_input;
+
+// What the loops remember between steps; `default` is a fresh start.
+typedef struct {
+  // Integral term of each wheel [N.m].
+  float integral_n_m[5];
+  // Derivative term of each wheel [N.m], after its filter.
+  float derivative_n_m[5];
+  // Reference of the step before, as realised [rad/s]; 0 without derivative and feed-forward.
+  float last_reference_rad_s[5];
+  // Measurement of the step before [rad/s]; 0 without derivative and feed-forward.
+  float last_measured_rad_s[5];
+  // The wheel has a step to compare with; only loops with a derivative or a feed-forward set it.
+  bool started[5];
+  // Which wheels are overloaded, and for how long the others have been beyond a limit.
+  omni_overload overload;
+  // How far the torque has ended while every reference was 0.
+  omni_rest_state rest;
+} omni5_state;
+
+// Actuator velocities, one a wheel in the layout's order: what kinematics maps and loops control.
+typedef struct {
+  // Velocity of each actuator [rad/s] (positive as the wheel's rolling direction says), any finite number.
+  float rad_s[5];
+} omni5_velocities;
+
+// Actuator torques, one a wheel in the layout's order: what a controller asks of motors. Not a wheel velocity.
+typedef struct {
+  // Torque of each actuator [N.m] (positive drives the wheel in its rolling direction), any finite number.
+  float n_m[5];
+} omni5_torques;
+
+// Torque limits of `N` wheels at their present velocities [N.m], in the layout's order.
+typedef struct {
+  // Lowest torque of each, <= 0.
+  float lower_n_m[5];
+  // Highest torque of each, >= 0.
+  float upper_n_m[5];
+} omni5_torque_ranges;
+
+// Every signal of one control step, per wheel in the layout's order. Velocities [rad/s] and torques [N.m] are the
+// actuators'. Nothing in it is ever NaN.
+typedef struct {
+  // Reference r as commanded, before any reduction.
+  omni5_velocities reference;
+  // Measurement y; 0 for a released wheel.
+  omni5_velocities measured;
+  // The wheel was controlled. One without a usable measurement is released: no torque, its loop starts afresh. When the torque has
+  // `ended` no wheel is controlled.
+  bool active[5];
+  // Proportional term, formed with the reference as reduced by `common_factor` under
+  // `Saturation::ScaleReferences`.
+  float p_n_m[5];
+  // Integral term, likewise.
+  float i_n_m[5];
+  // Derivative term, likewise.
+  float d_n_m[5];
+  // Feed-forward, likewise.
+  float ff_n_m[5];
+  // Torque the loops ask for with the whole reference: what would be applied had the actuators no limit.
+  omni5_torques requested;
+  // Torque to apply, always within the limits.
+  omni5_torques applied;
+  // Limits at the present velocities.
+  omni5_torque_ranges range;
+  // The requested torque is outside the limits.
+  bool saturated[5];
+  // What all torques (`Saturation::ScaleTorques`) or all references
+  // (`Saturation::ScaleReferences`) were multiplied by, 0 to 1; 1 under
+  // `Saturation::Clip`.
+  float common_factor;
+  // Every reference has been 0 for long enough that all torque has ended: see `Rest`. Bridges that are driven by
+  // voltage are then opened or shorted, because the voltage for no torque follows from a velocity that may be measured wrongly.
+  bool ended;
+  // And the windings of all motors are to be shorted: `Rest::short_windings`.
+  bool shorted;
+} omni5_wheel_sample;
+
+// Every signal of one step of a `Controller`.
+typedef struct {
+  // The command; rest where the one given was not finite, or beyond 1e6.
+  omni_twist command;
+  // The wheels' signals.
+  omni5_wheel_sample wheels;
+} omni5_sample;
+
+// The two linear maps of one layout. Immutable, no allocation.
+typedef struct {
+  float inverse[5][3];
+  float forward[3][5];
+  float weights[5];
+} omni5_kinematics;
+
+// The limits of `N` actuators, their numbers side by side: loops over them run several at a time where the processor can.
+typedef struct {
+  float stall[5];
+  float slope[5];
+  float cap[5];
+  // No limit depends on the velocity.
+  bool constant;
+} omni5_torque_limits;
+
+// PID loops of `N` wheels with a coordination policy, without a vehicle around them.
+typedef struct {
+  omni_pid pid;
+  omni5_torque_limits limits;
+  omni_coordination coordination;
+  omni_rest_rule rest;
+} omni5_loops;
+
+// A vehicle's controller: kinematics and wheel loops. Immutable; what changes is in `ControlState`.
+//
+// The bare loop. `Drive` puts shaping, faults, slip and odometry around it.
+typedef struct {
+  omni5_kinematics kinematics;
+  omni5_loops wheels;
+} omni5_controller;
+
+// Dead reckoning of a vehicle with `N` wheels. Immutable; what changes is in `OdometryState`.
+//
+// The maps are handed to each call: a caller that distrusts a wheel may pass another forward map, or the displacement
+// itself. In `f32` positions of 5000 rad come in steps of 5e-4 rad; that does not add up, because differences of
+// positions are exact.
+//
+// Largest distance of `f32` from `f64` over 1,000,000 steps of 1 ms at 0.3 m/s, that is 300 m, by the seven wheels of
+// `WheelLayout::chugo7`:
+//
+// | path | as here | plain sums (`PlanarPose::moved_by`) |
+// |---|---|---|
+// | winding and sideways, ending far away | 0.05 mm | 36 mm |
+// | the same in circles of 6 m radius | 0.005 mm | 0.4 mm |
+// | straight ahead | 0.06 mm | 2.6 m |
+//
+// From positions instead of velocities the first column is at most 0.14 mm.
+typedef struct {
+  float period_s;
+} omni5_odometry;
+
+// Speed limits of the actuators and what is kept within them: desaturation, or normalisation, of wheel speeds.
+typedef struct {
+  float limit_rad_s[5];
+  omni_desaturation desaturation;
+} omni5_speed_limits;
+
+// A vehicle's whole controller: readings and commands in, torques out. Immutable; what changes is in `DriveState`.
+//
+// In order: readings are judged, faulty wheels released, the motion estimated from the rest; the command is checked,
+// limited, moved to the origin and brought within what the wheels can turn; the loops run; the pose is integrated.
+typedef struct {
+  omni5_controller controller;
+  omni_shaper shaper;
+  omni_slip_detector slip;
+  omni_fault_monitor faults;
+  omni5_odometry odometry;
+  // Without effect unless `limits_speed`.
+  omni5_speed_limits speed_limits;
+  // Without effect unless `grows_covariance`.
+  omni_covariance_growth growth;
+  float command_point_m[2];
+  float period_s;
+  uint16_t blind_periods;
+  bool limits_speed;
+  bool grows_covariance;
+  bool discretize;
+} omni5_drive;
+
+// What a drive remembers. Nothing in it is for anybody else.
+typedef struct {
+  uint32_t ready;
+  uint32_t memory[184];
+} omni5_drive_state;
+
+// What a step reports. Nothing in it is ever NaN.
+typedef struct {
+  // Torques to apply [N.m], always within the motors' limits.
+  omni5_torques torques;
+  // Torques that the loops asked for [N.m].
+  omni5_torques requested;
+  // References of the loops [rad/s].
+  omni5_velocities references;
+  // Velocities that the loops went by [rad/s]; 0 for a wheel that is not `active`.
+  omni5_velocities measured;
+  // What the vehicle is to do: the command within all limits, of the origin.
+  omni_twist twist;
+  // What the vehicle does, by its wheels; 0 unless `motion_known`.
+  omni_twist estimated;
+  // Where the vehicle is, by its wheels.
+  omni_pose pose;
+  // How far the vehicle can be relied on.
+  omni_drive_mode mode;
+  // Why the twist is what it is.
+  omni_command_status status;
+  // A command arrived and was refused: it is no number, or beyond 1e6.
+  bool rejected;
+  // Enough wheels determine the motion; else the pose stands still.
+  bool motion_known;
+  // What is wrong with each wheel.
+  omni_fault faults[5];
+  // The wheel was controlled. One that is not has no torque, and its bridge is opened or shorted: it has a fault, or all torque has ended
+  // at rest.
+  bool active[5];
+  // The requested torque is outside the limits.
+  bool saturated[5];
+  // The wheel is left out of the motion: faulty, lifted or slipping.
+  bool excluded[5];
+  // The motor's windings shall be shorted. In a safe stop and an emergency stop: the wheel has a fault, so that no torque can be asked of
+  // it, or all torque has ended. At rest otherwise: all torque has ended, and the scenario asks for it (`control.rest.short_windings`).
+  bool brake[5];
+} omni5_drive_output;
+
+// What arrived since the period before. All zero: nothing did, every wheel is on flat ground, motors have their own limits.
+typedef struct {
+  // The command; looked at only where `commanded`.
+  omni_twist command;
+  // Actuator velocities [rad/s]; each looked at only where it was `received`.
+  omni5_velocities measured;
+  // Torques [N.m] that the motors shall keep within besides their own limits: a hot motor, a low battery. Each looked at only where
+  // `limited`. 0 is always within.
+  omni5_torque_ranges torque_ranges;
+  // Path of each wheel over path of the body beneath it, 0.01 to 100; whatever else counts as 1, flat ground.
+  float path_factor[5];
+  // A command arrived. Where none does for the time-out, the vehicle is brought to rest.
+  bool commanded;
+  // The emergency stop is pressed: the vehicle comes to rest at the emergency deceleration, whatever is commanded, and stays there for as
+  // long as this is said. A button that springs back has to be latched before.
+  bool emergency;
+  // The encoder's reading arrived.
+  bool received[5];
+  // The wheel is in the air: it is controlled, but says nothing of the vehicle's motion.
+  bool lifted[5];
+  // `torque_ranges` holds for this motor.
+  bool limited[5];
+} omni5_drive_input;
+
+// Chooses the target speed of a `super::Traction`. Immutable.
+//
+// It knows which row of wheels climbs next from how high the rows stand. Rows behind the first need a run-up, because an impact takes most
+// of the vehicle's energy. A vehicle that pushes with all it has and does not move backs off and tries again.
+typedef struct {
+  omni_supervisor_config config;
+  // Row of each wheel from the front, and from the left; how many rows there are.
+  uint16_t rows[2][5];
+  uint16_t counts[2];
+} omni5_supervisor;
+
+// The tree of a vehicle's bodies, and the wheels on it.
+typedef struct {
+  omni_joint joints[OMNI_MAX_HINGES];
+  uint16_t count;
+  // Slot of what carries each wheel: 0 the base, k + 1 the child of joint k.
+  uint16_t carrier[5];
+  // From the carrier's reference point to each wheel [m].
+  float arm_m[5][3];
+} omni5_linkage;
+
+// Traction control of one vehicle. Immutable; what it remembers is a `TractionState`.
+typedef struct {
+  omni5_kinematics kinematics;
+  omni5_linkage linkage;
+  omni5_torque_limits limits;
+  float inertia_kg_m2[5];
+  float carrier[5][2];
+  // Way along the push per turn of the actuator [m/rad].
+  float way_m_rad[5];
+  float place_m[5][2];
+  omni_traction_config config;
+  omni_traction_times times;
+  // Largest rate of a wheel per yaw rate.
+  float per_yaw;
+  // Inverses of how far the outermost wheels are to the side, for travel along x and along y [1/m].
+  float per_lever[2];
+} omni5_traction;
+
+// A `Drive` with traction control in place of the wheels' loops: everything around them is the drive's.
+//
+// Wheels that the fault monitor excludes, and those of which no reading arrives, have no torque and do not count for the speed.
+// `torque_ranges` of the input hold here too. In a stop nothing is tried any more: no back-off, no run-up.
+typedef struct {
+  omni5_drive drive;
+  omni5_supervisor supervisor;
+  omni5_traction traction;
+} omni5_traction_drive;
+
+// What a drive with traction control remembers. Nothing in it is for anybody else.
+typedef struct {
+  uint32_t ready;
+  uint32_t memory[490];
+} omni5_traction_drive_state;
+
+// What a step with traction control reports. Nothing in it is ever NaN.
+typedef struct {
+  // What a drive reports, torques to apply among it.
+  omni5_drive_output drive;
+  // Measured speed over the commanded, -1 to 1; 1 where none is commanded.
+  float factor;
+  // Measured speed along the direction of travel [m/s].
+  float speed_m_s;
+  // The target that it follows [m/s].
+  float target_m_s;
+  // Common thrust [N.m].
+  float thrust_n_m;
+  // Yaw rate [rad/s].
+  float yaw_rad_s;
+  // Speed across the direction of travel, to the left [m/s].
+  float drift_m_s;
+  // Heading error [rad], counter-clockwise positive.
+  float heading_rad;
+  // The gyro's zero [rad/s].
+  float gyro_zero_rad_s;
+  // Slip of each driven wheel along the direction of travel [rad/s]; 0 of the others.
+  float slip_rad_s[5];
+  // What the ground takes of each driven wheel's torque [N.m], by its own estimate; 0 of the others.
+  float contact_n_m[5];
+  // Retries so far.
+  uint32_t retries;
+  // Index of the wheel that the measured speed hangs on, the slowest that pushes, or the fastest where all brake; -1 where there is none.
+  int8_t speed_wheel;
+  // What drives the wheels.
+  omni_traction_loops loops;
+  // What the choice of the target speed is at.
+  omni_supervisor_mode supervisor;
+} omni5_traction_drive_output;
+
+// The filter for a vehicle with `N` wheels. Immutable; what changes is in `EstimatorState`.
+//
+// State: place and yaw in the world; velocity of the origin along the vehicle's heading; the gyro's bias; and the slip of all
+// wheels together, as a twist that they show beyond the vehicle's own. Each period
+//
+// 1. gyro and accelerometer move the state (without accelerometer the velocity wanders, without gyro the wheels' yaw rate is taken);
+// 2. the slip is held against none, by as little as a slip says that lasts for `slip_s` and is `slip_m_s`, as much as it is itself in any
+//    direction (wheels that slide hold in none) and as the wheels disagree. It changes by as much, but in a period by no more than 400 times what
+//    the velocity does (variances), which is little with an accelerometer. A body innovation beyond three deviations widens it at once, by its excess (after Jazwinski, *Adaptive
+//    filtering*, Automatica 5, 1969);
+// 3. every valid wheel reading is taken in by itself, its noise widened by its own residual (as variance components are estimated
+//    from redundancy: Baarda, 1968). No matrix is inverted, and the covariance is updated in Joseph's form. Its variances are never below 0.
+//
+// A vehicle whose command is rest and that stands (wheels, gyro and accelerometer are quiet for 50 ms) has no velocity, and what the gyro says
+// beyond the wheels' yaw rate is its bias: it trembles as its loops answer their encoders' noise. Nothing else teaches the bias: a wheel's slip in a turn is one-sided, and would be taken for one.
+//
+// What it is not: it has no bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s of error while
+// all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
+typedef struct {
+  omni_estimator_config config;
+  omni5_kinematics kinematics;
+  // Squares of the forward map: what a wheel's variance adds to that of each axis.
+  float shares[3][5];
+  float redundancy[5];
+  // Mean squared lever of the wheels [m^2]: turning by 1 rad/s is as much as its root in m/s.
+  float lever_m2;
+} omni5_estimator;
+
+// What an estimator remembers. Nothing in it is for anybody else.
+typedef struct {
+  uint32_t ready;
+  uint32_t memory[106];
+} omni5_estimator_state;
+
+// What an estimator reads in a period. All zero: nothing is read.
+typedef struct {
+  // Actuator velocities [rad/s]; each looked at only where it was `received`.
+  omni5_velocities measured;
+  // Inertial measurement unit of the base; looked at only where `imu_received`.
+  omni_imu imu;
+  // The encoder's reading arrived.
+  bool received[5];
+  // The unit's reading arrived.
+  bool imu_received;
+  // The vehicle is commanded to stand.
+  bool commanded_rest;
+} omni5_estimator_input;
 
 // What the loops remember between steps; `default` is a fresh start.
 typedef struct {
@@ -1175,8 +2210,8 @@ typedef struct {
   bool rejected;
   // Enough wheels determine the motion; else the pose stands still.
   bool motion_known;
-  // What is wrong with each wheel: an `omni_fault`, or 0 for nothing.
-  uint8_t faults[6];
+  // What is wrong with each wheel.
+  omni_fault faults[6];
   // The wheel was controlled. One that is not has no torque, and its bridge is opened or shorted: it has a fault, or all torque has ended
   // at rest.
   bool active[6];
@@ -1189,12 +2224,17 @@ typedef struct {
   bool brake[6];
 } omni6_drive_output;
 
-// What arrived since the period before.
+// What arrived since the period before. All zero: nothing did, every wheel is on flat ground, motors have their own limits.
 typedef struct {
   // The command; looked at only where `commanded`.
   omni_twist command;
   // Actuator velocities [rad/s]; each looked at only where it was `received`.
   omni6_velocities measured;
+  // Torques [N.m] that the motors shall keep within besides their own limits: a hot motor, a low battery. Each looked at only where
+  // `limited`. 0 is always within.
+  omni6_torque_ranges torque_ranges;
+  // Path of each wheel over path of the body beneath it, 0.01 to 100; whatever else counts as 1, flat ground.
+  float path_factor[6];
   // A command arrived. Where none does for the time-out, the vehicle is brought to rest.
   bool commanded;
   // The emergency stop is pressed: the vehicle comes to rest at the emergency deceleration, whatever is commanded, and stays there for as
@@ -1204,7 +2244,146 @@ typedef struct {
   bool received[6];
   // The wheel is in the air: it is controlled, but says nothing of the vehicle's motion.
   bool lifted[6];
+  // `torque_ranges` holds for this motor.
+  bool limited[6];
 } omni6_drive_input;
+
+// Chooses the target speed of a `super::Traction`. Immutable.
+//
+// It knows which row of wheels climbs next from how high the rows stand. Rows behind the first need a run-up, because an impact takes most
+// of the vehicle's energy. A vehicle that pushes with all it has and does not move backs off and tries again.
+typedef struct {
+  omni_supervisor_config config;
+  // Row of each wheel from the front, and from the left; how many rows there are.
+  uint16_t rows[2][6];
+  uint16_t counts[2];
+} omni6_supervisor;
+
+// The tree of a vehicle's bodies, and the wheels on it.
+typedef struct {
+  omni_joint joints[OMNI_MAX_HINGES];
+  uint16_t count;
+  // Slot of what carries each wheel: 0 the base, k + 1 the child of joint k.
+  uint16_t carrier[6];
+  // From the carrier's reference point to each wheel [m].
+  float arm_m[6][3];
+} omni6_linkage;
+
+// Traction control of one vehicle. Immutable; what it remembers is a `TractionState`.
+typedef struct {
+  omni6_kinematics kinematics;
+  omni6_linkage linkage;
+  omni6_torque_limits limits;
+  float inertia_kg_m2[6];
+  float carrier[6][2];
+  // Way along the push per turn of the actuator [m/rad].
+  float way_m_rad[6];
+  float place_m[6][2];
+  omni_traction_config config;
+  omni_traction_times times;
+  // Largest rate of a wheel per yaw rate.
+  float per_yaw;
+  // Inverses of how far the outermost wheels are to the side, for travel along x and along y [1/m].
+  float per_lever[2];
+} omni6_traction;
+
+// A `Drive` with traction control in place of the wheels' loops: everything around them is the drive's.
+//
+// Wheels that the fault monitor excludes, and those of which no reading arrives, have no torque and do not count for the speed.
+// `torque_ranges` of the input hold here too. In a stop nothing is tried any more: no back-off, no run-up.
+typedef struct {
+  omni6_drive drive;
+  omni6_supervisor supervisor;
+  omni6_traction traction;
+} omni6_traction_drive;
+
+// What a drive with traction control remembers. Nothing in it is for anybody else.
+typedef struct {
+  uint32_t ready;
+  uint32_t memory[543];
+} omni6_traction_drive_state;
+
+// What a step with traction control reports. Nothing in it is ever NaN.
+typedef struct {
+  // What a drive reports, torques to apply among it.
+  omni6_drive_output drive;
+  // Measured speed over the commanded, -1 to 1; 1 where none is commanded.
+  float factor;
+  // Measured speed along the direction of travel [m/s].
+  float speed_m_s;
+  // The target that it follows [m/s].
+  float target_m_s;
+  // Common thrust [N.m].
+  float thrust_n_m;
+  // Yaw rate [rad/s].
+  float yaw_rad_s;
+  // Speed across the direction of travel, to the left [m/s].
+  float drift_m_s;
+  // Heading error [rad], counter-clockwise positive.
+  float heading_rad;
+  // The gyro's zero [rad/s].
+  float gyro_zero_rad_s;
+  // Slip of each driven wheel along the direction of travel [rad/s]; 0 of the others.
+  float slip_rad_s[6];
+  // What the ground takes of each driven wheel's torque [N.m], by its own estimate; 0 of the others.
+  float contact_n_m[6];
+  // Retries so far.
+  uint32_t retries;
+  // Index of the wheel that the measured speed hangs on, the slowest that pushes, or the fastest where all brake; -1 where there is none.
+  int8_t speed_wheel;
+  // What drives the wheels.
+  omni_traction_loops loops;
+  // What the choice of the target speed is at.
+  omni_supervisor_mode supervisor;
+} omni6_traction_drive_output;
+
+// The filter for a vehicle with `N` wheels. Immutable; what changes is in `EstimatorState`.
+//
+// State: place and yaw in the world; velocity of the origin along the vehicle's heading; the gyro's bias; and the slip of all
+// wheels together, as a twist that they show beyond the vehicle's own. Each period
+//
+// 1. gyro and accelerometer move the state (without accelerometer the velocity wanders, without gyro the wheels' yaw rate is taken);
+// 2. the slip is held against none, by as little as a slip says that lasts for `slip_s` and is `slip_m_s`, as much as it is itself in any
+//    direction (wheels that slide hold in none) and as the wheels disagree. It changes by as much, but in a period by no more than 400 times what
+//    the velocity does (variances), which is little with an accelerometer. A body innovation beyond three deviations widens it at once, by its excess (after Jazwinski, *Adaptive
+//    filtering*, Automatica 5, 1969);
+// 3. every valid wheel reading is taken in by itself, its noise widened by its own residual (as variance components are estimated
+//    from redundancy: Baarda, 1968). No matrix is inverted, and the covariance is updated in Joseph's form. Its variances are never below 0.
+//
+// A vehicle whose command is rest and that stands (wheels, gyro and accelerometer are quiet for 50 ms) has no velocity, and what the gyro says
+// beyond the wheels' yaw rate is its bias: it trembles as its loops answer their encoders' noise. Nothing else teaches the bias: a wheel's slip in a turn is one-sided, and would be taken for one.
+//
+// What it is not: it has no bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s of error while
+// all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
+typedef struct {
+  omni_estimator_config config;
+  omni6_kinematics kinematics;
+  // Squares of the forward map: what a wheel's variance adds to that of each axis.
+  float shares[3][6];
+  float redundancy[6];
+  // Mean squared lever of the wheels [m^2]: turning by 1 rad/s is as much as its root in m/s.
+  float lever_m2;
+} omni6_estimator;
+
+// What an estimator remembers. Nothing in it is for anybody else.
+typedef struct {
+  uint32_t ready;
+  uint32_t memory[107];
+} omni6_estimator_state;
+
+// What an estimator reads in a period. All zero: nothing is read.
+typedef struct {
+  // Actuator velocities [rad/s]; each looked at only where it was `received`.
+  omni6_velocities measured;
+  // Inertial measurement unit of the base; looked at only where `imu_received`.
+  omni_imu imu;
+  // The encoder's reading arrived.
+  bool received[6];
+  // The unit's reading arrived.
+  bool imu_received;
+  // The vehicle is commanded to stand.
+  bool commanded_rest;
+} omni6_estimator_input;
 
 // What the loops remember between steps; `default` is a fresh start.
 typedef struct {
@@ -1400,8 +2579,8 @@ typedef struct {
   bool rejected;
   // Enough wheels determine the motion; else the pose stands still.
   bool motion_known;
-  // What is wrong with each wheel: an `omni_fault`, or 0 for nothing.
-  uint8_t faults[7];
+  // What is wrong with each wheel.
+  omni_fault faults[7];
   // The wheel was controlled. One that is not has no torque, and its bridge is opened or shorted: it has a fault, or all torque has ended
   // at rest.
   bool active[7];
@@ -1414,12 +2593,17 @@ typedef struct {
   bool brake[7];
 } omni7_drive_output;
 
-// What arrived since the period before.
+// What arrived since the period before. All zero: nothing did, every wheel is on flat ground, motors have their own limits.
 typedef struct {
   // The command; looked at only where `commanded`.
   omni_twist command;
   // Actuator velocities [rad/s]; each looked at only where it was `received`.
   omni7_velocities measured;
+  // Torques [N.m] that the motors shall keep within besides their own limits: a hot motor, a low battery. Each looked at only where
+  // `limited`. 0 is always within.
+  omni7_torque_ranges torque_ranges;
+  // Path of each wheel over path of the body beneath it, 0.01 to 100; whatever else counts as 1, flat ground.
+  float path_factor[7];
   // A command arrived. Where none does for the time-out, the vehicle is brought to rest.
   bool commanded;
   // The emergency stop is pressed: the vehicle comes to rest at the emergency deceleration, whatever is commanded, and stays there for as
@@ -1429,7 +2613,515 @@ typedef struct {
   bool received[7];
   // The wheel is in the air: it is controlled, but says nothing of the vehicle's motion.
   bool lifted[7];
+  // `torque_ranges` holds for this motor.
+  bool limited[7];
 } omni7_drive_input;
+
+// Chooses the target speed of a `super::Traction`. Immutable.
+//
+// It knows which row of wheels climbs next from how high the rows stand. Rows behind the first need a run-up, because an impact takes most
+// of the vehicle's energy. A vehicle that pushes with all it has and does not move backs off and tries again.
+typedef struct {
+  omni_supervisor_config config;
+  // Row of each wheel from the front, and from the left; how many rows there are.
+  uint16_t rows[2][7];
+  uint16_t counts[2];
+} omni7_supervisor;
+
+// The tree of a vehicle's bodies, and the wheels on it.
+typedef struct {
+  omni_joint joints[OMNI_MAX_HINGES];
+  uint16_t count;
+  // Slot of what carries each wheel: 0 the base, k + 1 the child of joint k.
+  uint16_t carrier[7];
+  // From the carrier's reference point to each wheel [m].
+  float arm_m[7][3];
+} omni7_linkage;
+
+// Traction control of one vehicle. Immutable; what it remembers is a `TractionState`.
+typedef struct {
+  omni7_kinematics kinematics;
+  omni7_linkage linkage;
+  omni7_torque_limits limits;
+  float inertia_kg_m2[7];
+  float carrier[7][2];
+  // Way along the push per turn of the actuator [m/rad].
+  float way_m_rad[7];
+  float place_m[7][2];
+  omni_traction_config config;
+  omni_traction_times times;
+  // Largest rate of a wheel per yaw rate.
+  float per_yaw;
+  // Inverses of how far the outermost wheels are to the side, for travel along x and along y [1/m].
+  float per_lever[2];
+} omni7_traction;
+
+// A `Drive` with traction control in place of the wheels' loops: everything around them is the drive's.
+//
+// Wheels that the fault monitor excludes, and those of which no reading arrives, have no torque and do not count for the speed.
+// `torque_ranges` of the input hold here too. In a stop nothing is tried any more: no back-off, no run-up.
+typedef struct {
+  omni7_drive drive;
+  omni7_supervisor supervisor;
+  omni7_traction traction;
+} omni7_traction_drive;
+
+// What a drive with traction control remembers. Nothing in it is for anybody else.
+typedef struct {
+  uint32_t ready;
+  uint32_t memory[595];
+} omni7_traction_drive_state;
+
+// What a step with traction control reports. Nothing in it is ever NaN.
+typedef struct {
+  // What a drive reports, torques to apply among it.
+  omni7_drive_output drive;
+  // Measured speed over the commanded, -1 to 1; 1 where none is commanded.
+  float factor;
+  // Measured speed along the direction of travel [m/s].
+  float speed_m_s;
+  // The target that it follows [m/s].
+  float target_m_s;
+  // Common thrust [N.m].
+  float thrust_n_m;
+  // Yaw rate [rad/s].
+  float yaw_rad_s;
+  // Speed across the direction of travel, to the left [m/s].
+  float drift_m_s;
+  // Heading error [rad], counter-clockwise positive.
+  float heading_rad;
+  // The gyro's zero [rad/s].
+  float gyro_zero_rad_s;
+  // Slip of each driven wheel along the direction of travel [rad/s]; 0 of the others.
+  float slip_rad_s[7];
+  // What the ground takes of each driven wheel's torque [N.m], by its own estimate; 0 of the others.
+  float contact_n_m[7];
+  // Retries so far.
+  uint32_t retries;
+  // Index of the wheel that the measured speed hangs on, the slowest that pushes, or the fastest where all brake; -1 where there is none.
+  int8_t speed_wheel;
+  // What drives the wheels.
+  omni_traction_loops loops;
+  // What the choice of the target speed is at.
+  omni_supervisor_mode supervisor;
+} omni7_traction_drive_output;
+
+// The filter for a vehicle with `N` wheels. Immutable; what changes is in `EstimatorState`.
+//
+// State: place and yaw in the world; velocity of the origin along the vehicle's heading; the gyro's bias; and the slip of all
+// wheels together, as a twist that they show beyond the vehicle's own. Each period
+//
+// 1. gyro and accelerometer move the state (without accelerometer the velocity wanders, without gyro the wheels' yaw rate is taken);
+// 2. the slip is held against none, by as little as a slip says that lasts for `slip_s` and is `slip_m_s`, as much as it is itself in any
+//    direction (wheels that slide hold in none) and as the wheels disagree. It changes by as much, but in a period by no more than 400 times what
+//    the velocity does (variances), which is little with an accelerometer. A body innovation beyond three deviations widens it at once, by its excess (after Jazwinski, *Adaptive
+//    filtering*, Automatica 5, 1969);
+// 3. every valid wheel reading is taken in by itself, its noise widened by its own residual (as variance components are estimated
+//    from redundancy: Baarda, 1968). No matrix is inverted, and the covariance is updated in Joseph's form. Its variances are never below 0.
+//
+// A vehicle whose command is rest and that stands (wheels, gyro and accelerometer are quiet for 50 ms) has no velocity, and what the gyro says
+// beyond the wheels' yaw rate is its bias: it trembles as its loops answer their encoders' noise. Nothing else teaches the bias: a wheel's slip in a turn is one-sided, and would be taken for one.
+//
+// What it is not: it has no bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s of error while
+// all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
+typedef struct {
+  omni_estimator_config config;
+  omni7_kinematics kinematics;
+  // Squares of the forward map: what a wheel's variance adds to that of each axis.
+  float shares[3][7];
+  float redundancy[7];
+  // Mean squared lever of the wheels [m^2]: turning by 1 rad/s is as much as its root in m/s.
+  float lever_m2;
+} omni7_estimator;
+
+// What an estimator remembers. Nothing in it is for anybody else.
+typedef struct {
+  uint32_t ready;
+  uint32_t memory[108];
+} omni7_estimator_state;
+
+// What an estimator reads in a period. All zero: nothing is read.
+typedef struct {
+  // Actuator velocities [rad/s]; each looked at only where it was `received`.
+  omni7_velocities measured;
+  // Inertial measurement unit of the base; looked at only where `imu_received`.
+  omni_imu imu;
+  // The encoder's reading arrived.
+  bool received[7];
+  // The unit's reading arrived.
+  bool imu_received;
+  // The vehicle is commanded to stand.
+  bool commanded_rest;
+} omni7_estimator_input;
+
+// What the loops remember between steps; `default` is a fresh start.
+typedef struct {
+  // Integral term of each wheel [N.m].
+  float integral_n_m[8];
+  // Derivative term of each wheel [N.m], after its filter.
+  float derivative_n_m[8];
+  // Reference of the step before, as realised [rad/s]; 0 without derivative and feed-forward.
+  float last_reference_rad_s[8];
+  // Measurement of the step before [rad/s]; 0 without derivative and feed-forward.
+  float last_measured_rad_s[8];
+  // The wheel has a step to compare with; only loops with a derivative or a feed-forward set it.
+  bool started[8];
+  // Which wheels are overloaded, and for how long the others have been beyond a limit.
+  omni_overload overload;
+  // How far the torque has ended while every reference was 0.
+  omni_rest_state rest;
+} omni8_state;
+
+// Actuator velocities, one a wheel in the layout's order: what kinematics maps and loops control.
+typedef struct {
+  // Velocity of each actuator [rad/s] (positive as the wheel's rolling direction says), any finite number.
+  float rad_s[8];
+} omni8_velocities;
+
+// Actuator torques, one a wheel in the layout's order: what a controller asks of motors. Not a wheel velocity.
+typedef struct {
+  // Torque of each actuator [N.m] (positive drives the wheel in its rolling direction), any finite number.
+  float n_m[8];
+} omni8_torques;
+
+// Torque limits of `N` wheels at their present velocities [N.m], in the layout's order.
+typedef struct {
+  // Lowest torque of each, <= 0.
+  float lower_n_m[8];
+  // Highest torque of each, >= 0.
+  float upper_n_m[8];
+} omni8_torque_ranges;
+
+// Every signal of one control step, per wheel in the layout's order. Velocities [rad/s] and torques [N.m] are the
+// actuators'. Nothing in it is ever NaN.
+typedef struct {
+  // Reference r as commanded, before any reduction.
+  omni8_velocities reference;
+  // Measurement y; 0 for a released wheel.
+  omni8_velocities measured;
+  // The wheel was controlled. One without a usable measurement is released: no torque, its loop starts afresh. When the torque has
+  // `ended` no wheel is controlled.
+  bool active[8];
+  // Proportional term, formed with the reference as reduced by `common_factor` under
+  // `Saturation::ScaleReferences`.
+  float p_n_m[8];
+  // Integral term, likewise.
+  float i_n_m[8];
+  // Derivative term, likewise.
+  float d_n_m[8];
+  // Feed-forward, likewise.
+  float ff_n_m[8];
+  // Torque the loops ask for with the whole reference: what would be applied had the actuators no limit.
+  omni8_torques requested;
+  // Torque to apply, always within the limits.
+  omni8_torques applied;
+  // Limits at the present velocities.
+  omni8_torque_ranges range;
+  // The requested torque is outside the limits.
+  bool saturated[8];
+  // What all torques (`Saturation::ScaleTorques`) or all references
+  // (`Saturation::ScaleReferences`) were multiplied by, 0 to 1; 1 under
+  // `Saturation::Clip`.
+  float common_factor;
+  // Every reference has been 0 for long enough that all torque has ended: see `Rest`. Bridges that are driven by
+  // voltage are then opened or shorted, because the voltage for no torque follows from a velocity that may be measured wrongly.
+  bool ended;
+  // And the windings of all motors are to be shorted: `Rest::short_windings`.
+  bool shorted;
+} omni8_wheel_sample;
+
+// Every signal of one step of a `Controller`.
+typedef struct {
+  // The command; rest where the one given was not finite, or beyond 1e6.
+  omni_twist command;
+  // The wheels' signals.
+  omni8_wheel_sample wheels;
+} omni8_sample;
+
+// The two linear maps of one layout. Immutable, no allocation.
+typedef struct {
+  float inverse[8][3];
+  float forward[3][8];
+  float weights[8];
+} omni8_kinematics;
+
+// The limits of `N` actuators, their numbers side by side: loops over them run several at a time where the processor can.
+typedef struct {
+  float stall[8];
+  float slope[8];
+  float cap[8];
+  // No limit depends on the velocity.
+  bool constant;
+} omni8_torque_limits;
+
+// PID loops of `N` wheels with a coordination policy, without a vehicle around them.
+typedef struct {
+  omni_pid pid;
+  omni8_torque_limits limits;
+  omni_coordination coordination;
+  omni_rest_rule rest;
+} omni8_loops;
+
+// A vehicle's controller: kinematics and wheel loops. Immutable; what changes is in `ControlState`.
+//
+// The bare loop. `Drive` puts shaping, faults, slip and odometry around it.
+typedef struct {
+  omni8_kinematics kinematics;
+  omni8_loops wheels;
+} omni8_controller;
+
+// Dead reckoning of a vehicle with `N` wheels. Immutable; what changes is in `OdometryState`.
+//
+// The maps are handed to each call: a caller that distrusts a wheel may pass another forward map, or the displacement
+// itself. In `f32` positions of 5000 rad come in steps of 5e-4 rad; that does not add up, because differences of
+// positions are exact.
+//
+// Largest distance of `f32` from `f64` over 1,000,000 steps of 1 ms at 0.3 m/s, that is 300 m, by the seven wheels of
+// `WheelLayout::chugo7`:
+//
+// | path | as here | plain sums (`PlanarPose::moved_by`) |
+// |---|---|---|
+// | winding and sideways, ending far away | 0.05 mm | 36 mm |
+// | the same in circles of 6 m radius | 0.005 mm | 0.4 mm |
+// | straight ahead | 0.06 mm | 2.6 m |
+//
+// From positions instead of velocities the first column is at most 0.14 mm.
+typedef struct {
+  float period_s;
+} omni8_odometry;
+
+// Speed limits of the actuators and what is kept within them: desaturation, or normalisation, of wheel speeds.
+typedef struct {
+  float limit_rad_s[8];
+  omni_desaturation desaturation;
+} omni8_speed_limits;
+
+// A vehicle's whole controller: readings and commands in, torques out. Immutable; what changes is in `DriveState`.
+//
+// In order: readings are judged, faulty wheels released, the motion estimated from the rest; the command is checked,
+// limited, moved to the origin and brought within what the wheels can turn; the loops run; the pose is integrated.
+typedef struct {
+  omni8_controller controller;
+  omni_shaper shaper;
+  omni_slip_detector slip;
+  omni_fault_monitor faults;
+  omni8_odometry odometry;
+  // Without effect unless `limits_speed`.
+  omni8_speed_limits speed_limits;
+  // Without effect unless `grows_covariance`.
+  omni_covariance_growth growth;
+  float command_point_m[2];
+  float period_s;
+  uint16_t blind_periods;
+  bool limits_speed;
+  bool grows_covariance;
+  bool discretize;
+} omni8_drive;
+
+// What a drive remembers. Nothing in it is for anybody else.
+typedef struct {
+  uint32_t ready;
+  uint32_t memory[266];
+} omni8_drive_state;
+
+// What a step reports. Nothing in it is ever NaN.
+typedef struct {
+  // Torques to apply [N.m], always within the motors' limits.
+  omni8_torques torques;
+  // Torques that the loops asked for [N.m].
+  omni8_torques requested;
+  // References of the loops [rad/s].
+  omni8_velocities references;
+  // Velocities that the loops went by [rad/s]; 0 for a wheel that is not `active`.
+  omni8_velocities measured;
+  // What the vehicle is to do: the command within all limits, of the origin.
+  omni_twist twist;
+  // What the vehicle does, by its wheels; 0 unless `motion_known`.
+  omni_twist estimated;
+  // Where the vehicle is, by its wheels.
+  omni_pose pose;
+  // How far the vehicle can be relied on.
+  omni_drive_mode mode;
+  // Why the twist is what it is.
+  omni_command_status status;
+  // A command arrived and was refused: it is no number, or beyond 1e6.
+  bool rejected;
+  // Enough wheels determine the motion; else the pose stands still.
+  bool motion_known;
+  // What is wrong with each wheel.
+  omni_fault faults[8];
+  // The wheel was controlled. One that is not has no torque, and its bridge is opened or shorted: it has a fault, or all torque has ended
+  // at rest.
+  bool active[8];
+  // The requested torque is outside the limits.
+  bool saturated[8];
+  // The wheel is left out of the motion: faulty, lifted or slipping.
+  bool excluded[8];
+  // The motor's windings shall be shorted. In a safe stop and an emergency stop: the wheel has a fault, so that no torque can be asked of
+  // it, or all torque has ended. At rest otherwise: all torque has ended, and the scenario asks for it (`control.rest.short_windings`).
+  bool brake[8];
+} omni8_drive_output;
+
+// What arrived since the period before. All zero: nothing did, every wheel is on flat ground, motors have their own limits.
+typedef struct {
+  // The command; looked at only where `commanded`.
+  omni_twist command;
+  // Actuator velocities [rad/s]; each looked at only where it was `received`.
+  omni8_velocities measured;
+  // Torques [N.m] that the motors shall keep within besides their own limits: a hot motor, a low battery. Each looked at only where
+  // `limited`. 0 is always within.
+  omni8_torque_ranges torque_ranges;
+  // Path of each wheel over path of the body beneath it, 0.01 to 100; whatever else counts as 1, flat ground.
+  float path_factor[8];
+  // A command arrived. Where none does for the time-out, the vehicle is brought to rest.
+  bool commanded;
+  // The emergency stop is pressed: the vehicle comes to rest at the emergency deceleration, whatever is commanded, and stays there for as
+  // long as this is said. A button that springs back has to be latched before.
+  bool emergency;
+  // The encoder's reading arrived.
+  bool received[8];
+  // The wheel is in the air: it is controlled, but says nothing of the vehicle's motion.
+  bool lifted[8];
+  // `torque_ranges` holds for this motor.
+  bool limited[8];
+} omni8_drive_input;
+
+// Chooses the target speed of a `super::Traction`. Immutable.
+//
+// It knows which row of wheels climbs next from how high the rows stand. Rows behind the first need a run-up, because an impact takes most
+// of the vehicle's energy. A vehicle that pushes with all it has and does not move backs off and tries again.
+typedef struct {
+  omni_supervisor_config config;
+  // Row of each wheel from the front, and from the left; how many rows there are.
+  uint16_t rows[2][8];
+  uint16_t counts[2];
+} omni8_supervisor;
+
+// The tree of a vehicle's bodies, and the wheels on it.
+typedef struct {
+  omni_joint joints[OMNI_MAX_HINGES];
+  uint16_t count;
+  // Slot of what carries each wheel: 0 the base, k + 1 the child of joint k.
+  uint16_t carrier[8];
+  // From the carrier's reference point to each wheel [m].
+  float arm_m[8][3];
+} omni8_linkage;
+
+// Traction control of one vehicle. Immutable; what it remembers is a `TractionState`.
+typedef struct {
+  omni8_kinematics kinematics;
+  omni8_linkage linkage;
+  omni8_torque_limits limits;
+  float inertia_kg_m2[8];
+  float carrier[8][2];
+  // Way along the push per turn of the actuator [m/rad].
+  float way_m_rad[8];
+  float place_m[8][2];
+  omni_traction_config config;
+  omni_traction_times times;
+  // Largest rate of a wheel per yaw rate.
+  float per_yaw;
+  // Inverses of how far the outermost wheels are to the side, for travel along x and along y [1/m].
+  float per_lever[2];
+} omni8_traction;
+
+// A `Drive` with traction control in place of the wheels' loops: everything around them is the drive's.
+//
+// Wheels that the fault monitor excludes, and those of which no reading arrives, have no torque and do not count for the speed.
+// `torque_ranges` of the input hold here too. In a stop nothing is tried any more: no back-off, no run-up.
+typedef struct {
+  omni8_drive drive;
+  omni8_supervisor supervisor;
+  omni8_traction traction;
+} omni8_traction_drive;
+
+// What a drive with traction control remembers. Nothing in it is for anybody else.
+typedef struct {
+  uint32_t ready;
+  uint32_t memory[647];
+} omni8_traction_drive_state;
+
+// What a step with traction control reports. Nothing in it is ever NaN.
+typedef struct {
+  // What a drive reports, torques to apply among it.
+  omni8_drive_output drive;
+  // Measured speed over the commanded, -1 to 1; 1 where none is commanded.
+  float factor;
+  // Measured speed along the direction of travel [m/s].
+  float speed_m_s;
+  // The target that it follows [m/s].
+  float target_m_s;
+  // Common thrust [N.m].
+  float thrust_n_m;
+  // Yaw rate [rad/s].
+  float yaw_rad_s;
+  // Speed across the direction of travel, to the left [m/s].
+  float drift_m_s;
+  // Heading error [rad], counter-clockwise positive.
+  float heading_rad;
+  // The gyro's zero [rad/s].
+  float gyro_zero_rad_s;
+  // Slip of each driven wheel along the direction of travel [rad/s]; 0 of the others.
+  float slip_rad_s[8];
+  // What the ground takes of each driven wheel's torque [N.m], by its own estimate; 0 of the others.
+  float contact_n_m[8];
+  // Retries so far.
+  uint32_t retries;
+  // Index of the wheel that the measured speed hangs on, the slowest that pushes, or the fastest where all brake; -1 where there is none.
+  int8_t speed_wheel;
+  // What drives the wheels.
+  omni_traction_loops loops;
+  // What the choice of the target speed is at.
+  omni_supervisor_mode supervisor;
+} omni8_traction_drive_output;
+
+// The filter for a vehicle with `N` wheels. Immutable; what changes is in `EstimatorState`.
+//
+// State: place and yaw in the world; velocity of the origin along the vehicle's heading; the gyro's bias; and the slip of all
+// wheels together, as a twist that they show beyond the vehicle's own. Each period
+//
+// 1. gyro and accelerometer move the state (without accelerometer the velocity wanders, without gyro the wheels' yaw rate is taken);
+// 2. the slip is held against none, by as little as a slip says that lasts for `slip_s` and is `slip_m_s`, as much as it is itself in any
+//    direction (wheels that slide hold in none) and as the wheels disagree. It changes by as much, but in a period by no more than 400 times what
+//    the velocity does (variances), which is little with an accelerometer. A body innovation beyond three deviations widens it at once, by its excess (after Jazwinski, *Adaptive
+//    filtering*, Automatica 5, 1969);
+// 3. every valid wheel reading is taken in by itself, its noise widened by its own residual (as variance components are estimated
+//    from redundancy: Baarda, 1968). No matrix is inverted, and the covariance is updated in Joseph's form. Its variances are never below 0.
+//
+// A vehicle whose command is rest and that stands (wheels, gyro and accelerometer are quiet for 50 ms) has no velocity, and what the gyro says
+// beyond the wheels' yaw rate is its bias: it trembles as its loops answer their encoders' noise. Nothing else teaches the bias: a wheel's slip in a turn is one-sided, and would be taken for one.
+//
+// What it is not: it has no bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s of error while
+// all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
+typedef struct {
+  omni_estimator_config config;
+  omni8_kinematics kinematics;
+  // Squares of the forward map: what a wheel's variance adds to that of each axis.
+  float shares[3][8];
+  float redundancy[8];
+  // Mean squared lever of the wheels [m^2]: turning by 1 rad/s is as much as its root in m/s.
+  float lever_m2;
+} omni8_estimator;
+
+// What an estimator remembers. Nothing in it is for anybody else.
+typedef struct {
+  uint32_t ready;
+  uint32_t memory[109];
+} omni8_estimator_state;
+
+// What an estimator reads in a period. All zero: nothing is read.
+typedef struct {
+  // Actuator velocities [rad/s]; each looked at only where it was `received`.
+  omni8_velocities measured;
+  // Inertial measurement unit of the base; looked at only where `imu_received`.
+  omni_imu imu;
+  // The encoder's reading arrived.
+  bool received[8];
+  // The unit's reading arrived.
+  bool imu_received;
+  // The vehicle is commanded to stand.
+  bool commanded_rest;
+} omni8_estimator_input;
 
 // Velocity and acceleration of a limited axis; `default` is at rest.
 typedef struct {
@@ -1573,280 +3265,752 @@ typedef struct {
   float cap_n_m;
 } omni_motor;
 
+// Limits of a motion that are the same in every direction. The unit of velocity is the user's, [m/s] or [rad/s].
+//
+// Infinity means no limit. Checked by `TwistLimiter::new`.
+typedef struct {
+  // Highest speed [m/s or rad/s], >= 0.
+  float velocity;
+  // Change of velocity while the speed grows [m/s^2 or rad/s^2], > 0.
+  float acceleration;
+  // Change of velocity while the speed shrinks [m/s^2 or rad/s^2], > 0.
+  float deceleration;
+  // Change of the acceleration [m/s^3 or rad/s^3], > 0.
+  float jerk;
+} omni_motion_limits;
+
+// Constant jerk for a while; the last one of a segment goes on for ever.
+typedef struct {
+  // When it begins [s] and where [m], from the start of its segment.
+  float start_s;
+  float start_m;
+  // Speed, acceleration then, and jerk [m/s, m/s^2, m/s^3].
+  float speed;
+  float acceleration;
+  float jerk;
+} omni_path_phase;
+
+// The way from one waypoint to the next: which pieces it has, and when how much of them is behind. Made by `TrajectoryPlanner`.
+typedef struct {
+  float start_s;
+  float duration_s;
+  float length_m;
+  // Its pieces: the first and how many.
+  uint16_t first;
+  uint16_t count;
+  bool on_the_spot;
+  // What it may do, and its speeds at both ends.
+  omni_motion_limits allowed;
+  float ends[2];
+  omni_path_phase phases[7];
+} omni_path_segment;
+
+// A piece of a path: x, y and heading as polynomials of the fifth degree of the way along it. Made by
+// `TrajectoryPlanner`.
+typedef struct {
+  // Where it begins on its segment [m, or rad of a turn on the spot].
+  float start_m;
+  // One over its length; 0 of a place.
+  float per_length;
+  // Coefficients of x [m], y [m] and heading [rad], of the part of the piece that is behind, 0 to 1.
+  float x[6];
+  float y[6];
+  float yaw[6];
+} omni_path_piece;
+
+// A path with its times: `OMNI_TRAJECTORY`.
+typedef struct {
+  const omni_path_segment *segments;
+  const omni_path_piece *pieces;
+  uint32_t segment_count;
+  uint32_t piece_count;
+} omni_trajectory;
+
+// Velocity of the vehicle's origin along the world's axes.
+typedef struct {
+  // Velocity along world x [m/s].
+  float vx_m_s;
+  // Velocity along world y [m/s].
+  float vy_m_s;
+  // Yaw rate [rad/s] (counter-clockwise is +), the same in both frames.
+  float wz_rad_s;
+} omni_world_twist;
+
+// What a `Trajectory` says of one time.
+typedef struct {
+  // The time asked for [s].
+  float time_s;
+  // Where to be [m, m, rad], the heading in (-pi, pi].
+  omni_pose pose;
+  // How to move [m/s, m/s, rad/s], along the world's axes.
+  omni_world_twist velocity;
+  // How that changes [m/s^2, m/s^2, rad/s^2], along the world's axes.
+  float acceleration[3];
+  // Speed along the path [m/s], rad/s in a turn on the spot; >= 0.
+  float speed_m_s;
+  // The end is reached: the pose is the last one, and everything rests.
+  bool done;
+  // For how long it has been reached [s]; 0 before.
+  float over_s;
+} omni_trajectory_sample;
+
+// Gains and limits of a `HolonomicFollower`.
+typedef struct {
+  // Velocity asked for per distance [m/s per m], 0 to 1000. Its inverse is the time constant of the return: it should be several
+  // times that of the wheels' loops.
+  float gain_per_s;
+  // Yaw rate asked for per heading error [rad/s per rad], 0 to 1000; as above.
+  float heading_gain_per_s;
+  // Largest correction of the velocity, as a vector [m/s], 0 to 1000.
+  float limit_m_s;
+  // Largest correction of the yaw rate [rad/s], 0 to 1000.
+  float limit_rad_s;
+} omni_follower_config;
+
+// Follows a trajectory: its velocity, turned to where the vehicle looks, and a correction in proportion to where the vehicle is not.
+// Goes before the limits of the twist. It remembers nothing.
+//
+// The correction of the velocity is limited as a vector, so that its direction stays; that of the yaw rate takes the shorter turn.
+//
+// After the end of the trajectory the command is exactly 0, so that the torque ends, while the vehicle is within 5 mm and 0.01 rad of the
+// last pose, from 2 s after the end on within 15 mm and 0.03 rad. Farther away it is brought back. A pose that is not finite corrects nothing: the trajectory's own twist is driven.
+typedef struct {
+  omni_follower_config config;
+} omni_follower;
+
+// What a `HolonomicFollower` found and asks for.
+typedef struct {
+  // The twist to command [m/s, m/s, rad/s].
+  omni_twist twist;
+  // The way to where the vehicle should be, as it looks now: forward, to the left [m]. 0 where the pose is not known.
+  float error_m[2];
+  // The turn to where it should look, by the shorter way [rad], in (-pi, pi]. 0 where the pose is not known.
+  float error_rad;
+} omni_follow_sample;
+
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
 
 // Makes the state and the sample of a three-wheel vehicle ready for the first step.
-//
-// Returns false, and does nothing, where a pointer is null.
-bool omni3_init(omni3_state *state, omni3_sample *sample);
+omni_status omni3_init(omni3_state *state, omni3_sample *sample);
 
 // One control period of a three-wheel vehicle: from the command and the measured wheel velocities [rad/s] to torques [N.m], in
 // `sample->wheels.applied.n_m`. To be called once every period that the controller was made for.
 //
 // A command that is no number stands for rest; a measurement that is none releases its wheel. `command` and `measured` must
-// not lie within `sample` or `state`. Returns false, and does nothing, where a pointer is null.
-bool omni3_step(const omni3_controller *controller,
-                omni3_state *state,
-                const omni_twist *command,
-                const omni3_velocities *measured,
-                omni3_sample *sample);
+// not lie within `sample` or `state`.
+omni_status omni3_step(const omni3_controller *controller,
+                       omni3_state *state,
+                       const omni_twist *command,
+                       const omni3_velocities *measured,
+                       omni3_sample *sample);
 
 // The motion that the measured wheel velocities [rad/s] of a three-wheel vehicle amount to, by least squares.
-//
-// Returns false, and does nothing, where a pointer is null.
-bool omni3_estimate(const omni3_controller *controller,
-                    const omni3_velocities *measured,
-                    omni_twist *twist);
+omni_status omni3_estimate(const omni3_controller *controller,
+                           const omni3_velocities *measured,
+                           omni_twist *twist);
 
 // Makes the state and the output of a three-wheel vehicle ready for the first step: at rest at the origin, every wheel trusted.
-//
-// Returns false, and does nothing, where a pointer is null.
-bool omni3_drive_init(const omni3_drive *drive,
-                      omni3_drive_state *state,
-                      omni3_drive_output *output);
+omni_status omni3_drive_init(const omni3_drive *drive,
+                                   omni3_drive_state *state,
+                                   omni3_drive_output *output);
 
 // One control period of a three-wheel vehicle: from what arrived to torques [N.m], in `output->torques.n_m`. To be called once every
 // period that the drive was made for, always with the same `drive`.
 //
-// Never fails: nonsense in the input is refused, or its wheel is released. `input` must not lie within `output`.
-// Returns false, and does nothing, where a pointer is null or the state was not made ready.
-bool omni3_drive_step(const omni3_drive *drive,
-                      omni3_drive_state *state,
-                      const omni3_drive_input *input,
-                      omni3_drive_output *output);
+// Nonsense in the input is refused, or its wheel is released. `input` must not lie within `output`.
+omni_status omni3_drive_step(const omni3_drive *drive,
+                             omni3_drive_state *state,
+                             const omni3_drive_input *input,
+                             omni3_drive_output *output);
+
+// Makes the state and the output of a three-wheel vehicle under traction control ready for the first step: at rest at the origin, every
+// wheel trusted.
+omni_status omni3_traction_drive_init(const omni3_traction_drive *drive,
+                                            omni3_traction_drive_state *state,
+                                            omni3_traction_drive_output *output);
+
+// One control period of a three-wheel vehicle under traction control: from what arrived to torques [N.m], in `output->drive.torques.n_m`.
+// To be called once every period that the drive was made for, always with the same `drive`.
+//
+// Nonsense in the input is refused, or its wheel is released. `input` and `bodies` must not lie within `output`.
+omni_status omni3_traction_drive_step(const omni3_traction_drive *drive,
+                                      omni3_traction_drive_state *state,
+                                      const omni3_drive_input *input,
+                                      const omni_body_readings *bodies,
+                                      omni3_traction_drive_output *output);
+
+// Makes the state of an estimator of a three-wheel vehicle ready for the first step, at the origin; `output` is what it starts with.
+omni_status omni3_estimator_init(const omni3_estimator *estimator,
+                                       omni3_estimator_state *state,
+                                       omni_estimator_output *output);
+
+// Pose and velocity of a three-wheel vehicle from the readings of one control period. To be called once every period that the estimator
+// was made for, always with the same `estimator`.
+//
+// A reading that is no number counts as one that did not arrive.
+omni_status omni3_estimator_step(const omni3_estimator *estimator,
+                                 omni3_estimator_state *state,
+                                 const omni3_estimator_input *input,
+                                 omni_estimator_output *output);
+
+// The vehicle's pose is known from outside, to `deviations`: the pose goes on from there.
+omni_status omni3_estimator_reset(omni3_estimator_state *state,
+                                  const omni_pose *pose,
+                                  const omni_deviations *deviations);
 
 // Ends a safe stop. Every reading is judged afresh, and commands that arrive from now on are followed.
 // A safe stop whose cause lasts begins anew.
-//
-// Returns false, and does nothing, where the pointer is null or the state was not made ready.
-bool omni3_drive_release_safe_stop(omni3_drive_state *state);
+omni_status omni3_drive_release_safe_stop(omni3_drive_state *state);
 
 // The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad` [rad]. How far it may be off stays.
-//
-// Returns false, and does nothing, where the pointer is null, the state was not made ready or a number is not finite.
-bool omni3_drive_reset_pose(omni3_drive_state *state,
-                            float x_m,
-                            float y_m,
-                            float yaw_rad);
+omni_status omni3_drive_reset_pose(omni3_drive_state *state,
+                                   float x_m,
+                                   float y_m,
+                                   float yaw_rad);
 
 // How far the pose may be off.
-//
-// Returns false, and does nothing, where a pointer is null or the state was not made ready.
-bool omni3_drive_deviations(omni3_drive_state *state, omni_deviations *deviations);
+omni_status omni3_drive_deviations(const omni3_drive_state *state, omni_deviations *deviations);
+
+// Ends a safe stop. Every reading is judged afresh, and commands that arrive from now on are followed.
+// A safe stop whose cause lasts begins anew.
+omni_status omni3_traction_drive_release_safe_stop(omni3_traction_drive_state *state);
+
+// The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad` [rad]. How far it may be off stays.
+omni_status omni3_traction_drive_reset_pose(omni3_traction_drive_state *state,
+                                            float x_m,
+                                            float y_m,
+                                            float yaw_rad);
+
+// How far the pose may be off.
+omni_status omni3_traction_drive_deviations(const omni3_traction_drive_state *state,
+                                            omni_deviations *deviations);
 
 // Makes the state and the sample of a four-wheel vehicle ready for the first step.
-//
-// Returns false, and does nothing, where a pointer is null.
-bool omni4_init(omni4_state *state, omni4_sample *sample);
+omni_status omni4_init(omni4_state *state, omni4_sample *sample);
 
 // One control period of a four-wheel vehicle: from the command and the measured wheel velocities [rad/s] to torques [N.m], in
 // `sample->wheels.applied.n_m`. To be called once every period that the controller was made for.
 //
 // A command that is no number stands for rest; a measurement that is none releases its wheel. `command` and `measured` must
-// not lie within `sample` or `state`. Returns false, and does nothing, where a pointer is null.
-bool omni4_step(const omni4_controller *controller,
-                omni4_state *state,
-                const omni_twist *command,
-                const omni4_velocities *measured,
-                omni4_sample *sample);
+// not lie within `sample` or `state`.
+omni_status omni4_step(const omni4_controller *controller,
+                       omni4_state *state,
+                       const omni_twist *command,
+                       const omni4_velocities *measured,
+                       omni4_sample *sample);
 
 // The motion that the measured wheel velocities [rad/s] of a four-wheel vehicle amount to, by least squares.
-//
-// Returns false, and does nothing, where a pointer is null.
-bool omni4_estimate(const omni4_controller *controller,
-                    const omni4_velocities *measured,
-                    omni_twist *twist);
+omni_status omni4_estimate(const omni4_controller *controller,
+                           const omni4_velocities *measured,
+                           omni_twist *twist);
 
 // Makes the state and the output of a four-wheel vehicle ready for the first step: at rest at the origin, every wheel trusted.
-//
-// Returns false, and does nothing, where a pointer is null.
-bool omni4_drive_init(const omni4_drive *drive,
-                      omni4_drive_state *state,
-                      omni4_drive_output *output);
+omni_status omni4_drive_init(const omni4_drive *drive,
+                                   omni4_drive_state *state,
+                                   omni4_drive_output *output);
 
 // One control period of a four-wheel vehicle: from what arrived to torques [N.m], in `output->torques.n_m`. To be called once every
 // period that the drive was made for, always with the same `drive`.
 //
-// Never fails: nonsense in the input is refused, or its wheel is released. `input` must not lie within `output`.
-// Returns false, and does nothing, where a pointer is null or the state was not made ready.
-bool omni4_drive_step(const omni4_drive *drive,
-                      omni4_drive_state *state,
-                      const omni4_drive_input *input,
-                      omni4_drive_output *output);
+// Nonsense in the input is refused, or its wheel is released. `input` must not lie within `output`.
+omni_status omni4_drive_step(const omni4_drive *drive,
+                             omni4_drive_state *state,
+                             const omni4_drive_input *input,
+                             omni4_drive_output *output);
+
+// Makes the state and the output of a four-wheel vehicle under traction control ready for the first step: at rest at the origin, every
+// wheel trusted.
+omni_status omni4_traction_drive_init(const omni4_traction_drive *drive,
+                                            omni4_traction_drive_state *state,
+                                            omni4_traction_drive_output *output);
+
+// One control period of a four-wheel vehicle under traction control: from what arrived to torques [N.m], in `output->drive.torques.n_m`.
+// To be called once every period that the drive was made for, always with the same `drive`.
+//
+// Nonsense in the input is refused, or its wheel is released. `input` and `bodies` must not lie within `output`.
+omni_status omni4_traction_drive_step(const omni4_traction_drive *drive,
+                                      omni4_traction_drive_state *state,
+                                      const omni4_drive_input *input,
+                                      const omni_body_readings *bodies,
+                                      omni4_traction_drive_output *output);
+
+// Makes the state of an estimator of a four-wheel vehicle ready for the first step, at the origin; `output` is what it starts with.
+omni_status omni4_estimator_init(const omni4_estimator *estimator,
+                                       omni4_estimator_state *state,
+                                       omni_estimator_output *output);
+
+// Pose and velocity of a four-wheel vehicle from the readings of one control period. To be called once every period that the estimator
+// was made for, always with the same `estimator`.
+//
+// A reading that is no number counts as one that did not arrive.
+omni_status omni4_estimator_step(const omni4_estimator *estimator,
+                                 omni4_estimator_state *state,
+                                 const omni4_estimator_input *input,
+                                 omni_estimator_output *output);
+
+// The vehicle's pose is known from outside, to `deviations`: the pose goes on from there.
+omni_status omni4_estimator_reset(omni4_estimator_state *state,
+                                  const omni_pose *pose,
+                                  const omni_deviations *deviations);
 
 // Ends a safe stop. Every reading is judged afresh, and commands that arrive from now on are followed.
 // A safe stop whose cause lasts begins anew.
-//
-// Returns false, and does nothing, where the pointer is null or the state was not made ready.
-bool omni4_drive_release_safe_stop(omni4_drive_state *state);
+omni_status omni4_drive_release_safe_stop(omni4_drive_state *state);
 
 // The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad` [rad]. How far it may be off stays.
-//
-// Returns false, and does nothing, where the pointer is null, the state was not made ready or a number is not finite.
-bool omni4_drive_reset_pose(omni4_drive_state *state,
-                            float x_m,
-                            float y_m,
-                            float yaw_rad);
+omni_status omni4_drive_reset_pose(omni4_drive_state *state,
+                                   float x_m,
+                                   float y_m,
+                                   float yaw_rad);
 
 // How far the pose may be off.
+omni_status omni4_drive_deviations(const omni4_drive_state *state, omni_deviations *deviations);
+
+// Ends a safe stop. Every reading is judged afresh, and commands that arrive from now on are followed.
+// A safe stop whose cause lasts begins anew.
+omni_status omni4_traction_drive_release_safe_stop(omni4_traction_drive_state *state);
+
+// The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad` [rad]. How far it may be off stays.
+omni_status omni4_traction_drive_reset_pose(omni4_traction_drive_state *state,
+                                            float x_m,
+                                            float y_m,
+                                            float yaw_rad);
+
+// How far the pose may be off.
+omni_status omni4_traction_drive_deviations(const omni4_traction_drive_state *state,
+                                            omni_deviations *deviations);
+
+// Makes the state and the sample of a five-wheel vehicle ready for the first step.
+omni_status omni5_init(omni5_state *state, omni5_sample *sample);
+
+// One control period of a five-wheel vehicle: from the command and the measured wheel velocities [rad/s] to torques [N.m], in
+// `sample->wheels.applied.n_m`. To be called once every period that the controller was made for.
 //
-// Returns false, and does nothing, where a pointer is null or the state was not made ready.
-bool omni4_drive_deviations(omni4_drive_state *state, omni_deviations *deviations);
+// A command that is no number stands for rest; a measurement that is none releases its wheel. `command` and `measured` must
+// not lie within `sample` or `state`.
+omni_status omni5_step(const omni5_controller *controller,
+                       omni5_state *state,
+                       const omni_twist *command,
+                       const omni5_velocities *measured,
+                       omni5_sample *sample);
+
+// The motion that the measured wheel velocities [rad/s] of a five-wheel vehicle amount to, by least squares.
+omni_status omni5_estimate(const omni5_controller *controller,
+                           const omni5_velocities *measured,
+                           omni_twist *twist);
+
+// Makes the state and the output of a five-wheel vehicle ready for the first step: at rest at the origin, every wheel trusted.
+omni_status omni5_drive_init(const omni5_drive *drive,
+                                   omni5_drive_state *state,
+                                   omni5_drive_output *output);
+
+// One control period of a five-wheel vehicle: from what arrived to torques [N.m], in `output->torques.n_m`. To be called once every
+// period that the drive was made for, always with the same `drive`.
+//
+// Nonsense in the input is refused, or its wheel is released. `input` must not lie within `output`.
+omni_status omni5_drive_step(const omni5_drive *drive,
+                             omni5_drive_state *state,
+                             const omni5_drive_input *input,
+                             omni5_drive_output *output);
+
+// Makes the state and the output of a five-wheel vehicle under traction control ready for the first step: at rest at the origin, every
+// wheel trusted.
+omni_status omni5_traction_drive_init(const omni5_traction_drive *drive,
+                                            omni5_traction_drive_state *state,
+                                            omni5_traction_drive_output *output);
+
+// One control period of a five-wheel vehicle under traction control: from what arrived to torques [N.m], in `output->drive.torques.n_m`.
+// To be called once every period that the drive was made for, always with the same `drive`.
+//
+// Nonsense in the input is refused, or its wheel is released. `input` and `bodies` must not lie within `output`.
+omni_status omni5_traction_drive_step(const omni5_traction_drive *drive,
+                                      omni5_traction_drive_state *state,
+                                      const omni5_drive_input *input,
+                                      const omni_body_readings *bodies,
+                                      omni5_traction_drive_output *output);
+
+// Makes the state of an estimator of a five-wheel vehicle ready for the first step, at the origin; `output` is what it starts with.
+omni_status omni5_estimator_init(const omni5_estimator *estimator,
+                                       omni5_estimator_state *state,
+                                       omni_estimator_output *output);
+
+// Pose and velocity of a five-wheel vehicle from the readings of one control period. To be called once every period that the estimator
+// was made for, always with the same `estimator`.
+//
+// A reading that is no number counts as one that did not arrive.
+omni_status omni5_estimator_step(const omni5_estimator *estimator,
+                                 omni5_estimator_state *state,
+                                 const omni5_estimator_input *input,
+                                 omni_estimator_output *output);
+
+// The vehicle's pose is known from outside, to `deviations`: the pose goes on from there.
+omni_status omni5_estimator_reset(omni5_estimator_state *state,
+                                  const omni_pose *pose,
+                                  const omni_deviations *deviations);
+
+// Ends a safe stop. Every reading is judged afresh, and commands that arrive from now on are followed.
+// A safe stop whose cause lasts begins anew.
+omni_status omni5_drive_release_safe_stop(omni5_drive_state *state);
+
+// The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad` [rad]. How far it may be off stays.
+omni_status omni5_drive_reset_pose(omni5_drive_state *state,
+                                   float x_m,
+                                   float y_m,
+                                   float yaw_rad);
+
+// How far the pose may be off.
+omni_status omni5_drive_deviations(const omni5_drive_state *state, omni_deviations *deviations);
+
+// Ends a safe stop. Every reading is judged afresh, and commands that arrive from now on are followed.
+// A safe stop whose cause lasts begins anew.
+omni_status omni5_traction_drive_release_safe_stop(omni5_traction_drive_state *state);
+
+// The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad` [rad]. How far it may be off stays.
+omni_status omni5_traction_drive_reset_pose(omni5_traction_drive_state *state,
+                                            float x_m,
+                                            float y_m,
+                                            float yaw_rad);
+
+// How far the pose may be off.
+omni_status omni5_traction_drive_deviations(const omni5_traction_drive_state *state,
+                                            omni_deviations *deviations);
 
 // Makes the state and the sample of a six-wheel vehicle ready for the first step.
-//
-// Returns false, and does nothing, where a pointer is null.
-bool omni6_init(omni6_state *state, omni6_sample *sample);
+omni_status omni6_init(omni6_state *state, omni6_sample *sample);
 
 // One control period of a six-wheel vehicle: from the command and the measured wheel velocities [rad/s] to torques [N.m], in
 // `sample->wheels.applied.n_m`. To be called once every period that the controller was made for.
 //
 // A command that is no number stands for rest; a measurement that is none releases its wheel. `command` and `measured` must
-// not lie within `sample` or `state`. Returns false, and does nothing, where a pointer is null.
-bool omni6_step(const omni6_controller *controller,
-                omni6_state *state,
-                const omni_twist *command,
-                const omni6_velocities *measured,
-                omni6_sample *sample);
+// not lie within `sample` or `state`.
+omni_status omni6_step(const omni6_controller *controller,
+                       omni6_state *state,
+                       const omni_twist *command,
+                       const omni6_velocities *measured,
+                       omni6_sample *sample);
 
 // The motion that the measured wheel velocities [rad/s] of a six-wheel vehicle amount to, by least squares.
-//
-// Returns false, and does nothing, where a pointer is null.
-bool omni6_estimate(const omni6_controller *controller,
-                    const omni6_velocities *measured,
-                    omni_twist *twist);
+omni_status omni6_estimate(const omni6_controller *controller,
+                           const omni6_velocities *measured,
+                           omni_twist *twist);
 
 // Makes the state and the output of a six-wheel vehicle ready for the first step: at rest at the origin, every wheel trusted.
-//
-// Returns false, and does nothing, where a pointer is null.
-bool omni6_drive_init(const omni6_drive *drive,
-                      omni6_drive_state *state,
-                      omni6_drive_output *output);
+omni_status omni6_drive_init(const omni6_drive *drive,
+                                   omni6_drive_state *state,
+                                   omni6_drive_output *output);
 
 // One control period of a six-wheel vehicle: from what arrived to torques [N.m], in `output->torques.n_m`. To be called once every
 // period that the drive was made for, always with the same `drive`.
 //
-// Never fails: nonsense in the input is refused, or its wheel is released. `input` must not lie within `output`.
-// Returns false, and does nothing, where a pointer is null or the state was not made ready.
-bool omni6_drive_step(const omni6_drive *drive,
-                      omni6_drive_state *state,
-                      const omni6_drive_input *input,
-                      omni6_drive_output *output);
+// Nonsense in the input is refused, or its wheel is released. `input` must not lie within `output`.
+omni_status omni6_drive_step(const omni6_drive *drive,
+                             omni6_drive_state *state,
+                             const omni6_drive_input *input,
+                             omni6_drive_output *output);
+
+// Makes the state and the output of a six-wheel vehicle under traction control ready for the first step: at rest at the origin, every
+// wheel trusted.
+omni_status omni6_traction_drive_init(const omni6_traction_drive *drive,
+                                            omni6_traction_drive_state *state,
+                                            omni6_traction_drive_output *output);
+
+// One control period of a six-wheel vehicle under traction control: from what arrived to torques [N.m], in `output->drive.torques.n_m`.
+// To be called once every period that the drive was made for, always with the same `drive`.
+//
+// Nonsense in the input is refused, or its wheel is released. `input` and `bodies` must not lie within `output`.
+omni_status omni6_traction_drive_step(const omni6_traction_drive *drive,
+                                      omni6_traction_drive_state *state,
+                                      const omni6_drive_input *input,
+                                      const omni_body_readings *bodies,
+                                      omni6_traction_drive_output *output);
+
+// Makes the state of an estimator of a six-wheel vehicle ready for the first step, at the origin; `output` is what it starts with.
+omni_status omni6_estimator_init(const omni6_estimator *estimator,
+                                       omni6_estimator_state *state,
+                                       omni_estimator_output *output);
+
+// Pose and velocity of a six-wheel vehicle from the readings of one control period. To be called once every period that the estimator
+// was made for, always with the same `estimator`.
+//
+// A reading that is no number counts as one that did not arrive.
+omni_status omni6_estimator_step(const omni6_estimator *estimator,
+                                 omni6_estimator_state *state,
+                                 const omni6_estimator_input *input,
+                                 omni_estimator_output *output);
+
+// The vehicle's pose is known from outside, to `deviations`: the pose goes on from there.
+omni_status omni6_estimator_reset(omni6_estimator_state *state,
+                                  const omni_pose *pose,
+                                  const omni_deviations *deviations);
 
 // Ends a safe stop. Every reading is judged afresh, and commands that arrive from now on are followed.
 // A safe stop whose cause lasts begins anew.
-//
-// Returns false, and does nothing, where the pointer is null or the state was not made ready.
-bool omni6_drive_release_safe_stop(omni6_drive_state *state);
+omni_status omni6_drive_release_safe_stop(omni6_drive_state *state);
 
 // The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad` [rad]. How far it may be off stays.
-//
-// Returns false, and does nothing, where the pointer is null, the state was not made ready or a number is not finite.
-bool omni6_drive_reset_pose(omni6_drive_state *state,
-                            float x_m,
-                            float y_m,
-                            float yaw_rad);
+omni_status omni6_drive_reset_pose(omni6_drive_state *state,
+                                   float x_m,
+                                   float y_m,
+                                   float yaw_rad);
 
 // How far the pose may be off.
-//
-// Returns false, and does nothing, where a pointer is null or the state was not made ready.
-bool omni6_drive_deviations(omni6_drive_state *state, omni_deviations *deviations);
+omni_status omni6_drive_deviations(const omni6_drive_state *state, omni_deviations *deviations);
+
+// Ends a safe stop. Every reading is judged afresh, and commands that arrive from now on are followed.
+// A safe stop whose cause lasts begins anew.
+omni_status omni6_traction_drive_release_safe_stop(omni6_traction_drive_state *state);
+
+// The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad` [rad]. How far it may be off stays.
+omni_status omni6_traction_drive_reset_pose(omni6_traction_drive_state *state,
+                                            float x_m,
+                                            float y_m,
+                                            float yaw_rad);
+
+// How far the pose may be off.
+omni_status omni6_traction_drive_deviations(const omni6_traction_drive_state *state,
+                                            omni_deviations *deviations);
 
 // Makes the state and the sample of a seven-wheel vehicle ready for the first step.
-//
-// Returns false, and does nothing, where a pointer is null.
-bool omni7_init(omni7_state *state, omni7_sample *sample);
+omni_status omni7_init(omni7_state *state, omni7_sample *sample);
 
 // One control period of a seven-wheel vehicle: from the command and the measured wheel velocities [rad/s] to torques [N.m], in
 // `sample->wheels.applied.n_m`. To be called once every period that the controller was made for.
 //
 // A command that is no number stands for rest; a measurement that is none releases its wheel. `command` and `measured` must
-// not lie within `sample` or `state`. Returns false, and does nothing, where a pointer is null.
-bool omni7_step(const omni7_controller *controller,
-                omni7_state *state,
-                const omni_twist *command,
-                const omni7_velocities *measured,
-                omni7_sample *sample);
+// not lie within `sample` or `state`.
+omni_status omni7_step(const omni7_controller *controller,
+                       omni7_state *state,
+                       const omni_twist *command,
+                       const omni7_velocities *measured,
+                       omni7_sample *sample);
 
 // The motion that the measured wheel velocities [rad/s] of a seven-wheel vehicle amount to, by least squares.
-//
-// Returns false, and does nothing, where a pointer is null.
-bool omni7_estimate(const omni7_controller *controller,
-                    const omni7_velocities *measured,
-                    omni_twist *twist);
+omni_status omni7_estimate(const omni7_controller *controller,
+                           const omni7_velocities *measured,
+                           omni_twist *twist);
 
 // Makes the state and the output of a seven-wheel vehicle ready for the first step: at rest at the origin, every wheel trusted.
-//
-// Returns false, and does nothing, where a pointer is null.
-bool omni7_drive_init(const omni7_drive *drive,
-                      omni7_drive_state *state,
-                      omni7_drive_output *output);
+omni_status omni7_drive_init(const omni7_drive *drive,
+                                   omni7_drive_state *state,
+                                   omni7_drive_output *output);
 
 // One control period of a seven-wheel vehicle: from what arrived to torques [N.m], in `output->torques.n_m`. To be called once every
 // period that the drive was made for, always with the same `drive`.
 //
-// Never fails: nonsense in the input is refused, or its wheel is released. `input` must not lie within `output`.
-// Returns false, and does nothing, where a pointer is null or the state was not made ready.
-bool omni7_drive_step(const omni7_drive *drive,
-                      omni7_drive_state *state,
-                      const omni7_drive_input *input,
-                      omni7_drive_output *output);
+// Nonsense in the input is refused, or its wheel is released. `input` must not lie within `output`.
+omni_status omni7_drive_step(const omni7_drive *drive,
+                             omni7_drive_state *state,
+                             const omni7_drive_input *input,
+                             omni7_drive_output *output);
+
+// Makes the state and the output of a seven-wheel vehicle under traction control ready for the first step: at rest at the origin, every
+// wheel trusted.
+omni_status omni7_traction_drive_init(const omni7_traction_drive *drive,
+                                            omni7_traction_drive_state *state,
+                                            omni7_traction_drive_output *output);
+
+// One control period of a seven-wheel vehicle under traction control: from what arrived to torques [N.m], in `output->drive.torques.n_m`.
+// To be called once every period that the drive was made for, always with the same `drive`.
+//
+// Nonsense in the input is refused, or its wheel is released. `input` and `bodies` must not lie within `output`.
+omni_status omni7_traction_drive_step(const omni7_traction_drive *drive,
+                                      omni7_traction_drive_state *state,
+                                      const omni7_drive_input *input,
+                                      const omni_body_readings *bodies,
+                                      omni7_traction_drive_output *output);
+
+// Makes the state of an estimator of a seven-wheel vehicle ready for the first step, at the origin; `output` is what it starts with.
+omni_status omni7_estimator_init(const omni7_estimator *estimator,
+                                       omni7_estimator_state *state,
+                                       omni_estimator_output *output);
+
+// Pose and velocity of a seven-wheel vehicle from the readings of one control period. To be called once every period that the estimator
+// was made for, always with the same `estimator`.
+//
+// A reading that is no number counts as one that did not arrive.
+omni_status omni7_estimator_step(const omni7_estimator *estimator,
+                                 omni7_estimator_state *state,
+                                 const omni7_estimator_input *input,
+                                 omni_estimator_output *output);
+
+// The vehicle's pose is known from outside, to `deviations`: the pose goes on from there.
+omni_status omni7_estimator_reset(omni7_estimator_state *state,
+                                  const omni_pose *pose,
+                                  const omni_deviations *deviations);
 
 // Ends a safe stop. Every reading is judged afresh, and commands that arrive from now on are followed.
 // A safe stop whose cause lasts begins anew.
-//
-// Returns false, and does nothing, where the pointer is null or the state was not made ready.
-bool omni7_drive_release_safe_stop(omni7_drive_state *state);
+omni_status omni7_drive_release_safe_stop(omni7_drive_state *state);
 
 // The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad` [rad]. How far it may be off stays.
-//
-// Returns false, and does nothing, where the pointer is null, the state was not made ready or a number is not finite.
-bool omni7_drive_reset_pose(omni7_drive_state *state,
-                            float x_m,
-                            float y_m,
-                            float yaw_rad);
+omni_status omni7_drive_reset_pose(omni7_drive_state *state,
+                                   float x_m,
+                                   float y_m,
+                                   float yaw_rad);
 
 // How far the pose may be off.
+omni_status omni7_drive_deviations(const omni7_drive_state *state, omni_deviations *deviations);
+
+// Ends a safe stop. Every reading is judged afresh, and commands that arrive from now on are followed.
+// A safe stop whose cause lasts begins anew.
+omni_status omni7_traction_drive_release_safe_stop(omni7_traction_drive_state *state);
+
+// The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad` [rad]. How far it may be off stays.
+omni_status omni7_traction_drive_reset_pose(omni7_traction_drive_state *state,
+                                            float x_m,
+                                            float y_m,
+                                            float yaw_rad);
+
+// How far the pose may be off.
+omni_status omni7_traction_drive_deviations(const omni7_traction_drive_state *state,
+                                            omni_deviations *deviations);
+
+// Makes the state and the sample of a eight-wheel vehicle ready for the first step.
+omni_status omni8_init(omni8_state *state, omni8_sample *sample);
+
+// One control period of a eight-wheel vehicle: from the command and the measured wheel velocities [rad/s] to torques [N.m], in
+// `sample->wheels.applied.n_m`. To be called once every period that the controller was made for.
 //
-// Returns false, and does nothing, where a pointer is null or the state was not made ready.
-bool omni7_drive_deviations(omni7_drive_state *state, omni_deviations *deviations);
+// A command that is no number stands for rest; a measurement that is none releases its wheel. `command` and `measured` must
+// not lie within `sample` or `state`.
+omni_status omni8_step(const omni8_controller *controller,
+                       omni8_state *state,
+                       const omni_twist *command,
+                       const omni8_velocities *measured,
+                       omni8_sample *sample);
+
+// The motion that the measured wheel velocities [rad/s] of a eight-wheel vehicle amount to, by least squares.
+omni_status omni8_estimate(const omni8_controller *controller,
+                           const omni8_velocities *measured,
+                           omni_twist *twist);
+
+// Makes the state and the output of a eight-wheel vehicle ready for the first step: at rest at the origin, every wheel trusted.
+omni_status omni8_drive_init(const omni8_drive *drive,
+                                   omni8_drive_state *state,
+                                   omni8_drive_output *output);
+
+// One control period of a eight-wheel vehicle: from what arrived to torques [N.m], in `output->torques.n_m`. To be called once every
+// period that the drive was made for, always with the same `drive`.
+//
+// Nonsense in the input is refused, or its wheel is released. `input` must not lie within `output`.
+omni_status omni8_drive_step(const omni8_drive *drive,
+                             omni8_drive_state *state,
+                             const omni8_drive_input *input,
+                             omni8_drive_output *output);
+
+// Makes the state and the output of a eight-wheel vehicle under traction control ready for the first step: at rest at the origin, every
+// wheel trusted.
+omni_status omni8_traction_drive_init(const omni8_traction_drive *drive,
+                                            omni8_traction_drive_state *state,
+                                            omni8_traction_drive_output *output);
+
+// One control period of a eight-wheel vehicle under traction control: from what arrived to torques [N.m], in `output->drive.torques.n_m`.
+// To be called once every period that the drive was made for, always with the same `drive`.
+//
+// Nonsense in the input is refused, or its wheel is released. `input` and `bodies` must not lie within `output`.
+omni_status omni8_traction_drive_step(const omni8_traction_drive *drive,
+                                      omni8_traction_drive_state *state,
+                                      const omni8_drive_input *input,
+                                      const omni_body_readings *bodies,
+                                      omni8_traction_drive_output *output);
+
+// Makes the state of an estimator of a eight-wheel vehicle ready for the first step, at the origin; `output` is what it starts with.
+omni_status omni8_estimator_init(const omni8_estimator *estimator,
+                                       omni8_estimator_state *state,
+                                       omni_estimator_output *output);
+
+// Pose and velocity of a eight-wheel vehicle from the readings of one control period. To be called once every period that the estimator
+// was made for, always with the same `estimator`.
+//
+// A reading that is no number counts as one that did not arrive.
+omni_status omni8_estimator_step(const omni8_estimator *estimator,
+                                 omni8_estimator_state *state,
+                                 const omni8_estimator_input *input,
+                                 omni_estimator_output *output);
+
+// The vehicle's pose is known from outside, to `deviations`: the pose goes on from there.
+omni_status omni8_estimator_reset(omni8_estimator_state *state,
+                                  const omni_pose *pose,
+                                  const omni_deviations *deviations);
+
+// Ends a safe stop. Every reading is judged afresh, and commands that arrive from now on are followed.
+// A safe stop whose cause lasts begins anew.
+omni_status omni8_drive_release_safe_stop(omni8_drive_state *state);
+
+// The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad` [rad]. How far it may be off stays.
+omni_status omni8_drive_reset_pose(omni8_drive_state *state,
+                                   float x_m,
+                                   float y_m,
+                                   float yaw_rad);
+
+// How far the pose may be off.
+omni_status omni8_drive_deviations(const omni8_drive_state *state, omni_deviations *deviations);
+
+// Ends a safe stop. Every reading is judged afresh, and commands that arrive from now on are followed.
+// A safe stop whose cause lasts begins anew.
+omni_status omni8_traction_drive_release_safe_stop(omni8_traction_drive_state *state);
+
+// The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad` [rad]. How far it may be off stays.
+omni_status omni8_traction_drive_reset_pose(omni8_traction_drive_state *state,
+                                            float x_m,
+                                            float y_m,
+                                            float yaw_rad);
+
+// How far the pose may be off.
+omni_status omni8_traction_drive_deviations(const omni8_traction_drive_state *state,
+                                            omni_deviations *deviations);
 
 // Brings `command` within the vehicle's limits, for one control period; `limited` is what to give to the step. `state` is
 // all zero at the start: `static omni_limiter_state state;`.
-//
-// Returns false, and does nothing, where a pointer is null.
-bool omni_limit(const omni_limiter *limiter,
-                omni_limiter_state *state,
-                const omni_twist *command,
-                omni_twist *limited);
+omni_status omni_limit(const omni_limiter *limiter,
+                       omni_limiter_state *state,
+                       const omni_twist *command,
+                       omni_twist *limited);
 
 // Makes the state of one wheel's encoder ready for the first reading.
-//
-// Returns false, and does nothing, where a pointer is null.
-bool omni_encoder_init(omni_encoder_state *state);
+omni_status omni_encoder_init(omni_encoder_state *state);
 
 // Takes in the counter of a wheel's encoder as it stands (16 bits, or more of which the lower 16 are used), once every control period, and
 // gives the wheel's velocity [rad/s]; 0 at the first reading. The counter may wrap around; right while the wheel turns by less than 32768
 // counts a period.
 //
 // `since_edge_s` is the time from the last edge to now [s], for encoders whose velocities come from edges; NaN where it is not known.
-// Returns false, and does nothing, where a pointer is null.
-bool omni_encoder_step(const omni_encoder *encoder,
-                       omni_encoder_state *state,
-                       uint32_t raw,
-                       float since_edge_s,
-                       float *rad_s);
+omni_status omni_encoder_step(const omni_encoder *encoder,
+                              omni_encoder_state *state,
+                              uint32_t raw,
+                              float since_edge_s,
+                              float *rad_s);
 
 // The duty, -1 to 1, of a bridge without a current loop that gives `torque_n_m` [N.m] at `velocity_rad_s` [rad/s], or the nearest there is:
 // `OMNI_MOTORS[i]`. 0 shorts the motor, which brakes; to let a wheel go, open the bridge.
-//
-// Returns false, and does nothing, where a pointer is null.
-bool omni_duty(const omni_motor *motor,
-               float torque_n_m,
-               float velocity_rad_s,
-               float *duty);
+omni_status omni_duty(const omni_motor *motor,
+                      float torque_n_m,
+                      float velocity_rad_s,
+                      float *duty);
+
+// `omni_duty` where the supply has `supply_part` of the voltage that `OMNI_MOTORS` is of, above 0: a battery that runs down. 0 for a part
+// that is not above 0.
+omni_status omni_duty_at(const omni_motor *motor,
+                         float torque_n_m,
+                         float velocity_rad_s,
+                         float supply_part,
+                         float *duty);
+
+// Where the vehicle shall be `time_s` [s] after the start of the path. Before the start it is there, after the end it rests there.
+omni_status omni_trajectory_at(const omni_trajectory *trajectory,
+                               float time_s,
+                               omni_trajectory_sample *sample);
+
+// How long the path takes [s].
+omni_status omni_trajectory_duration(const omni_trajectory *trajectory, float *duration_s);
+
+// The twist that brings a vehicle at `pose` to where the path has it now, and keeps it there: a command for the drive.
+omni_status omni_follow(const omni_follower *follower,
+                        const omni_trajectory_sample *sample,
+                        const omni_pose *pose,
+                        omni_follow_sample *follow);
 
 #ifdef __cplusplus
 }  // extern "C"

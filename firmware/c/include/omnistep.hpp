@@ -13,127 +13,9 @@
 #error "omnistep.hpp needs C++17: compile with -std=c++17 or newer"
 #else // without it, nothing below would compile
 
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <optional>
-
-#include "omnistep.h"
+#include "omnistep_types.hpp"
 
 namespace omnistep {
-
-/// Velocity of the vehicle in its own frame. A command beyond 1e6, or one that is no number, is refused where it is taken.
-struct Twist {
-    float vx_m_s = 0.0f;   ///< Forward velocity [m/s], forward is +.
-    float vy_m_s = 0.0f;   ///< Sideways velocity [m/s], left is +.
-    float wz_rad_s = 0.0f; ///< Yaw rate [rad/s], counter-clockwise from above is +.
-};
-
-/// Where the vehicle is in the world: the frame in which it stood at the start.
-struct Pose {
-    float x_m = 0.0f;     ///< World x [m].
-    float y_m = 0.0f;     ///< World y [m].
-    float yaw_rad = 0.0f; ///< Heading [rad], 0 along world x, counter-clockwise from above is +.
-};
-
-/// How far a pose may be off: standard deviations, >= 0. All 0 where the drive was given no noise (`[drive.noise]`).
-struct Deviations {
-    float x_m = 0.0f;     ///< Of x [m].
-    float y_m = 0.0f;     ///< Of y [m].
-    float yaw_rad = 0.0f; ///< Of the heading [rad].
-};
-
-/// How far the vehicle can be relied on.
-enum class DriveMode : std::uint8_t {
-    Normal = OMNI_DRIVE_MODE_NORMAL,                ///< Every wheel drives, and its readings are accepted.
-    Degraded = OMNI_DRIVE_MODE_DEGRADED,            ///< A wheel is released, lifted or excluded; the others go on as commanded.
-    SafeStop = OMNI_DRIVE_MODE_SAFE_STOP,           ///< Too few wheels determine the motion: brought to rest. `release_safe_stop` ends it.
-    EmergencyStop = OMNI_DRIVE_MODE_EMERGENCY_STOP, ///< Requested, for as long as `Input::emergency` says so.
-};
-
-/// Why the twist is what it is.
-enum class CommandStatus : std::uint8_t {
-    Idle = OMNI_COMMAND_STATUS_IDLE,                    ///< No command yet: rest, or on the way there.
-    Following = OMNI_COMMAND_STATUS_FOLLOWING,          ///< The twist is the command.
-    Limited = OMNI_COMMAND_STATUS_LIMITED,              ///< The limits keep the twist from the command.
-    TimedOut = OMNI_COMMAND_STATUS_TIMED_OUT,           ///< The last command is too old: rest, or on the way there.
-    EmergencyStop = OMNI_COMMAND_STATUS_EMERGENCY_STOP, ///< The emergency stop is latched: rest, or on the way there.
-};
-
-/// What is wrong with a wheel.
-enum class Fault : std::uint8_t {
-    Nothing = 0,                           ///< Nothing.
-    NotANumber = OMNI_FAULT_NOT_A_NUMBER,  ///< Its reading is NaN, infinite, or beyond 1e6 rad/s.
-    Jump = OMNI_FAULT_JUMP,                ///< Its reading jumps further in one period than a wheel can.
-    Stuck = OMNI_FAULT_STUCK,              ///< Its reading never changes although it should.
-    Silent = OMNI_FAULT_SILENT,            ///< No reading has arrived for too long.
-    Lost = OMNI_FAULT_LOST,                ///< It has been declared lost.
-};
-
-/// Not for use: names of the C library by wheel count, and copies between its types and these.
-namespace detail {
-
-template <std::size_t Wheels> struct Names;
-
-#define OMNISTEP_NAMES(n)                                                                       \
-    template <> struct Names<n> {                                                               \
-        using controller = omni##n##_controller;                                                \
-        using state = omni##n##_state;                                                          \
-        using sample = omni##n##_sample;                                                        \
-        using velocities = omni##n##_velocities;                                                \
-        using drive = omni##n##_drive;                                                          \
-        using drive_state = omni##n##_drive_state;                                              \
-        using drive_input = omni##n##_drive_input;                                              \
-        using drive_output = omni##n##_drive_output;                                            \
-        static constexpr auto init = &omni##n##_init;                                           \
-        static constexpr auto step = &omni##n##_step;                                           \
-        static constexpr auto estimate = &omni##n##_estimate;                                   \
-        static constexpr auto drive_init = &omni##n##_drive_init;                               \
-        static constexpr auto drive_step = &omni##n##_drive_step;                               \
-        static constexpr auto release_safe_stop = &omni##n##_drive_release_safe_stop;           \
-        static constexpr auto reset_pose = &omni##n##_drive_reset_pose;                         \
-        static constexpr auto deviations = &omni##n##_drive_deviations;                         \
-    }
-OMNISTEP_NAMES(3);
-OMNISTEP_NAMES(4);
-OMNISTEP_NAMES(6);
-OMNISTEP_NAMES(7);
-#undef OMNISTEP_NAMES
-
-/// Refuses other wheel counts, and stands in for them, so that this is the only error.
-template <std::size_t Wheels>
-struct Known {
-    static constexpr bool is = Wheels == 3 || Wheels == 4 || Wheels == 6 || Wheels == 7;
-    using names = Names<is ? Wheels : 7>;
-    static_assert(is, "omnistep: the number of wheels has to be 3, 4, 6 or 7");
-};
-
-template <std::size_t Wheels>
-using C = typename Known<Wheels>::names;
-
-template <std::size_t Wheels, typename Value>
-[[nodiscard]] inline std::array<Value, Wheels> each(const Value* values) noexcept {
-    std::array<Value, Wheels> all{};
-    for (std::size_t i = 0; i < Wheels; i++) {
-        all[i] = values[i];
-    }
-    return all;
-}
-
-[[nodiscard]] inline omni_twist to_c(const Twist& twist) noexcept { return {twist.vx_m_s, twist.vy_m_s, twist.wz_rad_s}; }
-[[nodiscard]] inline Twist of_c(const omni_twist& twist) noexcept { return {twist.vx_m_s, twist.vy_m_s, twist.wz_rad_s}; }
-
-template <std::size_t Wheels>
-[[nodiscard]] inline typename C<Wheels>::velocities to_c(const std::array<float, Wheels>& rad_s) noexcept {
-    typename C<Wheels>::velocities velocities{};
-    for (std::size_t i = 0; i < Wheels; i++) {
-        velocities.rad_s[i] = rad_s[i];
-    }
-    return velocities;
-}
-
-} // namespace detail
 
 /// Every signal of one step of a `Controller`, one value a wheel; none is ever NaN. Torques are the actuators' [N.m],
 /// velocities too [rad/s].
@@ -238,7 +120,63 @@ struct Input {
     bool emergency = false;
     /// The wheel is in the air: it is controlled, but says nothing of the vehicle's motion.
     std::array<bool, Wheels> lifted{};
+    /// Torques that the motors shall keep within besides their own limits [N.m]: a hot motor, a low battery. 0 is always within.
+    std::array<std::optional<TorqueRange>, Wheels> torque_ranges{};
+    /// Path of each wheel over path of the body beneath it, 0.01 to 100; whatever else counts as 1, flat ground.
+    std::array<float, Wheels> path_factor{};
 };
+
+/// What the bodies of a vehicle under traction control are read to do. As constructed, nothing is read.
+struct BodyReadings {
+    /// Angle of each hinge [rad], in the order of the vehicle file; NaN where it was not read. The first `hinges` are looked at.
+    std::array<float, OMNI_MAX_HINGES> hinges_rad{};
+    /// Their rates [rad/s].
+    std::array<float, OMNI_MAX_HINGES> hinges_rad_s{};
+    /// How many hinges are read: all of the vehicle's, or 0.
+    std::size_t hinges = 0;
+    /// The inertial measurement unit of the base; none where no reading arrived.
+    std::optional<Imu> imu{};
+};
+
+namespace detail {
+
+template <std::size_t Wheels>
+[[nodiscard]] inline typename C<Wheels>::drive_input to_c(const Input<Wheels>& input) noexcept {
+    typename C<Wheels>::drive_input arrived{};
+    arrived.commanded = input.command.has_value();
+    arrived.emergency = input.emergency;
+    if (input.command) {
+        arrived.command = to_c(*input.command);
+    }
+    for (std::size_t i = 0; i < Wheels; i++) {
+        arrived.received[i] = input.measured_rad_s[i].has_value();
+        arrived.measured.rad_s[i] = input.measured_rad_s[i] ? *input.measured_rad_s[i] : 0.0f;
+        arrived.lifted[i] = input.lifted[i];
+        arrived.path_factor[i] = input.path_factor[i];
+        arrived.limited[i] = input.torque_ranges[i].has_value();
+        if (input.torque_ranges[i]) {
+            arrived.torque_ranges.lower_n_m[i] = input.torque_ranges[i]->lower_n_m;
+            arrived.torque_ranges.upper_n_m[i] = input.torque_ranges[i]->upper_n_m;
+        }
+    }
+    return arrived;
+}
+
+[[nodiscard]] inline omni_body_readings to_c(const BodyReadings& bodies) noexcept {
+    omni_body_readings read{};
+    for (std::size_t i = 0; i < bodies.hinges_rad.size(); i++) {
+        read.hinges_rad[i] = bodies.hinges_rad[i];
+        read.hinges_rad_s[i] = bodies.hinges_rad_s[i];
+    }
+    read.hinges = bodies.hinges <= bodies.hinges_rad.size() ? static_cast<std::uint8_t>(bodies.hinges) : std::uint8_t{0};
+    read.imu_received = bodies.imu.has_value();
+    if (bodies.imu) {
+        read.imu = to_c(*bodies.imu);
+    }
+    return read;
+}
+
+} // namespace detail
 
 /// What a step of a `Drive` reports, one value a wheel where it is of wheels; none is ever NaN.
 template <std::size_t Wheels>
@@ -246,6 +184,8 @@ class Output {
     template <typename Value> using Each = std::array<Value, Wheels>;
 
 public:
+    /// Before a first step: all 0.
+    Output() noexcept = default;
     /// Torques to apply [N.m], always within the motors' limits; 0 for a wheel that is not active.
     [[nodiscard]] Each<float> torques_n_m() const noexcept { return detail::each<Wheels>(c_.torques.n_m); }
     /// Torques that the loops asked for [N.m].
@@ -259,7 +199,7 @@ public:
     /// What the vehicle does, by its wheels; 0 unless `motion_known()`.
     [[nodiscard]] Twist estimated() const noexcept { return detail::of_c(c_.estimated); }
     /// Where the vehicle is, by its wheels.
-    [[nodiscard]] Pose pose() const noexcept { return {c_.pose.x_m, c_.pose.y_m, c_.pose.yaw_rad}; }
+    [[nodiscard]] Pose pose() const noexcept { return detail::of_c(c_.pose); }
     /// How far the vehicle can be relied on.
     [[nodiscard]] DriveMode mode() const noexcept { return static_cast<DriveMode>(c_.mode); }
     /// Why the twist is what it is.
@@ -288,65 +228,150 @@ public:
 
 private:
     template <std::size_t> friend class Drive;
-    typename detail::C<Wheels>::drive_output c_{};
+    template <std::size_t> friend class TractionOutput;
+    using C = typename detail::C<Wheels>::drive_output;
+    explicit Output(const C& c) noexcept : c_(c) {}
+    C c_{};
 };
+
+/// What a step of a `TractionDrive` reports; none is ever NaN.
+template <std::size_t Wheels>
+class TractionOutput {
+    template <typename Value> using Each = std::array<Value, Wheels>;
+
+public:
+    /// What every drive reports, torques to apply among it.
+    [[nodiscard]] Output<Wheels> drive() const noexcept { return Output<Wheels>(c_.drive); }
+    /// Torques to apply [N.m], always within the motors' limits; 0 for a wheel that is not active.
+    [[nodiscard]] Each<float> torques_n_m() const noexcept { return detail::each<Wheels>(c_.drive.torques.n_m); }
+    /// What drives the wheels.
+    [[nodiscard]] TractionLoops loops() const noexcept { return static_cast<TractionLoops>(c_.loops); }
+    /// What the choice of the target speed is at.
+    [[nodiscard]] SupervisorMode supervisor() const noexcept { return static_cast<SupervisorMode>(c_.supervisor); }
+    /// Retries so far.
+    [[nodiscard]] std::uint32_t retries() const noexcept { return c_.retries; }
+    /// Measured speed over the commanded, -1 to 1; 1 where none is commanded.
+    [[nodiscard]] float factor() const noexcept { return c_.factor; }
+    /// Measured speed along the direction of travel [m/s].
+    [[nodiscard]] float speed_m_s() const noexcept { return c_.speed_m_s; }
+    /// The target that it follows [m/s].
+    [[nodiscard]] float target_m_s() const noexcept { return c_.target_m_s; }
+    /// Common thrust [N.m].
+    [[nodiscard]] float thrust_n_m() const noexcept { return c_.thrust_n_m; }
+    /// The wheel that the measured speed hangs on, if there is one.
+    [[nodiscard]] std::optional<std::size_t> speed_wheel() const noexcept {
+        return c_.speed_wheel < 0 ? std::nullopt : std::optional<std::size_t>(static_cast<std::size_t>(c_.speed_wheel));
+    }
+    /// Yaw rate [rad/s].
+    [[nodiscard]] float yaw_rad_s() const noexcept { return c_.yaw_rad_s; }
+    /// Speed across the direction of travel, to the left [m/s].
+    [[nodiscard]] float drift_m_s() const noexcept { return c_.drift_m_s; }
+    /// Heading error [rad], counter-clockwise positive.
+    [[nodiscard]] float heading_rad() const noexcept { return c_.heading_rad; }
+    /// The gyro's zero [rad/s].
+    [[nodiscard]] float gyro_zero_rad_s() const noexcept { return c_.gyro_zero_rad_s; }
+    /// Slip of each driven wheel along the direction of travel [rad/s]; 0 of the others.
+    [[nodiscard]] Each<float> slip_rad_s() const noexcept { return detail::each<Wheels>(c_.slip_rad_s); }
+    /// What the ground takes of each driven wheel's torque [N.m], by its own estimate; 0 of the others.
+    [[nodiscard]] Each<float> contact_n_m() const noexcept { return detail::each<Wheels>(c_.contact_n_m); }
+
+private:
+    template <std::size_t> friend class TractionDrive;
+    typename detail::TractionControlDrive<detail::Known<Wheels>::wheels>::output c_{};
+};
+
+namespace detail {
+
+/// Stops and pose, which both kinds of drive have.
+template <typename Kind>
+class Stops {
+public:
+    /// Ends a safe stop. Every reading is judged afresh: one whose cause lasts begins anew.
+    void release_safe_stop() noexcept { (void)Kind::release_safe_stop(&state_); }
+
+    /// The vehicle's pose is known from outside: the pose goes on from there. How far it may be off stays.
+    /// False, and nothing is done, where a number is not finite.
+    [[nodiscard]] bool reset_pose(const Pose& pose) noexcept {
+        return Kind::reset_pose(&state_, pose.x_m, pose.y_m, pose.yaw_rad) == OMNI_STATUS_OK;
+    }
+
+    /// How far the pose may be off.
+    [[nodiscard]] Deviations deviations() const noexcept {
+        omni_deviations off{};
+        (void)Kind::deviations(&state_, &off);
+        return of_c(off);
+    }
+
+protected:
+    Stops() noexcept = default;
+    typename Kind::state state_{};
+};
+
+} // namespace detail
 
 /// A whole vehicle: limits, time-out, the coordination law, faults, slip, odometry, safe stop and emergency stop.
 template <std::size_t Wheels>
-class Drive {
-    using C = detail::C<Wheels>;
+class Drive : public detail::Stops<detail::LoopsDrive<detail::Known<Wheels>::wheels>> {
+    using C = detail::LoopsDrive<detail::Known<Wheels>::wheels>;
 
 public:
     /// `OMNI_DRIVE` of constants.h, of as many wheels; the scenario needs a `[drive]`.
-    using Constants = typename C::drive;
+    using Constants = typename C::constants;
 
     /// Ready for the first step: at rest at the origin, every wheel trusted. Cannot fail.
     explicit Drive(const Constants& constants) noexcept : constants_(&constants) { reset(); }
     explicit Drive(const Constants&&) = delete; // it would be gone before the first step
 
     /// Starts afresh, as after construction. A safe stop is forgotten with all else.
-    void reset() noexcept { (void)C::drive_init(constants_, &state_, &output_.c_); }
+    void reset() noexcept { (void)C::init(constants_, &this->state_, &output_.c_); }
 
     /// One control period: from what arrived to `torques_n_m()` [N.m] of what it returns, which the next step overwrites.
     /// To be called once every OMNI_PERIOD_US.
     /// Cannot fail: nonsense in the input is refused, or its wheel is released.
     [[nodiscard]] const Output<Wheels>& step(const Input<Wheels>& input) noexcept {
-        typename C::drive_input arrived{};
-        arrived.commanded = input.command.has_value();
-        arrived.emergency = input.emergency;
-        if (input.command) {
-            arrived.command = detail::to_c(*input.command);
-        }
-        for (std::size_t i = 0; i < Wheels; i++) {
-            arrived.received[i] = input.measured_rad_s[i].has_value();
-            arrived.measured.rad_s[i] = input.measured_rad_s[i] ? *input.measured_rad_s[i] : 0.0f;
-            arrived.lifted[i] = input.lifted[i];
-        }
-        (void)C::drive_step(constants_, &state_, &arrived, &output_.c_);
+        const auto arrived = detail::to_c(input);
+        (void)C::step(constants_, &this->state_, &arrived, &output_.c_);
         return output_;
     }
 
     /// What the last step reported; before the first all 0, in `DriveMode::Normal`.
     [[nodiscard]] const Output<Wheels>& output() const noexcept { return output_; }
 
-    /// Ends a safe stop. Every reading is judged afresh: one whose cause lasts begins anew.
-    void release_safe_stop() noexcept { (void)C::release_safe_stop(&state_); }
+private:
+    const Constants* constants_;
+    Output<Wheels> output_{};
+};
 
-    /// The vehicle's pose is known from outside: the pose goes on from there. How far it may be off stays.
-    /// False, and nothing is done, where a number is not finite.
-    [[nodiscard]] bool reset_pose(const Pose& pose) noexcept { return C::reset_pose(&state_, pose.x_m, pose.y_m, pose.yaw_rad); }
+/// A `Drive` around traction control, of a scenario with the policy `traction` or `traction_runup`.
+template <std::size_t Wheels>
+class TractionDrive : public detail::Stops<detail::TractionControlDrive<detail::Known<Wheels>::wheels>> {
+    using C = detail::TractionControlDrive<detail::Known<Wheels>::wheels>;
 
-    /// How far the pose may be off.
-    [[nodiscard]] Deviations deviations() noexcept {
-        omni_deviations off{};
-        (void)C::deviations(&state_, &off);
-        return {off.x_m, off.y_m, off.yaw_rad};
+public:
+    /// `OMNI_DRIVE` of constants.h, of as many wheels.
+    using Constants = typename C::constants;
+
+    /// Ready for the first step: at rest at the origin, every wheel trusted. Cannot fail.
+    explicit TractionDrive(const Constants& constants) noexcept : constants_(&constants) { reset(); }
+    explicit TractionDrive(const Constants&&) = delete; // it would be gone before the first step
+
+    /// Starts afresh, as after construction. A safe stop is forgotten with all else.
+    void reset() noexcept { (void)C::init(constants_, &this->state_, &output_.c_); }
+
+    /// One control period, as `Drive::step`; `bodies` is what hinges and inertial measurement unit read.
+    [[nodiscard]] const TractionOutput<Wheels>& step(const Input<Wheels>& input, const BodyReadings& bodies) noexcept {
+        const auto arrived = detail::to_c(input);
+        const auto read = detail::to_c(bodies);
+        (void)C::step(constants_, &this->state_, &arrived, &read, &output_.c_);
+        return output_;
     }
+
+    /// What the last step reported; before the first all 0, in `DriveMode::Normal`.
+    [[nodiscard]] const TractionOutput<Wheels>& output() const noexcept { return output_; }
 
 private:
     const Constants* constants_;
-    typename C::drive_state state_{};
-    Output<Wheels> output_{};
+    TractionOutput<Wheels> output_{};
 };
 
 /// Brings commands within the vehicle's limits, for a `Controller`; a `Drive` does it by itself.
@@ -398,7 +423,17 @@ private:
     return part;
 }
 
+/// `duty` where the supply has `supply_part` > 0 of the voltage that `motor` is of: a battery that runs down. 0 for a part that is not
+/// above 0.
+[[nodiscard]] inline float duty_at(const omni_motor& motor, float torque_n_m, float velocity_rad_s, float supply_part) noexcept {
+    float part = 0.0f;
+    (void)omni_duty_at(&motor, torque_n_m, velocity_rad_s, supply_part, &part);
+    return part;
+}
+
 } // namespace omnistep
+
+#include "omnistep_pose.hpp"
 
 #endif // C++17
 #endif // OMNISTEP_HPP

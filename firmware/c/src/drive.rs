@@ -1,20 +1,28 @@
 //! What the functions of `Drive` have in common: what goes in, what comes out, and what a null pointer does.
 
 use core::mem::MaybeUninit;
-use core::ptr;
 
-use omni_core::drive::{DriveSample, Fault};
-use omni_core::geometry::{PlanarPose, WheelTorques};
+use omni_core::drive::{DriveSample, Fault, TractionDriveState};
+use omni_core::geometry::{PathFactors, PlanarPose, WheelTorques};
+use omni_core::motor::TorqueRanges;
 use omni_core::shaping::CommandStatus;
 use omni_core::{BodyTwist, Drive, DriveInput, DriveMode, DriveState, WheelVelocities};
 
-/// What arrived since the period before.
+use crate::memory::{DriveMemory, Memory};
+use crate::status::{Status, at, finite};
+
+/// What arrived since the period before. All zero: nothing did, every wheel is on flat ground, motors have their own limits.
 #[repr(C)]
 pub struct Input<const N: usize> {
     /// The command; looked at only where `commanded`.
     pub command: BodyTwist<f32>,
     /// Actuator velocities [rad/s]; each looked at only where it was `received`.
     pub measured: WheelVelocities<f32, N>,
+    /// Torques [N.m] that the motors shall keep within besides their own limits: a hot motor, a low battery. Each looked at only where
+    /// `limited`. 0 is always within.
+    pub torque_ranges: TorqueRanges<f32, N>,
+    /// Path of each wheel over path of the body beneath it, 0.01 to 100; whatever else counts as 1, flat ground.
+    pub path_factor: [f32; N],
     /// A command arrived. Where none does for the time-out, the vehicle is brought to rest.
     pub commanded: bool,
     /// The emergency stop is pressed: the vehicle comes to rest at the emergency deceleration, whatever is commanded, and stays there for as
@@ -24,6 +32,67 @@ pub struct Input<const N: usize> {
     pub received: [bool; N],
     /// The wheel is in the air: it is controlled, but says nothing of the vehicle's motion.
     pub lifted: [bool; N],
+    /// `torque_ranges` holds for this motor.
+    pub limited: [bool; N],
+}
+
+impl<const N: usize> Input<N> {
+    /// The same for the library.
+    #[inline]
+    pub fn arrived(&self) -> DriveInput<f32, N> {
+        let mut arrived = DriveInput::measured(&self.measured);
+        for (reading, &received) in arrived.readings_rad_s.iter_mut().zip(&self.received) {
+            if !received {
+                *reading = None;
+            }
+        }
+        arrived.command = self.commanded.then_some(self.command);
+        arrived.emergency = self.emergency;
+        arrived.lifted = self.lifted;
+        arrived.path = PathFactors::or_flat(self.path_factor);
+        let (ranges, given) = (&mut arrived.torque_ranges, &self.torque_ranges);
+        let lower = ranges.lower_n_m.iter_mut().zip(given.lower_n_m);
+        let upper = ranges.upper_n_m.iter_mut().zip(given.upper_n_m);
+        for (((lower, least), (upper, most)), limited) in lower.zip(upper).zip(self.limited) {
+            if limited {
+                (*lower, *upper) = (least, most);
+            }
+        }
+        arrived
+    }
+}
+
+/// What is wrong with a wheel.
+#[derive(Clone, Copy)]
+#[repr(u8)]
+pub enum WheelFault {
+    /// Nothing.
+    None = 0,
+    /// Its reading is NaN, infinite, or beyond 1e6 rad/s.
+    NotANumber = 1,
+    /// Its reading jumps further in one period than a wheel can.
+    Jump = 2,
+    /// Its reading never changes although the vehicle moves, or although the motor pulls: an encoder that is dead, or a wheel that is
+    /// blocked.
+    Stuck = 3,
+    /// No reading has arrived for too long.
+    Silent = 4,
+    /// It has been declared lost.
+    Lost = 5,
+}
+
+impl WheelFault {
+    #[inline]
+    fn of(fault: Option<Fault>) -> Self {
+        match fault.map_or(0, Fault::number) {
+            0 => Self::None,
+            1 => Self::NotANumber,
+            2 => Self::Jump,
+            3 => Self::Stuck,
+            4 => Self::Silent,
+            _ => Self::Lost,
+        }
+    }
 }
 
 /// What a step reports. Nothing in it is ever NaN.
@@ -51,8 +120,8 @@ pub struct Output<const N: usize> {
     pub rejected: bool,
     /// Enough wheels determine the motion; else the pose stands still.
     pub motion_known: bool,
-    /// What is wrong with each wheel: an `omni_fault`, or 0 for nothing.
-    pub faults: [u8; N],
+    /// What is wrong with each wheel.
+    pub faults: [WheelFault; N],
     /// The wheel was controlled. One that is not has no torque, and its bridge is opened or shorted: it has a fault, or all torque has ended
     /// at rest.
     pub active: [bool; N],
@@ -63,6 +132,54 @@ pub struct Output<const N: usize> {
     /// The motor's windings shall be shorted. In a safe stop and an emergency stop: the wheel has a fault, so that no torque can be asked of
     /// it, or all torque has ended. At rest otherwise: all torque has ended, and the scenario asks for it (`control.rest.short_windings`).
     pub brake: [bool; N],
+}
+
+impl<const N: usize> Output<N> {
+    /// Before the first step.
+    pub fn zero() -> Self {
+        Self {
+            torques: WheelTorques::zero(),
+            requested: WheelTorques::zero(),
+            references: WheelVelocities::zero(),
+            measured: WheelVelocities::zero(),
+            twist: BodyTwist::ZERO,
+            estimated: BodyTwist::ZERO,
+            pose: PlanarPose::origin(),
+            mode: DriveMode::Normal,
+            status: CommandStatus::Idle,
+            rejected: false,
+            motion_known: false,
+            faults: [WheelFault::None; N],
+            active: [false; N],
+            saturated: [false; N],
+            excluded: [false; N],
+            brake: [false; N],
+        }
+    }
+
+    /// Of a step.
+    #[inline]
+    pub fn of(sample: &DriveSample<f32, N>) -> Self {
+        let wheels = &sample.wheels;
+        Self {
+            torques: wheels.applied,
+            requested: wheels.requested,
+            references: wheels.reference,
+            measured: wheels.measured,
+            twist: sample.desaturated.twist,
+            estimated: sample.slip.estimated,
+            pose: sample.pose,
+            mode: sample.mode,
+            status: sample.shaped.status,
+            rejected: sample.shaped.rejected,
+            motion_known: sample.motion_known,
+            faults: sample.faults.map(WheelFault::of),
+            active: wheels.active,
+            saturated: wheels.saturated,
+            excluded: sample.slip.excluded,
+            brake: sample.brake,
+        }
+    }
 }
 
 /// How far the pose may be off: standard deviations. All 0 where the drive was given no noise.
@@ -76,160 +193,90 @@ pub struct Deviations {
     pub yaw_rad: f32,
 }
 
-/// What a drive remembers. Nothing in it is for anybody else.
-#[repr(C)]
-pub struct State<const N: usize, const WORDS: usize> {
-    ready: u32,
-    memory: [u32; WORDS], // as many as build.rs counts
+/// A state with what is around the loops.
+pub trait Drives<const N: usize> {
+    /// That of the drive.
+    fn drive(&self) -> &DriveState<f32, N>;
+
+    /// The same, to be changed.
+    fn drive_mut(&mut self) -> &mut DriveState<f32, N>;
 }
 
-/// Marks a state that was made ready. Without it memory of the caller's would be taken for a drive's.
-const READY: u32 = 0x6f6d_6e69;
-
-impl<const N: usize, const WORDS: usize> State<N, WORDS> {
-    const FITS: () = assert!(
-        size_of::<DriveState<f32, N>>() <= size_of::<[u32; WORDS]>()
-            && align_of::<DriveState<f32, N>>() <= align_of::<u32>()
-            && size_of::<DriveState<f32, N>>() + 32 > size_of::<[u32; WORDS]>()
-    );
-
-    /// Starts afresh.
+impl<const N: usize> Drives<N> for DriveState<f32, N> {
     #[inline]
-    fn start(place: &mut MaybeUninit<Self>, start: DriveState<f32, N>) {
-        let () = Self::FITS;
-        let state = place.write(Self {
-            ready: READY,
-            memory: [0; WORDS],
-        });
-        // SAFETY: the memory is as large and as aligned as `FITS` says; what was there needs no drop.
-        unsafe {
-            ptr::from_mut(&mut state.memory)
-                .cast::<DriveState<f32, N>>()
-                .write(start)
-        };
+    fn drive(&self) -> &DriveState<f32, N> {
+        self
     }
 
-    /// What is remembered; nothing where it was never made ready.
     #[inline]
-    fn open(&mut self) -> Option<&mut DriveState<f32, N>> {
-        let () = Self::FITS;
-        if self.ready != READY {
-            return None;
-        }
-        // SAFETY: the mark says that `start` wrote one there, and only this function gives it away.
-        Some(unsafe { &mut *ptr::from_mut(&mut self.memory).cast::<DriveState<f32, N>>() })
+    fn drive_mut(&mut self) -> &mut DriveState<f32, N> {
+        self
+    }
+}
+
+impl<const N: usize> Drives<N> for TractionDriveState<f32, N> {
+    #[inline]
+    fn drive(&self) -> &DriveState<f32, N> {
+        &self.drive
+    }
+
+    #[inline]
+    fn drive_mut(&mut self) -> &mut DriveState<f32, N> {
+        &mut self.drive
     }
 }
 
 #[inline]
 pub fn init<const N: usize, const WORDS: usize>(
     drive: Option<&Drive<f32, N>>,
-    state: Option<&mut MaybeUninit<State<N, WORDS>>>,
+    state: Option<&mut MaybeUninit<DriveMemory<N, WORDS>>>,
     output: Option<&mut MaybeUninit<Output<N>>>,
-) -> bool {
-    let (Some(drive), Some(state), Some(output)) = (drive, state, output) else {
-        return false;
-    };
-    State::start(state, DriveState::new(drive));
-    output.write(Output {
-        torques: WheelTorques::zero(),
-        requested: WheelTorques::zero(),
-        references: WheelVelocities::zero(),
-        measured: WheelVelocities::zero(),
-        twist: BodyTwist::ZERO,
-        estimated: BodyTwist::ZERO,
-        pose: PlanarPose::origin(),
-        mode: DriveMode::Normal,
-        status: CommandStatus::Idle,
-        rejected: false,
-        motion_known: false,
-        faults: [0; N],
-        active: [false; N],
-        saturated: [false; N],
-        excluded: [false; N],
-        brake: [false; N],
-    });
-    true
+) -> Result<(), Status> {
+    let (drive, state, output) = (at(drive)?, at(state)?, at(output)?);
+    DriveMemory::start(state, DriveState::new(drive));
+    output.write(Output::zero());
+    Ok(())
 }
 
 #[inline]
 pub fn step<const N: usize, const WORDS: usize>(
     drive: Option<&Drive<f32, N>>,
-    state: Option<&mut State<N, WORDS>>,
+    state: Option<&mut DriveMemory<N, WORDS>>,
     input: Option<&Input<N>>,
     output: Option<&mut Output<N>>,
-) -> bool {
-    let (Some(drive), Some(state)) = (drive, state.and_then(State::open)) else {
-        return false;
-    };
-    let (Some(input), Some(output)) = (input, output) else {
-        return false;
-    };
-    let mut arrived = DriveInput::measured(&input.measured);
-    for (reading, &received) in arrived.readings_rad_s.iter_mut().zip(&input.received) {
-        if !received {
-            *reading = None;
-        }
-    }
-    arrived.command = input.commanded.then_some(input.command);
-    arrived.emergency = input.emergency;
-    arrived.lifted = input.lifted;
-    write_output(drive.step(state, &arrived), output);
-    true
+) -> Result<(), Status> {
+    let (drive, state, input, output) = (at(drive)?, at(state)?, at(input)?, at(output)?);
+    let state = state.open()?;
+    *output = Output::of(&drive.step(state, &input.arrived()));
+    Ok(())
 }
 
+/// Does something to what is around the loops.
 #[inline]
-fn write_output<const N: usize>(sample: DriveSample<f32, N>, output: &mut Output<N>) {
-    let wheels = &sample.wheels;
-    *output = Output {
-        torques: wheels.applied,
-        requested: wheels.requested,
-        references: wheels.reference,
-        measured: wheels.measured,
-        twist: sample.desaturated.twist,
-        estimated: sample.slip.estimated,
-        pose: sample.pose,
-        mode: sample.mode,
-        status: sample.shaped.status,
-        rejected: sample.shaped.rejected,
-        motion_known: sample.motion_known,
-        faults: sample.faults.map(|fault| fault.map_or(0, Fault::number)),
-        active: wheels.active,
-        saturated: wheels.saturated,
-        excluded: sample.slip.excluded,
-        brake: sample.brake,
-    };
-}
-
-/// Does something to what is remembered.
-#[inline]
-pub fn change<const N: usize, const WORDS: usize>(
-    state: Option<&mut State<N, WORDS>>,
+pub fn change<const N: usize, M: Memory<Kept: Drives<N>>>(
+    state: Option<&mut M>,
     change: impl FnOnce(&mut DriveState<f32, N>),
-) -> bool {
-    state.and_then(State::open).map(change).is_some()
+) -> Result<(), Status> {
+    change(at(state)?.open()?.drive_mut());
+    Ok(())
 }
 
 #[inline]
-pub fn reset_pose<const N: usize, const WORDS: usize>(
-    state: Option<&mut State<N, WORDS>>,
+pub fn reset_pose<const N: usize, M: Memory<Kept: Drives<N>>>(
+    state: Option<&mut M>,
     [x_m, y_m, yaw_rad]: [f32; 3],
-) -> bool {
-    let Some(state) = state.and_then(State::open) else {
-        return false;
-    };
-    state.odometry.reset(&PlanarPose { x_m, y_m, yaw_rad })
+) -> Result<(), Status> {
+    let pose = PlanarPose { x_m, y_m, yaw_rad };
+    finite(at(state)?.open()?.drive_mut().odometry.reset(&pose))
 }
 
 #[inline]
-pub fn deviations<const N: usize, const WORDS: usize>(
-    state: Option<&mut State<N, WORDS>>,
+pub fn deviations<const N: usize, M: Memory<Kept: Drives<N>>>(
+    state: Option<&M>,
     deviations: Option<&mut Deviations>,
-) -> bool {
-    let (Some(state), Some(deviations)) = (state.and_then(State::open), deviations) else {
-        return false;
-    };
-    let [x_m, y_m, yaw_rad] = state.covariance.standard_deviations();
+) -> Result<(), Status> {
+    let (state, deviations) = (at(state)?, at(deviations)?);
+    let [x_m, y_m, yaw_rad] = state.look()?.drive().covariance.standard_deviations();
     *deviations = Deviations { x_m, y_m, yaw_rad };
-    true
+    Ok(())
 }

@@ -5,17 +5,17 @@ use core::mem::MaybeUninit;
 use omni_core::loops::ControlSample;
 use omni_core::{BodyTwist, ControlState, Controller, WheelVelocities};
 
+use crate::status::{Status, at};
+
 #[inline]
 pub fn init<const N: usize>(
     state: Option<&mut MaybeUninit<ControlState<f32, N>>>,
     sample: Option<&mut MaybeUninit<ControlSample<f32, N>>>,
-) -> bool {
-    let (Some(state), Some(sample)) = (state, sample) else {
-        return false;
-    };
+) -> Result<(), Status> {
+    let (state, sample) = (at(state)?, at(sample)?);
     state.write(ControlState::new());
     sample.write(ControlSample::zero());
-    true
+    Ok(())
 }
 
 #[inline]
@@ -25,15 +25,11 @@ pub fn step<const N: usize>(
     command: Option<&BodyTwist<f32>>,
     measured: Option<&WheelVelocities<f32, N>>,
     sample: Option<&mut ControlSample<f32, N>>,
-) -> bool {
-    let (Some(controller), Some(state)) = (controller, state) else {
-        return false;
-    };
-    let (Some(command), Some(measured), Some(sample)) = (command, measured, sample) else {
-        return false;
-    };
+) -> Result<(), Status> {
+    let (controller, state) = (at(controller)?, at(state)?);
+    let (command, measured, sample) = (at(command)?, at(measured)?, at(sample)?);
     controller.step_into(state, command, measured, sample);
-    true
+    Ok(())
 }
 
 #[inline]
@@ -41,10 +37,8 @@ pub fn estimate<const N: usize>(
     controller: Option<&Controller<f32, N>>,
     measured: Option<&WheelVelocities<f32, N>>,
     twist: Option<&mut BodyTwist<f32>>,
-) -> bool {
-    let (Some(controller), Some(measured), Some(twist)) = (controller, measured, twist) else {
-        return false;
-    };
+) -> Result<(), Status> {
+    let (controller, measured, twist) = (at(controller)?, at(measured)?, at(twist)?);
     *twist = controller.kinematics().forward(measured);
-    true
+    Ok(())
 }

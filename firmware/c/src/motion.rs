@@ -6,37 +6,33 @@ use omni_core::estimate::{Encoder, EncoderState};
 use omni_core::shaping::{TwistLimiter, TwistLimiterState};
 use omni_core::{BodyTwist, TorqueLimit};
 
+use crate::status::{Status, at};
+
 /// Brings `command` within the vehicle's limits, for one control period; `limited` is what to give to the step. `state` is
 /// all zero at the start: `static omni_limiter_state state;`.
-///
-/// Returns false, and does nothing, where a pointer is null.
 #[unsafe(no_mangle)]
 pub extern "C" fn omni_limit(
     limiter: Option<&TwistLimiter<f32>>,
     state: Option<&mut TwistLimiterState<f32>>,
     command: Option<&BodyTwist<f32>>,
     limited: Option<&mut BodyTwist<f32>>,
-) -> bool {
-    let (Some(limiter), Some(state)) = (limiter, state) else {
-        return false;
+) -> Status {
+    let limit = || {
+        let (limiter, state, command) = (at(limiter)?, at(state)?, at(command)?);
+        *at(limited)? = limiter.step(state, command);
+        Ok(())
     };
-    let (Some(command), Some(limited)) = (command, limited) else {
-        return false;
-    };
-    *limited = limiter.step(state, command);
-    true
+    limit().into()
 }
 
 /// Makes the state of one wheel's encoder ready for the first reading.
-///
-/// Returns false, and does nothing, where a pointer is null.
 #[unsafe(no_mangle)]
-pub extern "C" fn omni_encoder_init(state: Option<&mut MaybeUninit<EncoderState<f32, 32>>>) -> bool {
+pub extern "C" fn omni_encoder_init(state: Option<&mut MaybeUninit<EncoderState<f32, 32>>>) -> Status {
     let Some(state) = state else {
-        return false;
+        return Status::NullPointer;
     };
     state.write(EncoderState::at_rest());
-    true
+    Status::Ok
 }
 
 /// Takes in the counter of a wheel's encoder as it stands (16 bits, or more of which the lower 16 are used), once every control period, and
@@ -44,7 +40,6 @@ pub extern "C" fn omni_encoder_init(state: Option<&mut MaybeUninit<EncoderState<
 /// counts a period.
 ///
 /// `since_edge_s` is the time from the last edge to now [s], for encoders whose velocities come from edges; NaN where it is not known.
-/// Returns false, and does nothing, where a pointer is null.
 #[unsafe(no_mangle)]
 pub extern "C" fn omni_encoder_step(
     encoder: Option<&Encoder<f32, 32>>,
@@ -52,28 +47,39 @@ pub extern "C" fn omni_encoder_step(
     raw: u32,
     since_edge_s: f32,
     rad_s: Option<&mut f32>,
-) -> bool {
+) -> Status {
     let (Some(encoder), Some(state), Some(rad_s)) = (encoder, state, rad_s) else {
-        return false;
+        return Status::NullPointer;
     };
-    let read = encoder.step(state, Some(raw), Some(since_edge_s));
-    read.map(|read| *rad_s = read).is_some()
+    *rad_s = encoder.step(state, Some(raw), Some(since_edge_s)).unwrap_or(0.0);
+    Status::Ok
 }
 
 /// The duty, -1 to 1, of a bridge without a current loop that gives `torque_n_m` [N.m] at `velocity_rad_s` [rad/s], or the nearest there is:
 /// `OMNI_MOTORS[i]`. 0 shorts the motor, which brakes; to let a wheel go, open the bridge.
-///
-/// Returns false, and does nothing, where a pointer is null.
 #[unsafe(no_mangle)]
 pub extern "C" fn omni_duty(
     motor: Option<&TorqueLimit<f32>>,
     torque_n_m: f32,
     velocity_rad_s: f32,
     duty: Option<&mut f32>,
-) -> bool {
+) -> Status {
+    omni_duty_at(motor, torque_n_m, velocity_rad_s, 1.0, duty)
+}
+
+/// `omni_duty` where the supply has `supply_part` of the voltage that `OMNI_MOTORS` is of, above 0: a battery that runs down. 0 for a part
+/// that is not above 0.
+#[unsafe(no_mangle)]
+pub extern "C" fn omni_duty_at(
+    motor: Option<&TorqueLimit<f32>>,
+    torque_n_m: f32,
+    velocity_rad_s: f32,
+    supply_part: f32,
+    duty: Option<&mut f32>,
+) -> Status {
     let (Some(motor), Some(duty)) = (motor, duty) else {
-        return false;
+        return Status::NullPointer;
     };
-    *duty = motor.duty(torque_n_m, velocity_rad_s);
-    true
+    *duty = motor.duty_at(torque_n_m, velocity_rad_s, supply_part);
+    Status::Ok
 }

@@ -7,5 +7,5 @@ bool plugin_c(void);
 bool plugin_c(void) {
     omni7_state state;
     omni7_sample sample;
-    return omni7_init(&state, &sample) && !omni7_init(0, &sample);
+    return omni7_init(&state, &sample) == OMNI_STATUS_OK && omni7_init(0, &sample) == OMNI_STATUS_NULL_POINTER;
 }

@@ -25,9 +25,11 @@ void check(bool good, const char* what, int k) {
     }
 }
 
+void check(omni_status status, const char* what, int k) { check(status == OMNI_STATUS_OK, what, k); }
+
 bool same(float a, float b) { return std::memcmp(&a, &b, sizeof a) == 0; }
 bool same(bool a, bool b) { return a == b; }
-bool same(omnistep::Fault a, std::uint8_t b) { return static_cast<std::uint8_t>(a) == b; }
+bool same(omnistep::Fault a, omni_fault b) { return static_cast<int>(a) == b; }
 bool same(const omnistep::Twist& a, const omni_twist& b) {
     return same(a.vx_m_s, b.vx_m_s) && same(a.vy_m_s, b.vy_m_s) && same(a.wz_rad_s, b.wz_rad_s);
 }
@@ -80,7 +82,8 @@ void loops() {
         }
         const auto limited = limiter.step(wanted);
         omni_twist limited_c;
-        check(omni_limit(&OMNI_LIMITER, &limiter_state, &wanted_c, &limited_c) && same(limited, limited_c), "limited", k);
+        check(omni_limit(&OMNI_LIMITER, &limiter_state, &wanted_c, &limited_c), "limit", k);
+        check(same(limited, limited_c), "limited", k);
         if (k == 2000) {
             copy = controller;
         }
@@ -150,11 +153,19 @@ void whole_drive() {
         }
         input.lifted[N - 1] = input_c.lifted[N - 1] = within(k, 2560, 2590);
         input.emergency = input_c.emergency = within(k, 2600, 3000);
+        if (within(k, 100, 300)) { // a hot motor, and a wheel on an edge
+            input.torque_ranges[1] = omnistep::TorqueRange{-0.05f, 0.05f};
+            input_c.limited[1] = true;
+            input_c.torque_ranges.lower_n_m[1] = -0.05f;
+            input_c.torque_ranges.upper_n_m[1] = 0.05f;
+            input.path_factor[0] = input_c.path_factor[0] = 1.1f;
+        }
         if (k == 750 || k == 2250 || k == 3700) { // of three wheels each lost reading is a safe stop
             drive.release_safe_stop();
             check(C(drive_release_safe_stop)(&state), "release of the safe stop", k);
         } else if (k == 3800) {
-            check(drive.reset_pose({1.0f, 2.0f, 0.5f}) && C(drive_reset_pose)(&state, 1.0f, 2.0f, 0.5f), "reset of the pose", k);
+            check(drive.reset_pose({1.0f, 2.0f, 0.5f}), "reset of the pose", k);
+            check(C(drive_reset_pose)(&state, 1.0f, 2.0f, 0.5f), "reset of the pose in C", k);
             check(!drive.reset_pose({1.0f, NAN_F, 0.5f}), "a pose that is none", k);
         }
         const auto& reported = drive.step(input);
@@ -183,7 +194,8 @@ void whole_drive() {
     check(drive.output().mode() == DriveMode::Normal && drive.output().estimated().vx_m_s > 0.2f, "it does not drive in the end", 4400);
     const auto off = drive.deviations();
     omni_deviations off_c;
-    check(C(drive_deviations)(&state, &off_c) && off.x_m > 0.0f, "deviations", 4400);
+    check(C(drive_deviations)(&state, &off_c), "deviations", 4400);
+    check(off.x_m > 0.0f, "no deviation", 4400);
     check(same(off.x_m, off_c.x_m) && same(off.y_m, off_c.y_m) && same(off.yaw_rad, off_c.yaw_rad), "deviations differ", 4400);
     drive.reset();
     check(C(drive_init)(&OMNI_DRIVE, &state, &output), "init of the drive", 4400);
@@ -206,6 +218,10 @@ void motion() {
         float part;
         check(omni_duty(&OMNI_MOTORS[0], torque_n_m, rad_s, &part), "duty", k);
         check(same(omnistep::duty(OMNI_MOTORS[0], torque_n_m, rad_s), part), "duty differs", k);
+        const float supply_part = 0.004f * static_cast<float>(k);
+        check(omni_duty_at(&OMNI_MOTORS[0], torque_n_m, rad_s, supply_part, &part), "duty at a supply", k);
+        check(same(omnistep::duty_at(OMNI_MOTORS[0], torque_n_m, rad_s, supply_part), part), "duty at a supply differs", k);
+        check(k > 0 || part == 0.0f, "a duty without a supply", k);
     }
 }
 

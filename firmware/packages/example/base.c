@@ -30,7 +30,8 @@ void base_period(void) {
         float torque_n_m = base_output.torques.n_m[i], velocity_rad_s = base_output.measured.rad_s[i], duty = 0.0f;
         if (base_output.brake[i]) {
             set_duty(i, 0.0f);
-        } else if (base_output.active[i] && omni_duty(&OMNI_MOTORS[i], torque_n_m, velocity_rad_s, &duty)) {
+        } else if (base_output.active[i] &&
+                   omni_duty(&OMNI_MOTORS[i], torque_n_m, velocity_rad_s, &duty) == OMNI_STATUS_OK) {
             set_duty(i, duty);
         } else {
             open_bridge(i);

@@ -5,10 +5,7 @@ use std::fmt::{Result, Write};
 use omni_core::constants::{Constant, Describe, Fields, Piece};
 
 use super::values::Values;
-use crate::{Error, Scenario};
-
-/// Wheel counts that `omnistep.h` has types for.
-const COUNTS: [usize; 4] = [3, 4, 6, 7];
+use crate::{Error, PlannedPath, Scenario};
 
 /// The header of a scenario.
 pub(super) fn source(
@@ -18,20 +15,40 @@ pub(super) fn source(
 ) -> std::result::Result<String, Error> {
     let (count, period_us) = (scenario.vehicle().wheel.len(), scenario.control.period_us);
     let (vehicle, policy) = (&scenario.vehicle().name, scenario.control.law());
-    if !COUNTS.contains(&count) {
-        return Err(Error::Key {
-            file: format!("vehicle {vehicle}"),
-            key: "wheel".into(),
-            message: format!("{count} wheels, allowed for C: 3, 4, 6 or 7"),
-        });
-    }
     let controller = initialiser(&*values.controller);
     let limiter = initialiser(&values.limiter);
-    let drive = values.drive.as_ref().map_or_else(String::new, |drive| {
+    // Traction control is in a drive only: without a `[drive]`, in one that has nothing else.
+    let bare = scenario.bare_traction_values()?;
+    let drive = values.drive.as_ref().or(bare.as_ref());
+    let drive = drive.map_or_else(String::new, |drive| {
+        let kind = if scenario.has_traction() {
+            "traction_drive"
+        } else {
+            "drive"
+        };
+        let without = if bare.is_some() {
+            "/* The scenario has no [drive]: no time-out of commands, no fault monitor. */\n"
+        } else {
+            ""
+        };
         let drive = initialiser(&**drive);
-        format!("static const omni{count}_drive OMNI_DRIVE = {drive};\n")
+        format!("{without}static const omni{count}_{kind} OMNI_DRIVE = {drive};\n")
     });
+    let estimator = values.estimator.as_ref().map_or_else(String::new, |estimator| {
+        let estimator = initialiser(&**estimator);
+        format!("static const omni{count}_estimator OMNI_ESTIMATOR = {estimator};\n")
+    });
+    let path = values.path.as_ref().map_or_else(String::new, path);
     let motors = initialiser(&*values.motors);
+    let version = env!("CARGO_PKG_VERSION");
+    let number = [
+        env!("CARGO_PKG_VERSION_MAJOR"),
+        env!("CARGO_PKG_VERSION_MINOR"),
+        env!("CARGO_PKG_VERSION_PATCH"),
+    ];
+    let number = number
+        .iter()
+        .fold(0, |number, part| 1000 * number + part.parse().unwrap_or(0));
     let encoder = values.encoder.as_ref().map_or_else(String::new, |encoder| {
         format!(
             "static const omni_encoder OMNI_ENCODER = {};\n",
@@ -43,14 +60,41 @@ pub(super) fn source(
          #ifndef OMNI_CONSTANTS_H\n#define OMNI_CONSTANTS_H\n#include \"omnistep.h\"\n\
          #ifdef __cplusplus\n#pragma GCC system_header /* gcc and clang accept named initialisers before C++20, but would warn */\n\
          #endif\n\
+         #if OMNISTEP_VERSION_NUMBER != {number}\n\
+         #error \"constants.h is of omnistep {version}, omnistep.h is not: export the constants anew with the command of its version\"\n\
+         #endif\n\
          #define OMNI_VEHICLE {vehicle:?}\n#define OMNI_POLICY {policy:?}\n#define OMNI_WHEELS {count}\n\
          #define OMNI_PERIOD_US {period_us} /* the step must be called exactly this often */\n\
          #define OMNI_DIGEST {digest:#010x}u\n\
          static const omni{count}_controller OMNI_CONTROLLER = {controller};\n\
          static const omni_limiter OMNI_LIMITER = {limiter};\n\
-         static const omni_motor OMNI_MOTORS[OMNI_WHEELS] = {motors};\n{encoder}{drive}\
+         static const omni_motor OMNI_MOTORS[OMNI_WHEELS] = {motors};\n{encoder}{drive}{estimator}{path}\
          #endif\n"
     ))
+}
+
+/// A planned path and who follows it.
+fn path(path: &PlannedPath) -> String {
+    let trajectory = path.trajectory();
+    let (segments, pieces) = (trajectory.segments(), trajectory.pieces());
+    format!(
+        "static const omni_path_segment OMNI_PATH_SEGMENTS[] = {{\n{}}};\n\
+         static const omni_path_piece OMNI_PATH_PIECES[] = {{\n{}}};\n\
+         static const omni_trajectory OMNI_TRAJECTORY = {{ .segments = OMNI_PATH_SEGMENTS, .pieces = OMNI_PATH_PIECES, \
+         .segment_count = {}, .piece_count = {} }};\n\
+         static const omni_follower OMNI_FOLLOWER = {};\n",
+        list(segments),
+        list(pieces),
+        segments.len(),
+        pieces.len(),
+        initialiser(&path.follower)
+    )
+}
+
+/// Values as items of an array.
+fn list<T: Constant>(values: &[T]) -> String {
+    let line = |value: &T| initialiser(value) + ",\n";
+    values.iter().map(line).collect()
 }
 
 /// A value as an initialiser.
@@ -89,12 +133,11 @@ impl Initialiser {
 
     /// All of C's presets are in `float`.
     fn real(&mut self, value: f64) -> Result {
-        // <math.h> is not there without a C library; gcc and clang have these.
         if value.is_nan() {
-            self.0.write_str("__builtin_nanf(\"\")")
+            self.0.write_str("OMNI_NAN")
         } else if value.is_infinite() {
             let sign = if value > 0.0 { "" } else { "-" };
-            write!(self.0, "{sign}__builtin_inff()")
+            write!(self.0, "{sign}OMNI_INFINITY")
         } else {
             write!(self.0, "{:?}f", value as f32)
         }

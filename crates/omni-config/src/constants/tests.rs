@@ -41,7 +41,7 @@ fn rust_numbers_read_back_as_the_same_bits() {
 fn c_initialisers_are_float_literals_that_need_no_header() {
     assert_eq!(
         c::initialiser(&Odd),
-        "{\n.numbers = {-0.0f, 1e-9f, 16777216.0f, -__builtin_inff(), },\n.whole = 7,\n.flag = true,\n}"
+        "{\n.numbers = {-0.0f, 1e-9f, 16777216.0f, -OMNI_INFINITY, },\n.whole = 7,\n.flag = true,\n}"
     );
 }
 
@@ -66,7 +66,7 @@ fn a_gain_a_policy_and_a_limit_each_change_the_digest() {
 }
 
 #[test]
-fn a_wheel_count_without_a_c_type_is_refused_by_name() {
+fn eight_wheels_have_constants_in_both_languages() {
     let mut text = include_str!("../../assets/vehicles/chugo7.toml").to_owned();
     let extra = "\n[[wheel]]\nname = \"8\"\nbody = \"middle\"\nposition_m = [0.0, 0.15]\nrolling_direction = [1.0, 0.0]\n\
                  radius_m = 0.066\nmass_kg = 1.0\ninertia_kg_m2 = 0.002\ncontact = { kind = \"ball\" }\n";
@@ -77,19 +77,80 @@ fn a_wheel_count_without_a_c_type_is_refused_by_name() {
         .expect("valid");
     table.insert("vehicle".into(), vehicle.into());
     let source = crate::Source::text("eight.toml", table.to_string());
-    let loops = crate::Override::new("control.policy", "scale_references");
-    let scenario = Scenario::from_source(&source, &[loops]).expect("valid");
-    assert!(
-        scenario
-            .constants(Language::Rust)
-            .expect("eight wheels")
-            .contains("Controller<f32, 8>")
-    );
-    let error = scenario.constants(Language::C).expect_err("no type").to_string();
-    assert_eq!(
-        error,
-        "vehicle chugo7: wheel: 8 wheels, allowed for C: 3, 4, 6 or 7"
-    );
+    let scenario = Scenario::from_source(&source, &[]).expect("valid");
+    for (language, line) in [
+        (Language::Rust, "omni_core::Controller<f32, 8>"),
+        (Language::C, "omni8_controller OMNI_CONTROLLER"),
+    ] {
+        assert!(scenario.constants(language).expect("eight wheels").contains(line));
+    }
+}
+
+#[test]
+fn every_scenario_is_a_header_with_a_drive_where_its_policy_is_traction_control() {
+    for name in crate::builtin_scenarios() {
+        let scenario = Scenario::load(name, &[]).expect("built in");
+        let header = scenario.constants(Language::C).expect(name);
+        assert_eq!(
+            header.contains("_traction_drive OMNI_DRIVE"),
+            scenario.has_traction(),
+            "{name}"
+        );
+        assert_eq!(
+            header.contains("OMNI_TRAJECTORY"),
+            scenario.planned_path().expect("checked").is_some(),
+            "{name}"
+        );
+        assert!(header.contains("_estimator OMNI_ESTIMATOR = {"), "{name}");
+    }
+}
+
+/// What has no `[drive]` is flashed as it is simulated: the drive around the law does nothing.
+#[test]
+fn without_a_drive_traction_control_in_c_gives_the_torques_of_the_simulation() {
+    use omni_core::drive::{BodyReadings, TractionDriveState};
+    use omni_core::{BodyTwist, DriveInput, Policy, Readings, WheelVelocities};
+    let policy = crate::Override::new("control.policy", "traction");
+    let scenario = Scenario::load("step", &[policy]).expect("valid");
+    let drive = scenario
+        .bare_traction_drive::<f32, 7>()
+        .expect("valid")
+        .expect("no [drive]");
+    let mut law = scenario
+        .traction::<f32, 7>()
+        .expect("valid")
+        .expect("traction control");
+    let mut state = TractionDriveState::new(&drive);
+    let (mut wheels, hinges) = ([0.0_f32; 7], [-0.05_f32, 0.02]);
+    for k in 0..4000_u16 {
+        let wanted = if (2500..3200).contains(&k) { 0.0 } else { 0.3 };
+        let command = BodyTwist {
+            vx_m_s: wanted,
+            vy_m_s: 0.05 * wanted,
+            wz_rad_s: 0.1,
+        };
+        let mut input = DriveInput::measured(&WheelVelocities { rad_s: wheels }).with_command(command);
+        let mut readings = Readings::new(command, &wheels);
+        let mut bodies = BodyReadings::none();
+        (bodies.hinges_rad, bodies.hinges_rad_s, bodies.imu) =
+            (&hinges, &[0.0; 2], omni_core::policy::Imu::level());
+        (readings.hinges_rad, readings.hinges_rad_s, readings.imu) =
+            (bodies.hinges_rad, bodies.hinges_rad_s, bodies.imu);
+        input.command = Some(command);
+        let mut torques_n_m = [0.0; 7];
+        law.step(&readings, &mut torques_n_m);
+        let sample = drive.step(&mut state, &input, &bodies);
+        assert_eq!(
+            sample.drive.wheels.applied.n_m.map(f32::to_bits),
+            torques_n_m.map(f32::to_bits),
+            "{k}"
+        );
+        for (i, rate) in wheels.iter_mut().enumerate() {
+            let slips = if i == 2 && k % 700 > 500 { 3.0 } else { 1.0 };
+            *rate = 0.98 * *rate + 0.05 * slips * torques_n_m[i];
+        }
+    }
+    assert!(wheels.iter().any(|rate| rate.abs() > 0.5));
 }
 
 #[test]

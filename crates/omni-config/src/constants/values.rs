@@ -21,6 +21,8 @@ pub(super) struct Values {
     /// From an encoder's counter to a velocity.
     pub(super) encoder: Option<Encoder<f32, LONGEST_WINDOW>>,
     pub(super) path: Option<PlannedPath>,
+    /// Of pose and velocity; none where the period is too long for one.
+    pub(super) estimator: Option<Box<dyn Constant>>,
 }
 
 /// Traction control, where that is the scenario's policy.
@@ -52,6 +54,10 @@ impl Scenario {
         fn motors<const N: usize>(scenario: &Scenario) -> Result<Box<dyn Constant>, Error> {
             Ok(Box::new(scenario.wheel_control::<f32, N>()?.limits))
         }
+        fn estimator<const N: usize>(scenario: &Scenario) -> Option<Box<dyn Constant>> {
+            let estimator = scenario.estimator::<f32, N>().ok()?;
+            Some(Box::new(estimator))
+        }
         let count = self.vehicle().wheel.len();
         let refused = |count| {
             Err(Error::Key {
@@ -68,7 +74,18 @@ impl Scenario {
             limiter: self.limiter()?,
             encoder: self.encoder_values()?,
             path: self.planned_path()?,
+            estimator: for_wheel_count!(count, estimator[](self), |_| None),
         })
+    }
+
+    /// The drive of a scenario under traction control that has no `[drive]`: limits of the command, how torque ends, and nothing
+    /// else around the law, which is what is simulated.
+    pub(super) fn bare_traction_values(&self) -> Result<Option<Box<dyn Constant>>, Error> {
+        fn bare<const N: usize>(scenario: &Scenario) -> Result<Option<Box<dyn Constant>>, Error> {
+            let drive = scenario.bare_traction_drive::<f32, N>()?;
+            Ok(drive.map(|drive| Box::new(drive) as Box<dyn Constant>))
+        }
+        for_wheel_count!(self.vehicle().wheel.len(), bare[](self), |_| Ok(None))
     }
 
     fn encoder_values(&self) -> Result<Option<Encoder<f32, LONGEST_WINDOW>>, Error> {

@@ -32,6 +32,7 @@ use crate::{ConfigError, Real};
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(C)]
 pub struct TractionDrive<R, const N: usize> {
     drive: Drive<R, N>,
     supervisor: Supervisor<R, N>,

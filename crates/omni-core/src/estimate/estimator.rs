@@ -246,7 +246,9 @@ impl<R: Real, const N: usize> EstimatorState<R, N> {
     #[must_use]
     pub fn covariance(&self) -> PoseCovariance<R> {
         let p = &self.covariance.0;
-        PoseCovariance::of([X, Y, YAW].map(|i| [p[i][X], p[i][Y], p[i][YAW]]))
+        // Without indices that are looked up: no panic is linked, whatever the compiler does.
+        let row = |row: &[R; SIZE]| [row[X], row[Y], row[YAW]];
+        PoseCovariance::of([row(&p[X]), row(&p[Y]), row(&p[YAW])])
     }
 
     /// Covariance of the velocities of [`EstimatorState::twist`], rows and columns forward and left \[m^2/s^2\].
@@ -262,7 +264,7 @@ impl<R: Real, const N: usize> EstimatorState<R, N> {
     #[must_use]
     pub fn velocity_covariance(&self) -> [[R; 2]; 2] {
         let p = &self.covariance.0;
-        [VX, VY].map(|i| [p[i][VX], p[i][VY]])
+        [[p[VX][VX], p[VX][VY]], [p[VY][VX], p[VY][VY]]]
     }
 
     /// Standard deviation of [`EstimatorState::gyro_bias_rad_s`] \[rad/s\].

@@ -40,6 +40,26 @@ impl<R: Real, const N: usize> PathFactors<R, N> {
         })
     }
 
+    /// One factor a wheel, as it is read in a control period: what is not within 0.01 to 100 is 1, flat ground.
+    ///
+    /// ```
+    /// use omni_core::geometry::PathFactors;
+    /// let read = PathFactors::or_flat([1.5, 0.0, f32::NAN]);
+    /// assert_eq!(read, PathFactors::new([1.5, 1.0, 1.0])?);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    #[must_use]
+    pub fn or_flat(factor: [R; N]) -> Self {
+        let mut factors = Self::default();
+        let known = factors.factor.iter_mut().zip(&mut factors.reciprocal);
+        for (read, (own, reciprocal)) in factor.into_iter().zip(known) {
+            if read >= R::of(0.01) && read <= R::of(100.0) {
+                (*own, *reciprocal) = (read, R::one() / read);
+            }
+        }
+        factors
+    }
+
     /// Velocities \[rad/s\] of the wheels from those on flat ground: times the factors.
     ///
     /// ```

@@ -266,6 +266,7 @@ impl<R: Real> BodyDisplacement<R> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(C)]
 pub struct WorldTwist<R> {
     /// Velocity along world x \[m/s\].
     pub vx_m_s: R,

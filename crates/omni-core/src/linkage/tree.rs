@@ -49,6 +49,7 @@ pub struct CarriedWheel<R> {
 /// A hinge on the way from the base outwards.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(C)]
 #[doc(hidden)]
 pub struct Joint<R> {
     /// Slot of the parent, and which of the readings is its angle.
@@ -160,6 +161,7 @@ impl<R: Real> Attitude<R> {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(C)]
 pub struct Linkage<R, const N: usize> {
     pub(super) joints: [Joint<R>; MAX_HINGES],
     pub(super) count: u16,

@@ -164,12 +164,31 @@ impl<R: Real> TorqueLimit<R> {
     #[inline]
     #[must_use]
     pub fn duty(&self, torque_n_m: R, velocity_rad_s: R) -> R {
+        self.duty_at(torque_n_m, velocity_rad_s, R::one())
+    }
+
+    /// [`TorqueLimit::duty`] where the supply has `supply_part` > 0 of the voltage that the line is of: a battery that runs down. 0 for a
+    /// part that is not positive.
+    ///
+    /// ```
+    /// use omni_core::TorqueLimit;
+    /// let motor = TorqueLimit::line(2.0, 0.25)?; // at 12 V
+    /// assert_eq!(motor.duty(0.5, 0.0), 0.25);
+    /// assert_eq!(motor.duty_at(0.5, 0.0, 10.0 / 12.0), 0.3); // 3 V in both cases
+    /// assert_eq!(motor.duty_at(0.5, 4.0, 0.5), 1.0); // 9 V are needed, 6 are there
+    /// assert_eq!(motor.duty_at(0.5, 4.0, 0.0), 0.0);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    #[inline]
+    #[must_use]
+    pub fn duty_at(&self, torque_n_m: R, velocity_rad_s: R, supply_part: R) -> R {
         let lost = self.slope_n_m_s_rad * velocity_rad_s;
-        if (torque_n_m + lost).partial_cmp(&R::zero()).is_none() {
+        let known = (torque_n_m + lost).partial_cmp(&R::zero()).is_some();
+        if !(known && supply_part > R::zero()) {
             return R::zero();
         }
         let torque = torque_n_m.limited(-self.cap_n_m, self.cap_n_m);
-        ((torque + lost) / self.stall_n_m).limited(-R::one(), R::one())
+        ((torque + lost) / (self.stall_n_m * supply_part)).limited(-R::one(), R::one())
     }
 }
 
@@ -251,6 +270,30 @@ mod tests {
             (f64::INFINITY, f64::NEG_INFINITY),
         ] {
             assert_eq!(motor.duty(torque, velocity), 0.0, "{torque} at {velocity}");
+        }
+    }
+
+    #[test]
+    fn duty_at_part_of_the_supply_gives_the_torque_that_the_whole_gives() {
+        let motor = TorqueLimit::line(2.0_f64, 0.25).expect("valid");
+        for k in -40..=40_i32 {
+            let (torque, velocity) = (0.03 * f64::from(k), 0.1 * f64::from(k));
+            for part in [0.3, 0.8, 1.0, 1.1] {
+                let (duty, volts) = (
+                    motor.duty_at(torque, velocity, part),
+                    (torque + 0.25 * velocity) / 2.0,
+                );
+                // By the motor's own equation, to rounding, where there is enough of the supply.
+                let wanted = volts.clamp(-part, part);
+                assert!(
+                    (duty * part - wanted).abs() < 1e-15,
+                    "{torque} at {velocity}, {part}: {duty}"
+                );
+            }
+        }
+        assert_eq!(motor.duty_at(0.0, 1e-200, 1e-200), 0.125); // 0.25 / 2
+        for part in [0.0, -1.0, f64::NAN, f64::NEG_INFINITY] {
+            assert_eq!(motor.duty_at(1.0, 1.0, part), 0.0, "{part}");
         }
     }
 

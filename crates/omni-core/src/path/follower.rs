@@ -17,6 +17,7 @@ use crate::{ConfigError, Real};
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(C)]
 pub struct FollowerConfig<R> {
     /// Velocity asked for per distance \[m/s per m\], 0 to 1000. Its inverse is the time constant of the return: it should be several
     /// times that of the wheels' loops.
@@ -53,6 +54,7 @@ const SETTLES_S: f64 = 2.0;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(C)]
 #[non_exhaustive]
 pub struct Follow<R> {
     /// The twist to command \[m/s, m/s, rad/s\].
@@ -89,6 +91,7 @@ pub struct Follow<R> {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(C)]
 pub struct HolonomicFollower<R> {
     config: FollowerConfig<R>,
 }

@@ -91,6 +91,7 @@ impl<R: Real> Waypoint<R> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(C)]
 pub struct PathPiece<R> {
     /// Where it begins on its segment \[m, or rad of a turn on the spot\].
     pub(crate) start_m: R,

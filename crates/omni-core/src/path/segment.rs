@@ -16,6 +16,7 @@ use crate::shaping::MotionLimits;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(C)]
 pub struct PathSegment<R> {
     pub(super) start_s: R,
     pub(super) duration_s: R,

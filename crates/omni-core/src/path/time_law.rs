@@ -7,6 +7,7 @@ use crate::constants::constant_struct;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(C)]
 #[doc(hidden)]
 pub struct Phase<R> {
     /// When it begins \[s\] and where \[m\], from the start of its segment.

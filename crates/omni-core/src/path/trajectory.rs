@@ -33,6 +33,7 @@ pub struct Trajectory<'a, R> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(C)]
 #[non_exhaustive]
 pub struct TrajectorySample<R> {
     /// The time asked for \[s\].

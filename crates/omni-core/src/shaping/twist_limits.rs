@@ -20,6 +20,7 @@ use crate::{ConfigError, Real};
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(C)]
 pub struct MotionLimits<R> {
     /// Highest speed \[m/s or rad/s\], >= 0.
     pub velocity: R,

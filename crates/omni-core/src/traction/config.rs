@@ -54,6 +54,7 @@ impl<R: Real> TractionWheel<R> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(C)]
 #[non_exhaustive]
 pub struct TractionSensors<R> {
     /// Counts of an encoder in a turn of the actuator, where its reading is whole counts over the period, fractions allowed; 0: it is not.
@@ -82,6 +83,7 @@ constant_struct!(TractionSensors<R> { encoder_counts: R, encoder_noise_rad_s: R,
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(C)]
 #[non_exhaustive]
 pub struct TractionConfig<R> {
     /// Control period \[s\], 1e-6 to 10.
@@ -323,6 +325,7 @@ impl<R: Real> TractionConfig<R> {
 /// Times and dead zones that fit sensors, motors and wheels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(C)]
 #[doc(hidden)]
 pub struct TractionTimes<R> {
     /// Angle of the actuator that one count of its encoder is \[rad\]; 0 where readings are not counts.

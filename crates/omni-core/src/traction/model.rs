@@ -41,6 +41,7 @@ pub(super) const CLIMBS_M_S: f64 = 0.02;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(C)]
 pub struct Traction<R, const N: usize> {
     pub(super) kinematics: Kinematics<R, N>,
     pub(super) linkage: Linkage<R, N>,

@@ -43,6 +43,7 @@ const CREEPS_PART: f64 = 0.5;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(C)]
 pub struct Supervisor<R, const N: usize> {
     config: SupervisorConfig<R>,
     /// Row of each wheel from the front, and from the left; how many rows there are.

@@ -14,6 +14,7 @@ use crate::{ConfigError, Real};
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(C)]
 #[non_exhaustive]
 pub struct RetrySchedule<R> {
     /// Retries a row at most, 0 to 100; 0: none.
@@ -73,6 +74,7 @@ constant_struct!(RetrySchedule<R> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[repr(C)]
 #[non_exhaustive]
 pub struct SupervisorConfig<R> {
     /// Control period \[s\], 1e-6 to 10.
