@@ -138,7 +138,7 @@ fn the_log_of_any_policy_holds_what_traction_control_reads() {
     let folder = tempfile::tempdir().unwrap();
     let run = ["run", "flat", "--quiet", "--set", "duration_s=0.1"];
     assert!(omnistep(folder.path(), &run).status.success());
-    let replay = ["replay", "out/flat-scale_references.mcap", "--policy", "traction"];
+    let replay = ["replay", "out/flat-traction.mcap", "--policy", "traction"];
     let replayed = omnistep(folder.path(), &replay);
     assert!(replayed.status.success(), "{replayed:?}");
     // The loops of a vehicle at rest and of one that begins to drive are not the same under both.
