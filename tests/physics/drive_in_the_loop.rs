@@ -5,7 +5,7 @@ use omni_core::{BodyTwist, DriveInput, DriveState, WheelVelocities};
 use omni_sim::config::{Engine, Override, Scenario};
 use omni_sim::{Simulation, Trace, run};
 
-use crate::engines::{load, on_both_engines};
+use crate::engines::{load, on_the_fast_engine};
 
 #[path = "../../crates/omni-sim/examples/drive_campaign.rs"]
 #[expect(dead_code, reason = "its program is not run here")]
@@ -374,7 +374,7 @@ fn a_vehicle_that_pushes_in_vain_is_stopped_where_a_dead_encoder_would_look_the_
     assert!((stopped + 700..trace.rows()).all(|row| torques(row) == 0.0));
 }
 
-on_both_engines! {
+on_the_fast_engine! {
     a_drive_does_in_the_loop_what_it_does_by_hand,
     without_a_command_the_vehicle_rests_half_a_second_later,
     a_silent_and_a_stuck_encoder_are_named_and_released,
@@ -408,6 +408,7 @@ fn a_campaign_of_random_faults_breaks_no_law() {
 
 /// The campaign is on the articulated engine; what it calls verdicts holds on the other too.
 #[test]
+#[ignore = "the engine is not the subject; make test-full runs it on rapier too"]
 fn no_run_that_pushes_after_a_stop_or_goes_against_its_command_is_called_driven_on_the_other_engine() {
     for seed in 0..12 {
         let mut scenario = drive_campaign::scenario(seed).expect("every seed is a scenario");

@@ -263,13 +263,14 @@ fn the_emptiest_log_of_our_own_is_read_back() {
         "vehicle=omni3",
         "physics.gravity_m_s2=0",
         "command.vx_m_s=0",
+        "control.policy=independent",
         "duration_s=60",
     ];
     let set = floating.iter().flat_map(|key| ["--set", key]);
     let args: Vec<_> = ["run", "flat", "--quiet"].into_iter().chain(set).collect();
     let output = omnistep(folder.path(), &args);
     assert!(output.status.success(), "{output:?}");
-    let log = folder.path().join("out/flat-traction.mcap");
+    let log = folder.path().join("out/flat-independent.mcap");
     let (file, times) = states(&log);
     assert!(file.complete && times.len() == 60_000);
     // 55 MB of messages.
