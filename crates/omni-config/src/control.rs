@@ -146,8 +146,9 @@ fn check(
 /// ```
 /// use omni_config::{Override, Scenario};
 /// use omni_core::loops::{Integral, Saturation};
-/// let keys = ["control.saturation.scale_references.floor=0.5", "control.integral=shared"];
-/// let own = Scenario::load("flat", &[Override::parse(keys[0])?, Override::parse(keys[1])?])?;
+/// let keys = ["control.policy=scale_references", "control.saturation.scale_references.floor=0.5", "control.integral=shared"];
+/// let keys = keys.iter().map(|key| Override::parse(key)).collect::<Result<Vec<_>, _>>()?;
+/// let own = Scenario::load("flat", &keys)?;
 /// let law = own.coordination::<f64>()?;
 /// assert_eq!((law.saturation, law.integral), (Saturation::ScaleReferences { floor: 0.5 }, Integral::Shared));
 /// assert_eq!(own.control.law(), "scale_references+saturation=scale_references+floor=0.5+integral=shared");

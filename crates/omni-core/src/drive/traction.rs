@@ -109,7 +109,7 @@ impl<R: Real, const N: usize> TractionDriveState<R, N> {
     pub fn new(drive: &TractionDrive<R, N>) -> Self {
         Self {
             drive: DriveState::new(&drive.drive),
-            supervised: SupervisedState::new(),
+            supervised: SupervisedState::new().watched(),
         }
     }
 
@@ -131,7 +131,7 @@ impl<R: Real, const N: usize> TractionDriveState<R, N> {
     pub fn after(drive: &DriveState<R, N>, twist: &BodyTwist<R>) -> Self {
         Self {
             drive: *drive,
-            supervised: SupervisedState::after(&drive.control, twist),
+            supervised: SupervisedState::after(&drive.control, twist).watched(),
         }
     }
 
@@ -258,6 +258,7 @@ impl<R: Real, const N: usize> TractionDrive<R, N> {
             law.step(supervised, &readings, &mut traction);
             traction.wheels
         });
+        state.drive.faults.doubt(state.supervised.traction.left_out());
         TractionDriveSample { drive, traction }
     }
 }
