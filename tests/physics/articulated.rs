@@ -40,7 +40,7 @@ fn the_time_over_the_step_does_not_depend_on_the_physics_step() {
 #[test]
 fn energy_closes_within_a_hundred_thousandth_on_every_built_in_scenario() {
     for name in builtin_scenarios() {
-        let trace = run(&load(name, &[])).expect("runs");
+        let trace = run(&load(name, &["control.policy=scale_references"])).expect("runs");
         let residual = trace.outcome().energy_residual;
         assert!(
             residual.abs() < 1e-5,

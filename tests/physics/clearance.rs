@@ -3,7 +3,7 @@
 use omni_sim::config::{Override, Scenario};
 use omni_sim::{Outcome, Simulation, Verdict, run};
 
-use crate::engines::{load, on_both_engines};
+use crate::engines::{load, on_the_fast_engine};
 
 fn scenario(name: &str, keys: &[&str]) -> Scenario {
     let keys: Vec<_> = keys
@@ -121,7 +121,7 @@ fn frames_as_low_as_their_inertia_boxes_would_touch_the_step() {
     );
 }
 
-on_both_engines! {
+on_the_fast_engine! {
     a_platform_of_5_mm_clearance_touches_a_step_where_its_front_edge_meets_it,
     what_is_said_of_a_body_changes_no_bit_of_a_run,
     a_platform_above_the_edge_does_not_touch_it,

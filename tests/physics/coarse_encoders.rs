@@ -3,7 +3,7 @@
 use omni_sim::config::Override;
 use omni_sim::{Trace, run};
 
-use crate::engines::{load, on_both_engines};
+use crate::engines::{load, on_the_fast_engine};
 
 /// Counts a turn of a small robot's encoders, and what one of them is in a control period \[rad/s\].
 const COUNTS: u32 = 360;
@@ -104,7 +104,7 @@ fn a_step_that_bare_counts_do_not_climb_is_climbed_with_every_estimator() {
     }
 }
 
-on_both_engines! {
+on_the_fast_engine! {
     the_noise_of_a_steady_velocity_falls_as_the_estimators_say,
     at_rest_nothing_is_read_and_nothing_is_not_a_number,
     a_step_that_bare_counts_do_not_climb_is_climbed_with_every_estimator,

@@ -5,7 +5,7 @@ use omni_core::{BodyTwist, DriveInput, DriveState, WheelVelocities};
 use omni_sim::config::{Engine, Override, Scenario};
 use omni_sim::{Simulation, Trace, run};
 
-use crate::engines::{load, on_both_engines};
+use crate::engines::{load, on_the_fast_engine};
 
 #[path = "../../crates/omni-sim/examples/drive_campaign.rs"]
 #[expect(dead_code, reason = "its program is not run here")]
@@ -14,7 +14,8 @@ mod drive_campaign;
 
 /// Flat ground, forward at 0.3 m/s, with every default of a drive and its detectors.
 fn scenario(overrides: &[&str]) -> Scenario {
-    let keys = ["drive.slip={}", "drive.faults={}", "duration_s=4.0"];
+    let loops = "control.policy=scale_references";
+    let keys = [loops, "drive.slip={}", "drive.faults={}", "duration_s=4.0"];
     let overrides: Vec<_> = keys
         .iter()
         .chain(overrides)
@@ -231,21 +232,25 @@ fn dead_and_toggling_encoders_are_found_on_every_vehicle() {
                 "sensors.encoder_velocity={ kind = 'window', periods = 1 }",
                 "sensors.encoder_velocity={ kind = 'observer', bandwidth_rad_s = 100.0 }",
             ] {
-                let keys = [
-                    "sensors.encoder_counts=16384", // two of them in a period are 0.8 rad/s, less than stuck_rad_s
-                    velocity,
-                    precision,
-                    &*fault,
-                    "duration_s=4",
-                ];
-                let found = faulty(vehicle, wheel, &keys);
-                // 0.1 s of standing, 0.1 s of evidence where what the others say changes or half the torque acts, and else ten times as much.
-                assert!(
-                    found.iter().any(|(_, time_s)| (1.5..2.8).contains(time_s)),
-                    "{vehicle} {kind} {velocity}: {found:?}"
-                );
-                let healthy = faulty(vehicle, "none", &keys[..3]);
-                assert!(healthy.is_empty(), "{vehicle} {velocity}: {healthy:?}");
+                for policy in ["control.policy=scale_references", "control.policy=traction"] {
+                    let keys = [
+                        "sensors.encoder_counts=16384", // two of them in a period are 0.8 rad/s, less than stuck_rad_s
+                        velocity,
+                        precision,
+                        policy,
+                        &*fault,
+                        "duration_s=4",
+                    ];
+                    let found = faulty(vehicle, wheel, &keys);
+                    // 0.1 s of standing, 0.1 s of evidence where what the others say changes or half the torque acts, and else ten times
+                    // as much; or as soon as traction control leaves it out.
+                    assert!(
+                        found.iter().any(|(_, time_s)| (1.5..2.8).contains(time_s)),
+                        "{vehicle} {kind} {velocity} {policy}: {found:?}"
+                    );
+                    let healthy = faulty(vehicle, "none", &keys[..4]);
+                    assert!(healthy.is_empty(), "{vehicle} {velocity} {policy}: {healthy:?}");
+                }
             }
         }
     }
@@ -315,16 +320,19 @@ fn a_drive_without_a_table_of_faults_finds_a_dead_encoder_on_every_vehicle() {
         ("mecanum4", "front_left"),
         ("rocker_bogie6", "middle_right"),
     ] {
-        let keys = [
-            "drive={}".to_owned(),
-            format!("vehicle={vehicle}"),
-            format!("fault=[{{kind='encoder_dead',wheel='{wheel}',from_s=1.5}}]"),
-            "duration_s=4".to_owned(),
-        ];
-        let keys = keys.iter().map(|key| Override::parse(key).expect("KEY=VALUE"));
-        let trace = run(&load("flat", &keys.collect::<Vec<_>>()).expect("valid")).expect("runs");
-        let named = first(&trace, &format!("drive_fault_{wheel}"), 3.0);
-        assert!(named < 2800, "{vehicle}: in period {named}");
+        for policy in ["scale_references", "traction"] {
+            let keys = [
+                "drive={}".to_owned(),
+                format!("vehicle={vehicle}"),
+                format!("control.policy={policy}"),
+                format!("fault=[{{kind='encoder_dead',wheel='{wheel}',from_s=1.5}}]"),
+                "duration_s=4".to_owned(),
+            ];
+            let keys = keys.iter().map(|key| Override::parse(key).expect("KEY=VALUE"));
+            let trace = run(&load("flat", &keys.collect::<Vec<_>>()).expect("valid")).expect("runs");
+            let named = first(&trace, &format!("drive_fault_{wheel}"), 3.0);
+            assert!(named < 2800, "{vehicle} {policy}: in period {named}");
+        }
     }
 }
 
@@ -386,7 +394,7 @@ fn a_vehicle_that_pushes_in_vain_is_stopped_where_a_dead_encoder_would_look_the_
     assert!((stopped + 700..trace.rows()).all(|row| torques(row) == 0.0));
 }
 
-on_both_engines! {
+on_the_fast_engine! {
     a_drive_does_in_the_loop_what_it_does_by_hand,
     without_a_command_the_vehicle_rests_half_a_second_later,
     a_silent_and_a_stuck_encoder_are_named_and_released,
@@ -421,6 +429,7 @@ fn a_campaign_of_random_faults_breaks_no_law() {
 
 /// The campaign is on the articulated engine; what it calls verdicts holds on the other too.
 #[test]
+#[ignore = "the engine is not the subject; make test-full runs it on rapier too"]
 fn no_run_that_pushes_after_a_stop_or_goes_against_its_command_is_called_driven_on_the_other_engine() {
     for seed in 0..12 {
         let mut scenario = drive_campaign::scenario(seed).expect("every seed is a scenario");

@@ -26,7 +26,7 @@ pub(crate) fn load(name: &str, overrides: &[Override]) -> Result<Scenario, Error
     Scenario::load(name, &all)
 }
 
-/// Makes of each function a test on each engine.
+/// Makes of each function a test on each engine: where the physics is the subject.
 macro_rules! on_both_engines {
     ($($test:ident,)+) => {
         mod rapier {
@@ -44,3 +44,24 @@ macro_rules! on_both_engines {
     };
 }
 pub(crate) use on_both_engines;
+
+/// The same where control, sensors or motors are the subject, whose code is one for both: on rapier, which takes ten times as long,
+/// in `make test-full` only.
+macro_rules! on_the_fast_engine {
+    ($($test:ident,)+) => {
+        mod rapier {
+            $(#[test]
+            #[ignore = "the engine is not the subject; make test-full runs it on rapier too"]
+            fn $test() {
+                crate::engines::on(omni_sim::config::Engine::Rapier, super::$test);
+            })+
+        }
+        mod articulated {
+            $(#[test]
+            fn $test() {
+                crate::engines::on(omni_sim::config::Engine::Articulated, super::$test);
+            })+
+        }
+    };
+}
+pub(crate) use on_the_fast_engine;

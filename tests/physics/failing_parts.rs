@@ -3,7 +3,7 @@
 use omni_sim::config::{Override, Scenario};
 use omni_sim::{Simulation, Trace, run};
 
-use crate::engines::{load, on_both_engines};
+use crate::engines::{load, on_the_fast_engine};
 
 const WHEELS: usize = 7;
 /// Torques that turn every wheel of `chugo7` that rolls, now one way and now the other \[N.m\].
@@ -297,7 +297,7 @@ fn bad_keys_of_faults_and_patches_name_themselves() {
     }
 }
 
-on_both_engines! {
+on_the_fast_engine! {
     a_dead_encoder_s_count_stands_and_goes_on_from_there,
     a_stuck_encoder_s_count_stands_and_jumps_to_the_shaft_s_at_the_end,
     an_encoder_with_one_channel_goes_to_and_fro_between_two_counts_as_the_shaft_turns,

@@ -4,7 +4,7 @@ use omni_core::BodyTwist;
 use omni_sim::config::{Override, Scenario};
 use omni_sim::{Simulation, Trace, run};
 
-use crate::engines::{load, on_both_engines};
+use crate::engines::{load, on_the_fast_engine};
 
 fn scenario(overrides: &[&str]) -> Scenario {
     let overrides: Vec<_> = overrides
@@ -463,7 +463,7 @@ fn wheels_that_were_blocked_end_without_torque() {
     }
 }
 
-on_both_engines! {
+on_the_fast_engine! {
     encoder_counts_quantise_the_velocity_and_lose_no_way,
     encoder_and_gyro_noise_have_the_deviation_asked_for_and_the_seed_alone_changes_them,
     a_delay_shows_the_controller_what_was_so_many_periods_ago,

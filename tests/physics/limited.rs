@@ -3,7 +3,7 @@
 use omni_sim::config::Override;
 use omni_sim::{LimitedBy, Outcome, Verdict, run};
 
-use crate::engines::{load, on_both_engines};
+use crate::engines::{load, on_the_fast_engine};
 
 /// `chugo7` at its step of 5 cm.
 fn at_the_step(keys: &[&str]) -> Outcome {
@@ -70,7 +70,7 @@ fn a_run_that_climbs_or_drives_is_limited_by_nothing() {
     );
 }
 
-on_both_engines! {
+on_the_fast_engine! {
     motors_of_half_the_torque_that_a_step_takes_are_limited_by_torque,
     wheels_on_ice_at_a_step_are_limited_by_friction,
     too_little_time_and_a_loop_that_has_not_brought_up_the_torque_are_limited_by_time,

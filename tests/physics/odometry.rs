@@ -3,7 +3,7 @@
 use omni_sim::config::{Override, Scenario};
 use omni_sim::{Simulation, Trace, run};
 
-use crate::engines::{self, on_both_engines};
+use crate::engines::{self, on_the_fast_engine};
 
 fn load(name: &str, overrides: &[&str]) -> Scenario {
     let overrides: Vec<_> = overrides
@@ -235,7 +235,7 @@ fn a_snapshot_goes_on_with_the_odometry_it_had() {
     assert!(resumed.observation().odometry.covariance[1][2] != 0.0);
 }
 
-on_both_engines! {
+on_the_fast_engine! {
     where_wheels_roll_odometry_is_the_truth,
     the_figures_are_those_of_the_last_row,
     wheels_on_ice_deceive_odometry,

@@ -7,7 +7,7 @@ use omni_sim::controller::ControlSample;
 use omni_sim::observation::Observation;
 use omni_sim::{Simulation, run};
 
-use crate::engines::{self, on_both_engines};
+use crate::engines::{self, on_the_fast_engine};
 
 fn try_load(name: &str, overrides: &[&str]) -> Result<Scenario, omni_sim::config::Error> {
     let overrides: Vec<_> = overrides
@@ -252,7 +252,7 @@ fn a_bad_table_is_refused_in_one_line_with_its_line_number() {
     }
 }
 
-on_both_engines! {
+on_the_fast_engine! {
     a_square_and_a_figure_of_eight_are_followed,
     feedback_and_the_wheels_limits_keep_a_vehicle_by_its_path,
     a_snapshot_in_the_middle_of_a_path_resumes_bit_for_bit,

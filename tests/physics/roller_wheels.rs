@@ -36,6 +36,7 @@ fn driven(vehicle: &str, command: [f64; 3], duration_s: f64, rows: usize) -> [[f
         format!("command.vy_m_s={vy}"),
         format!("command.wz_rad_s={wz}"),
         format!("duration_s={duration_s}"),
+        "control.policy=scale_references".to_owned(),
     ];
     let overrides: Vec<_> = overrides.iter().map(String::as_str).collect();
     let trace = run(&scenario("flat", &overrides)).expect("finite");

@@ -3,7 +3,7 @@
 use omni_sim::config::{Engine, Override, Scenario};
 use omni_sim::{Trace, run};
 
-use crate::engines::{load, on_both_engines};
+use crate::engines::{load, on_the_fast_engine};
 
 /// The step in a drive with every default.
 fn scenario(keys: &[&str]) -> Scenario {
@@ -120,7 +120,7 @@ fn a_wheel_whose_encoder_dies_is_released_and_the_others_drive_on() {
     );
 }
 
-on_both_engines! {
+on_the_fast_engine! {
     in_a_drive_it_climbs_as_it_does_alone,
     an_emergency_stop_on_the_riser_ends_without_torque_and_nothing_is_tried,
     a_stop_while_it_backs_off_does_not_drive_it_on,

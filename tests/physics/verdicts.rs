@@ -5,7 +5,7 @@ use omni_sim::config::{FileKind, Override, Scenario};
 use omni_sim::controller::AnyController;
 use omni_sim::{Outcome, Run, Verdict, run};
 
-use crate::engines::{load, on_both_engines};
+use crate::engines::{load, on_the_fast_engine};
 
 fn scenario(name: &str, overrides: &[&str]) -> Scenario {
     let overrides: Vec<_> = overrides
@@ -246,7 +246,7 @@ fn traction_control_that_backs_off_for_another_try_does_not_go_the_wrong_way() {
     assert_ne!(tried.verdict, Verdict::WrongWay, "{tried:?}");
 }
 
-on_both_engines! {
+on_the_fast_engine! {
     a_vehicle_that_drives_back_where_ahead_is_commanded_goes_the_wrong_way,
     a_vehicle_that_covers_less_than_half_of_its_way_fell_short_and_one_that_turns_unasked_is_off_course,
     a_vehicle_that_wrong_sensors_drive_back_is_not_called_driven,

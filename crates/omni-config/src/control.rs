@@ -146,8 +146,9 @@ fn check(
 /// ```
 /// use omni_config::{Override, Scenario};
 /// use omni_core::loops::{Integral, Saturation};
-/// let keys = ["control.saturation.scale_references.floor=0.5", "control.integral=shared"];
-/// let own = Scenario::load("flat", &[Override::parse(keys[0])?, Override::parse(keys[1])?])?;
+/// let keys = ["control.policy=scale_references", "control.saturation.scale_references.floor=0.5", "control.integral=shared"];
+/// let keys = keys.iter().map(|key| Override::parse(key)).collect::<Result<Vec<_>, _>>()?;
+/// let own = Scenario::load("flat", &keys)?;
 /// let law = own.coordination::<f64>()?;
 /// assert_eq!((law.saturation, law.integral), (Saturation::ScaleReferences { floor: 0.5 }, Integral::Shared));
 /// assert_eq!(own.control.law(), "scale_references+saturation=scale_references+floor=0.5+integral=shared");
@@ -158,7 +159,7 @@ fn check(
 #[serde(deny_unknown_fields, default)]
 #[non_exhaustive]
 pub struct Control {
-    /// Name of a policy, one of [`POLICIES`]; `scale_references` if left out. It needs encoders on the wheels only.
+    /// Name of a policy, one of [`POLICIES`]; `traction` if left out. It needs encoders on the wheels only, and takes what other sensors there are.
     #[garde(custom(known_policy))]
     #[cfg_attr(feature = "schema", schemars(extend("enum" = POLICIES)))]
     pub policy: String,
@@ -208,10 +209,10 @@ pub struct Control {
 }
 
 impl Default for Control {
-    /// The policy that asks for the least of a vehicle, encoders on its wheels, at 1 kHz.
+    /// The policy that climbs most with the sensors that a vehicle has, at 1 kHz.
     fn default() -> Self {
         Self {
-            policy: "scale_references".into(),
+            policy: TRACTION.into(),
             saturation: None,
             integral: None,
             anti_windup: None,

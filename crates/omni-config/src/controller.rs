@@ -158,7 +158,7 @@ impl Scenario {
     ///
     /// ```
     /// use omni_config::{Override, Scenario};
-    /// let scenario = |counts| Scenario::load("flat", &[Override::parse(counts)?]);
+    /// let scenario = |counts| Scenario::load("flat", &[Override::parse(counts)?])?.with_policy("independent");
     /// let coarse = scenario("sensors.encoder_counts=64")?.coarse_encoder()?.expect("it is");
     /// assert_eq!(coarse, "sensors.encoder_counts = 64: one count in a control period reads as 98.2 \
     ///     rad/s, for which the gains ask 29.6 N.m, but the motor has 2; use more counts or a lower kp_n_m_s_rad");

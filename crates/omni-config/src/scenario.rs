@@ -90,7 +90,7 @@ pub struct Scenario {
     /// The command of the vehicle.
     #[garde(dive)]
     pub command: Command,
-    /// The controller; `scale_references` at 1 kHz if left out.
+    /// The controller; `traction` at 1 kHz if left out.
     #[serde(default)]
     #[garde(dive)]
     pub control: Control,
@@ -533,7 +533,8 @@ impl Scenario {
     ///
     /// ```
     /// use omni_config::{Override, Scenario};
-    /// let own = Scenario::load("flat", &[Override::new("control.saturation.scale_references.floor", 0.5)])?;
+    /// let keys = [("control.policy", "independent"), ("control.integral", "shared")];
+    /// let own = Scenario::load("flat", &keys.map(|(key, value)| Override::new(key, value)))?;
     /// assert_eq!(own.with_policy("scale_torques")?.control.law(), "scale_torques"); // nothing else chosen
     /// # Ok::<(), omni_config::Error>(())
     /// ```

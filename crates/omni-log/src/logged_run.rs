@@ -363,8 +363,9 @@ mod tests {
             (counts["/vehicle_state"], counts["/controller_signals"]),
             (31, 31)
         );
-        let scenario =
-            Scenario::load("flat", &[omni_config::Override::new("duration_s", 0.1)]).expect("built-in");
+        let keys = ["duration_s=0.1", "control.policy=independent"];
+        let keys = keys.map(|key| omni_config::Override::parse(key).expect("KEY=VALUE"));
+        let scenario = Scenario::load("flat", &keys).expect("built-in");
         let controller = AnyController::new(&scenario).expect("valid");
         let log = RunLog::create(&path, &scenario, &controller).expect("writable");
         Run::new(&scenario)

@@ -1,5 +1,7 @@
 //! What a recording keeps, refuses, and is to replay.
 
+use omni_config::Override;
+
 use super::*;
 use crate::{LoggedRun, replay};
 
@@ -12,7 +14,8 @@ fn written(columns: &[(&str, Vec<f64>)]) -> (tempfile::TempDir, std::path::PathB
     let path = folder.path().join("robot.mcap");
     let columns = columns.iter().map(|(name, c)| ((*name).to_owned(), c.clone()));
     let recording = Recording::new(columns.collect());
-    let done = recording.write(&path, &Scenario::load("flat", &[]).expect("built-in"));
+    let loops = Override::new("control.policy", "scale_references");
+    let done = recording.write(&path, &Scenario::load("flat", &[loops]).expect("built-in"));
     (folder, path, done.map(drop))
 }
 

@@ -16,7 +16,7 @@ use crate::{Error, state_bytes};
 /// ```
 /// use omni_core::BodyTwist;
 /// use omni_sim::{ControlLoop, Sensed, config::Scenario, controller::{AnyController, ControlSample}};
-/// let scenario = Scenario::load("flat", &[])?;
+/// let scenario = Scenario::load("flat", &[])?.with_policy("independent")?;
 /// let mut control = ControlLoop::new(&scenario, AnyController::new(&scenario)?);
 /// let ahead = BodyTwist { vx_m_s: 0.3, vy_m_s: 0.0, wz_rad_s: 0.0 };
 /// let mut sample = ControlSample::default();

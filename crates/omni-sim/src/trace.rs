@@ -277,7 +277,7 @@ impl Rows {
 ///
 /// ```
 /// use omni_sim::{Error, Run, TraceBuilder, config::Scenario};
-/// let scenario = Scenario::load("flat", &[])?;
+/// let scenario = Scenario::load("flat", &[])?.with_policy("independent")?;
 /// let mut trace = TraceBuilder::new(scenario.vehicle());
 /// let watch = |simulation: &omni_sim::Simulation, _| {
 ///     trace.push(simulation.period());

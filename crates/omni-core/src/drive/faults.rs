@@ -289,6 +289,15 @@ impl<R: Real, const N: usize> FaultState<R, N> {
         self.wheel = [WheelHistory::FRESH; N];
     }
 
+    /// Names wheels that traction control leaves out: without torque there is no evidence that the monitor could find by itself.
+    pub(crate) fn doubt(&mut self, doubted: [bool; N]) {
+        for (wheel, doubted) in self.wheel.iter_mut().zip(doubted) {
+            if doubted {
+                wheel.fail(Fault::Stuck);
+            }
+        }
+    }
+
     /// Which wheels have a velocity to go on with: no fault, and at least one reading so far.
     ///
     /// ```

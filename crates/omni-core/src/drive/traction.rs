@@ -110,7 +110,7 @@ impl<R: Real, const N: usize> TractionDriveState<R, N> {
     pub fn new(drive: &TractionDrive<R, N>) -> Self {
         Self {
             drive: DriveState::new(&drive.drive),
-            supervised: SupervisedState::new(),
+            supervised: SupervisedState::new().watched(),
         }
     }
 
@@ -132,7 +132,7 @@ impl<R: Real, const N: usize> TractionDriveState<R, N> {
     pub fn after(drive: &DriveState<R, N>, twist: &BodyTwist<R>) -> Self {
         Self {
             drive: *drive,
-            supervised: SupervisedState::after(&drive.control, twist),
+            supervised: SupervisedState::after(&drive.control, twist).watched(),
         }
     }
 
@@ -261,6 +261,7 @@ impl<R: Real, const N: usize> TractionDrive<R, N> {
                 law.step(supervised, &readings, &mut traction);
                 *wheels = traction.wheels;
             });
+        state.drive.faults.doubt(state.supervised.traction.left_out());
         TractionDriveSample {
             drive: sample,
             traction,

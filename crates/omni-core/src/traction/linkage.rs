@@ -16,14 +16,14 @@ const SPARE_AGAIN_S: f64 = 0.5;
 /// 0, else for the second \[s\]. A stuck reading of 0 is used again after the last.
 const STUCK_PART: f64 = 0.5;
 const STUCK_STANDING_S: f64 = 1.0;
-const STUCK_TURNING_S: f64 = 0.25;
+pub(super) const STUCK_TURNING_S: f64 = 0.25;
 const STUCK_AGAIN_S: f64 = 4.0;
 
 impl<R: Real, const N: usize> Traction<R, N> {
     /// Rates of the wheels, 0 of those that are not usable. A wheel is not usable where its reading is no number, stuck, or doubted.
     pub(super) fn read_wheels(&self, state: &mut TractionState<R, N>, readings: &Readings<'_, R>) -> [R; N] {
         let period_s = self.config.period_s;
-        let (resting, raw) = (state.is_resting(), state.raw);
+        let (resting, raw, watched) = (state.is_resting(), state.raw, state.watched);
         let (mut known, mut driven) = (0, 0);
         let mut rates = [R::zero(); N];
         for (i, rate) in rates.iter_mut().enumerate() {
@@ -32,8 +32,8 @@ impl<R: Real, const N: usize> Traction<R, N> {
             let read = readings.wheels_rad_s.get(i).copied();
             let read = read.filter(|read| is_plausible(*read));
             wheel.doubted &= !resting;
-            wheel.usable =
-                read.is_some_and(|read| !wheel.check_stuck(read, period_s, resting)) && !wheel.doubted;
+            wheel.usable = read.is_some_and(|read| !wheel.check_stuck(read, period_s, resting, watched))
+                && !wheel.doubted;
             // One that reads exactly zero may be stuck because it is blocked: it counts as one that works.
             let works = wheel.usable || (read == Some(R::zero()) && !wheel.doubted);
             known += usize::from(works);
@@ -119,13 +119,13 @@ impl<R: Real, const N: usize> Traction<R, N> {
 
 impl<R: Real> super::state::WheelState<R> {
     /// Is the reading stuck? Notes for how long it has been the same. A wheel that stands has longer than one that turns, because it may
-    /// be blocked, and is used again after a while.
-    fn check_stuck(&mut self, read_rad_s: R, period_s: R, resting: bool) -> bool {
+    /// be blocked, and is used again after a while; where a fault monitor watches, that judges it.
+    fn check_stuck(&mut self, read_rad_s: R, period_s: R, resting: bool, watched: bool) -> bool {
         let zero = R::zero();
         let stands = read_rad_s == zero;
         let long = R::of(if stands { STUCK_STANDING_S } else { STUCK_TURNING_S });
         let pushes = self.applied_n_m.abs() > R::of(STUCK_PART) * self.most_n_m;
-        if resting || !read_rad_s.same_bits(self.read_rad_s) {
+        if resting || (stands && watched) || !read_rad_s.same_bits(self.read_rad_s) {
             self.same_s = zero;
         } else if pushes || self.same_s > long {
             self.same_s += period_s;

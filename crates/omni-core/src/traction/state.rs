@@ -1,6 +1,7 @@
 //! What a traction control remembers.
 
 use super::encoder::EncoderState;
+use super::linkage::STUCK_TURNING_S;
 use super::loops::TractionLoops;
 use crate::Real;
 use crate::geometry::BodyTwist;
@@ -68,6 +69,8 @@ pub struct TractionState<R, const N: usize> {
     pub(super) off_speed_s: R,
     /// Slip stands out from the sensors' noise at the commanded speed.
     pub(super) slip_observable: bool,
+    /// The fault monitor of a drive judges readings that stand.
+    pub(crate) watched: bool,
     /// Slip is not observable and counts are rare: own loops use the readings without the estimator.
     pub(super) raw: bool,
     /// Time until traction control is possible again, once there are wheels to spare \[s\]; 0 when it is.
@@ -173,6 +176,7 @@ impl<R: Real, const N: usize> TractionState<R, N> {
             calm_s: R::ZERO,
             off_speed_s: R::ZERO,
             slip_observable: true,
+            watched: false,
             raw: false,
             redundant_again_s: R::ZERO,
             full_thrust_n_m: R::ZERO,
@@ -224,6 +228,13 @@ impl<R: Real, const N: usize> TractionState<R, N> {
     #[must_use]
     pub fn loops(&self) -> TractionLoops {
         self.loops
+    }
+
+    /// Wheels that are left out because they show a slow vehicle while the ground carries the others, or turn with a reading that stays.
+    pub(crate) fn left_out(&self) -> [bool; N] {
+        self.wheels.map(|wheel| {
+            wheel.doubted || wheel.same_s > R::of(STUCK_TURNING_S) && wheel.read_rad_s != R::zero()
+        })
     }
 
     /// The command is to stand, and not to turn.

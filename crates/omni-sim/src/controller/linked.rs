@@ -52,6 +52,8 @@ pub(super) struct Linked<const N: usize> {
     guard: Guard,
     /// Largest amount of each component of the commands so far: a limiter does not go beyond.
     asked: [f32; 3],
+    /// Largest amount of each wheel's velocity so far: an estimate from coarse counts does not go beyond.
+    fastest_rad_s: [f32; N],
     /// It is traction control, which reads the bodies' motion too.
     grips: bool,
     /// It is a drive.
@@ -91,6 +93,7 @@ impl<const N: usize> Linked<N> {
             motors,
             guard,
             asked: [0.0; 3],
+            fastest_rad_s: [0.0; N],
             grips: scenario.has_traction(),
             drives: scenario.drive.is_some(),
             columns: ReportColumns::built_in(scenario.vehicle(), scenario.drive.is_some(), false),
@@ -121,6 +124,9 @@ impl<const N: usize> Linked<N> {
         };
         for (most, asked) in self.asked.iter_mut().zip(request.command.to_array()) {
             *most = most.max(asked.abs());
+        }
+        for (most, sent) in self.fastest_rad_s.iter_mut().zip(request.measured_rad_s) {
+            *most = most.max(sent.abs());
         }
         if self.unanswered_rad_s.len() == MOST_UNANSWERED {
             self.unanswered_rad_s.remove(0);

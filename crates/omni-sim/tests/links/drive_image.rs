@@ -204,6 +204,7 @@ fn an_honest_drive_is_accepted_whatever_happens_to_its_vehicle() {
     ] {
         let mut all = vec![
             "control.precision=f32",
+            "control.policy=scale_references",
             "duration_s=3.0",
             "drive={slip={},faults={},noise={}}",
         ];

@@ -177,7 +177,7 @@ fn a_log_without_every_period_is_not_replayed() {
             &rates,
         ];
         assert!(omnistep(folder.path(), &args).status.success());
-        let said = refused(folder.path(), &["replay", "out/flat-scale_references.mcap"]);
+        let said = refused(folder.path(), &["replay", "out/flat-traction.mcap"]);
         assert!(
             said.contains(&format!("no /vehicle_state at t = {first_missing} s")),
             "{said}"
@@ -192,7 +192,7 @@ fn a_log_without_every_period_is_not_replayed() {
     assert!(omnistep(folder.path(), &args).status.success());
     let shown = rows(&omnistep(
         folder.path(),
-        &["info", "--json", "out/flat-scale_references.mcap"],
+        &["info", "--json", "out/flat-traction.mcap"],
     ));
     let counts = &shown[0]["messages"];
     assert_eq!(
@@ -263,13 +263,14 @@ fn the_emptiest_log_of_our_own_is_read_back() {
         "vehicle=omni3",
         "physics.gravity_m_s2=0",
         "command.vx_m_s=0",
+        "control.policy=independent",
         "duration_s=60",
     ];
     let set = floating.iter().flat_map(|key| ["--set", key]);
     let args: Vec<_> = ["run", "flat", "--quiet"].into_iter().chain(set).collect();
     let output = omnistep(folder.path(), &args);
     assert!(output.status.success(), "{output:?}");
-    let log = folder.path().join("out/flat-scale_references.mcap");
+    let log = folder.path().join("out/flat-independent.mcap");
     let (file, times) = states(&log);
     assert!(file.complete && times.len() == 60_000);
     // 55 MB of messages.

@@ -119,7 +119,7 @@ fn sensors_that_traction_control_lacks_are_said_in_every_run() {
     assert_eq!(said(&["run", "flat", "--policy", "scale_torques"], &[]), "");
     assert_eq!(
         said(&["compare", "flat"], &[]),
-        format!("warning: flat: traction_runup {what}\nwarning: flat: traction {what}\n")
+        format!("warning: flat: traction {what}\nwarning: flat: traction_runup {what}\n")
     );
     let study = "schema_version = 1\nname = \"some\"\nscenario = \"flat\"\nseeds = 3\n[set]\nsensors.no_hinge_encoders = true\n\
                  [[axis]]\nkey = \"control.policy\"\nvalues = [\"scale_torques\", \"traction_runup\", \"traction\"]\n";
@@ -136,9 +136,17 @@ fn sensors_that_traction_control_lacks_are_said_in_every_run() {
 #[test]
 fn the_log_of_any_policy_holds_what_traction_control_reads() {
     let folder = tempfile::tempdir().unwrap();
-    let run = ["run", "flat", "--quiet", "--set", "duration_s=0.1"];
+    let run = [
+        "run",
+        "flat",
+        "--policy",
+        "scale_torques",
+        "--quiet",
+        "--set",
+        "duration_s=0.1",
+    ];
     assert!(omnistep(folder.path(), &run).status.success());
-    let replay = ["replay", "out/flat-scale_references.mcap", "--policy", "traction"];
+    let replay = ["replay", "out/flat-scale_torques.mcap", "--policy", "traction"];
     let replayed = omnistep(folder.path(), &replay);
     assert!(replayed.status.success(), "{replayed:?}");
     // The loops of a vehicle at rest and of one that begins to drive are not the same under both.

@@ -38,7 +38,16 @@ const WAYS: [&[&str]; 13] = [
     &["info", "X"],
     &["replay", "X"],
     &["export", "X", "--format", "rust"],
-    &["run", "flat", "--controller", "qemu", "--firmware", "X"],
+    &[
+        "run",
+        "flat",
+        "--policy",
+        "independent",
+        "--controller",
+        "qemu",
+        "--firmware",
+        "X",
+    ],
 ];
 
 #[test]

@@ -113,7 +113,7 @@ fn a_run_that_stops_when_done_has_the_figures_of_the_whole() {
 fn encoders_too_coarse_are_said_once_a_study_and_by_check() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
-    let study = "schema_version = 1\nname = \"coarse\"\nscenario = \"flat\"\nseeds = 2\n[set]\nduration_s = 0.05\n[[axis]]\nkey = \"sensors.encoder_counts\"\nvalues = [64, 4096, 32]\n";
+    let study = "schema_version = 1\nname = \"coarse\"\nscenario = \"flat\"\nseeds = 2\n[set]\nduration_s = 0.05\ncontrol.policy = \"independent\"\n[[axis]]\nkey = \"sensors.encoder_counts\"\nvalues = [64, 4096, 32]\n";
     fs::write(path.join("coarse.toml"), study).unwrap();
     for args in [
         &["check", "coarse.toml"][..],

@@ -214,6 +214,7 @@ name = "failing"
 scenario = "flat"
 seeds = 3
 set.duration_s = 0.01
+set."control.policy" = "independent"
 set."physics.engine" = "rapier"
 set."vehicle.gains.kp_n_m_s_rad" = 1e6
 axis = [{ key = "vehicle.motor.stall_torque_n_m", values = [2.0, 1e6] }]
