@@ -188,7 +188,7 @@ def test_a_controller_on_a_runs_measurements_gives_that_runs_torques_bit_for_bit
 
 
 def test_a_controller_refuses_what_it_cannot_use_by_name():
-    controller = omnistep.Controller("flat")
+    controller = omnistep.Controller("flat", policy="scale_references")
     with pytest.raises(omnistep.ConfigError, match=r"commands\[1\] = NaN"):
         controller.step([0.0, math.nan, 0.0], np.zeros(7))
     with pytest.raises(omnistep.ConfigError, match=r"measured_rad_s = 3 rows, allowed: as many as commands, 2, or one"):

@@ -166,7 +166,7 @@ def test_no_message_exceeds_its_length():
         lambda: omnistep.compare("flat", policies=[long]),
         lambda: omnistep.Scenario("flat")[long],
         lambda: omnistep.run("flat", overrides={"duration_s": 0.05})[long],
-        lambda: omnistep.Controller("flat").step([0.3, 0.0, long], [0.0] * 7),
+        lambda: omnistep.Controller("flat", policy="scale_references").step([0.3, 0.0, long], [0.0] * 7),
     ):
         with pytest.raises((ValueError, TypeError, KeyError)) as caught:
             call()

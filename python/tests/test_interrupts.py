@@ -40,7 +40,9 @@ LONG = {
     "run": lambda folder: omnistep.run("flat", overrides=HOUR, mcap=folder / "x.mcap"),
     "run on rollers": lambda folder: omnistep.run("flat", overrides={**HOUR, "physics.wheel_model": "rollers"}),
     "compare": lambda folder: omnistep.compare("flat", overrides=HOUR),
-    "controller": lambda folder: omnistep.Controller("flat").step([0.3, 0.0, 0.0], np.zeros((20_000_000, 7))),
+    "controller": lambda folder: omnistep.Controller("flat", policy="scale_references").step(
+        [0.3, 0.0, 0.0], np.zeros((20_000_000, 7))
+    ),
     "pid": lambda folder: omnistep.Pid(kp_n_m_s_rad=1.0, period_s=0.1).step(1.0, np.zeros(100_000_000)),
     "environments": lambda folder: environments(),
 }

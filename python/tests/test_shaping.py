@@ -269,7 +269,7 @@ def test_nothing_and_one_make_nothing():
     assert omnistep.disturbed_ratio(none, [1.0]).shape == omnistep.disturbed_ratio(1.0, none).shape == (0,)
     pid = omnistep.Pid(kp_n_m_s_rad=1.0, period_s=0.1)
     assert pid.step(none, [1.0]).output_n_m.shape == pid.step(1.0, none).output_n_m.shape == (0,)
-    controller = omnistep.Controller("flat")
+    controller = omnistep.Controller("flat", policy="scale_references")
     assert controller.step(np.zeros((0, 3)), np.zeros((1, 7))).applied_n_m.shape == (0, 7)
     assert controller.step([0.0, 0.0, 0.0], wheels).applied_n_m.shape == (0, 7)
 

@@ -49,7 +49,10 @@ def test_steps_of_eight_threads_on_one_simulation_queue_and_are_those_of_one_thr
 
 
 def test_steps_of_eight_threads_on_one_controller_queue_and_are_those_of_one_thread():
-    shared, alone = omnistep.Controller("flat"), omnistep.Controller("flat")
+    shared, alone = (
+        omnistep.Controller("flat", policy="scale_references"),
+        omnistep.Controller("flat", policy="scale_references"),
+    )
     measured = np.full(7, 0.1)
     done = together(8, lambda _: [shared.step(COMMAND, measured).i_n_m.copy() for _ in range(3000)])
     assert all(isinstance(integrals, list) for integrals in done), [each for each in done if not isinstance(each, list)]
