@@ -18,6 +18,10 @@ use crate::ranges::{
 /// let config = scenario.drive_config::<f32, 7>()?.expect("it has a [drive]");
 /// assert_eq!((config.shaping.timeout_s, config.blind_periods), (Some(0.2), 10));
 /// assert!(Scenario::load("flat", &[])?.drive_config::<f32, 7>()?.is_none());
+/// // Counts of periods that are left out are times: 20 ms without a reading.
+/// let keys = ["drive={}", "control.period_s=0.002"].map(Override::parse);
+/// let slow = Scenario::load("flat", &keys.into_iter().collect::<Result<Vec<_>, _>>()?)?;
+/// assert_eq!(slow.drive_config::<f32, 7>()?.and_then(|config| config.faults).map(|faults| faults.silent_periods), Some(10));
 /// # Ok::<(), omni_config::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]

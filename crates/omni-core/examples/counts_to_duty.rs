@@ -130,6 +130,7 @@ impl Base {
     }
 }
 
+#[expect(clippy::print_stdout, reason = "an example speaks on standard output")]
 fn main() -> Result<(), ConfigError> {
     let (mut base, mut wheels) = (Base::new()?, [Wheel::default(); 4]);
     let wanted = BodyTwist {

@@ -242,11 +242,6 @@ fn a_sagging_supply_costs_speed_and_the_loops_know_it_only_where_it_is_measured(
     ] {
         let mut board = board(observer());
         let off = drive(&mut board, 3.0, &[PERIOD_S], Clock::Trusted, supply);
-        println!(
-            "speed {:.3} m/s, off course {off:.2}, integral {:.3} N.m",
-            board.speed(),
-            board.integral
-        );
         is(board.speed(), speed, 0.01);
         is(off, course, 0.1);
         is(board.integral, integral, 0.02);
@@ -289,7 +284,6 @@ fn a_clock_that_is_off_moves_the_speed_or_the_odometry_by_its_ratio() {
             drive(&mut board, 3.0, &[0.0047, 0.0054], clock, FULL);
             board.off = 0.0;
             drive(&mut board, 3.0, &[0.0047, 0.0054], clock, FULL);
-            println!("{method:?}: off by {:.2} rad/s", board.off);
             is(board.off, stated, 0.06);
         }
     }

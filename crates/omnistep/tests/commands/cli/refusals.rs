@@ -200,6 +200,10 @@ fn keys_of_drive_and_grid_are_named_with_their_ranges() {
         "drive.faults.stuck_periods: 1, allowed: 2 to 65535",
     );
     in_scenario(
+        "[drive]\nrestart = \"never\"",
+        "drive.restart: unknown variant `never`, expected `at_once` or `neutral`",
+    );
+    in_scenario(
         "[drive]\ntimeout = 1",
         "drive.timeout: unknown field `timeout` (did you mean `command_timeout_s`?)",
     );
