@@ -163,10 +163,11 @@ fn a_scenario_with_a_drive_has_it_as_a_constant_in_both_languages() {
         let scenario = Scenario::load("flat", &overrides).expect("valid");
         scenario.constants(language).expect("a known wheel count")
     };
-    for plain in [source(&[], Language::C), source(&[], Language::Rust)] {
+    let loops = "control.policy=scale_references";
+    for plain in [source(&[loops], Language::C), source(&[loops], Language::Rust)] {
         assert!(!plain.contains("DRIVE"), "{plain}");
     }
-    let limited = ["drive.speed_limit_rad_s=6"];
+    let limited = [loops, "drive.speed_limit_rad_s=6"];
     assert!(source(&limited, Language::Rust).contains("pub static DRIVE: omni_core::Drive<f32, 7> ="));
     let header = source(&limited, Language::C);
     // Of both optional parts one is there.
@@ -180,7 +181,10 @@ fn a_scenario_with_a_drive_has_it_as_a_constant_in_both_languages() {
     ] {
         assert!(header.contains(line), "{line}: {header}");
     }
-    let six = source(&["vehicle=rocker_bogie6", "drive.discretize=true"], Language::C);
+    let six = source(
+        &[loops, "vehicle=rocker_bogie6", "drive.discretize=true"],
+        Language::C,
+    );
     assert!(six.contains("static const omni6_drive OMNI_DRIVE = {"), "{six}");
 }
 

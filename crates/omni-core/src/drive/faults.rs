@@ -400,6 +400,11 @@ impl<R: Real> FaultMonitor<R> {
         Ok(Self { config })
     }
 
+    /// Does it find encoders that read 0 while motors pull?
+    pub(crate) fn judges_standing(&self) -> bool {
+        self.config.stuck_periods != u16::MAX && self.config.stuck_torque_n_m.is_finite_real()
+    }
+
     /// One step: readings in (`None` where none has arrived), velocities to go on with out. A faulty wheel's is 0 and not
     /// to be used: see [`FaultState::faults`]. Never NaN. O(N).
     ///

@@ -110,7 +110,7 @@ impl<R: Real, const N: usize> TractionDriveState<R, N> {
     pub fn new(drive: &TractionDrive<R, N>) -> Self {
         Self {
             drive: DriveState::new(&drive.drive),
-            supervised: SupervisedState::new().watched(),
+            supervised: SupervisedState::new(),
         }
     }
 
@@ -132,7 +132,7 @@ impl<R: Real, const N: usize> TractionDriveState<R, N> {
     pub fn after(drive: &DriveState<R, N>, twist: &BodyTwist<R>) -> Self {
         Self {
             drive: *drive,
-            supervised: SupervisedState::after(&drive.control, twist).watched(),
+            supervised: SupervisedState::after(&drive.control, twist),
         }
     }
 
@@ -236,6 +236,7 @@ impl<R: Real, const N: usize> TractionDrive<R, N> {
     ) -> TractionDriveSample<R, N> {
         let mut traction = TractionSample::zero();
         let supervised = &mut state.supervised;
+        supervised.traction.watched = self.drive.faults.judges_standing();
         let mut sample = DriveSample::zero();
         self.drive
             .step_with(&mut state.drive, input, &mut sample, |_, asked, wheels| {

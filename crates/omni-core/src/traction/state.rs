@@ -69,7 +69,7 @@ pub struct TractionState<R, const N: usize> {
     pub(super) off_speed_s: R,
     /// Slip stands out from the sensors' noise at the commanded speed.
     pub(super) slip_observable: bool,
-    /// The fault monitor of a drive judges readings that stand.
+    /// The fault monitor of a drive judges readings of wheels that stand.
     pub(crate) watched: bool,
     /// Slip is not observable and counts are rare: own loops use the readings without the estimator.
     pub(super) raw: bool,

@@ -59,12 +59,6 @@ impl<R: Real, const N: usize> SupervisedState<R, N> {
         }
     }
 
-    /// The same in a drive, whose fault monitor judges readings that stand.
-    pub(crate) const fn watched(mut self) -> Self {
-        self.traction.watched = true;
-        self
-    }
-
     /// A fresh start of wheel loops after it.
     pub(crate) fn loops(&self) -> ControlState<R, N> {
         ControlState {
