@@ -50,6 +50,19 @@ fn energy_closes_within_a_hundred_thousandth_on_every_built_in_scenario() {
 }
 
 #[test]
+fn every_built_in_scenario_is_passed_as_its_file_has_it() {
+    for name in builtin_scenarios() {
+        let outcome = *run(&load(name, &[])).expect("runs").outcome();
+        let expected = if scenario_is_level(name) {
+            "completed"
+        } else {
+            "climbed"
+        };
+        assert_eq!(outcome.verdict.name(), expected, "{name}");
+    }
+}
+
+#[test]
 fn every_built_in_scenario_is_passed_on_rollers() {
     // The hard step is there because plain loops stall at it.
     for name in builtin_scenarios()
