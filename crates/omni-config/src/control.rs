@@ -159,7 +159,7 @@ fn check(
 #[serde(deny_unknown_fields, default)]
 #[non_exhaustive]
 pub struct Control {
-    /// Name of a policy, one of [`POLICIES`]; `traction` if left out. It needs encoders on the wheels only, and takes what other sensors there are.
+    /// Name of a policy, one of [`POLICIES`]; `scale_references` if left out. It needs encoders on the wheels only.
     #[garde(custom(known_policy))]
     #[cfg_attr(feature = "schema", schemars(extend("enum" = POLICIES)))]
     pub policy: String,
@@ -209,10 +209,10 @@ pub struct Control {
 }
 
 impl Default for Control {
-    /// The policy that climbs most with the sensors that a vehicle has, at 1 kHz.
+    /// The policy that asks for the least of a vehicle, encoders on its wheels, at 1 kHz.
     fn default() -> Self {
         Self {
-            policy: TRACTION.into(),
+            policy: "scale_references".into(),
             saturation: None,
             integral: None,
             anti_windup: None,

@@ -90,7 +90,7 @@ pub struct Scenario {
     /// The command of the vehicle.
     #[garde(dive)]
     pub command: Command,
-    /// The controller; `traction` at 1 kHz if left out.
+    /// The controller; `scale_references` at 1 kHz if left out.
     #[serde(default)]
     #[garde(dive)]
     pub control: Control,

@@ -119,7 +119,7 @@ fn sensors_that_traction_control_lacks_are_said_in_every_run() {
     assert_eq!(said(&["run", "flat", "--policy", "scale_torques"], &[]), "");
     assert_eq!(
         said(&["compare", "flat"], &[]),
-        format!("warning: flat: traction {what}\nwarning: flat: traction_runup {what}\n")
+        format!("warning: flat: traction_runup {what}\nwarning: flat: traction {what}\n")
     );
     let study = "schema_version = 1\nname = \"some\"\nscenario = \"flat\"\nseeds = 3\n[set]\nsensors.no_hinge_encoders = true\n\
                  [[axis]]\nkey = \"control.policy\"\nvalues = [\"scale_torques\", \"traction_runup\", \"traction\"]\n";
