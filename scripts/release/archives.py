@@ -88,7 +88,10 @@ def check(archive: dict, packed: Path) -> None:
     defined = names(tool, packed, "--extern-only", "--defined-only")
     if foreign := [name for name in defined if not name.startswith("omni")]:
         sys.exit(f"{archive['name']} defines names that other libraries may have: {' '.join(foreign)}")
-    declared = set(re.findall(r"^\w[\w *]*\b(omni\w*)\(", header, re.MULTILINE))
+    # Some have the version in their symbol.
+    symbols = dict(re.findall(r"^#define (omni\w+) (omni\w+)$", header, re.MULTILINE))
+    declared = re.findall(r"^\w[\w *]*\b(omni\w*)\(", header, re.MULTILINE)
+    declared = {symbols.get(name, name) for name in declared}
     if lacking := declared - set(defined):
         sys.exit(f"{archive['name']} lacks functions of the header: {' '.join(sorted(lacking))}")
     if folder := named_in(packed.read_bytes()):

@@ -112,8 +112,9 @@ impl<R: Real, const N: usize> Traction<R, N> {
                 if state.carried_s > max(R::of(CARRIED) * self.times.slip_s, R::of(CARRIED_S)) {
                     // Half against half does not show which is wrong, and two are not wrong at once.
                     undecided = 2 * carried == driven || state.wheels.iter().any(|wheel| wheel.doubted);
-                    if let Some(slowest) = slowest.filter(|_| !undecided) {
-                        state.wheels[slowest].doubted = true;
+                    let slowest = slowest.filter(|_| !undecided);
+                    if let Some(wheel) = slowest.and_then(|slowest| state.wheels.get_mut(slowest)) {
+                        wheel.doubted = true;
                     }
                     state.carried_s = zero;
                 }
