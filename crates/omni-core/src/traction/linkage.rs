@@ -1,7 +1,7 @@
 //! First step: what is read, and how bodies and wheels move by it.
 
 use super::model::Traction;
-use super::state::TractionState;
+use super::state::{STUCK_TURNING_S, TractionState};
 use crate::Real;
 use crate::linkage::{Attitude, LinkageMotion, MAX_HINGES, NO_RISE, rolled};
 use crate::policy::Readings;
@@ -13,10 +13,9 @@ const MOTIONS: usize = 3;
 const SPARE_AGAIN_S: f64 = 0.5;
 
 /// A reading is stuck if it does not change by a bit while its motor gives more than this part of its torque: for the first time if it is
-/// 0, else for the second \[s\]. A stuck reading of 0 is used again after the last.
+/// 0 \[s\], else for [`STUCK_TURNING_S`]. A stuck reading of 0 is used again after the last.
 const STUCK_PART: f64 = 0.5;
 const STUCK_STANDING_S: f64 = 1.0;
-pub(super) const STUCK_TURNING_S: f64 = 0.25;
 const STUCK_AGAIN_S: f64 = 4.0;
 
 impl<R: Real, const N: usize> Traction<R, N> {

@@ -1,12 +1,14 @@
 //! What a traction control remembers.
 
 use super::encoder::EncoderState;
-use super::linkage::STUCK_TURNING_S;
 use super::loops::TractionLoops;
 use crate::Real;
 use crate::geometry::BodyTwist;
 use crate::linkage::{LinkageMotion, MAX_HINGES};
 use crate::scalar::is_plausible;
+
+/// A reading of a wheel that turns is stuck after so long \[s\].
+pub(super) const STUCK_TURNING_S: f64 = 0.25;
 
 /// What [`super::Traction`] remembers between periods; `default` is a fresh start. It is of one [`super::Traction`] only: what that works out
 /// for a direction of travel is kept here.
