@@ -247,7 +247,9 @@ pub fn step<const N: usize, const WORDS: usize>(
 ) -> Result<(), Status> {
     let (drive, state, input, output) = (at(drive)?, at(state)?, at(input)?, at(output)?);
     let state = state.open()?;
-    *output = Output::of(&drive.step(state, &input.arrived()));
+    let mut sample = DriveSample::zero();
+    drive.step_into(state, &input.arrived(), &mut sample);
+    *output = Output::of(&sample);
     Ok(())
 }
 
