@@ -29,18 +29,7 @@ pub(crate) fn load(name: &str, overrides: &[Override]) -> Result<Scenario, Error
 /// Makes of each function a test on each engine: where the physics is the subject.
 macro_rules! on_both_engines {
     ($($test:ident,)+) => {
-        mod rapier {
-            $(#[test]
-            fn $test() {
-                crate::engines::on(omni_sim::config::Engine::Rapier, super::$test);
-            })+
-        }
-        mod articulated {
-            $(#[test]
-            fn $test() {
-                crate::engines::on(omni_sim::config::Engine::Articulated, super::$test);
-            })+
-        }
+        crate::engines::on_each_engine! { [] $($test,)+ }
     };
 }
 pub(crate) use on_both_engines;
@@ -49,19 +38,29 @@ pub(crate) use on_both_engines;
 /// in `make test-full` only.
 macro_rules! on_the_fast_engine {
     ($($test:ident,)+) => {
-        mod rapier {
-            $(#[test]
-            #[ignore = "the engine is not the subject; make test-full runs it on rapier too"]
-            fn $test() {
-                crate::engines::on(omni_sim::config::Engine::Rapier, super::$test);
-            })+
-        }
-        mod articulated {
-            $(#[test]
-            fn $test() {
-                crate::engines::on(omni_sim::config::Engine::Articulated, super::$test);
-            })+
+        crate::engines::on_each_engine! {
+            [ignore = "the engine is not the subject; make test-full runs it on rapier too"] $($test,)+
         }
     };
 }
 pub(crate) use on_the_fast_engine;
+
+/// Tests on rapier, with an attribute or none, and on the articulated engine.
+macro_rules! on_each_engine {
+    ($of_rapier:tt $($test:ident,)+) => {
+        mod rapier {
+            $(crate::engines::on_each_engine! { @ Rapier $of_rapier $test })+
+        }
+        mod articulated {
+            $(crate::engines::on_each_engine! { @ Articulated [] $test })+
+        }
+    };
+    (@ $engine:ident [$($attribute:meta)?] $test:ident) => {
+        #[test]
+        $(#[$attribute])?
+        fn $test() {
+            crate::engines::on(omni_sim::config::Engine::$engine, super::$test);
+        }
+    };
+}
+pub(crate) use on_each_engine;

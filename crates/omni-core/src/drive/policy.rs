@@ -105,7 +105,7 @@ impl<R: Real, const N: usize> DrivePolicy<R, N> {
 
 impl<R: Real, const N: usize> Policy<R> for DrivePolicy<R, N> {
     fn reset(&mut self) {
-        let emergency = self.emergency; // who presses it has not let go
+        let emergency = self.emergency; // the button is still pressed
         *self = Self {
             emergency,
             ..Self::new(self.drive)

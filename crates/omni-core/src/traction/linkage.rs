@@ -1,7 +1,7 @@
 //! First step: what is read, and how bodies and wheels move by it.
 
 use super::model::Traction;
-use super::state::{STUCK_TURNING_S, TractionState};
+use super::state::TractionState;
 use crate::Real;
 use crate::linkage::{Attitude, LinkageMotion, MAX_HINGES, NO_RISE, rolled};
 use crate::policy::Readings;
@@ -13,9 +13,10 @@ const MOTIONS: usize = 3;
 const SPARE_AGAIN_S: f64 = 0.5;
 
 /// A reading is stuck if it does not change by a bit while its motor gives more than this part of its torque: for the first time if it is
-/// 0 \[s\], else for [`STUCK_TURNING_S`]. A stuck reading of 0 is used again after the last.
+/// 0, else for the second \[s\]. A stuck reading of 0 is used again after the last.
 const STUCK_PART: f64 = 0.5;
 const STUCK_STANDING_S: f64 = 1.0;
+const STUCK_TURNING_S: f64 = 0.25;
 const STUCK_AGAIN_S: f64 = 4.0;
 
 impl<R: Real, const N: usize> Traction<R, N> {
@@ -116,23 +117,34 @@ impl<R: Real, const N: usize> Traction<R, N> {
     }
 }
 
+impl<R: Real, const N: usize> TractionState<R, N> {
+    /// Wheels that are left out because they show a slow vehicle while the ground carries the others, or turn with a reading that stays.
+    pub(crate) fn left_out(&self) -> [bool; N] {
+        (self.wheels)
+            .map(|wheel| wheel.doubted || (wheel.read_rad_s != R::zero() && wheel.is_same_for_long(false)))
+    }
+}
+
 impl<R: Real> super::state::WheelState<R> {
     /// Is the reading stuck? Notes for how long it has been the same. A wheel that stands has longer than one that turns, because it may
     /// be blocked, and is used again after a while; where a fault monitor watches, that judges it.
     fn check_stuck(&mut self, read_rad_s: R, period_s: R, resting: bool, watched: bool) -> bool {
         let zero = R::zero();
         let stands = read_rad_s == zero;
-        let long = R::of(if stands { STUCK_STANDING_S } else { STUCK_TURNING_S });
         let pushes = self.applied_n_m.abs() > R::of(STUCK_PART) * self.most_n_m;
         if resting || (stands && watched) || !read_rad_s.same_bits(self.read_rad_s) {
             self.same_s = zero;
-        } else if pushes || self.same_s > long {
+        } else if pushes || self.is_same_for_long(stands) {
             self.same_s += period_s;
         }
         if stands && self.same_s > R::of(STUCK_AGAIN_S) {
             self.same_s = zero;
         }
         self.read_rad_s = read_rad_s;
-        self.same_s > long
+        self.is_same_for_long(stands)
+    }
+
+    fn is_same_for_long(&self, stands: bool) -> bool {
+        self.same_s > R::of(if stands { STUCK_STANDING_S } else { STUCK_TURNING_S })
     }
 }

@@ -7,9 +7,6 @@ use crate::geometry::BodyTwist;
 use crate::linkage::{LinkageMotion, MAX_HINGES};
 use crate::scalar::is_plausible;
 
-/// A reading of a wheel that turns is stuck after so long \[s\].
-pub(super) const STUCK_TURNING_S: f64 = 0.25;
-
 /// What [`super::Traction`] remembers between periods; `default` is a fresh start. It is of one [`super::Traction`] only: what that works out
 /// for a direction of travel is kept here.
 ///
@@ -230,13 +227,6 @@ impl<R: Real, const N: usize> TractionState<R, N> {
     #[must_use]
     pub fn loops(&self) -> TractionLoops {
         self.loops
-    }
-
-    /// Wheels that are left out because they show a slow vehicle while the ground carries the others, or turn with a reading that stays.
-    pub(crate) fn left_out(&self) -> [bool; N] {
-        self.wheels.map(|wheel| {
-            wheel.doubted || wheel.same_s > R::of(STUCK_TURNING_S) && wheel.read_rad_s != R::zero()
-        })
     }
 
     /// The command is to stand, and not to turn.
