@@ -134,15 +134,11 @@ impl<R: Real, const N: usize> Traction<R, N> {
         }
     }
 
-    /// Every driven wheel's own loop begins with the torque that it has.
+    /// The integral of every driven wheel's own loop begins with what the ground takes.
     fn hand_back(&self, state: &mut TractionState<R, N>) {
-        let [gain, _] = self.times.own(&self.config, state.raw);
-        for i in 0..N {
-            let wheel = &mut state.wheels[i];
-            if state.travel[i].driven {
-                let rate = state.travel[i].rate_rad_m * wheel.speed_m_s + self.turned_by(i) * state.yaw_rad_s;
-                let error = state.reference_rad_s[i] - rate;
-                wheel.integral_n_m = wheel.applied_n_m - gain * error;
+        for (travel, wheel) in state.travel.iter().zip(&mut state.wheels) {
+            if travel.driven {
+                wheel.integral_n_m = wheel.contact_n_m;
             }
         }
     }

@@ -472,12 +472,21 @@ fn a_wheel_that_is_turned_back_is_not_doubted() {
 fn on_the_spot_no_wheel_is_doubted_and_every_one_has_its_own_loop() {
     let traction = preset();
     let mut state = engaged(&traction);
-    let turning = BodyTwist {
-        wz_rad_s: 1.0,
-        ..BodyTwist::ZERO
-    };
-    let flat = traction.kinematics().inverse(&turning).rad_s;
+    let flat = traction
+        .kinematics()
+        .inverse(&BodyTwist {
+            wz_rad_s: 1.0,
+            ..BodyTwist::ZERO
+        })
+        .rad_s;
     for period in 0..1000 {
+        // As commands made of counts are: beside the turn some millimetres a second in changing directions.
+        let aside = 2e-3 * f64::from(period % 3);
+        let turning = BodyTwist {
+            vx_m_s: 2e-3 - aside,
+            vy_m_s: aside,
+            wz_rad_s: 1.0,
+        };
         // 2 cm/s ahead, but wheel 7, which is slower by 2 mm/s.
         let mut rates = flat;
         for (rate, sign) in rates.iter_mut().zip(Plant::SIGNS) {
@@ -486,10 +495,52 @@ fn on_the_spot_no_wheel_is_doubted_and_every_one_has_its_own_loop() {
         rates[6] = flat[6] + 0.03 + 1e-9 * f64::from(period);
         let mut readings = level(turning, &rates);
         readings.imu.rate_rad_s[2] = 1.0;
-        let sample = traction.step(&mut state, &readings, &TractionTarget::at(0.0));
+        let target = TractionTarget::at(turning.vx_m_s.hypot(turning.vy_m_s));
+        let sample = traction.step(&mut state, &readings, &target);
         assert!(
             sample.wheels.active == [true; 7] && sample.loops == TractionLoops::Plain,
             "period {period}: {sample:?}"
+        );
+    }
+}
+
+#[test]
+fn a_loop_that_takes_over_answers_its_error_from_the_first_period_on() {
+    let (traction, mut plant) = (preset(), Plant::new(10.0));
+    let mut state = engaged(&traction);
+    for _ in 0..2000 {
+        let sample = traction.step(
+            &mut state,
+            &level(AHEAD, &plant.rate_rad_s),
+            &TractionTarget::at(0.3),
+        );
+        plant.step(&sample.wheels.applied.n_m);
+    }
+    let about = BodyTwist {
+        wz_rad_s: 0.5,
+        ..BodyTwist::ZERO
+    };
+    state.loops = TractionLoops::Traction;
+    let sample = traction.step(
+        &mut state,
+        &level(about, &plant.rate_rad_s),
+        &TractionTarget::at(0.0),
+    );
+    assert_eq!(sample.loops, TractionLoops::Plain);
+    for (i, reference) in traction
+        .kinematics()
+        .inverse(&about)
+        .rad_s
+        .into_iter()
+        .enumerate()
+    {
+        // A loop that began with the torque of before would hold it, against the error, until its integral has come down.
+        let asked = (0.3 * (reference - plant.rate_rad_s[i])).clamp(-LIMIT_N_M, LIMIT_N_M);
+        // What the ground takes on the level is next to nothing.
+        let applied = sample.wheels.applied.n_m[i];
+        assert!(
+            (applied - asked).abs() < 0.02,
+            "wheel {i}: {applied} of {asked} N.m"
         );
     }
 }
