@@ -206,10 +206,7 @@ def rust_block(example, info):
 def compiles(compiler, file):
     # With the constants that the page wrote, else of a scenario that has a [drive]; firmware/c/example is what runs.
     if not Path("constants.h").exists():
-        code, constants, err = omnistep(
-            *("export", "flat", "--format", "c"),
-            *("--set", "drive.command_timeout_s=0.2", "--set", "control.policy=scale_references"),
-        )
+        code, constants, err = omnistep("export", "flat", "--format", "c", "--set", "drive.command_timeout_s=0.2")
         assert code == 0, err
         Path("constants.h").write_text(constants)
     flags = ["-Wall", "-Wextra", "-Werror", "-fsyntax-only", "-I.", f"-I{ROOT / 'firmware/c/include'}"]

@@ -328,7 +328,7 @@ impl Scenario {
         scenario.check_couplings(source)?;
         scenario.check_rollers(source)?;
         scenario.derive_gains()?;
-        scenario.choose_loops_if_refused();
+        scenario.choose_loops_if_refused()?;
         Ok(scenario)
     }
 
@@ -559,7 +559,7 @@ impl Scenario {
         other.auto_policy = None;
         other.control.be_preset(policy);
         other.choose_policy();
-        other.choose_loops_if_refused();
+        other.choose_loops_if_refused()?;
         other.coordination::<f64>()?;
         Ok(other)
     }

@@ -93,6 +93,7 @@ pub(super) fn compare(
     let mut scenario = Scenario::load(&args.scenario, &overrides).map_err(for_all)?;
     if firmware.is_some() {
         in_f32(args, &mut scenario)?;
+        scenario = scenario.for_firmware();
     }
     let names = LogNames::new(args, &overrides)?;
     announce(&scenario);

@@ -57,9 +57,10 @@ fn constants(args: &ExportArgs, language: Language) -> Result<String, Error> {
     if let Some(text) = scenario.unseen_encoders() {
         warn(&format!("{}: {text}", scenario.name));
     }
-    if scenario.auto_policy().is_some() && scenario.has_traction() {
+    let (policy, simulated) = (scenario.for_firmware().control.policy, &scenario.control.policy);
+    if policy != *simulated {
         say(&format!(
-            "{}: policy traction, which reads the hinges and an inertial measurement unit; with encoders only: --set control.policy=scale_references",
+            "{}: no policy is named, so this is {policy}, which needs encoders only; what is simulated: --set control.policy={simulated}",
             scenario.name
         ));
     }

@@ -1,8 +1,13 @@
 //! What `control.policy = "auto"` is in a scenario.
 
+use omni_core::Real;
+
 use super::Scenario;
 use crate::control::AUTO;
-use crate::{Error, for_wheel_count, wheel_count_refused};
+use crate::{Error, Precision, for_wheel_count, wheel_count_refused};
+
+/// Of the loops, those that keep the ratios of the wheels' speeds.
+const LOOPS: &str = "scale_references";
 
 /// The policy that `control.policy = "auto"` is in a scenario.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,6 +40,28 @@ impl Scenario {
         self.auto_policy.as_ref()
     }
 
+    /// The scenario that firmware is made of. A policy that was not named is one of the wheels' loops there, which need encoders
+    /// only: nothing shows which other sensors the firmware reads.
+    ///
+    /// ```
+    /// use omni_config::{Override, Scenario};
+    /// let policy = |key: &str, value: toml::Value| -> Result<String, omni_config::Error> {
+    ///     Ok(Scenario::load("flat", &[Override::new(key, value)])?.for_firmware().control.policy)
+    /// };
+    /// assert_eq!(policy("seed", 1.into())?, "scale_references");
+    /// assert_eq!(policy("control.policy", "traction".into())?, "traction");
+    /// assert_eq!(policy("control.max_retries", 3.into())?, "traction"); // only traction control tries again
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    #[must_use]
+    pub fn for_firmware(&self) -> Self {
+        let mut other = self.clone();
+        if other.auto_policy.take().is_some() && other.has_traction() && other.control.max_retries.is_none() {
+            other.control.policy = LOOPS.into();
+        }
+        other
+    }
+
     /// The same scenario for where only loops of single wheels will do: a policy that was not named is one of them.
     ///
     /// # Errors
@@ -47,12 +74,7 @@ impl Scenario {
     /// # Ok::<(), omni_config::Error>(())
     /// ```
     pub fn with_loops(&self, place: &str) -> Result<Self, Error> {
-        let mut other = self.clone();
-        if self.has_traction() && self.auto_policy.is_some() {
-            other.choose(AutoPolicy::loops(format!(
-                "traction control is not allowed {place}"
-            )));
-        }
+        let other = self.for_firmware();
         other.without_traction(place)?;
         Ok(other)
     }
@@ -68,18 +90,28 @@ impl Scenario {
     }
 
     /// After the gains are known: whether traction control can be built.
-    pub(super) fn choose_loops_if_refused(&mut self) {
-        fn build<const N: usize>(scenario: &Scenario) -> Result<(), Error> {
-            scenario.traction_parts::<f32, N>().map(drop)
+    pub(super) fn choose_loops_if_refused(&mut self) -> Result<(), Error> {
+        fn build<R: Real, const N: usize>(scenario: &Scenario) -> Result<(), Error> {
+            scenario.traction_parts::<R, N>().map(drop)
         }
-        // Who gave `max_retries` wants traction control, and is told what is wrong.
-        if self.auto_policy.is_none() || self.control.max_retries.is_some() {
-            return;
+        if self.auto_policy.is_none() {
+            return Ok(());
         }
         let count = self.vehicle.wheel.len();
         let refuse = |count| Err(self.vehicle.refuse(&wheel_count_refused(count)));
-        if let Err(error) = for_wheel_count!(count, build[](self), refuse) {
-            self.choose(AutoPolicy::loops(format!("traction control is refused: {error}")));
+        // In what the controller computes in, as a value at a limit is rounded.
+        let built = match self.control.precision {
+            Precision::F32 => for_wheel_count!(count, build[f32](self), refuse),
+            Precision::F64 => for_wheel_count!(count, build[f64](self), refuse),
+        };
+        match built {
+            // Who gave it wants traction control.
+            Err(error) if self.control.max_retries.is_some() => Err(error),
+            Err(error) => {
+                self.choose(AutoPolicy::loops(format!("traction control is refused: {error}")));
+                Ok(())
+            }
+            Ok(()) => Ok(()),
         }
     }
 
@@ -99,10 +131,9 @@ impl AutoPolicy {
         }
     }
 
-    /// Of the loops, those that keep the ratios of the wheels' speeds.
     fn loops(because: String) -> Self {
         Self {
-            policy: "scale_references",
+            policy: LOOPS,
             because: Some(because),
             without: Vec::new(),
         }

@@ -195,6 +195,28 @@ fn a_policy_that_is_not_named_is_the_best_that_sensors_and_motors_allow() {
         let said = refused(path, &["run", &format!("{name}.toml"), "--quiet"]);
         assert_eq!(said, format!("error: scenario {name}: {why}\n"));
     }
+    assert_eq!(
+        refused(path, &["check", "tries.toml"]),
+        format!("error: scenario tries: {why}\n")
+    );
+    // A limit holds in what the controller computes in.
+    for precision in ["f32", "f64"] {
+        let at = [
+            "actuators.torque_lag_s=0.0300000001",
+            &format!("control.precision={precision}"),
+        ];
+        let args = [
+            "run",
+            "prompt.toml",
+            "--quiet",
+            "--json",
+            "--set",
+            at[0],
+            "--set",
+            at[1],
+        ];
+        assert!(omnistep(path, &args).status.success());
+    }
     let quiet = |command: &[&str]| {
         let output = omnistep(path, command);
         assert!(output.status.success(), "{}", stderr(&output));
@@ -215,9 +237,9 @@ fn a_policy_that_is_not_named_is_the_best_that_sensors_and_motors_allow() {
         "actuators.torque_lag_s=0.05",
     ];
     assert_eq!(refused(path, &other), format!("error: scenario prompt: {why}\n"));
-    // Firmware is told what it has to read.
-    let reads = "prompt: policy traction, which reads the hinges and an inertial measurement unit; with encoders only: \
-                 --set control.policy=scale_references\n";
+    // Firmware has traction control where it is named: nothing shows that it reads hinges and an inertial unit.
+    let reads = "prompt: no policy is named, so this is scale_references, which needs encoders only; what is simulated: \
+                 --set control.policy=traction\n";
     let export = ["export", "prompt.toml", "--format", "c"];
     assert_eq!(stderr(&omnistep(path, &export)), reads);
     assert_eq!(
