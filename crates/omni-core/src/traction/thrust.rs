@@ -150,12 +150,15 @@ impl<R: Real, const N: usize> Traction<R, N> {
         }
     }
 
-    /// The integral of every driven wheel's own loop goes on from that of the thrust.
+    /// Every driven wheel's own loop begins with the torque that it has.
     fn hand_back(&self, state: &mut TractionState<R, N>) {
-        for (travel, wheel) in state.travel.iter().zip(&mut state.wheels) {
-            if travel.driven {
-                wheel.integral_n_m =
-                    (travel.part * state.integral_n_m).limited(-wheel.most_n_m, wheel.most_n_m);
+        let [gain, _] = self.times.own(&self.config, state.raw);
+        for i in 0..N {
+            let wheel = &mut state.wheels[i];
+            if state.travel[i].driven {
+                let rate = state.travel[i].rate_rad_m * wheel.speed_m_s + self.turned_by(i) * state.yaw_rad_s;
+                let error = state.reference_rad_s[i] - rate;
+                wheel.integral_n_m = wheel.applied_n_m - gain * error;
             }
         }
     }

@@ -505,47 +505,6 @@ fn on_the_spot_no_wheel_is_doubted_and_every_one_has_its_own_loop() {
 }
 
 #[test]
-fn a_loop_that_takes_over_answers_its_error_from_the_first_period_on() {
-    let (traction, mut plant) = (preset(), Plant::new(10.0));
-    let mut state = engaged(&traction);
-    for _ in 0..2000 {
-        let sample = traction.step(
-            &mut state,
-            &level(AHEAD, &plant.rate_rad_s),
-            &TractionTarget::at(0.3),
-        );
-        plant.step(&sample.wheels.applied.n_m);
-    }
-    let about = BodyTwist {
-        wz_rad_s: 0.5,
-        ..BodyTwist::ZERO
-    };
-    state.loops = TractionLoops::Traction;
-    let sample = traction.step(
-        &mut state,
-        &level(about, &plant.rate_rad_s),
-        &TractionTarget::at(0.0),
-    );
-    assert_eq!(sample.loops, TractionLoops::Plain);
-    for (i, reference) in traction
-        .kinematics()
-        .inverse(&about)
-        .rad_s
-        .into_iter()
-        .enumerate()
-    {
-        // A loop that began with the torque of before would hold it, against the error, until its integral has come down.
-        let asked = (0.3 * (reference - plant.rate_rad_s[i])).clamp(-LIMIT_N_M, LIMIT_N_M);
-        // What the ground takes on the level is next to nothing.
-        let applied = sample.wheels.applied.n_m[i];
-        assert!(
-            (applied - asked).abs() < 0.02,
-            "wheel {i}: {applied} of {asked} N.m"
-        );
-    }
-}
-
-#[test]
 fn a_direction_that_trembles_hides_no_dead_wheel() {
     let (traction, mut plant) = (preset(), Plant::new(10.0));
     let (mut state, mut out) = (engaged(&traction), None);
