@@ -60,11 +60,10 @@ impl Scenario {
     /// # Ok::<(), omni_config::Error>(())
     /// ```
     pub fn constants(&self, language: Language) -> Result<String, Error> {
-        let firmware = self.for_firmware();
-        let values = firmware.values()?;
+        let values = self.values()?;
         match language {
-            Language::Rust => Ok(rust::source(&firmware, &values, values.digest())),
-            Language::C => c::source(&firmware, &values, values.digest()),
+            Language::Rust => Ok(rust::source(self, &values, values.digest())),
+            Language::C => c::source(self, &values, values.digest()),
         }
     }
 
@@ -84,7 +83,7 @@ impl Scenario {
     /// # Ok::<(), omni_config::Error>(())
     /// ```
     pub fn constants_digest(&self) -> Result<u32, Error> {
-        Ok(self.for_firmware().values()?.digest())
+        Ok(self.values()?.digest())
     }
 }
 
