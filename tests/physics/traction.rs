@@ -327,3 +327,49 @@ fn what_it_cannot_go_with_is_refused_by_name() {
         )
     );
 }
+
+/// A default must not be worse where there is nothing to climb: starts, turns and reversals, with gyros as cheap as they are sold.
+#[test]
+fn on_level_ground_it_is_plain_loops_whatever_is_commanded() {
+    let aside = "command.vy_m_s=0.2";
+    let switching = "command.then=[{ at_s = 0.5, vx_m_s = 0.0, vy_m_s = 0.0, wz_rad_s = 0.6, ramp_s = 0.2 }, { at_s = 1.0, vx_m_s = 0.2, vy_m_s = 0.0, wz_rad_s = 0.0, ramp_s = 0.2 }, \
+                     { at_s = 1.5, vx_m_s = 0.0, vy_m_s = 0.0, wz_rad_s = -0.6, ramp_s = 0.2 }, { at_s = 2.0, vx_m_s = -0.2, vy_m_s = 0.1, wz_rad_s = 0.0, ramp_s = 0.3 }]";
+    let biased = "sensors.gyro_bias_rad_s=0.05";
+    for vehicle in ["chugo7", "mecanum4", "omni3", "rocker_bogie6"] {
+        for keys in [
+            &["command.vx_m_s=0", aside][..],
+            &["command.vx_m_s=0.2", aside],
+            &["command.vx_m_s=0", aside, biased],
+            &["command.vx_m_s=0.2", switching],
+        ] {
+            let drive = |policy: &str| {
+                let own = [
+                    format!("vehicle={vehicle}"),
+                    format!("control.policy={policy}"),
+                    "duration_s=3".into(),
+                ];
+                let keys: Vec<_> = own
+                    .iter()
+                    .map(String::as_str)
+                    .chain(keys.iter().copied())
+                    .collect();
+                run(&scenario("flat", &keys)).expect("runs")
+            };
+            let (plain, traction) = (drive("independent"), drive("traction"));
+            let end = |trace: &Trace| {
+                ["pose_x_m", "pose_y_m", "pose_yaw_rad"]
+                    .map(|name| *trace.column(name).expect("a column").last().expect("a row"))
+            };
+            let heat = |trace: &Trace| trace.outcome().torque_squared_n2m2s;
+            let part = heat(&traction) / heat(&plain);
+            assert!(
+                (part - 1.0).abs() < 0.03,
+                "{vehicle}, {keys:?}: {part} of the heat"
+            );
+            // A millimetre and a milliradian: what the same loops end within whose torque is limited in another place of the sum.
+            for (a, b) in end(&traction).into_iter().zip(end(&plain)) {
+                assert!((a - b).abs() < 1e-3, "{vehicle}, {keys:?}: {a} instead of {b}");
+            }
+        }
+    }
+}

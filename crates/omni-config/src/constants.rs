@@ -60,10 +60,11 @@ impl Scenario {
     /// # Ok::<(), omni_config::Error>(())
     /// ```
     pub fn constants(&self, language: Language) -> Result<String, Error> {
-        let values = self.values()?;
+        let firmware = self.for_firmware();
+        let values = firmware.values()?;
         match language {
-            Language::Rust => Ok(rust::source(self, &values, values.digest())),
-            Language::C => c::source(self, &values, values.digest()),
+            Language::Rust => Ok(rust::source(&firmware, &values, values.digest())),
+            Language::C => c::source(&firmware, &values, values.digest()),
         }
     }
 
@@ -83,7 +84,7 @@ impl Scenario {
     /// # Ok::<(), omni_config::Error>(())
     /// ```
     pub fn constants_digest(&self) -> Result<u32, Error> {
-        Ok(self.values()?.digest())
+        Ok(self.for_firmware().values()?.digest())
     }
 }
 

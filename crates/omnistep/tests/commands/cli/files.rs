@@ -365,7 +365,7 @@ fn a_scenario_of_five_lines_runs_as_one_that_writes_every_key() {
     let long = short.replace(
         "vx_m_s = 0.2 }",
         "vx_m_s = 0.2, vy_m_s = 0.0, wz_rad_s = 0.0, ramp_s = 0.3 }",
-    ) + "duration_s = 10.0\n[control]\npolicy = \"scale_references\"\nperiod_s = 0.001\nprecision = \"f64\"\n\
+    ) + "duration_s = 10.0\n[control]\npolicy = \"traction\"\nperiod_s = 0.001\nprecision = \"f64\"\n\
            [physics]\nengine = \"articulated\"\ntimestep_s = 0.0005\ncontact_frequency_hz = 200.0\ncontact_damping_ratio = 5.0\ngravity_m_s2 = 9.81\n\
            wheel_model = \"auto\"\n";
     fs::write(path.join("long.toml"), long).unwrap();
@@ -373,7 +373,7 @@ fn a_scenario_of_five_lines_runs_as_one_that_writes_every_key() {
         let run = ["run", file, "--quiet", "--out", file.split('.').next().unwrap()];
         let output = omnistep(path, &run);
         assert!(output.status.success(), "{output:?}");
-        fs::read(path.join(run[4]).join("cable-scale_references.mcap")).unwrap()
+        fs::read(path.join(run[4]).join("cable-traction.mcap")).unwrap()
     };
     assert!(log("short.toml") == log("long.toml"));
     // What says what the run is about has no default.
