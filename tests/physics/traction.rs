@@ -85,19 +85,20 @@ fn it_climbs_wherever_plain_loops_do_with_about_half_the_spread_and_less_heat_an
 
 #[test]
 fn on_rapier_it_climbs_where_plain_loops_do_not() {
-    let climbs = |policy| {
-        let runs = (51..55).flat_map(|seed| [[0.55, 1.6], [0.55, 1.4]].map(|cell| (seed, cell)));
+    let climbs = |policy, seeds: std::ops::Range<u64>| {
+        let runs = seeds.flat_map(|seed| [[0.55, 1.6], [0.55, 1.4]].map(|cell| (seed, cell)));
         let climbed = runs.filter(|(seed, cell)| {
             let trace = climb("rapier", policy, *cell, *seed, &[]).expect("runs");
             trace.outcome().climbed
         });
         climbed.count()
     };
-    // The gate of `make study` is 46 of 48 in all cells. These two are the hardest, so one of eight may fail.
-    let (traction, independent) = (climbs("traction"), climbs("independent"));
+    // These two cells are the hardest of `make study`. Of 192 runs with seeds of their own 170 climbed, 0.885 (0.83 to 0.93):
+    // with that fewer than 12 of 16 are one in a hundred. Plain loops climbed none.
+    let (traction, independent) = (climbs("traction", 51..59), climbs("independent", 51..53));
     assert!(
-        traction >= 7 && independent <= 4,
-        "{traction} and {independent} of 8"
+        traction >= 12 && independent <= 1,
+        "{traction} of 16 and {independent} of 4"
     );
 }
 
