@@ -17,9 +17,21 @@ const SPEED_M_S: f64 = 0.3;
 
 /// Says what a file describes, or what is wrong with it, and warns of what is doubtful: whether there was anything. `step_m` is the height of a
 /// step that its motors shall be strong enough for.
-pub(super) fn check(file: &str, step_m: Option<f64>, out: &mut dyn Write) -> Result<bool, Error> {
+pub(super) fn check(
+    file: &str,
+    step_m: Option<f64>,
+    overrides: &[Override],
+    out: &mut dyn Write,
+) -> Result<bool, Error> {
     let mut report = Report::default();
-    let loaded = File::load(file)?;
+    let loaded = File::load(file, overrides)?;
+    if let (File::Study(_), Some(given)) = (&loaded, overrides.first()) {
+        return Err(Error::Argument {
+            name: "--set",
+            value: given.key().into(),
+            allowed: "with a vehicle, a scenario or an experiment",
+        });
+    }
     if let Some(height_m) = step_m {
         allowed_step(height_m, &loaded)?;
     }
@@ -41,7 +53,13 @@ pub(super) fn check(file: &str, step_m: Option<f64>, out: &mut dyn Write) -> Res
             let facts = facts(&vehicle, PERIOD_S, GRAVITY_M_S2, derived.as_ref())?;
             let step = on_step(&vehicle, step_m, FRICTION, GRAVITY_M_S2, SPEED_M_S, &mut report)?;
             // As in a scenario that names no policy.
-            let flat = Scenario::load("flat", &[Override::new("vehicle", file)])?;
+            let own =
+                |over: &Override| Override::new(format!("vehicle.{}", over.key()), over.value().clone());
+            let overrides: Vec<_> = [Override::new("vehicle", file)]
+                .into_iter()
+                .chain(overrides.iter().map(own))
+                .collect();
+            let flat = Scenario::load("flat", &overrides)?;
             format!(
                 "vehicle {}{facts}{}{step}{}",
                 described(&vehicle),

@@ -43,6 +43,11 @@
 /* Hinges that a vehicle under traction control may have. */
 #define OMNI_MAX_HINGES 8
 
+/* Constants of another kind of drive or number of wheels are an error, as they are in C++ and to newer compilers. */
+#if defined(__GNUC__) && !defined(__cplusplus)
+#pragma GCC diagnostic error "-Wincompatible-pointer-types"
+#endif
+
 /* Infinity and NaN, without <math.h> where the compiler has them by itself. */
 #ifdef __GNUC__
 #define OMNI_INFINITY __builtin_inff()
@@ -1097,7 +1102,7 @@ typedef struct {
 // What a drive with traction control remembers. Nothing in it is for anybody else.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[384];
+  uint32_t memory[391];
 } omni3_traction_drive_state;
 
 // What a step with traction control reports. Nothing in it is ever NaN.
@@ -1148,14 +1153,14 @@ typedef struct {
 
 // What the vehicle's bodies are read to do. All zero: nothing is read, and traction control does with the wheels' encoders.
 typedef struct {
-  // Angle of each hinge [rad], in the order of the vehicle file; NaN where it was not read. Only the first `hinges` are looked at.
+  // Angle of each hinge [rad], in the order of the vehicle file; NaN where it was not read. Looked at only where `hinges_received`.
   float hinges_rad[OMNI_MAX_HINGES];
   // Their rates [rad/s].
   float hinges_rad_s[OMNI_MAX_HINGES];
   // Inertial measurement unit of the base; looked at only where `imu_received`.
   omni_imu imu;
-  // How many hinges are read, all of the vehicle's or 0.
-  uint8_t hinges;
+  // The hinges' readings arrived.
+  bool hinges_received;
   // The unit's reading arrived.
   bool imu_received;
 } omni_body_readings;
@@ -1562,7 +1567,7 @@ typedef struct {
 // What a drive with traction control remembers. Nothing in it is for anybody else.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[436];
+  uint32_t memory[443];
 } omni4_traction_drive_state;
 
 // What a step with traction control reports. Nothing in it is ever NaN.
@@ -1931,7 +1936,7 @@ typedef struct {
 // What a drive with traction control remembers. Nothing in it is for anybody else.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[490];
+  uint32_t memory[497];
 } omni5_traction_drive_state;
 
 // What a step with traction control reports. Nothing in it is ever NaN.
@@ -2300,7 +2305,7 @@ typedef struct {
 // What a drive with traction control remembers. Nothing in it is for anybody else.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[543];
+  uint32_t memory[550];
 } omni6_traction_drive_state;
 
 // What a step with traction control reports. Nothing in it is ever NaN.
@@ -2669,7 +2674,7 @@ typedef struct {
 // What a drive with traction control remembers. Nothing in it is for anybody else.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[595];
+  uint32_t memory[602];
 } omni7_traction_drive_state;
 
 // What a step with traction control reports. Nothing in it is ever NaN.
@@ -3038,7 +3043,7 @@ typedef struct {
 // What a drive with traction control remembers. Nothing in it is for anybody else.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[647];
+  uint32_t memory[654];
 } omni8_traction_drive_state;
 
 // What a step with traction control reports. Nothing in it is ever NaN.

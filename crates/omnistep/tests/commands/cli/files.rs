@@ -30,6 +30,7 @@ fn a_new_file_is_checked_runs_and_is_never_overwritten() {
          under    clearance [m]: 0.030 under base\n  \
          speed    motors reach 33.3 rad/s without load: 1.92 m/s forward, 1.67 m/s sideways, 9.26 rad/s in yaw\n  \
          gains    kp 0.1500 N.m.s/rad, ki 0.8000 N.m/rad, kd 0 N.m.s2/rad, given\n  \
+         policy   traction where none is named: the best that sensors and motors allow\n  \
          wheels   balls on level ground; rollers at an edge, because the ground's normal leans 90 deg \
          out of the rolling plane of wheel 1, allowed: 10\n\
          kerb.toml: scenario kerb, 6 s, policy traction, engine rapier; vehicle chugo7: 3 bodies, 2 hinges, 7 wheels, 20.000 kg\n  \

@@ -190,6 +190,37 @@ fn a_policy_that_is_not_named_is_the_best_that_sensors_and_motors_allow() {
         let said = stdout(&omnistep(path, &["check", &file]));
         assert!(said.contains(&format!("\n  policy   {expected}")), "{said}");
     }
+    // As with the key that a command shall be given, whatever the file is.
+    for (given, key) in [
+        ("prompt.toml", "actuators.torque_lag_s=0.05"),
+        ("chugo7", "gains.kp_n_m_s_rad=1e6"),
+    ] {
+        let said = stdout(&omnistep(path, &["check", given, "--set", key]));
+        assert!(
+            said.contains("scale_references where none is named, because traction control is refused: "),
+            "{said}"
+        );
+    }
+    assert_eq!(
+        refused(path, &["check", "ensemble", "--set", "seed=1"]),
+        "error: --set: seed, allowed: with a vehicle, a scenario or an experiment\n"
+    );
+    // A study whose axis crosses the limit compares policies, and says so.
+    fs::write(
+        path.join("lags.toml"),
+        "schema_version = 1\nname = \"lags\"\nscenario = \"prompt.toml\"\nseeds = 2\n\
+         [[axis]]\nkey = \"actuators.torque_lag_s\"\nvalues = [0.0, 0.02, 0.05]\n",
+    )
+    .unwrap();
+    let study = omnistep(path, &["study", "lags.toml", "--quiet"]);
+    let said = String::from_utf8(study.stderr).unwrap();
+    let why = why.trim_start_matches("actuators.torque_lag_s: ");
+    assert!(
+        said.contains(&format!(
+            "2 of 6 runs: policy scale_references, because traction control is refused: scenario prompt: actuators.torque_lag_s: {why}\n"
+        )),
+        "{said}"
+    );
     // What is wrong is said of the key that was written, and only where traction control was asked for.
     for name in ["named", "tries"] {
         let said = refused(path, &["run", &format!("{name}.toml"), "--quiet"]);
