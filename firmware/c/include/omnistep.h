@@ -3988,6 +3988,19 @@ omni_status omni_encoder_step(const omni_encoder *encoder,
                               float since_edge_s,
                               float *rad_s);
 
+// The same for a counter that was read `since_reading_s` [s] after the last time, where that was measured: a period that came late or is
+// not constant.
+omni_status omni_encoder_step_after(const omni_encoder *encoder,
+                                    omni_encoder_state *state,
+                                    uint32_t raw,
+                                    float since_reading_s,
+                                    float since_edge_s,
+                                    float *rad_s);
+
+// A control period in which the counter could not be read, instead of `omni_encoder_step`: the next reading is right about the time.
+omni_status omni_encoder_missed(const omni_encoder *encoder,
+                                omni_encoder_state *state);
+
 // The duty, -1 to 1, of a bridge without a current loop that gives `torque_n_m` [N.m] at `velocity_rad_s` [rad/s], or the nearest there is:
 // `OMNI_MOTORS[i]`. 0 shorts the motor, which brakes; to let a wheel go, open the bridge.
 omni_status omni_duty(const omni_motor *motor,

@@ -410,6 +410,17 @@ public:
         return rad_s;
     }
 
+    /// The same for a counter that was read `since_reading_s` [s] after the last time, where that was measured.
+    [[nodiscard]] float step_after(std::uint32_t counter, float since_reading_s,
+                                   float since_edge_s = std::numeric_limits<float>::quiet_NaN()) noexcept {
+        float rad_s = 0.0f;
+        (void)omni_encoder_step_after(constants_, &state_, counter, since_reading_s, since_edge_s, &rad_s);
+        return rad_s;
+    }
+
+    /// A period in which the counter could not be read, instead of `step`: the next reading is right about the time.
+    void missed() noexcept { (void)omni_encoder_missed(constants_, &state_); }
+
 private:
     const omni_encoder* constants_;
     omni_encoder_state state_{};

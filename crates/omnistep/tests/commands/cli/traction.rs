@@ -203,7 +203,7 @@ fn a_policy_that_is_not_named_is_the_best_that_sensors_and_motors_allow() {
     }
     assert_eq!(
         refused(path, &["check", "ensemble", "--set", "seed=1"]),
-        "error: --set: seed, allowed: with a vehicle, a scenario or an experiment\n"
+        "error: --set = seed, allowed: with a vehicle, a scenario or an experiment\n"
     );
     // A study whose axis crosses the limit compares policies, and says so.
     fs::write(
