@@ -2268,6 +2268,7 @@ class Outcome:
     ) -> Literal[
         "climbed",
         "stalled",
+        "slid_along",
         "unfinished",
         "completed",
         "tipped",
