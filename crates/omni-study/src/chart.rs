@@ -67,7 +67,7 @@ pub struct Chart {
     /// Where runs start; all of them have to climb `climbs_m`.
     pub start: Vec<ChartStart>,
     /// The approaches, in the order of edge, skew and side.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub cell: Vec<ChartCell>,
 }
 

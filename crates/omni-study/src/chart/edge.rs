@@ -79,7 +79,7 @@ impl Edge {
                 vec![
                     ("height_m", size_m),
                     ("width_m", 2.0 * size_m),
-                    ("spacing_m", 2.0 * size_m),
+                    ("spacing_m", 1.0),
                 ],
             ),
             Self::Slope => (

@@ -21,8 +21,9 @@ const PUSHES_S: f64 = 5.0;
 const BACK_M: f64 = 0.06;
 /// And how far their headings may differ \[deg\].
 const OFF_DEG: f64 = 1.0;
-/// So many more starts climb the size to plan with.
-const CONFIRMING: usize = 7;
+/// So many more starts climb the size to plan with. With 7 of them 3 of 208 cells of the built-in vehicles were climbed from 16 to 18 of 20
+/// starts that the chart had not seen.
+const CONFIRMING: usize = 27;
 /// A run that turns the vehicle by so much has not climbed: a follower that corrects its heading would have to work against the edge.
 const MOST_YAW_DEG: f64 = 20.0;
 /// Most sides times skews.

@@ -73,10 +73,10 @@ fn nothing_is_climbed_beyond_the_clearance_and_the_run_touches_where_the_formula
     let plan = plain("mecanum4", &[0.0], &low);
     let ahead = plan.approaches()[0];
     let bound_m = clearance_m(plan.level().vehicle(), 0.0).unwrap();
-    // The reference posture against a run: contacts give by half a millimetre, and the run looks every 10 ms, 3 mm of its way.
+    // A run compares points 20 mm apart every 3 mm of its way: tilted by 1 in 27 they miss 0.9 mm.
     let start = plan.empty().start[0];
     assert_eq!(verdict(&plan, &ahead, bound_m - 0.001, &start), Verdict::Climbed);
-    assert_eq!(verdict(&plan, &ahead, bound_m + 0.001, &start), Verdict::Touched);
+    assert_eq!(verdict(&plan, &ahead, bound_m + 0.002, &start), Verdict::Touched);
     let cell = made(&plan, 1).cell.remove(0);
     assert!(
         cell.limit_m <= bound_m && cell.limit_m > bound_m - 0.002,
