@@ -64,7 +64,7 @@ class ClimbChart:
 
     @classmethod
     def read(cls, path: str | PathLike[str]) -> ClimbChart:
-        """Read the file of a chart, whoever wrote it.
+        """Read the file of a chart.
 
         Raises:
             ConfigError: the file is no chart; the message names file, key and value.

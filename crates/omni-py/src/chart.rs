@@ -74,7 +74,6 @@ impl ChartRuns {
     /// Raises:
     ///     ConfigError: a value is out of range.
     #[pyo3(signature = (edge, size_m, side_deg, *, skew_deg = 0.0, x_m = 0.0, heading_deg = 0.0))]
-    #[expect(clippy::too_many_arguments, reason = "keywords of a function")]
     fn scenario(
         &self,
         edge: &str,
