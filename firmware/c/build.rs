@@ -174,6 +174,8 @@ fn preface(version: &str) -> Result<String, Box<dyn Error>> {
          #define OMNISTEP_VERSION_NUMBER {number}\n\n\
          /* Structures differ from version to version: a library of another one does not link. */\n{}\n\
          /* Hinges that a vehicle under traction control may have. */\n#define OMNI_MAX_HINGES {MAX_HINGES}\n\n\
+         /* Constants of another kind of drive or number of wheels are an error, as they are in C++ and to newer compilers. */\n\
+         #if defined(__GNUC__) && !defined(__cplusplus)\n#pragma GCC diagnostic error \"-Wincompatible-pointer-types\"\n#endif\n\n\
          /* Infinity and NaN, without <math.h> where the compiler has them by itself. */\n\
          #ifdef __GNUC__\n#define OMNI_INFINITY __builtin_inff()\n#define OMNI_NAN __builtin_nanf(\"\")\n\
          #else\n#include <math.h>\n#define OMNI_INFINITY INFINITY\n#define OMNI_NAN NAN\n#endif",

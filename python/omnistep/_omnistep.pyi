@@ -2977,8 +2977,8 @@ class Plan:
     @property
     def figures(self) -> list[str]:
         """Names of the figures of a row that are numbers, or yes and no."""
-    def traction_notes(self) -> str | None:
-        """Sensors that traction control lacks in some runs, in a line; None if it lacks none."""
+    def policy_notes(self) -> list[str]:
+        """Sensors that traction control lacks in some runs, and another policy than the others have where none is named, a line each."""
     def __len__(self) -> int: ...
 
 @final

@@ -320,8 +320,8 @@ def complete(
 ) -> StudyResult:
     """Compute the rows of a plan that a folder lacks. See :func:`sweep`."""
     jobs = positive("jobs", jobs)
-    if without := plan.traction_notes():
-        warnings.warn(without, stacklevel=3)
+    for note in plan.policy_notes():
+        warnings.warn(note, stacklevel=3)
     with closing(Store(folder, plan)) as store:
         if retry_errors:
             store.forget_errors()

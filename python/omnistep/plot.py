@@ -243,7 +243,7 @@ def side_views(
         >>> import omnistep
         >>> trace = omnistep.run("flat", overrides={"duration_s": 0.5})
         >>> omnistep.plot.side_views([trace, trace])[1].get_title()
-        '(b) flat, scale_references'
+        '(b) flat, traction'
     """
     given: list[Trace | Log] = several(runs, "runs", Trace, Log)
     spans = [_side_view.span(run) for run in given]

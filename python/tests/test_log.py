@@ -40,14 +40,14 @@ def test_a_report_of_several_scenarios_is_titled_after_all_of_them_and_says_whic
         omnistep.run(scenario, overrides=keys, mcap=path)
         logs.append(omnistep.read_mcap(path))
     logs, moon = logs[:3], logs[3]
-    title = "flat with chugo7, flat with omni3, step with chugo7: scale_references, traction"
+    title = "flat with chugo7, flat with omni3, step with chugo7: traction"
     text = report.page(logs)
     assert f"<title>{title}</title>" in text and f"<h1>{title}</h1>" in text
     assert "<th scope=col><span>step, chugo7, traction</span></th>" in text
     # What they do not share is not said of all of them.
     assert "vehicle chugo7" not in text and "scenario flat" not in text and "omnistep 0." in text
-    assert "<h1>flat with chugo7: scale_references</h1>" in report.page([logs[0], logs[0]])
-    title = "flat with chugo7, flat with omni3, step with chugo7 and 1 more: scale_references, traction"
+    assert "<h1>flat with chugo7: traction</h1>" in report.page([logs[0], logs[0]])
+    title = "flat with chugo7, flat with omni3, step with chugo7 and 1 more: traction"
     assert f"<h1>{title}</h1>" in report.page([*logs, moon])
 
 

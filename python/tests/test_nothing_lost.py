@@ -174,7 +174,7 @@ def test_a_folder_whose_name_is_no_utf_8_is_written_to(tmp_path):
     folder = os.fsencode(tmp_path) + b"/b\xff"
     command = [sys.executable, "-m", "omnistep", "run", "flat", "--quiet", "--set", "duration_s=0.1", "--out", folder]
     done = subprocess.run(command, capture_output=True, check=True)
-    log = folder + b"/flat-scale_references.mcap"
+    log = folder + b"/flat-traction.mcap"
     assert done.stdout.endswith(log + b"\n")
     assert omnistep.read_mcap(Path(os.fsdecode(log))).complete
     refused = subprocess.run([*command, "--json"], capture_output=True, check=False)

@@ -177,7 +177,7 @@ def test_what_cannot_be_drawn_from_above_is_refused_in_one_line(bend):
     trace, path = bend
     log = omnistep.read_mcap(path)
     for call, said in (
-        (lambda: omnistep.plot.path(log.trace), "square, scale_references: the trace of a log, which lacks odom_x_m"),
+        (lambda: omnistep.plot.path(log.trace), "square, traction: the trace of a log, which lacks odom_x_m"),
         (lambda: omnistep.plot.path(trace, every_s=0.0), "every_s = 0.0, allowed: > 0 [s]"),
         (lambda: omnistep.plot.path(trace, sigmas=-1.0), "sigmas = -1.0, allowed: > 0"),
         (lambda: omnistep.plot.path(trace, sigmas=float("nan")), "sigmas = nan, allowed: > 0"),

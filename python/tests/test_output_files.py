@@ -166,8 +166,8 @@ def test_nothing_inside_a_bag_that_is_read_is_replaced(tmp_path):
 
 
 def test_a_run_writes_no_log_in_place_of_a_device(tmp_path):
-    (tmp_path / "flat-scale_references.mcap").symlink_to("/dev/full")
-    short = ["--set", "duration_s=0.1", "--policy", "scale_references"]
+    (tmp_path / "flat-traction.mcap").symlink_to("/dev/full")
+    short = ["--set", "duration_s=0.1"]
     code, _, err = _command(tmp_path, "run", "flat", *short, "--out", ".")
     assert code == 2 and err.count("\n") == 1 and "a device, allowed: a regular file" in err, err
-    assert (tmp_path / "flat-scale_references.mcap").is_symlink()
+    assert (tmp_path / "flat-traction.mcap").is_symlink()

@@ -345,7 +345,7 @@ fn a_height_map_lies_with_its_upper_edge_ahead_and_its_left_edge_on_the_left() {
         assert_eq!(top > 0.02, raised, "{top} m at y = {y} m");
     }
     // A log's text holds the picture: it reads back without the file.
-    let whole = toml::to_string(&scenario).expect("plain data");
+    let whole = scenario.to_toml().expect("plain data");
     let source = omni_sim::config::Source::text("a log", whole);
     assert_eq!(Scenario::from_source(&source, &[]).expect("valid"), scenario);
 }

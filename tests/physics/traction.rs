@@ -85,19 +85,20 @@ fn it_climbs_wherever_plain_loops_do_with_about_half_the_spread_and_less_heat_an
 
 #[test]
 fn on_rapier_it_climbs_where_plain_loops_do_not() {
-    let climbs = |policy| {
-        let runs = (51..55).flat_map(|seed| [[0.55, 1.6], [0.55, 1.4]].map(|cell| (seed, cell)));
+    let climbs = |policy, seeds: std::ops::Range<u64>| {
+        let runs = seeds.flat_map(|seed| [[0.55, 1.6], [0.55, 1.4]].map(|cell| (seed, cell)));
         let climbed = runs.filter(|(seed, cell)| {
             let trace = climb("rapier", policy, *cell, *seed, &[]).expect("runs");
             trace.outcome().climbed
         });
         climbed.count()
     };
-    // The gate of `make study` is 46 of 48 in all cells. These two are the hardest, so one of eight may fail.
-    let (traction, independent) = (climbs("traction"), climbs("independent"));
+    // These two cells are the hardest of `make study`. Of 192 runs with seeds of their own 170 climbed, 0.885 (0.83 to 0.93):
+    // with that fewer than 12 of 16 are one in a hundred. Plain loops climbed none.
+    let (traction, independent) = (climbs("traction", 51..59), climbs("independent", 51..53));
     assert!(
-        traction >= 7 && independent <= 4,
-        "{traction} and {independent} of 8"
+        traction >= 12 && independent <= 1,
+        "{traction} of 16 and {independent} of 4"
     );
 }
 
@@ -326,4 +327,50 @@ fn what_it_cannot_go_with_is_refused_by_name() {
             "built-in step: control.integral: shared, allowed: only with a policy of wheel speed loops: {loops}"
         )
     );
+}
+
+/// A default must not be worse where there is nothing to climb: starts, turns and reversals, with gyros as cheap as they are sold.
+#[test]
+fn on_level_ground_it_is_plain_loops_whatever_is_commanded() {
+    let aside = "command.vy_m_s=0.2";
+    let switching = "command.then=[{ at_s = 0.5, vx_m_s = 0.0, vy_m_s = 0.0, wz_rad_s = 0.6, ramp_s = 0.2 }, { at_s = 1.0, vx_m_s = 0.2, vy_m_s = 0.0, wz_rad_s = 0.0, ramp_s = 0.2 }, \
+                     { at_s = 1.5, vx_m_s = 0.0, vy_m_s = 0.0, wz_rad_s = -0.6, ramp_s = 0.2 }, { at_s = 2.0, vx_m_s = -0.2, vy_m_s = 0.1, wz_rad_s = 0.0, ramp_s = 0.3 }]";
+    let biased = "sensors.gyro_bias_rad_s=0.05";
+    for vehicle in ["chugo7", "mecanum4", "omni3", "rocker_bogie6"] {
+        for keys in [
+            &["command.vx_m_s=0", aside][..],
+            &["command.vx_m_s=0.2", aside],
+            &["command.vx_m_s=0", aside, biased],
+            &["command.vx_m_s=0.2", switching],
+        ] {
+            let drive = |policy: &str| {
+                let own = [
+                    format!("vehicle={vehicle}"),
+                    format!("control.policy={policy}"),
+                    "duration_s=3".into(),
+                ];
+                let keys: Vec<_> = own
+                    .iter()
+                    .map(String::as_str)
+                    .chain(keys.iter().copied())
+                    .collect();
+                run(&scenario("flat", &keys)).expect("runs")
+            };
+            let (plain, traction) = (drive("independent"), drive("traction"));
+            let end = |trace: &Trace| {
+                ["pose_x_m", "pose_y_m", "pose_yaw_rad"]
+                    .map(|name| *trace.column(name).expect("a column").last().expect("a row"))
+            };
+            let heat = |trace: &Trace| trace.outcome().torque_squared_n2m2s;
+            let part = heat(&traction) / heat(&plain);
+            assert!(
+                (part - 1.0).abs() < 0.03,
+                "{vehicle}, {keys:?}: {part} of the heat"
+            );
+            // A millimetre and a milliradian: what the same loops end within whose torque is limited in another place of the sum.
+            for (a, b) in end(&traction).into_iter().zip(end(&plain)) {
+                assert!((a - b).abs() < 1e-3, "{vehicle}, {keys:?}: {a} instead of {b}");
+            }
+        }
+    }
 }

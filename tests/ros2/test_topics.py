@@ -185,7 +185,7 @@ def test_the_imu_feels_gravity_and_no_turn(received):
 def test_the_state_tells_what_was_asked(received):
     samples = received["/vehicle_state"].samples
     assert {len(sample.wheels) for sample in samples} == {7}
-    assert {sample.policy for sample in samples} == {"scale_references"}
+    assert {sample.policy for sample in samples} == {"traction"}
     driving = [sample for sample in samples if 1e9 < stamp_ns(sample) < 4e9]
     assert driving
     assert {sample.asked_twist.linear.x for sample in driving} == {0.3}

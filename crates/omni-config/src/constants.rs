@@ -42,7 +42,7 @@ pub enum Language {
 impl Scenario {
     /// The controller's constants in `f32`, as source.
     ///
-    /// In Rust: `VEHICLE`, `POLICY`, `WHEELS`, `PERIOD_US`, [`Scenario::constants_digest`] as `DIGEST`, and `CONTROLLER`,
+    /// In Rust: `VEHICLE`, `POLICY`, `WHEELS`, `HINGES`, `PERIOD_US`, [`Scenario::constants_digest`] as `DIGEST`, and `CONTROLLER`,
     /// `LIMITER`, `ODOMETRY`, `MOTORS`, to be used as any other, `DRIVE` where the scenario has a `[drive]` (under traction control an
     /// [`omni_core::drive::TractionDrive`]), `TRACTION` and `SUPERVISOR` where its policy is traction control, `ENCODER` where it has
     /// `sensors.encoder_counts`, `TRAJECTORY` and `FOLLOWER` where its command is a path. In C the same in `OMNI_...`, but for the odometry
@@ -60,10 +60,11 @@ impl Scenario {
     /// # Ok::<(), omni_config::Error>(())
     /// ```
     pub fn constants(&self, language: Language) -> Result<String, Error> {
-        let values = self.values()?;
+        let firmware = self.for_firmware();
+        let values = firmware.values()?;
         match language {
-            Language::Rust => Ok(rust::source(self, &values, values.digest())),
-            Language::C => c::source(self, &values, values.digest()),
+            Language::Rust => Ok(rust::source(&firmware, &values, values.digest())),
+            Language::C => c::source(&firmware, &values, values.digest()),
         }
     }
 
@@ -83,7 +84,7 @@ impl Scenario {
     /// # Ok::<(), omni_config::Error>(())
     /// ```
     pub fn constants_digest(&self) -> Result<u32, Error> {
-        Ok(self.values()?.digest())
+        Ok(self.for_firmware().values()?.digest())
     }
 }
 

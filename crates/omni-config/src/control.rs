@@ -159,9 +159,11 @@ fn check(
 #[serde(deny_unknown_fields, default)]
 #[non_exhaustive]
 pub struct Control {
-    /// Name of a policy, one of [`POLICIES`]; `scale_references` if left out. It needs encoders on the wheels only.
+    /// Name of a policy, one of [`POLICIES`]. If left out, or `"auto"`: traction control with the sensors that there are, or
+    /// `scale_references` where that would be refused; a scenario that was read has the name of what was chosen, and
+    /// [`crate::Scenario::auto_policy`] says why.
     #[garde(custom(known_policy))]
-    #[cfg_attr(feature = "schema", schemars(extend("enum" = POLICIES)))]
+    #[cfg_attr(feature = "schema", schemars(extend("enum" = [&[AUTO], &POLICIES[..]].concat())))]
     pub policy: String,
     /// How torques are brought within limits; that of the policy if left out.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -209,10 +211,10 @@ pub struct Control {
 }
 
 impl Default for Control {
-    /// The policy that asks for the least of a vehicle, encoders on its wheels, at 1 kHz.
+    /// The best policy that vehicle and sensors allow, at 1 kHz.
     fn default() -> Self {
         Self {
-            policy: "scale_references".into(),
+            policy: AUTO.into(),
             saturation: None,
             integral: None,
             anti_windup: None,
@@ -242,8 +244,10 @@ pub const POLICIES: [&str; 6] = {
         TRACTION,
     ]
 };
+/// Whichever policy suits a scenario.
+pub(crate) const AUTO: &str = "auto";
 /// The presets of traction control.
-const TRACTION: &str = "traction";
+pub(crate) const TRACTION: &str = "traction";
 const TRACTION_RUNUP: &str = "traction_runup";
 
 /// A preset of traction control.
@@ -293,8 +297,10 @@ const PARTS: [&str; 6] = [
     "anti_windup",
     "integral_zone_rad_s",
     "proportional_limit_n_m",
-    "max_retries",
+    RETRIES,
 ];
+/// The only one that traction control has.
+const RETRIES: &str = "max_retries";
 
 /// A key and what is wrong with it.
 type Refusal = (&'static str, String);
@@ -337,6 +343,12 @@ impl Control {
         };
         let of = |key: &'static str| Some((key, written(table.get(key)?)));
         PARTS.into_iter().filter_map(of).collect()
+    }
+
+    /// The first key that is a part of the wheels' loops, which traction control has not.
+    pub(crate) fn part_of_loops(&self) -> Option<&'static str> {
+        let mut keys = self.parts().into_iter().map(|(key, _)| key);
+        keys.find(|key| *key != RETRIES)
     }
 
     /// Another preset, with nothing chosen instead of its parts.
@@ -400,7 +412,7 @@ impl Control {
     /// A key that the policy does not look at.
     pub(crate) fn refusal(&self) -> Option<Refusal> {
         let has_loops = self.traction().is_none();
-        let other = |(key, _): &Refusal| (*key == "max_retries") == has_loops;
+        let other = |(key, _): &Refusal| (*key == RETRIES) == has_loops;
         if let Some((key, value)) = self.parts().into_iter().find(other) {
             let policies = Coordination::<f64>::PRESETS.join(", ");
             let allowed = if has_loops {
@@ -444,12 +456,12 @@ fn written(value: &Value) -> String {
 }
 
 fn known_policy(value: &str, _: &()) -> garde::Result {
-    if POLICIES.contains(&value) {
+    if value == AUTO || POLICIES.contains(&value) {
         return Ok(());
     }
     let meant = did_you_mean(value, POLICIES);
     Err(garde::Error::new(format!(
-        "{value:?}{meant}, allowed: {}",
+        "{value:?}{meant}, allowed: {AUTO}, {}",
         POLICIES.join(", ")
     )))
 }

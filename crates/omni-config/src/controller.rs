@@ -199,7 +199,7 @@ impl Scenario {
         self.control.coordination().ok_or_else(|| Error::UnknownName {
             kind: "policy",
             name: self.control.policy.clone(),
-            known: crate::POLICIES.join(", "),
+            known: format!("{}, {}", crate::control::AUTO, crate::POLICIES.join(", ")),
         })
     }
 }

@@ -1,7 +1,7 @@
 //! A file of any kind.
 
 use crate::file_kind::FileKind;
-use crate::{Error, MotorBench, Scenario, Source, Study, Vehicle};
+use crate::{Error, MotorBench, Override, Scenario, Source, Study, Vehicle};
 
 /// A file that has been checked.
 #[derive(Clone, Debug)]
@@ -19,24 +19,26 @@ pub enum File {
 
 impl File {
     /// What is built in by a name, else the file at a path, whatever it describes: a vehicle has wheels, an experiment of section 3.3 has loads, a study
-    /// has seeds or axes, anything else is taken for a scenario.
+    /// has seeds or axes, anything else is taken for a scenario. Overrides name its own keys; a study takes none here.
     ///
     /// # Errors
     /// What is wrong with it, in one line.
     ///
     /// ```
-    /// let error = omni_config::File::load("nowhere.toml").unwrap_err();
+    /// let error = omni_config::File::load("nowhere.toml", &[]).unwrap_err();
     /// assert!(error.to_string().starts_with("nowhere.toml: No such file"));
-    /// assert!(matches!(omni_config::File::load("omni3"), Ok(omni_config::File::Vehicle(_))));
+    /// assert!(matches!(omni_config::File::load("omni3", &[]), Ok(omni_config::File::Vehicle(_))));
     /// ```
-    pub fn load(name: &str) -> Result<Self, Error> {
+    pub fn load(name: &str, overrides: &[Override]) -> Result<Self, Error> {
         let source = Source::of_any_kind(name)?;
         Ok(
             match FileKind::of(&source.table()?).unwrap_or(FileKind::Scenario) {
-                FileKind::Vehicle => Self::Vehicle(Box::new(Vehicle::from_source(&source, &[])?)),
-                FileKind::Experiment => Self::Experiment(Box::new(MotorBench::from_source(&source, &[])?)),
+                FileKind::Vehicle => Self::Vehicle(Box::new(Vehicle::from_source(&source, overrides)?)),
+                FileKind::Experiment => {
+                    Self::Experiment(Box::new(MotorBench::from_source(&source, overrides)?))
+                }
                 FileKind::Study => Self::Study(Box::new(Study::from_source(&source)?)),
-                FileKind::Scenario => Self::Scenario(Box::new(Scenario::from_source(&source, &[])?)),
+                FileKind::Scenario => Self::Scenario(Box::new(Scenario::from_source(&source, overrides)?)),
             },
         )
     }

@@ -86,7 +86,7 @@ pub use regular_file::{MOST_PNG_BYTES, MOST_TOML_BYTES, check_replaceable, open_
 pub use rest::Rest;
 pub use roller_wheel::{Barrel, Ripple, RollerWheel};
 pub use rollers::{Rollers, WheelModel};
-pub use scenario::{Perturbation, Scenario};
+pub use scenario::{AutoPolicy, Perturbation, Scenario};
 pub use study::{Axis, MapAxes, Point, Seeds, Study};
 pub use suggestion::{did_you_mean, did_you_mean_file};
 pub use terrain::{FrictionPatch, Obstacle, Terrain};

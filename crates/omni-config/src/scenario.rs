@@ -1,5 +1,6 @@
 //! A scenario file: vehicle, ground, command, controller, physics.
 
+mod policy;
 mod wheels;
 
 use std::path::{Path, PathBuf};
@@ -13,7 +14,7 @@ use toml::{Table, Value};
 use crate::Error;
 use crate::command::{Command, Start};
 use crate::command_file::CommandFile;
-use crate::control::Control;
+use crate::control::{AUTO, Control};
 use crate::derived_gains::DerivedGains;
 use crate::drive::Drive;
 use crate::fault::Fault;
@@ -33,6 +34,8 @@ use crate::rollers::WheelModel;
 use crate::suggestion::did_you_mean;
 use crate::terrain::{FrictionPatch, Terrain};
 use crate::vehicle::Vehicle;
+
+pub use policy::AutoPolicy;
 
 /// A scenario file with its vehicle. Written as TOML it is complete: the vehicle is a table inside.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
@@ -90,7 +93,7 @@ pub struct Scenario {
     /// The command of the vehicle.
     #[garde(dive)]
     pub command: Command,
-    /// The controller; `scale_references` at 1 kHz if left out.
+    /// The controller; at 1 kHz, with the best policy that vehicle and sensors allow, if left out.
     #[serde(default)]
     #[garde(dive)]
     pub control: Control,
@@ -134,6 +137,10 @@ pub struct Scenario {
     #[serde(skip)]
     #[garde(skip)]
     wheel_model: WheelModel,
+    /// What `control.policy = "auto"` is here.
+    #[serde(skip)]
+    #[garde(skip)]
+    auto_policy: Option<AutoPolicy>,
 }
 
 /// What a file may say of its vehicle.
@@ -316,10 +323,12 @@ impl Scenario {
         let mut scenario: Self = read(source, table).map_err(|error| with_place(error, whole))?;
         scenario.vehicle.assumed = vehicle.assumed;
         scenario.wheel_model = scenario.wheel_model_here();
+        scenario.choose_policy();
         scenario.check(source)?;
         scenario.check_couplings(source)?;
         scenario.check_rollers(source)?;
         scenario.derive_gains()?;
+        scenario.choose_loops_if_refused()?;
         Ok(scenario)
     }
 
@@ -503,7 +512,7 @@ impl Scenario {
         Self::from_source(&Source::text(file, self.to_toml()?), overrides)
     }
 
-    /// The scenario as a file says it, its vehicle inside. Gains that were derived are left out: they would be derived again.
+    /// The scenario as a file says it, its vehicle inside. What was derived, gains or a policy, is left out: it would be derived again.
     ///
     /// # Errors
     /// [`Error::Key`] for a seed above 2^63 - 1, which TOML cannot hold.
@@ -519,6 +528,13 @@ impl Scenario {
         if self.derived_gains.is_some() {
             plain.vehicle.gains = None;
         }
+        if self
+            .auto_policy
+            .as_ref()
+            .is_some_and(|auto| auto.policy == self.control.policy)
+        {
+            plain.control.policy = AUTO.into();
+        }
         toml::to_string(&plain).map_err(|error| Error::Key {
             file: format!("scenario {}", self.name),
             key: "seed".into(),
@@ -526,7 +542,7 @@ impl Scenario {
         })
     }
 
-    /// The same scenario under a coordination preset, with nothing chosen instead of the preset's parts.
+    /// The same scenario under a policy, or `"auto"`, with nothing chosen instead of the policy's parts.
     ///
     /// # Errors
     /// [`Error::UnknownName`].
@@ -540,7 +556,10 @@ impl Scenario {
     /// ```
     pub fn with_policy(&self, policy: &str) -> Result<Self, Error> {
         let mut other = self.clone();
+        other.auto_policy = None;
         other.control.be_preset(policy);
+        other.choose_policy();
+        other.choose_loops_if_refused()?;
         other.coordination::<f64>()?;
         Ok(other)
     }

@@ -8,7 +8,8 @@ use omni_core::traction::{
 use omni_core::{ConfigError, Coordination, Kinematics, Real};
 
 use crate::control::TractionPreset;
-use crate::{Error, Scenario, Vehicle};
+use crate::microseconds::seconds;
+use crate::{Error, Gains, Scenario, Vehicle};
 
 /// A supervisor and its law.
 pub(crate) type Parts<R, const N: usize> = (Supervisor<R, N>, Traction<R, N>);
@@ -130,7 +131,31 @@ impl Scenario {
             config,
         );
         let supervisor = Supervisor::new(&wheels.map(|wheel| wheel.place_m), supervisor).map_err(refuse)?;
-        Ok(Some((supervisor, built.map_err(refuse)?)))
+        Ok(Some((
+            supervisor,
+            built.map_err(|error| self.refuse_by_key(&error, &gains))?,
+        )))
+    }
+
+    /// What traction control refuses, by the key of the files that it follows from.
+    fn refuse_by_key(&self, error: &ConfigError, gains: &Gains) -> Error {
+        let (key, value, allowed) = match error.parameter {
+            "lag_s" => (
+                "actuators.torque_lag_s",
+                self.actuators.torque_lag_s,
+                error.allowed,
+            ),
+            "delay_s" => ("sensors.delay_s", seconds(self.sensors.delay_us), error.allowed),
+            // It multiplies them.
+            "thrust_gain_n_m_s_rad" => ("vehicle.gains.kp_n_m_s_rad", gains.kp_n_m_s_rad, "0 to 4e5"),
+            "thrust_integral_n_m_rad" => ("vehicle.gains.ki_n_m_rad", gains.ki_n_m_rad, "0 to 5e5"),
+            _ => return self.vehicle().refuse(error),
+        };
+        Error::Key {
+            file: format!("scenario {}", self.name),
+            key: key.into(),
+            message: format!("{value}, allowed with traction control: {allowed}"),
+        }
     }
 
     /// What the scenario knows of its sensors and motors.
@@ -177,7 +202,8 @@ impl Scenario {
         rims.fold(f64::INFINITY, f64::min) * SPUN_PART * fastest - run_up_m_s
     }
 
-    /// What the scenario's traction control does without, a line each: sensors that the vehicle has not, motors that are too slow.
+    /// What traction control that the file names does without, a line each: sensors that the vehicle has not, motors that are too
+    /// slow. Of a policy that was chosen, [`Scenario::auto_policy`] says it.
     ///
     /// ```
     /// use omni_config::{Override, Scenario};
@@ -190,6 +216,13 @@ impl Scenario {
     /// ```
     #[must_use]
     pub fn traction_notes(&self) -> Vec<String> {
+        match self.auto_policy() {
+            Some(_) => Vec::new(),
+            None => self.missed_by_traction(),
+        }
+    }
+
+    pub(crate) fn missed_by_traction(&self) -> Vec<String> {
         let Some(preset) = self.control.traction() else {
             return Vec::new();
         };

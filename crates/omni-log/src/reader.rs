@@ -85,12 +85,12 @@ pub struct LogFile {
 /// use omni_sim::{Run, config::{Override, Scenario}, controller::AnyController};
 /// let folder = std::env::temp_dir().join("omnistep-read-log-example");
 /// std::fs::create_dir_all(&folder).expect("a folder");
-/// let scenario = Scenario::load("flat", &[Override::parse("duration_s=0.1")?])?;
+/// let scenario = Scenario::load("step", &[Override::parse("duration_s=0.1")?])?;
 /// let controller = AnyController::new(&scenario)?;
-/// let log = RunLog::create(folder.join("flat.mcap"), &scenario, &controller)?;
+/// let log = RunLog::create(folder.join("step.mcap"), &scenario, &controller)?;
 /// Run::new(&scenario).controller(controller).log::<Error>(log)?;
 /// let mut speed = 0.0;
-/// let file = read_log(folder.join("flat.mcap"), |_, message| {
+/// let file = read_log(folder.join("step.mcap"), |_, message| {
 ///     if let LogMessage::Odom(odom) = message {
 ///         speed = odom.twist.twist.linear.x;
 ///     }

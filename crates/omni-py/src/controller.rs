@@ -47,10 +47,6 @@ pub(crate) struct Controller {
 }
 
 fn started(scenario: &config::Scenario) -> PyResult<AnyController> {
-    // Traction control reads hinges and an IMU, which a step here has not.
-    scenario
-        .without_traction("in a Controller, which does not read hinges (a Simulation does)")
-        .map_err(exception)?;
     AnyController::new(scenario).map_err(exception)
 }
 
@@ -64,7 +60,10 @@ impl Controller {
         policy: Option<&str>,
         overrides: Option<&Bound<'_, PyMapping>>,
     ) -> PyResult<Self> {
-        let scenario = load(scenario, policy, overrides, None)?;
+        // Traction control reads hinges and an IMU, which a step here has not.
+        let scenario = load(scenario, policy, overrides, None)?
+            .with_loops("in a Controller, which does not read hinges (a Simulation does)")
+            .map_err(exception)?;
         let own = "a signal handler used the controller that it interrupted, allowed: another one";
         let inner = InTurn::new(started(&scenario)?, own);
         warn_of(py, &scenario, 1)?;

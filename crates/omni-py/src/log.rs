@@ -70,7 +70,7 @@ pub(crate) fn read_mcap(py: Python<'_>, path: PathBuf, on_progress: Option<Py<Py
     let logged = logged.map_err(exception)?;
     let file = logged.file;
     // Plain data, which was read from such a text.
-    let scenario = toml::to_string(&file.scenario).unwrap_or_default();
+    let scenario = file.scenario.to_toml().unwrap_or_default();
     let policy = file
         .run
         .get("policy")

@@ -132,9 +132,9 @@ impl Plan {
         numbers.map(|column| column.name.as_str()).collect()
     }
 
-    /// Sensors that traction control lacks in some runs, in a line; None if it lacks none.
-    fn traction_notes(&self) -> Option<String> {
-        self.inner.traction_notes()
+    /// Sensors that traction control lacks in some runs, and another policy than the others have where none is named, a line each.
+    fn policy_notes(&self) -> Vec<String> {
+        self.inner.policy_notes()
     }
 
     fn __len__(&self) -> usize {

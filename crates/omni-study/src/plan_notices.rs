@@ -28,24 +28,33 @@ impl Plan {
         ))
     }
 
-    /// What traction control does without in some runs ([`Scenario::traction_notes`]); nothing with a controller of one's own.
+    /// What traction control does without in some runs ([`Scenario::traction_notes`]), and that some have another policy than the others
+    /// where none is named; nothing with a controller of one's own.
     ///
     /// ```
     /// use omni_config::{Override, Study};
     /// use omni_study::Plan;
     /// let plan = Plan::new(&Study::load("ensemble")?, &[Override::new("sensors.no_imu", true)])?;
-    /// let said = plan.traction_notes().expect("there is something");
-    /// assert!(said.starts_with("24 of 120 runs: traction without an inertial measurement unit: "));
+    /// assert!(plan.policy_notes()[0].starts_with("24 of 120 runs: traction without an inertial measurement unit: "));
     /// # Ok::<(), omni_study::Error>(())
     /// ```
     #[must_use]
-    pub fn traction_notes(&self) -> Option<String> {
+    pub fn policy_notes(&self) -> Vec<String> {
         if self.runs().iter().any(|run| run.own_policy().is_some()) {
-            return None;
+            return Vec::new();
         }
-        self.said_of(|scenario| {
+        let without = self.said_of(|scenario| {
             let notes = scenario.traction_notes();
             (!notes.is_empty()).then(|| notes.join("; "))
-        })
+        });
+        let chosen = |scenario: &Scenario| scenario.auto_policy().map(|auto| auto.policy);
+        let first = self.runs().first().and_then(|run| chosen(&run.scenario));
+        let differ = self.runs().iter().any(|run| chosen(&run.scenario) != first);
+        let other = self.said_of(|scenario| {
+            let auto = scenario.auto_policy().filter(|_| differ)?;
+            let because = auto.because.as_ref()?;
+            Some(format!("policy {}, because {because}", auto.policy))
+        });
+        without.into_iter().chain(other).collect()
     }
 }

@@ -182,6 +182,9 @@ pub(crate) enum Command {
         /// Warns of motors that are too weak for a step of this height.
         #[arg(long, value_name = "HEIGHT_M")]
         step: Option<f64>,
+        /// Replaces a key of each file, such as control.policy=traction; may be repeated.
+        #[arg(long = "set", value_name = "KEY=VALUE")]
+        overrides: Vec<String>,
         /// Exits with code 1 if there was any warning.
         #[arg(long)]
         strict: bool,

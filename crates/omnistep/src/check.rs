@@ -2,7 +2,7 @@
 
 use std::io::Write;
 
-use omni_config::{DerivedGains, File, Scenario, Study, Vehicle, WheelModel, WheelSpec};
+use omni_config::{DerivedGains, File, Override, Scenario, Study, Vehicle, WheelModel, WheelSpec};
 
 use crate::Error;
 use crate::notices::{announce_assumed, beyond_balls, doubts_of};
@@ -17,9 +17,21 @@ const SPEED_M_S: f64 = 0.3;
 
 /// Says what a file describes, or what is wrong with it, and warns of what is doubtful: whether there was anything. `step_m` is the height of a
 /// step that its motors shall be strong enough for.
-pub(super) fn check(file: &str, step_m: Option<f64>, out: &mut dyn Write) -> Result<bool, Error> {
+pub(super) fn check(
+    file: &str,
+    step_m: Option<f64>,
+    overrides: &[Override],
+    out: &mut dyn Write,
+) -> Result<bool, Error> {
     let mut report = Report::default();
-    let loaded = File::load(file)?;
+    let loaded = File::load(file, overrides)?;
+    if let (File::Study(_), Some(given)) = (&loaded, overrides.first()) {
+        return Err(Error::Argument {
+            name: "--set",
+            value: given.key().into(),
+            allowed: "with a vehicle, a scenario or an experiment",
+        });
+    }
     if let Some(height_m) = step_m {
         allowed_step(height_m, &loaded)?;
     }
@@ -40,9 +52,18 @@ pub(super) fn check(file: &str, step_m: Option<f64>, out: &mut dyn Write) -> Res
             report.warn(vehicle.falls(GRAVITY_M_S2));
             let facts = facts(&vehicle, PERIOD_S, GRAVITY_M_S2, derived.as_ref())?;
             let step = on_step(&vehicle, step_m, FRICTION, GRAVITY_M_S2, SPEED_M_S, &mut report)?;
+            // As in a scenario that names no policy.
+            let own =
+                |over: &Override| Override::new(format!("vehicle.{}", over.key()), over.value().clone());
+            let overrides: Vec<_> = [Override::new("vehicle", file)]
+                .into_iter()
+                .chain(overrides.iter().map(own))
+                .collect();
+            let flat = Scenario::load("flat", &overrides)?;
             format!(
-                "vehicle {}{facts}{step}{}",
+                "vehicle {}{facts}{}{step}{}",
                 described(&vehicle),
+                chosen(&flat),
                 wheels_ahead(&vehicle)
             )
         }
@@ -59,7 +80,7 @@ pub(super) fn check(file: &str, step_m: Option<f64>, out: &mut dyn Write) -> Res
             let (friction, speed_m_s) = (scenario.terrain.friction(), scenario.command.vx_m_s.abs());
             let step = on_step(vehicle, step_m, friction, gravity, speed_m_s, &mut report)?;
             format!(
-                "scenario {}, {} s, policy {}, engine {}; vehicle {}{}{}{step}{}",
+                "scenario {}, {} s, policy {}, engine {}; vehicle {}{}{}{}{step}{}",
                 scenario.name,
                 scenario.duration_s,
                 scenario.control.law(),
@@ -72,6 +93,7 @@ pub(super) fn check(file: &str, step_m: Option<f64>, out: &mut dyn Write) -> Res
                     derived
                 )?,
                 encoder(&scenario)?,
+                chosen(&scenario),
                 wheels_there(&scenario, balls.as_deref())
             )
         }
@@ -293,6 +315,20 @@ fn encoder(scenario: &Scenario) -> Result<String, Error> {
         Some(reading) => format!("\n  {:<8} {reading}", "encoder"),
         None => String::new(),
     })
+}
+
+/// Which policy a scenario that names none has, as one of [`facts`]; nothing where it names one.
+fn chosen(scenario: &Scenario) -> String {
+    let Some(auto) = scenario.auto_policy() else {
+        return String::new();
+    };
+    let policy = auto.policy;
+    let text = match &auto.because {
+        Some(because) => format!("{policy} where none is named, because {because}"),
+        None => format!("{policy} where none is named: the best that sensors and motors allow"),
+    };
+    let lines = [&text].into_iter().chain(&auto.without);
+    lines.map(|line| format!("\n  {:<8} {line}", "policy")).collect()
 }
 
 /// How the wheels of a scenario are simulated, as one of [`facts`]; `beyond` is why they are no valid balls.

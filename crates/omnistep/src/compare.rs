@@ -87,12 +87,13 @@ pub(super) fn compare(
 ) -> Result<(), Error> {
     let mut overrides = args.overrides()?;
     if let Policies::One(Some(policy)) = policies {
-        overrides.push(policy_key(policy)?);
+        overrides.push(Override::new("control.policy", policy));
     }
     let for_all = |error| of_one_engine(error, engines);
     let mut scenario = Scenario::load(&args.scenario, &overrides).map_err(for_all)?;
     if firmware.is_some() {
         in_f32(args, &mut scenario)?;
+        scenario = scenario.for_firmware();
     }
     let names = LogNames::new(args, &overrides)?;
     announce(&scenario);
@@ -164,18 +165,6 @@ pub(super) fn compare(
     }
     // The table and the logs show how far a run came; that its physics failed is an error all the same.
     failed.map_or(Ok(()), |error| Err(error.into()))
-}
-
-/// A policy of the command line as a key.
-pub(super) fn policy_key(policy: &str) -> Result<Override, omni_config::Error> {
-    if !POLICIES.contains(&policy) {
-        return Err(omni_config::Error::UnknownName {
-            kind: "policy",
-            name: policy.into(),
-            known: POLICIES.join(", "),
-        });
-    }
-    Ok(Override::new("control.policy", policy))
 }
 
 /// The scenario under every preset, and under its own law where that is none of them.

@@ -12,7 +12,7 @@ use omni_sim::Simulation;
 
 use crate::Error;
 use crate::args::{DriveArgs, with_vehicle};
-use crate::compare::{headline_for, policy_key};
+use crate::compare::headline_for;
 use crate::live::{explain, page_of, show};
 use crate::notices::announce_vehicle;
 use crate::output::say;
@@ -33,7 +33,7 @@ const BLEED_S: f64 = 1.5;
 pub(super) fn drive(args: DriveArgs, out: &mut dyn Write) -> Result<(), Error> {
     let mut overrides = with_vehicle(args.vehicle.as_deref(), &args.overrides)?;
     if let Some(policy) = &args.policy {
-        overrides.push(policy_key(policy)?);
+        overrides.push(Override::new("control.policy", policy.as_str()));
     }
     let rest_is_set = overrides
         .iter()

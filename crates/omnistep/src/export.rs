@@ -9,7 +9,7 @@ use omni_log::{JointInterface, mjcf, ros2_control_urdf, ros2_controllers, vehicl
 use crate::Error;
 use crate::args::{CommandInterface, ExportArgs, Format, parse_overrides, with_vehicle};
 use crate::notices::announce_assumed;
-use crate::output::{print, warn, write_file};
+use crate::output::{print, say, warn, write_file};
 use crate::scenario_or_vehicle::scenario_or_vehicle;
 
 /// Writes a vehicle, or a scenario with its own vehicle or another, into a file or to standard output.
@@ -56,6 +56,13 @@ fn constants(args: &ExportArgs, language: Language) -> Result<String, Error> {
     announce_assumed(scenario.vehicle(), scenario.period_s(), scenario.derived_gains());
     if let Some(text) = scenario.unseen_encoders() {
         warn(&format!("{}: {text}", scenario.name));
+    }
+    let (policy, simulated) = (scenario.for_firmware().control.policy, &scenario.control.policy);
+    if policy != *simulated {
+        say(&format!(
+            "{}: no policy is named, so this is {policy}, which needs encoders only; what is simulated: --set control.policy={simulated}",
+            scenario.name
+        ));
     }
     Ok(scenario.constants(language)?)
 }

@@ -89,10 +89,16 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<u8, Error> {
     };
     let done = match command {
         Command::Info { logs, json, explain } => return logs::info(&logs, json, explain, out),
-        Command::Check { files, step, strict } => {
+        Command::Check {
+            files,
+            step,
+            overrides,
+            strict,
+        } => {
+            let overrides = args::parse_overrides(&overrides)?;
             let mut doubtful = false;
             let code = each(&files, |file| {
-                doubtful |= check::check(file, step, out)?;
+                doubtful |= check::check(file, step, &overrides, out)?;
                 Ok(())
             });
             return Ok(code.max(u8::from(strict && doubtful)));

@@ -5,13 +5,13 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
-use omni_config::Scenario;
+use omni_config::{Override, Scenario};
 use omni_log::{Live, Opened, Until, run_live};
 use omni_sim::{Outcome, Simulation};
 
 use crate::Error;
 use crate::args::{LiveArgs, RunArgs};
-use crate::compare::{headline, headline_for, policy_key};
+use crate::compare::{headline, headline_for};
 use crate::figures::{Run, explained, results};
 use crate::notices::announce;
 use crate::output::{print, print_path, say};
@@ -26,7 +26,7 @@ pub(super) fn live(
 ) -> Result<(), Error> {
     let mut overrides = args.overrides()?;
     if let Some(policy) = policy {
-        overrides.push(policy_key(policy)?);
+        overrides.push(Override::new("control.policy", policy));
     }
     let scenario = Scenario::load(&args.scenario, &overrides)?;
     announce(&scenario);

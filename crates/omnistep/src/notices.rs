@@ -24,10 +24,11 @@ fn warn_of(scenario: &Scenario) {
     }
 }
 
-/// Warns of what other policies do without that a scenario is run under too: sensors and motors.
+/// Warns of what policies do without that a scenario is run under beside the one that it names: sensors and motors.
 pub(crate) fn warn_of_policies(scenario: &Scenario, runs: &[Scenario]) {
     let others = || {
-        let other = |run: &&Scenario| run.control.policy != scenario.control.policy;
+        let named = scenario.auto_policy().is_none();
+        let other = move |run: &&Scenario| !(named && run.control.policy == scenario.control.policy);
         runs.iter().filter(other)
     };
     for text in others().flat_map(Scenario::traction_notes) {

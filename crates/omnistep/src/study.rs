@@ -40,7 +40,7 @@ pub(super) fn study(args: &StudyArgs, out: &mut dyn Write) -> Result<(), Error> 
         warn(&short);
     }
     let said = [notices::beyond_balls, notices::coarse].map(|why| plan.said_of(why));
-    for why in said.iter().flatten().chain(&plan.traction_notes()) {
+    for why in said.iter().flatten().chain(&plan.policy_notes()) {
         warn(why);
     }
     let folder = args

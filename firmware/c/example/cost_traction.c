@@ -8,7 +8,7 @@ static omni7_traction_drive_output output;
 
 static bool measure(const char *which, float more_rad_s) {
     omni7_drive_input input = {0};
-    omni_body_readings bodies = {.hinges = 2, .imu_received = true};
+    omni_body_readings bodies = {.hinges_received = true, .imu_received = true};
     uint32_t most = 0;
     bool good = done(omni7_traction_drive_init(&OMNI_DRIVE, &state, &output));
     bodies.imu.specific_force_m_s2[2] = 9.81f;

@@ -86,11 +86,11 @@ int main(void) {
             input.measured.rad_s[0] = input.measured.rad_s[0] + 0.02f * (float)(k - 800);
         }
         /* The front frame goes up, then all is level. */
-        bodies.hinges = within(k, 5500, 6000) ? 0 : 2;
+        bodies.hinges_received = !within(k, 5500, 6000);
         bodies.hinges_rad[0] = climbs ? -0.0002f * (float)(k - 2600) : 0.0f;
         bodies.hinges_rad_s[0] = climbs ? -0.2f : 0.0f;
         bodies.hinges_rad[1] = 0.01f;
-        bodies.imu_received = bodies.hinges == 2;
+        bodies.imu_received = bodies.hinges_received;
         bodies.imu = (omni_imu){.rate_rad_s = {0.0f, 0.0f, 0.002f}, .specific_force_m_s2 = {0.0f, 0.0f, 9.81f}, .pitch_rad = 0.02f};
         input.limited[4] = within(k, 3700, 3900); /* a hot motor */
         input.torque_ranges.lower_n_m[4] = -0.01f;

@@ -43,6 +43,11 @@
 /* Hinges that a vehicle under traction control may have. */
 #define OMNI_MAX_HINGES 8
 
+/* Constants of another kind of drive or number of wheels are an error, as they are in C++ and to newer compilers. */
+#if defined(__GNUC__) && !defined(__cplusplus)
+#pragma GCC diagnostic error "-Wincompatible-pointer-types"
+#endif
+
 /* Infinity and NaN, without <math.h> where the compiler has them by itself. */
 #ifdef __GNUC__
 #define OMNI_INFINITY __builtin_inff()
@@ -1097,7 +1102,7 @@ typedef struct {
 // What a drive with traction control remembers. Nothing in it is for anybody else.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[384];
+  uint32_t memory[391];
 } omni3_traction_drive_state;
 
 // What a step with traction control reports. Nothing in it is ever NaN.
@@ -1148,14 +1153,14 @@ typedef struct {
 
 // What the vehicle's bodies are read to do. All zero: nothing is read, and traction control does with the wheels' encoders.
 typedef struct {
-  // Angle of each hinge [rad], in the order of the vehicle file; NaN where it was not read. Only the first `hinges` are looked at.
+  // Angle of each hinge [rad], in the order of the vehicle file; NaN where it was not read. Looked at only where `hinges_received`.
   float hinges_rad[OMNI_MAX_HINGES];
   // Their rates [rad/s].
   float hinges_rad_s[OMNI_MAX_HINGES];
   // Inertial measurement unit of the base; looked at only where `imu_received`.
   omni_imu imu;
-  // How many hinges are read, all of the vehicle's or 0.
-  uint8_t hinges;
+  // The hinges' readings arrived.
+  bool hinges_received;
   // The unit's reading arrived.
   bool imu_received;
 } omni_body_readings;
@@ -1562,7 +1567,7 @@ typedef struct {
 // What a drive with traction control remembers. Nothing in it is for anybody else.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[436];
+  uint32_t memory[443];
 } omni4_traction_drive_state;
 
 // What a step with traction control reports. Nothing in it is ever NaN.
@@ -1931,7 +1936,7 @@ typedef struct {
 // What a drive with traction control remembers. Nothing in it is for anybody else.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[490];
+  uint32_t memory[497];
 } omni5_traction_drive_state;
 
 // What a step with traction control reports. Nothing in it is ever NaN.
@@ -2300,7 +2305,7 @@ typedef struct {
 // What a drive with traction control remembers. Nothing in it is for anybody else.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[543];
+  uint32_t memory[550];
 } omni6_traction_drive_state;
 
 // What a step with traction control reports. Nothing in it is ever NaN.
@@ -2669,7 +2674,7 @@ typedef struct {
 // What a drive with traction control remembers. Nothing in it is for anybody else.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[595];
+  uint32_t memory[602];
 } omni7_traction_drive_state;
 
 // What a step with traction control reports. Nothing in it is ever NaN.
@@ -3038,7 +3043,7 @@ typedef struct {
 // What a drive with traction control remembers. Nothing in it is for anybody else.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[647];
+  uint32_t memory[654];
 } omni8_traction_drive_state;
 
 // What a step with traction control reports. Nothing in it is ever NaN.
@@ -3982,6 +3987,19 @@ omni_status omni_encoder_step(const omni_encoder *encoder,
                               uint32_t raw,
                               float since_edge_s,
                               float *rad_s);
+
+// The same for a counter that was read `since_reading_s` [s] after the last time, where that was measured: a period that came late or is
+// not constant.
+omni_status omni_encoder_step_after(const omni_encoder *encoder,
+                                    omni_encoder_state *state,
+                                    uint32_t raw,
+                                    float since_reading_s,
+                                    float since_edge_s,
+                                    float *rad_s);
+
+// A control period in which the counter could not be read, instead of `omni_encoder_step`: the next reading is right about the time.
+omni_status omni_encoder_missed(const omni_encoder *encoder,
+                                omni_encoder_state *state);
 
 // The duty, -1 to 1, of a bridge without a current loop that gives `torque_n_m` [N.m] at `velocity_rad_s` [rad/s], or the nearest there is:
 // `OMNI_MOTORS[i]`. 0 shorts the motor, which brakes; to let a wheel go, open the bridge.

@@ -128,12 +128,12 @@ struct Input {
 
 /// What the bodies of a vehicle under traction control are read to do. As constructed, nothing is read.
 struct BodyReadings {
-    /// Angle of each hinge [rad], in the order of the vehicle file; NaN where it was not read. The first `hinges` are looked at.
+    /// Angle of each hinge [rad], in the order of the vehicle file; NaN where it was not read. Looked at where `hinges_received`.
     std::array<float, OMNI_MAX_HINGES> hinges_rad{};
     /// Their rates [rad/s].
     std::array<float, OMNI_MAX_HINGES> hinges_rad_s{};
-    /// How many hinges are read: all of the vehicle's, or 0.
-    std::size_t hinges = 0;
+    /// The hinges' readings arrived.
+    bool hinges_received = false;
     /// The inertial measurement unit of the base; none where no reading arrived.
     std::optional<Imu> imu{};
 };
@@ -168,7 +168,7 @@ template <std::size_t Wheels>
         read.hinges_rad[i] = bodies.hinges_rad[i];
         read.hinges_rad_s[i] = bodies.hinges_rad_s[i];
     }
-    read.hinges = bodies.hinges <= bodies.hinges_rad.size() ? static_cast<std::uint8_t>(bodies.hinges) : std::uint8_t{0};
+    read.hinges_received = bodies.hinges_received;
     read.imu_received = bodies.imu.has_value();
     if (bodies.imu) {
         read.imu = to_c(*bodies.imu);
@@ -409,6 +409,17 @@ public:
         (void)omni_encoder_step(constants_, &state_, counter, since_edge_s, &rad_s);
         return rad_s;
     }
+
+    /// The same for a counter that was read `since_reading_s` [s] after the last time, where that was measured.
+    [[nodiscard]] float step_after(std::uint32_t counter, float since_reading_s,
+                                   float since_edge_s = std::numeric_limits<float>::quiet_NaN()) noexcept {
+        float rad_s = 0.0f;
+        (void)omni_encoder_step_after(constants_, &state_, counter, since_reading_s, since_edge_s, &rad_s);
+        return rad_s;
+    }
+
+    /// A period in which the counter could not be read, instead of `step`: the next reading is right about the time.
+    void missed() noexcept { (void)omni_encoder_missed(constants_, &state_); }
 
 private:
     const omni_encoder* constants_;

@@ -55,6 +55,37 @@ pub extern "C" fn omni_encoder_step(
     Status::Ok
 }
 
+/// The same for a counter that was read `since_reading_s` [s] after the last time, where that was measured: a period that came late or is
+/// not constant.
+#[unsafe(no_mangle)]
+pub extern "C" fn omni_encoder_step_after(
+    encoder: Option<&Encoder<f32, 32>>,
+    state: Option<&mut EncoderState<f32, 32>>,
+    raw: u32,
+    since_reading_s: f32,
+    since_edge_s: f32,
+    rad_s: Option<&mut f32>,
+) -> Status {
+    let (Some(encoder), Some(state), Some(rad_s)) = (encoder, state, rad_s) else {
+        return Status::NullPointer;
+    };
+    *rad_s = encoder.step_after(state, raw, since_reading_s, Some(since_edge_s));
+    Status::Ok
+}
+
+/// A control period in which the counter could not be read, instead of `omni_encoder_step`: the next reading is right about the time.
+#[unsafe(no_mangle)]
+pub extern "C" fn omni_encoder_missed(
+    encoder: Option<&Encoder<f32, 32>>,
+    state: Option<&mut EncoderState<f32, 32>>,
+) -> Status {
+    let (Some(encoder), Some(state)) = (encoder, state) else {
+        return Status::NullPointer;
+    };
+    encoder.step(state, None, None);
+    Status::Ok
+}
+
 /// The duty, -1 to 1, of a bridge without a current loop that gives `torque_n_m` [N.m] at `velocity_rad_s` [rad/s], or the nearest there is:
 /// `OMNI_MOTORS[i]`. 0 shorts the motor, which brakes; to let a wheel go, open the bridge.
 #[unsafe(no_mangle)]

@@ -14,14 +14,14 @@ use crate::status::{Status, at};
 /// What the vehicle's bodies are read to do. All zero: nothing is read, and traction control does with the wheels' encoders.
 #[repr(C)]
 pub struct Bodies {
-    /// Angle of each hinge [rad], in the order of the vehicle file; NaN where it was not read. Only the first `hinges` are looked at.
+    /// Angle of each hinge [rad], in the order of the vehicle file; NaN where it was not read. Looked at only where `hinges_received`.
     pub hinges_rad: [f32; MAX_HINGES],
     /// Their rates [rad/s].
     pub hinges_rad_s: [f32; MAX_HINGES],
     /// Inertial measurement unit of the base; looked at only where `imu_received`.
     pub imu: Imu<f32>,
-    /// How many hinges are read, all of the vehicle's or 0.
-    pub hinges: u8,
+    /// The hinges' readings arrived.
+    pub hinges_received: bool,
     /// The unit's reading arrived.
     pub imu_received: bool,
 }
@@ -31,9 +31,9 @@ impl Bodies {
     #[inline]
     fn read(&self) -> BodyReadings<'_, f32> {
         let mut read = BodyReadings::none();
-        let count = usize::from(self.hinges);
-        if let (Some(angles), Some(rates)) = (self.hinges_rad.get(..count), self.hinges_rad_s.get(..count)) {
-            (read.hinges_rad, read.hinges_rad_s) = (angles, rates);
+        if self.hinges_received {
+            // More than the vehicle has: the law looks at its own.
+            (read.hinges_rad, read.hinges_rad_s) = (&self.hinges_rad, &self.hinges_rad_s);
         }
         if self.imu_received {
             read.imu = self.imu;

@@ -207,6 +207,30 @@ void motion() {
     omni_encoder_state state;
     check(omni_encoder_init(&state), "init of the encoder", 0);
     std::uint32_t counter = 65000; // wraps
+    // Two of three readings are missed, and one comes half a period late.
+    omnistep::Encoder seldom = OMNI_ENCODER;
+    omni_encoder_state seldom_state;
+    check(omni_encoder_init(&seldom_state), "init of the encoder", 0);
+    for (int k = 0; k < 400; k++) {
+        const auto now = static_cast<std::uint32_t>(10 * k);
+        float rad_s = 0.0f;
+        if (k % 3 != 0) {
+            seldom.missed();
+            check(omni_encoder_missed(&OMNI_ENCODER, &seldom_state), "missed reading", k);
+        } else if (k == 300) {
+            check(omni_encoder_step_after(&OMNI_ENCODER, &seldom_state, now + 5, 3.5e-6f * OMNI_PERIOD_US, NAN_F, &rad_s),
+                  "late step of the encoder", k);
+            check(same(seldom.step_after(now + 5, 3.5e-6f * OMNI_PERIOD_US), rad_s), "velocity of a late reading", k);
+        } else {
+            check(omni_encoder_step(&OMNI_ENCODER, &seldom_state, now, NAN_F, &rad_s), "step of the encoder", k);
+            check(same(seldom.step(now), rad_s), "velocity", k);
+        }
+        if (k % 3 == 0 && k > 30 && (k < 300 || k > 340)) {
+            // Always ten counts a period, whole: the rest is rounding. The windows after the late reading have it in them.
+            const float counted = 10.0f * 6.2831853f / 1440.0f / (1e-6f * OMNI_PERIOD_US);
+            check(rad_s > 0.999f * counted && rad_s < 1.001f * counted, "a missed reading is no step", k);
+        }
+    }
     for (int k = 0; k < 1000; k++) {
         counter = (counter + static_cast<std::uint32_t>(k / 10)) % 65536;
         const float since_s = k % 3 == 0 ? 0.0004f : NAN_F;

@@ -101,7 +101,7 @@ void traction() {
         omnistep::BodyReadings bodies;
         bodies_c = {};
         if (!within(k, 2500, 3000)) {
-            bodies.hinges = bodies_c.hinges = 2;
+            bodies.hinges_received = bodies_c.hinges_received = true;
             bodies.hinges_rad[0] = bodies_c.hinges_rad[0] = within(k, 1700, 1900) ? -0.05f : 0.0f;
             bodies.hinges_rad_s[0] = bodies_c.hinges_rad_s[0] = within(k, 1700, 1720) ? -2.5f : 0.0f;
             bodies.imu = omnistep::Imu{};

@@ -15,11 +15,17 @@ pub(super) fn source(
 ) -> std::result::Result<String, Error> {
     let (count, period_us) = (scenario.vehicle().wheel.len(), scenario.control.period_us);
     let (vehicle, policy) = (&scenario.vehicle().name, scenario.control.law());
+    let hinges = scenario.vehicle().hinge.len();
     let controller = initialiser(&*values.controller);
     let limiter = initialiser(&values.limiter);
     // Traction control is in a drive only: without a `[drive]`, in one that has nothing else.
     let bare = scenario.bare_traction_values()?;
     let drive = values.drive.as_ref().or(bare.as_ref());
+    let loops = if drive.is_some() && scenario.has_traction() {
+        "/* Kinematics and the wheels' loops; traction control is in OMNI_DRIVE. */\n"
+    } else {
+        ""
+    };
     let drive = drive.map_or_else(String::new, |drive| {
         let kind = if scenario.has_traction() {
             "traction_drive"
@@ -63,10 +69,10 @@ pub(super) fn source(
          #if OMNISTEP_VERSION_NUMBER != {number}\n\
          #error \"constants.h is of omnistep {version}, omnistep.h is not: export the constants anew with the command of its version\"\n\
          #endif\n\
-         #define OMNI_VEHICLE {vehicle:?}\n#define OMNI_POLICY {policy:?}\n#define OMNI_WHEELS {count}\n\
+         #define OMNI_VEHICLE {vehicle:?}\n#define OMNI_POLICY {policy:?}\n#define OMNI_WHEELS {count}\n#define OMNI_HINGES {hinges} /* of the vehicle file, in its order */\n\
          #define OMNI_PERIOD_US {period_us} /* the step must be called exactly this often */\n\
          #define OMNI_DIGEST {digest:#010x}u\n\
-         static const omni{count}_controller OMNI_CONTROLLER = {controller};\n\
+         {loops}static const omni{count}_controller OMNI_CONTROLLER = {controller};\n\
          static const omni_limiter OMNI_LIMITER = {limiter};\n\
          static const omni_motor OMNI_MOTORS[OMNI_WHEELS] = {motors};\n{encoder}{drive}{estimator}{path}\
          #endif\n"

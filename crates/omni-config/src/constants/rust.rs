@@ -11,7 +11,13 @@ use crate::Scenario;
 pub(super) fn source(scenario: &Scenario, values: &Values, digest: u32) -> String {
     let (count, period_us) = (scenario.vehicle().wheel.len(), scenario.control.period_us);
     let (vehicle, policy) = (&scenario.vehicle().name, scenario.control.law());
+    let hinges = scenario.vehicle().hinge.len();
     let controller = expression(&*values.controller);
+    let loops = if scenario.has_traction() {
+        "Kinematics and the wheels' loops, without `POLICY`, which is in `TRACTION`."
+    } else {
+        "Kinematics and loops."
+    };
     let limiter = expression(&values.limiter);
     let period_s = expression(&(scenario.period_s() as f32));
     let drive = values.drive.as_ref().map_or_else(String::new, |drive| {
@@ -55,9 +61,10 @@ pub(super) fn source(scenario: &Scenario, values: &Values, digest: u32) -> Strin
          /// The vehicle.\npub const VEHICLE: &str = {vehicle:?};\n\
          /// The coordination policy.\npub const POLICY: &str = {policy:?};\n\
          /// The number of wheels.\npub const WHEELS: usize = {count};\n\
+         /// The number of hinges.\npub const HINGES: usize = {hinges};\n\
          /// The control period \\[us\\]: the step must be called exactly this often.\npub const PERIOD_US: u32 = {period_us};\n\
          /// CRC-32 of the constants.\npub const DIGEST: u32 = {digest:#010x};\n\
-         /// Kinematics and loops.\npub static CONTROLLER: omni_core::Controller<f32, {count}> = {controller};\n\
+         /// {loops}\npub static CONTROLLER: omni_core::Controller<f32, {count}> = {controller};\n\
          /// The limits of the command.\npub static LIMITER: omni_core::shaping::TwistLimiter<f32> = {limiter};\n\
          /// Dead reckoning.\npub static ODOMETRY: omni_core::estimate::Odometry<f32, {count}> = \
          omni_core::parts::Odometry::from_constants(({period_s},));\n\

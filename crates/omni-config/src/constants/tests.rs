@@ -87,13 +87,13 @@ fn eight_wheels_have_constants_in_both_languages() {
 }
 
 #[test]
-fn every_scenario_is_a_header_with_a_drive_where_its_policy_is_traction_control() {
+fn every_scenario_is_a_header_with_a_drive_where_it_names_traction_control() {
     for name in crate::builtin_scenarios() {
         let scenario = Scenario::load(name, &[]).expect("built in");
         let header = scenario.constants(Language::C).expect(name);
         assert_eq!(
             header.contains("_traction_drive OMNI_DRIVE"),
-            scenario.has_traction(),
+            scenario.has_traction() && scenario.auto_policy().is_none(),
             "{name}"
         );
         assert_eq!(
@@ -102,6 +102,11 @@ fn every_scenario_is_a_header_with_a_drive_where_its_policy_is_traction_control(
             "{name}"
         );
         assert!(header.contains("_estimator OMNI_ESTIMATOR = {"), "{name}");
+        let hinges = scenario.vehicle().hinge.len();
+        assert!(
+            header.contains(&format!("#define OMNI_HINGES {hinges} ")),
+            "{name}"
+        );
     }
 }
 

@@ -14,6 +14,8 @@ const ENOUGH_PART: f64 = 0.6;
 /// Where sensors may hide this part of the commanded speed, slip does not stand out from noise.
 const HIDDEN_PART: f64 = 0.5;
 const HIDDEN_AGAIN: f64 = 0.4;
+/// Where less than twice this part of the wheels' turning carries the vehicle on, it turns on the spot.
+const ON_THE_SPOT: f64 = 0.05;
 /// Part of their levers by which pushes may turn the vehicle and count as balanced.
 const BALANCED_PART: f64 = 0.01;
 
@@ -47,16 +49,20 @@ impl<R: Real, const N: usize> Traction<R, N> {
         if speed > zero {
             direction = [asked[0] / speed, asked[1] / speed];
         }
-        // With a gap between coming and going; a vehicle that only turns hides whatever there is.
+        // With a gap between coming and going; a vehicle that all but turns on the spot hides whatever there is.
         if *command != BodyTwist::ZERO {
             let part = R::of(if state.slip_observable {
                 HIDDEN_PART
             } else {
                 HIDDEN_AGAIN
             });
-            state.slip_observable = speed > zero && self.times.hidden_m_s <= part * speed;
-            // An estimate out of rare counts is late by as many windows; the loops' integrals make a mean of them.
             let fastest = largest(state.reference_rad_s.map(|rate| rate.abs()));
+            let rows = self.kinematics.inverse_matrix();
+            let carrying = largest(rows.map(|[ax, ay, _]| (ax * asked[0] + ay * asked[1]).abs()));
+            state.slip_observable = speed > zero
+                && self.times.hidden_m_s <= part * speed
+                && R::of(ON_THE_SPOT) * fastest <= part * carrying;
+            // An estimate out of rare counts is late by as many windows; the loops' integrals make a mean of them.
             state.raw = !state.slip_observable && fastest < self.times.rare_rad_s;
         }
         if state.wheels_found && direction == state.direction {

@@ -33,8 +33,14 @@ pub(super) struct Turn<R> {
 }
 
 impl<R: Real, const N: usize> Traction<R, N> {
-    /// Steps the yaw rate, by the gyro less its zero, or by the wheels where there is none, or none whose zero is known.
-    pub(super) fn measure_yaw(&self, state: &mut TractionState<R, N>, imu: &Imu<R>, rolling_rad_s: &[R; N]) {
+    /// Steps the yaw rate, by the gyro less its zero, or by the wheels where there is none, or none whose zero is known; returns it as it is
+    /// read, without the filter.
+    pub(super) fn measure_yaw(
+        &self,
+        state: &mut TractionState<R, N>,
+        imu: &Imu<R>,
+        rolling_rad_s: &[R; N],
+    ) -> R {
         let config = &self.config;
         let gyro = Some(imu.rate_rad_s[2]).filter(|rate| is_plausible(*rate));
         if let Some(rate) = gyro
@@ -57,6 +63,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         let part = config.part(self.times.speed_s);
         follow(&mut state.yaw_rad_s, rate, part);
         follow(&mut state.drift_m_s, drift, part);
+        rate
     }
 
     /// Has the gyro's zero been looked at for long enough?

@@ -86,8 +86,8 @@ impl<R: Real, const N: usize> Traction<R, N> {
         self.find_motion(state, readings);
         let rolling_rad_s = self.free_of_carriers(&rates_rad_s, &state.motion);
         // 2. One speed.
-        self.measure_yaw(state, &readings.imu, &rolling_rad_s);
-        let speed_wheel = self.measure_speed(state, &rolling_rad_s);
+        let yaw_rad_s = self.measure_yaw(state, &readings.imu, &rolling_rad_s);
+        let speed_wheel = self.measure_speed(state, &rolling_rad_s, yaw_rad_s);
         // 3. One thrust.
         let wheels = &mut sample.wheels;
         self.limits.ranges(&rates_rad_s, &mut wheels.range);
@@ -95,7 +95,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
             wheels.range.restrict(within);
         }
         self.find_largest(state, &wheels.range);
-        self.choose_loops(state, target);
+        self.choose_loops(state, target, speed_wheel);
         if state.loops == TractionLoops::Traction {
             self.find_thrust(state);
         } else {

@@ -5,7 +5,7 @@ use super::state::TractionState;
 use crate::Real;
 use crate::linkage::{Attitude, LinkageMotion, MAX_HINGES, NO_RISE, rolled};
 use crate::policy::Readings;
-use crate::scalar::{follow, is_plausible, max};
+use crate::scalar::{follow, is_plausible, max, min};
 
 /// So many wheels determine how the vehicle moves. One of them that is wrong is found by one more, or by a gyro.
 const MOTIONS: usize = 3;
@@ -78,9 +78,17 @@ impl<R: Real, const N: usize> Traction<R, N> {
             && is_plausible(imu.nose_up_rad + imu.left_up_rad + imu.nose_up_rad_s + imu.left_up_rad_s)
             && all(readings.hinges_rad)
             && all(readings.hinges_rad_s);
-        let [nose, left] = &mut state.base_rad_s;
-        follow(nose, read.nose_up_rad_s, part);
-        follow(left, read.left_up_rad_s, part);
+        self.find_base_zero(state, &imu);
+        let is_read = state.attitude_rad.is_some();
+        for (k, rate) in [read.nose_up_rad_s, read.left_up_rad_s].into_iter().enumerate() {
+            let zero = if is_read {
+                state.base_zero_rad_s[k]
+            } else {
+                R::zero()
+            };
+            follow(&mut state.base_rad_s[k], rate - zero, part);
+        }
+        let [nose, left] = &state.base_rad_s;
         let base = Attitude {
             nose_up_rad_s: *nose,
             left_up_rad_s: *left,
@@ -93,6 +101,33 @@ impl<R: Real, const N: usize> Traction<R, N> {
         }
         let (rates, motion) = (&state.hinges_rad_s, &mut state.motion);
         self.linkage.move_by(&base, readings.hinges_rad, rates, motion);
+    }
+
+    /// The zero of the base's rates is what they say beyond the change of the attitude: it would be wheels that rise.
+    fn find_base_zero(&self, state: &mut TractionState<R, N>, imu: &Attitude<R>) {
+        let (now, rates) = (
+            [imu.nose_up_rad, imu.left_up_rad],
+            [imu.nose_up_rad_s, imu.left_up_rad_s],
+        );
+        if !now.into_iter().chain(rates).all(is_plausible) {
+            state.attitude_rad = None;
+            return;
+        }
+        let (period_s, whole_s) = (self.config.period_s, self.config.gyro_zero_s);
+        if let Some(before) = state.attitude_rad.replace(now)
+            && whole_s > R::zero()
+        {
+            state.base_found_s = min(state.base_found_s + period_s, whole_s);
+            let (part, most) = (
+                self.config.part(state.base_found_s),
+                self.config.gyro_zero_most_rad_s,
+            );
+            for (k, zero) in state.base_zero_rad_s.iter_mut().enumerate() {
+                // An attitude that jumps is no rate.
+                let beyond = rates[k] - (now[k] - before[k]) / period_s;
+                follow(zero, beyond.limited(-most, most), part);
+            }
+        }
     }
 
     /// Rates of the wheels less what their encoders see of their carriers' turning.

@@ -25,11 +25,13 @@ impl<R: Real, const N: usize> Traction<R, N> {
         &self,
         state: &mut TractionState<R, N>,
         rolling_rad_s: &[R; N],
+        yaw_rad_s: R,
     ) -> Option<usize> {
         let part = self.config.part(self.times.speed_s);
         for i in 0..N {
             let (travel, wheel) = (&state.travel[i], &mut state.wheels[i]);
-            let now = (rolling_rad_s[i] - self.turned_by(i) * state.yaw_rad_s) * travel.way_m;
+            // Both as they are read, and then one filter: a yaw rate that came later would be slip of all wheels in every turn.
+            let now = (rolling_rad_s[i] - self.turned_by(i) * yaw_rad_s) * travel.way_m;
             follow(&mut wheel.speed_m_s, now, part);
         }
         if !state.can_discern() {

@@ -41,6 +41,11 @@ pub struct TractionState<R, const N: usize> {
     pub(super) largest_rate_rad_m: R,
     /// Filtered rates: of the base's nose and left side, of the hinges.
     pub(super) base_rad_s: [R; 2],
+    /// What the unit says of the base's rates beyond the change of its attitude, and for how long that has been looked at \[rad/s, s\].
+    pub(super) base_zero_rad_s: [R; 2],
+    pub(super) base_found_s: R,
+    /// The attitude of the period before, nose and left side; none where it was not read \[rad\].
+    pub(super) attitude_rad: Option<[R; 2]>,
     pub(super) hinges_rad_s: [R; MAX_HINGES],
     /// How the wheels rise is known: there are hinges, and every one and the attitude of the base are read.
     pub(super) reads_linkage: bool,
@@ -64,6 +69,8 @@ pub struct TractionState<R, const N: usize> {
     pub(super) loops: TractionLoops,
     /// For how long the vehicle has been held up, has had no need of traction control, has had most wheels off the speed \[s\].
     pub(super) held_up_s: R,
+    /// The speed when that began, along the target \[m/s\].
+    pub(super) held_up_m_s: R,
     pub(super) calm_s: R,
     pub(super) off_speed_s: R,
     /// Slip stands out from the sensors' noise at the commanded speed.
@@ -156,6 +163,9 @@ impl<R: Real, const N: usize> TractionState<R, N> {
             travel: [WheelAlongTravel::NONE; N],
             largest_rate_rad_m: R::ZERO,
             base_rad_s: [R::ZERO; 2],
+            base_zero_rad_s: [R::ZERO; 2],
+            base_found_s: R::ZERO,
+            attitude_rad: None,
             hinges_rad_s: [R::ZERO; MAX_HINGES],
             reads_linkage: false,
             motion: LinkageMotion::flat(),
@@ -172,6 +182,7 @@ impl<R: Real, const N: usize> TractionState<R, N> {
             gyro_found_s: R::ZERO,
             loops: TractionLoops::Plain,
             held_up_s: R::ZERO,
+            held_up_m_s: R::ZERO,
             calm_s: R::ZERO,
             off_speed_s: R::ZERO,
             slip_observable: true,

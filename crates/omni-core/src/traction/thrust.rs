@@ -2,8 +2,7 @@
 
 use super::loops::TractionLoops;
 use super::model::{BACK_PART, BRAKING_PART, CLIMBS_M_S, Traction};
-use super::state::TractionState;
-use super::state::WheelState;
+use super::state::{TractionState, WheelAlongTravel, WheelState};
 use super::target::TractionTarget;
 use crate::Real;
 use crate::motor::TorqueRanges;
@@ -12,7 +11,9 @@ use crate::scalar::{max, min};
 /// Below this part of its target, or with more than that part of its thrust, a vehicle is held up.
 const HELD_UP_PART: f64 = 0.5;
 const HELD_UP_THRUST: f64 = 0.8;
-/// After so long of it traction control takes over \[s\]: a start from rest is shorter. The second is of vehicles that do not see how their
+/// One that gains so much of its target within the time below is not.
+const GAINS_PART: f64 = 0.05;
+/// After so long of it traction control takes over \[s\]. The second is of vehicles that do not see how their
 /// wheels rise: what plain loops climb is climbed by then.
 const HELD_UP_S: f64 = 0.15;
 const HELD_UP_BLIND_S: f64 = 0.3;
@@ -35,7 +36,12 @@ const LEAK: f64 = 4.0;
 
 impl<R: Real, const N: usize> Traction<R, N> {
     /// Chooses what drives the wheels. Whichever takes over begins with the torque that there is.
-    pub(super) fn choose_loops(&self, state: &mut TractionState<R, N>, target: &TractionTarget<R, N>) {
+    pub(super) fn choose_loops(
+        &self,
+        state: &mut TractionState<R, N>,
+        target: &TractionTarget<R, N>,
+        speed_wheel: Option<usize>,
+    ) {
         let zero = R::zero();
         if state.is_resting() || !state.can_discern() {
             // Every wheel by its own loop.
@@ -53,17 +59,27 @@ impl<R: Real, const N: usize> Traction<R, N> {
         let (speed, wanted) = (sign * state.speed_m_s, state.target_m_s.abs());
         let held_up = speed < R::of(HELD_UP_PART) * wanted
             || sign * state.thrust_n_m > R::of(HELD_UP_THRUST) * state.largest_motor_n_m;
-        state.held_up_s = count(state.held_up_s, held_up);
+        // One that still gains speed is not.
+        let gains = speed > state.held_up_m_s + R::of(GAINS_PART) * wanted;
+        state.held_up_s = count(state.held_up_s, held_up && !gains);
+        if state.held_up_s <= self.config.period_s {
+            state.held_up_m_s = speed;
+        }
         // The largest slip, and do most driven wheels go against the target, or much faster?
         let (mut slip, mut off_speed, mut carried, mut driven) = (zero, 0, 0, 0);
+        // Speed across the direction of travel is no slip, neither of a wheel nor of the one that gives the speed.
+        let across =
+            |travel: &WheelAlongTravel<R>| sign * travel.side_rate_rad_m * state.drift_m_s * travel.way_m;
+        let level = speed
+            - speed_wheel
+                .and_then(|wheel| state.travel.get(wheel))
+                .map_or(zero, across);
         let carries = R::of(BACK_PART) * wanted + R::of(SLIPS) * self.times.free_m_s;
         let (mut least_m_s, mut slowest) = (wanted, None);
         for (i, (travel, wheel)) in state.travel.iter().zip(&state.wheels).enumerate() {
             if travel.driven && wheel.usable {
-                // Speed across the direction of travel is none of its slip.
-                let ahead =
-                    sign * (wheel.speed_m_s - travel.side_rate_rad_m * state.drift_m_s * travel.way_m);
-                slip = max(slip, (ahead - speed).abs());
+                let ahead = sign * wheel.speed_m_s - across(travel);
+                slip = max(slip, (ahead - level).abs());
                 driven += 1;
                 off_speed += u32::from(ahead < -R::of(BACKWARD_M_S) || ahead > wanted + R::of(OFF_SPEED_M_S));
                 let idle = sign * travel.along * wheel.applied_n_m <= R::of(BRAKING_PART) * wheel.most_n_m;

@@ -14,7 +14,6 @@ fn refused(folder: &Path, args: &[&str]) -> (Option<i32>, String) {
         .current_dir(folder)
         .env("PATH", folder)
         .args(["run", "flat", "--controller", "qemu", "--quiet"])
-        .args(["--set", "control.policy=scale_references"])
         .args(args)
         .output()
         .unwrap();

@@ -227,6 +227,7 @@ fn the_slowest_wheels_that_push_give_the_speed_or_the_fastest_that_brakes() {
             traction.measure_speed(
                 &mut state,
                 &rates.map(|rate| if rate.is_finite() { rate } else { 0.0 }),
+                0.0,
             ),
             state.speed_m_s,
         )

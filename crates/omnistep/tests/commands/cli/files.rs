@@ -30,6 +30,7 @@ fn a_new_file_is_checked_runs_and_is_never_overwritten() {
          under    clearance [m]: 0.030 under base\n  \
          speed    motors reach 33.3 rad/s without load: 1.92 m/s forward, 1.67 m/s sideways, 9.26 rad/s in yaw\n  \
          gains    kp 0.1500 N.m.s/rad, ki 0.8000 N.m/rad, kd 0 N.m.s2/rad, given\n  \
+         policy   traction where none is named: the best that sensors and motors allow\n  \
          wheels   balls on level ground; rollers at an edge, because the ground's normal leans 90 deg \
          out of the rolling plane of wheel 1, allowed: 10\n\
          kerb.toml: scenario kerb, 6 s, policy traction, engine rapier; vehicle chugo7: 3 bodies, 2 hinges, 7 wheels, 20.000 kg\n  \
@@ -365,7 +366,7 @@ fn a_scenario_of_five_lines_runs_as_one_that_writes_every_key() {
     let long = short.replace(
         "vx_m_s = 0.2 }",
         "vx_m_s = 0.2, vy_m_s = 0.0, wz_rad_s = 0.0, ramp_s = 0.3 }",
-    ) + "duration_s = 10.0\n[control]\npolicy = \"scale_references\"\nperiod_s = 0.001\nprecision = \"f64\"\n\
+    ) + "duration_s = 10.0\n[control]\npolicy = \"traction\"\nperiod_s = 0.001\nprecision = \"f64\"\n\
            [physics]\nengine = \"articulated\"\ntimestep_s = 0.0005\ncontact_frequency_hz = 200.0\ncontact_damping_ratio = 5.0\ngravity_m_s2 = 9.81\n\
            wheel_model = \"auto\"\n";
     fs::write(path.join("long.toml"), long).unwrap();
@@ -373,7 +374,7 @@ fn a_scenario_of_five_lines_runs_as_one_that_writes_every_key() {
         let run = ["run", file, "--quiet", "--out", file.split('.').next().unwrap()];
         let output = omnistep(path, &run);
         assert!(output.status.success(), "{output:?}");
-        fs::read(path.join(run[4]).join("cable-scale_references.mcap")).unwrap()
+        fs::read(path.join(run[4]).join("cable-traction.mcap")).unwrap()
     };
     assert!(log("short.toml") == log("long.toml"));
     // What says what the run is about has no default.

@@ -177,7 +177,7 @@ fn a_log_without_every_period_is_not_replayed() {
             &rates,
         ];
         assert!(omnistep(folder.path(), &args).status.success());
-        let said = refused(folder.path(), &["replay", "out/flat-scale_references.mcap"]);
+        let said = refused(folder.path(), &["replay", "out/flat-traction.mcap"]);
         assert!(
             said.contains(&format!("no /vehicle_state at t = {first_missing} s")),
             "{said}"
@@ -192,7 +192,7 @@ fn a_log_without_every_period_is_not_replayed() {
     assert!(omnistep(folder.path(), &args).status.success());
     let shown = rows(&omnistep(
         folder.path(),
-        &["info", "--json", "out/flat-scale_references.mcap"],
+        &["info", "--json", "out/flat-traction.mcap"],
     ));
     let counts = &shown[0]["messages"];
     assert_eq!(

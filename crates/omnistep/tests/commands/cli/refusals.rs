@@ -377,12 +377,12 @@ fn unknown_names_are_refused_with_the_names_there_are() {
     );
     let said = refused(folder.path(), &["run", "step", "--policy", "scale_torque"]);
     assert!(
-        said.contains("unknown policy \"scale_torque\" (did you mean \"scale_torques\"?), allowed: independent, scale_torques, scale_references, shared_integral"),
+        said.contains("control.policy: \"scale_torque\" (did you mean \"scale_torques\"?), allowed: auto, independent, scale_torques, scale_references, shared_integral"),
         "{said}"
     );
     let said = refused(folder.path(), &["run", "--set", "control.policy=scale_torque"]);
     assert!(
-        said.contains("control.policy: \"scale_torque\" (did you mean \"scale_torques\"?), allowed: independent, scale_torques, scale_references, shared_integral"),
+        said.contains("control.policy: \"scale_torque\" (did you mean \"scale_torques\"?), allowed: auto, independent, scale_torques, scale_references, shared_integral"),
         "{said}"
     );
     let said = refused(folder.path(), &["compare", "--set", "terrain.friction"]);

@@ -270,7 +270,7 @@ fn explain_says_what_each_figure_of_the_table_means() {
     }
     let inspected = stdout(&omnistep(
         folder.path(),
-        &["info", "out/flat-scale_references.mcap", "--explain"],
+        &["info", "out/flat-traction.mcap", "--explain"],
     ));
     assert!(inspected.contains("\n- slip rms (`slip_rms`): "), "{inspected}");
     assert!(

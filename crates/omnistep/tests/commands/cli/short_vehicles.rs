@@ -82,7 +82,7 @@ fn what_a_short_file_leaves_out_is_assumed_aloud() {
         );
     }
     // What was logged needs no assumption: the run is repeated bit for bit.
-    let replayed = omnistep(folder.path(), &["replay", "out/flat-scale_references.mcap"]);
+    let replayed = omnistep(folder.path(), &["replay", "out/flat-traction.mcap"]);
     assert!(
         replayed.status.success() && !stderr(&replayed).contains("without"),
         "{}",

@@ -43,8 +43,8 @@ fn runs_of_four_seeds_side_by_side_leave_four_whole_logs() {
     let folder = tempfile::tempdir().unwrap();
     // The file's own seed, 0, has the plain name.
     let named = |seed: u64| match seed {
-        0 => "out/flat-scale_references.mcap".to_owned(),
-        seed => format!("out/flat-scale_references-seed{seed}.mcap"),
+        0 => "out/flat-traction.mcap".to_owned(),
+        seed => format!("out/flat-traction-seed{seed}.mcap"),
     };
     let runs: Vec<_> = (0..4)
         .map(|seed: u64| {
@@ -86,17 +86,17 @@ fn a_log_being_written_is_refused_and_a_killed_run_blocks_none() {
     let folder = tempfile::tempdir().unwrap();
     let long = ["run", "flat", "--set", "duration_s=3600"];
     let mut first = start(folder.path(), &long);
-    until_there(&folder.path().join("out/flat-scale_references.mcap.part"));
+    until_there(&folder.path().join("out/flat-traction.mcap.part"));
     let short = ["run", "flat", "--quiet", "--set", "duration_s=0.1"];
     assert_eq!(
         refused(folder.path(), &short),
-        "error: out/flat-scale_references.mcap: is being written by another run: wait for that one, or name another file or folder\n"
+        "error: out/flat-traction.mcap: is being written by another run: wait for that one, or name another file or folder\n"
     );
     assert!(first.try_wait().unwrap().is_none(), "the first one goes on");
     first.kill().unwrap();
     first.wait().unwrap();
     assert!(omnistep(folder.path(), &short).status.success());
-    let log = folder.path().join("out/flat-scale_references.mcap");
+    let log = folder.path().join("out/flat-traction.mcap");
     assert!(read_log(log, |_, _| Ok(())).unwrap().complete);
     assert_eq!(fs::read_dir(folder.path().join("out")).unwrap().count(), 1);
 }
@@ -126,7 +126,7 @@ fn of_runs_of_one_name_each_either_has_its_log_or_is_refused() {
                 _ => panic!("{output:?}"),
             }
         }
-        let log = folder.path().join("out/flat-scale_references.mcap");
+        let log = folder.path().join("out/flat-traction.mcap");
         let (_, friction) = seed_and_friction(&log);
         assert!(
             wrote.contains(&friction),

@@ -41,7 +41,7 @@ fn a_slip_in_a_key_or_a_name_is_answered_with_the_nearest_one() {
         ),
         (
             ["run", "flat", "--set", "control.policy=pid"],
-            "control.policy: \"pid\" (did you mean \"independent\"?), allowed: independent",
+            "control.policy: \"pid\" (did you mean \"independent\"?), allowed: auto, independent",
         ),
         (
             ["run", "flat", "--set", "vehicle.wheel.radius_m=0.1"],

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Output;
 
-use super::{omnistep, rows, stderr, stdout};
+use super::{omnistep, refused, rows, stderr, stdout};
 
 /// A step of 10 cm, higher than the wheels' radius of 6.6 cm: no friction brings a row onto it.
 const HOPELESS: [&str; 6] = [
@@ -154,5 +154,130 @@ fn the_log_of_any_policy_holds_what_traction_control_reads() {
     assert!(
         said.contains("policy traction: ") && said.contains(" of 100 control periods differ"),
         "{said}"
+    );
+}
+
+#[test]
+fn a_policy_that_is_not_named_is_the_best_that_sensors_and_motors_allow() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let file = |name: &str, more: &str| {
+        let text = format!(
+            "schema_version = 1\nname = \"{name}\"\nvehicle = \"chugo7\"\nduration_s = 0.1\n\
+             terrain = {{ kind = \"flat\", friction = 0.7 }}\ncommand = {{ vx_m_s = 0.3 }}\n{more}"
+        );
+        fs::write(path.join(format!("{name}.toml")), text).unwrap();
+    };
+    file("prompt", "sensors = { no_hinge_encoders = true }\n");
+    file("late", "actuators = { torque_lag_s = 0.05 }\n");
+    file(
+        "named",
+        "control = { policy = \"traction\" }\nactuators = { torque_lag_s = 0.05 }\n",
+    );
+    file(
+        "tries",
+        "control = { max_retries = 3 }\nactuators = { torque_lag_s = 0.05 }\n",
+    );
+    file("shared", "control = { integral = \"shared\" }\n");
+    let why = "actuators.torque_lag_s: 0.05, allowed with traction control: 0 to 0.03: later, and slip cannot be controlled";
+    for (name, expected) in [
+        ("prompt", "traction where none is named: the best that sensors and motors allow\n  policy   traction without hinge encoders: ".to_owned()),
+        ("late", format!("scale_references where none is named, because traction control is refused: scenario late: {why}\n")),
+        ("shared", "scale_references where none is named, because control.integral is given\n".to_owned()),
+        ("chugo7", "traction where none is named: the best that sensors and motors allow\n".to_owned()),
+    ] {
+        let file = if name == "chugo7" { name.to_owned() } else { format!("{name}.toml") };
+        let said = stdout(&omnistep(path, &["check", &file]));
+        assert!(said.contains(&format!("\n  policy   {expected}")), "{said}");
+    }
+    // As with the key that a command shall be given, whatever the file is.
+    for (given, key) in [
+        ("prompt.toml", "actuators.torque_lag_s=0.05"),
+        ("chugo7", "gains.kp_n_m_s_rad=1e6"),
+    ] {
+        let said = stdout(&omnistep(path, &["check", given, "--set", key]));
+        assert!(
+            said.contains("scale_references where none is named, because traction control is refused: "),
+            "{said}"
+        );
+    }
+    assert_eq!(
+        refused(path, &["check", "ensemble", "--set", "seed=1"]),
+        "error: --set = seed, allowed: with a vehicle, a scenario or an experiment\n"
+    );
+    // A study whose axis crosses the limit compares policies, and says so.
+    fs::write(
+        path.join("lags.toml"),
+        "schema_version = 1\nname = \"lags\"\nscenario = \"prompt.toml\"\nseeds = 2\n\
+         [[axis]]\nkey = \"actuators.torque_lag_s\"\nvalues = [0.0, 0.02, 0.05]\n",
+    )
+    .unwrap();
+    let study = omnistep(path, &["study", "lags.toml", "--quiet"]);
+    let said = String::from_utf8(study.stderr).unwrap();
+    let why = why.trim_start_matches("actuators.torque_lag_s: ");
+    assert!(
+        said.contains(&format!(
+            "2 of 6 runs: policy scale_references, because traction control is refused: scenario prompt: actuators.torque_lag_s: {why}\n"
+        )),
+        "{said}"
+    );
+    // What is wrong is said of the key that was written, and only where traction control was asked for.
+    for name in ["named", "tries"] {
+        let said = refused(path, &["run", &format!("{name}.toml"), "--quiet"]);
+        assert_eq!(said, format!("error: scenario {name}: {why}\n"));
+    }
+    assert_eq!(
+        refused(path, &["check", "tries.toml"]),
+        format!("error: scenario tries: {why}\n")
+    );
+    // A limit holds in what the controller computes in.
+    for precision in ["f32", "f64"] {
+        let at = [
+            "actuators.torque_lag_s=0.0300000001",
+            &format!("control.precision={precision}"),
+        ];
+        let args = [
+            "run",
+            "prompt.toml",
+            "--quiet",
+            "--json",
+            "--set",
+            at[0],
+            "--set",
+            at[1],
+        ];
+        assert!(omnistep(path, &args).status.success());
+    }
+    let quiet = |command: &[&str]| {
+        let output = omnistep(path, command);
+        assert!(output.status.success(), "{}", stderr(&output));
+        assert_eq!(stderr(&output), "", "nobody asked for what it does without");
+        stdout(&output)
+    };
+    // The log says what ran, whatever would be chosen with other keys.
+    assert!(quiet(&["run", "prompt.toml", "--quiet"]).ends_with("out/prompt-traction.mcap\n"));
+    assert!(quiet(&["run", "late.toml", "--quiet"]).ends_with("out/late-scale_references.mcap\n"));
+    assert!(
+        quiet(&["replay", "out/prompt-traction.mcap"])
+            .contains("policy traction: 100 control periods, equal in every bit")
+    );
+    let other = [
+        "replay",
+        "out/prompt-traction.mcap",
+        "--set",
+        "actuators.torque_lag_s=0.05",
+    ];
+    assert_eq!(refused(path, &other), format!("error: scenario prompt: {why}\n"));
+    // Firmware has traction control where it is named: nothing shows that it reads hinges and an inertial unit.
+    let reads = "prompt: no policy is named, so this is scale_references, which needs encoders only; what is simulated: \
+                 --set control.policy=traction\n";
+    let export = ["export", "prompt.toml", "--format", "c"];
+    assert_eq!(stderr(&omnistep(path, &export)), reads);
+    assert_eq!(
+        stderr(&omnistep(
+            path,
+            &[&export[..], &["--set", "control.policy=scale_references"]].concat()
+        )),
+        ""
     );
 }

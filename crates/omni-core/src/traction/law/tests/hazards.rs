@@ -230,6 +230,8 @@ fn a_mecanum_base_that_rolls_is_not_taken_for_one_that_slips() {
         let mut readings = level(AHEAD, &rates);
         (readings.imu.rate_rad_s[0], readings.imu.rate_rad_s[1]) = (roll_rad_s, pitch_rad_s);
         for _ in 0..300 {
+            readings.imu.roll_rad += roll_rad_s * T;
+            readings.imu.pitch_rad -= pitch_rad_s * T; // nose up is positive, and a turn about y is nose down
             let _ = traction.step(&mut state, &readings, &TractionTarget::at(0.3));
         }
         state.speed_m_s
@@ -237,6 +239,29 @@ fn a_mecanum_base_that_rolls_is_not_taken_for_one_that_slips() {
     assert!((speed(0.5, 0.0) - 0.3).abs() < 1e-6);
     // Nose up at 0.5 rad/s turns encoders of 0.1 m by as much: 0.05 m/s less over the ground than they say.
     assert!((speed(0.0, -0.5) - 0.25).abs() < 1e-3, "{}", speed(0.0, -0.5));
+}
+
+#[test]
+fn rates_beyond_the_change_of_the_attitude_are_the_gyros_zero_and_no_climb() {
+    let (traction, mut plant) = (preset(), Plant::new(10.0));
+    let mut state = TractionState::new();
+    for period in 0..3000 {
+        let mut readings = level(AHEAD, &plant.rate_rad_s);
+        // 0.05 rad/s, as cheap gyros have by their datasheets; after two seconds it rolls besides, as it says.
+        readings.imu.rate_rad_s = [0.05, -0.05, 0.05];
+        let rolls = if period < 2000 { 0.0 } else { 0.2 };
+        readings.imu.rate_rad_s[0] += rolls;
+        readings.imu.roll_rad = rolls * T * f64::from(period - 2000);
+        let sample = traction.step(&mut state, &readings, &TractionTarget::at(0.3));
+        assert!(
+            !(1000..2000).contains(&period) || sample.loops == TractionLoops::Plain,
+            "period {period}"
+        );
+        plant.step(&sample.wheels.applied.n_m);
+    }
+    // A second's turn changes an average over two seconds by nothing: it is in rate and attitude.
+    let [_, left] = state.base_rad_s;
+    assert!((left.abs() - 0.2).abs() < 2e-3, "{left}");
 }
 
 /// Wheels that a direction drives: wheel i is bit i.

@@ -472,12 +472,21 @@ fn a_wheel_that_is_turned_back_is_not_doubted() {
 fn on_the_spot_no_wheel_is_doubted_and_every_one_has_its_own_loop() {
     let traction = preset();
     let mut state = engaged(&traction);
-    let turning = BodyTwist {
-        wz_rad_s: 1.0,
-        ..BodyTwist::ZERO
-    };
-    let flat = traction.kinematics().inverse(&turning).rad_s;
+    let flat = traction
+        .kinematics()
+        .inverse(&BodyTwist {
+            wz_rad_s: 1.0,
+            ..BodyTwist::ZERO
+        })
+        .rad_s;
     for period in 0..1000 {
+        // As commands made of counts are: beside the turn some millimetres a second in changing directions.
+        let aside = 2e-3 * f64::from(period % 3);
+        let turning = BodyTwist {
+            vx_m_s: 2e-3 - aside,
+            vy_m_s: aside,
+            wz_rad_s: 1.0,
+        };
         // 2 cm/s ahead, but wheel 7, which is slower by 2 mm/s.
         let mut rates = flat;
         for (rate, sign) in rates.iter_mut().zip(Plant::SIGNS) {
@@ -486,7 +495,8 @@ fn on_the_spot_no_wheel_is_doubted_and_every_one_has_its_own_loop() {
         rates[6] = flat[6] + 0.03 + 1e-9 * f64::from(period);
         let mut readings = level(turning, &rates);
         readings.imu.rate_rad_s[2] = 1.0;
-        let sample = traction.step(&mut state, &readings, &TractionTarget::at(0.0));
+        let target = TractionTarget::at(turning.vx_m_s.hypot(turning.vy_m_s));
+        let sample = traction.step(&mut state, &readings, &target);
         assert!(
             sample.wheels.active == [true; 7] && sample.loops == TractionLoops::Plain,
             "period {period}: {sample:?}"
