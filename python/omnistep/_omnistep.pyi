@@ -2978,7 +2978,7 @@ class Plan:
     def figures(self) -> list[str]:
         """Names of the figures of a row that are numbers, or yes and no."""
     def policy_notes(self) -> list[str]:
-        """Sensors that traction control lacks in some runs, and another policy than the others have where none is named, a line each."""
+        """What traction control lacks in some runs, and where one that names no policy has another, a line each."""
     def __len__(self) -> int: ...
 
 @final

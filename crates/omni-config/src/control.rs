@@ -249,6 +249,38 @@ pub(crate) const AUTO: &str = "auto";
 /// The presets of traction control.
 pub(crate) const TRACTION: &str = "traction";
 const TRACTION_RUNUP: &str = "traction_runup";
+/// Of the loops, those that keep the ratios of the wheels' speeds.
+pub(crate) const LOOPS: &str = "scale_references";
+
+/// The policy that `control.policy = "auto"` is in a scenario.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct AutoPolicy {
+    /// Its name.
+    pub policy: &'static str,
+    /// Why it is not traction control, in a clause; none where it is.
+    pub because: Option<String>,
+    /// What traction control does without, a line each, as of [`Scenario::traction_notes`](crate::Scenario::traction_notes).
+    pub without: Vec<String>,
+}
+
+impl AutoPolicy {
+    pub(crate) fn traction() -> Self {
+        Self {
+            policy: TRACTION,
+            because: None,
+            without: Vec::new(),
+        }
+    }
+
+    pub(crate) fn loops(because: String) -> Self {
+        Self {
+            policy: LOOPS,
+            because: Some(because),
+            without: Vec::new(),
+        }
+    }
+}
 
 /// A preset of traction control.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

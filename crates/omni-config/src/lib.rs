@@ -62,7 +62,7 @@ pub use command::{Command, CommandFrame, Start, Then};
 pub use command_file::CommandFile;
 pub use constants::{Language, rust_expression};
 pub use control::{
-    AntiWindupLaw, Control, IntegralLaw, POLICIES, Precision, SaturationLaw, policy_in_a_line,
+    AntiWindupLaw, AutoPolicy, Control, IntegralLaw, POLICIES, Precision, SaturationLaw, policy_in_a_line,
 };
 pub use controller::wheel_count_refused;
 pub use derived_gains::DerivedGains;
@@ -86,7 +86,7 @@ pub use regular_file::{MOST_PNG_BYTES, MOST_TOML_BYTES, check_replaceable, open_
 pub use rest::Rest;
 pub use roller_wheel::{Barrel, Ripple, RollerWheel};
 pub use rollers::{Rollers, WheelModel};
-pub use scenario::{AutoPolicy, Perturbation, Scenario};
+pub use scenario::{Perturbation, Scenario};
 pub use study::{Axis, MapAxes, Point, Seeds, Study};
 pub use suggestion::{did_you_mean, did_you_mean_file};
 pub use terrain::{FrictionPatch, Obstacle, Terrain};

@@ -14,7 +14,7 @@ use toml::{Table, Value};
 use crate::Error;
 use crate::command::{Command, Start};
 use crate::command_file::CommandFile;
-use crate::control::{AUTO, Control};
+use crate::control::{AUTO, AutoPolicy, Control};
 use crate::derived_gains::DerivedGains;
 use crate::drive::Drive;
 use crate::fault::Fault;
@@ -34,8 +34,6 @@ use crate::rollers::WheelModel;
 use crate::suggestion::did_you_mean;
 use crate::terrain::{FrictionPatch, Terrain};
 use crate::vehicle::Vehicle;
-
-pub use policy::AutoPolicy;
 
 /// A scenario file with its vehicle. Written as TOML it is complete: the vehicle is a table inside.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]

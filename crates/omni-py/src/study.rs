@@ -132,7 +132,7 @@ impl Plan {
         numbers.map(|column| column.name.as_str()).collect()
     }
 
-    /// Sensors that traction control lacks in some runs, and another policy than the others have where none is named, a line each.
+    /// What traction control lacks in some runs, and where one that names no policy has another, a line each.
     fn policy_notes(&self) -> Vec<String> {
         self.inner.policy_notes()
     }

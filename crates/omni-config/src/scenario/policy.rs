@@ -3,23 +3,8 @@
 use omni_core::Real;
 
 use super::Scenario;
-use crate::control::AUTO;
+use crate::control::{AUTO, AutoPolicy, LOOPS};
 use crate::{Error, Precision, for_wheel_count, wheel_count_refused};
-
-/// Of the loops, those that keep the ratios of the wheels' speeds.
-const LOOPS: &str = "scale_references";
-
-/// The policy that `control.policy = "auto"` is in a scenario.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct AutoPolicy {
-    /// Its name.
-    pub policy: &'static str,
-    /// Why it is not traction control, in a clause; none where it is.
-    pub because: Option<String>,
-    /// What traction control does without, a line each, as of [`Scenario::traction_notes`].
-    pub without: Vec<String>,
-}
 
 impl Scenario {
     /// What was chosen where the file names no policy: traction control with the sensors that there are, and loops of the wheels
@@ -119,23 +104,5 @@ impl Scenario {
         self.control.policy = auto.policy.into();
         auto.without = self.missed_by_traction();
         self.auto_policy = Some(auto);
-    }
-}
-
-impl AutoPolicy {
-    fn traction() -> Self {
-        Self {
-            policy: crate::control::TRACTION,
-            because: None,
-            without: Vec::new(),
-        }
-    }
-
-    fn loops(because: String) -> Self {
-        Self {
-            policy: LOOPS,
-            because: Some(because),
-            without: Vec::new(),
-        }
     }
 }
