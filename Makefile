@@ -1,5 +1,5 @@
 # Each target is one line that calls a script; .ci/run calls the same.
-.PHONY: run test test-full bench lint coverage embedded aarch64 wasm instructions firmware viewers web ros2 docs playground supply-chain attack attack-long package dist archives semver study cpp workflows
+.PHONY: run test test-full bench lint coverage embedded aarch64 wasm instructions firmware viewers web ros2 docs playground supply-chain attack attack-long package dist archives semver study climb-charts cpp workflows
 
 run:            ## the paper's experiment: every policy over the step
 	cargo run --release -- compare step
@@ -18,6 +18,9 @@ lint:           ## formatting and lints of Rust and Python
 
 study:          ## traction control against plain loops: runs, gates, docs/study.md and its pictures; some forty minutes
 	scripts/study.sh
+
+climb-charts:   ## the climb chart of every built-in vehicle, its checks and its picture; some twenty minutes
+	scripts/climb-charts.sh
 
 coverage:       ## line coverage of omni-core by its own tests, at least 95 %
 	scripts/coverage.sh

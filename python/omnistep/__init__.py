@@ -63,6 +63,7 @@ from omnistep._omnistep import (
     torque_range,
 )
 from omnistep.calibration import Calibration, calibrate
+from omnistep.charts import ChartCell, ClimbChart, climb_chart
 from omnistep.ensembles import StudyResult, run_study, sweep
 from omnistep.errors import ConfigError, LogError, OmnistepError, SimulationError, StudyError, VideoError
 from omnistep.identification import Identification, identify
@@ -75,6 +76,8 @@ from omnistep.tuning import TuneResult, tune
 __all__ = [
     "Calibration",
     "CalibrationRun",
+    "ChartCell",
+    "ClimbChart",
     "ClimbLimits",
     "CommandShaper",
     "ConfigError",
@@ -125,6 +128,7 @@ __all__ = [
     "__version__",
     "at_point",
     "calibrate",
+    "climb_chart",
     "climb_limits",
     "compare",
     "discretize",

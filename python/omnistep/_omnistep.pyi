@@ -18,6 +18,7 @@ _Rows: TypeAlias = _Row | Sequence[_Row]
 _Array: TypeAlias = _Rows | Sequence[_Rows]
 
 __all__ = [
+    "ChartRuns",
     "ClimbLimits",
     "CommandShaper",
     "ControlSample",
@@ -2268,6 +2269,7 @@ class Outcome:
     ) -> Literal[
         "climbed",
         "stalled",
+        "slid_along",
         "unfinished",
         "completed",
         "tipped",
@@ -2925,6 +2927,79 @@ class ClimbLimits:
     def __eq__(self, other: object, /) -> bool: ...
     def __ne__(self, other: object, /) -> bool: ...
     def __reduce__(self) -> tuple[Any, tuple[str]]: ...
+
+@final
+class ChartRuns:
+    """The runs of a climb chart, checked, for :mod:`omnistep.charts`."""
+
+    def __init__(
+        self,
+        vehicle: str | PathLike[str] | Vehicle,
+        *,
+        policy: str | None,
+        edges: Sequence[str],
+        sides_deg: Sequence[float],
+        skews_deg: Sequence[float],
+        friction: float,
+        speed_m_s: float,
+        margin: float,
+        starts: int,
+        overrides: Mapping[str, Any] | None,
+    ) -> None:
+        """The runs of a chart; the arguments are those of :func:`omnistep.climb_chart`.
+
+        Raises:
+            ConfigError: a name, key or value is wrong.
+        """
+    def scenario(
+        self,
+        edge: str,
+        size_m: float,
+        side_deg: float,
+        *,
+        skew_deg: float = 0.0,
+        x_m: float = 0.0,
+        heading_deg: float = 0.0,
+    ) -> str:
+        """The scenario of one run of the chart, as a file with its vehicle.
+
+        Args:
+            edge: what is climbed.
+            size_m: its size [m].
+            side_deg: direction of travel in the vehicle's axes [deg].
+            skew_deg: direction of travel off the edge's normal [deg].
+            x_m: where the run starts, world x [m].
+            heading_deg: heading beside that of the approach [deg].
+
+        Raises:
+            ConfigError: a value is out of range.
+        """
+    def compute(
+        self,
+        *,
+        done: str | None = None,
+        file: str = "chart",
+        jobs: int | None = None,
+        keep: Callable[[str], object] | None = None,
+    ) -> str:
+        """The text of the chart's file, with the cells of the text ``done``.
+
+        Args:
+            done: text of the file of a chart that was begun; None to begin.
+            file: the name of that file in messages.
+            jobs: runs at the same time, one for each core by default.
+            keep: called with the text after each cell.
+
+        Raises:
+            ConfigError: the chart that was begun is of other runs.
+        """
+    @classmethod
+    def check(cls, file: str, text: str) -> None:
+        """Check the text of a chart's file.
+
+        Raises:
+            ConfigError: it is no chart; the message names file, key and value.
+        """
 
 @final
 class Plan:

@@ -246,7 +246,40 @@ fn traction_control_that_backs_off_for_another_try_does_not_go_the_wrong_way() {
     assert_ne!(tried.verdict, Verdict::WrongWay, "{tried:?}");
 }
 
+/// A riser turns a mecanum vehicle square that meets it askew, and its rollers then carry it along the riser at its full speed.
+fn a_mecanum_vehicle_that_meets_a_riser_askew_slides_along_it_and_is_not_on_its_way() {
+    let askew = |heading_rad: &str| {
+        outcome(
+            "step",
+            &[
+                "vehicle=mecanum4",
+                "control.policy=independent",
+                "physics.wheel_model=rollers",
+                "terrain.height_m=0.03",
+                "command.frame=body",
+                "duration_s=6.0",
+                heading_rad,
+            ],
+        )
+    };
+    let slid = askew("start.heading_rad=0.2");
+    assert_eq!(slid.verdict, Verdict::SlidAlong, "{slid:?}");
+    // A vehicle that goes 0.3 m/s aside for two seconds has gone much further than the 0.2 m that 0.2 rad explain.
+    assert!(slid.final_y_m.abs() > 0.5 && !slid.climbed, "{slid:?}");
+    // Its command is across the riser by its true heading, which is square to it.
+    assert!(slid.final_yaw_rad.abs() < 0.1, "{slid:?}");
+}
+
+/// Along the edge as commanded, up to it and then aside: nothing was commanded across that it did not do.
+fn a_vehicle_that_is_commanded_along_an_edge_is_on_its_way() {
+    let aside = "command.then=[{ at_s = 2.6, vx_m_s = 0.0, vy_m_s = 0.3, wz_rad_s = 0.0 }]";
+    let along = outcome("step", &["vehicle=mecanum4", "duration_s=5.0", aside]);
+    assert_eq!(along.verdict, Verdict::Unfinished, "{along:?}");
+}
+
 on_the_fast_engine! {
+    a_mecanum_vehicle_that_meets_a_riser_askew_slides_along_it_and_is_not_on_its_way,
+    a_vehicle_that_is_commanded_along_an_edge_is_on_its_way,
     a_vehicle_that_drives_back_where_ahead_is_commanded_goes_the_wrong_way,
     a_vehicle_that_covers_less_than_half_of_its_way_fell_short_and_one_that_turns_unasked_is_off_course,
     a_vehicle_that_wrong_sensors_drive_back_is_not_called_driven,

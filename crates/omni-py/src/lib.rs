@@ -3,6 +3,7 @@
 
 mod arrays;
 mod arrow;
+mod chart;
 mod cli;
 mod climb_limits;
 mod controller;
@@ -50,6 +51,8 @@ mod wheel_rows;
 /// Control and simulation of omni-directional vehicles that climb steps.
 #[pyo3::pymodule]
 mod _omnistep {
+    #[pymodule_export]
+    use crate::chart::ChartRuns;
     #[pymodule_export]
     use crate::cli::cli;
     #[pymodule_export]

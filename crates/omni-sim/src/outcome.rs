@@ -30,6 +30,9 @@ pub enum Verdict {
     Climbed,
     /// The obstacle was not passed, or there is none, and in the last second the vehicle went less than a tenth of the commanded way.
     Stalled,
+    /// The obstacle was not passed, and in the last second the vehicle went along it, and across it less than a tenth of the way commanded
+    /// across: rollers slide along a riser at full speed.
+    SlidAlong,
     /// The obstacle was not passed, but the vehicle was still on its way: give it more time.
     Unfinished,
     /// There is no obstacle, the run went to its end, and none of the others fits.
@@ -76,6 +79,7 @@ impl Verdict {
         match self {
             Self::Climbed => "climbed",
             Self::Stalled => "stalled",
+            Self::SlidAlong => "slid_along",
             Self::Unfinished => "unfinished",
             Self::Completed => "completed",
             Self::Tipped => "tipped",
@@ -103,6 +107,9 @@ impl Verdict {
             Self::Climbed => "Every wheel stands beyond the obstacle.",
             Self::Stalled => {
                 "In the last second the vehicle covered less than a tenth of the commanded distance."
+            }
+            Self::SlidAlong => {
+                "In the last second the vehicle moved along the obstacle, and less than a tenth of the commanded distance across it."
             }
             Self::Unfinished => {
                 "The vehicle was still moving when duration_s ended. A longer duration_s shows whether it climbs."

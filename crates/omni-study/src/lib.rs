@@ -4,12 +4,14 @@
 //!
 //! A [`Plan`] lists the runs of a [`Study`](omni_config::Study), each with its key. [`row`] computes the row of one run, whatever
 //! happens in it; [`Store`] writes rows as parts and reads them back; [`compute`] puts these together on all cores, and
+//! [`chart`] makes a [`Chart`] of what a vehicle climbs.
 //! [`cells`] sums rows up, [`paired`] compares them seed by seed. A [`Batch`] is some runs on their way to another process or machine, which writes their rows itself.
 
 #![forbid(unsafe_code)]
 
 mod batch;
 mod cell;
+mod chart;
 mod checksum;
 mod columns;
 mod error;
@@ -30,6 +32,10 @@ mod store;
 
 pub use batch::Batch;
 pub use cell::{Cell, Column, Columns, Kind};
+pub use chart::{
+    Approach, CHART_SCHEMA_VERSION, Chart, ChartCell, ChartPlan, ChartSetup, ChartStart, Edge, chart,
+    clearance_m,
+};
 pub use error::Error;
 pub use key::key;
 pub use map::{MapCell, cells, cells_of};

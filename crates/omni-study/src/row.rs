@@ -10,7 +10,7 @@ use omni_sim::controller::AnyController;
 use rayon::prelude::*;
 
 use crate::columns::fields;
-use crate::{Cell, Kind, Run};
+use crate::{Cell, Kind, OwnPolicy, Run};
 
 /// What a run amounts to.
 #[derive(Clone, Debug, PartialEq)]
@@ -161,8 +161,16 @@ impl From<omni_sim::Error> for End {
     }
 }
 
-/// The outcome; none if `stop` was set before the end.
 fn simulate(run: &Run, scenario: &Scenario, stop: &AtomicBool) -> Result<Option<Ended>, omni_sim::Error> {
+    ended(scenario, run.own_policy(), stop)
+}
+
+/// The outcome of a scenario under a controller of one's own or its own; none if `stop` was set before the end.
+pub(crate) fn ended(
+    scenario: &Scenario,
+    own: Option<&OwnPolicy>,
+    stop: &AtomicBool,
+) -> Result<Option<Ended>, omni_sim::Error> {
     let look = || {
         if stop.load(Ordering::Relaxed) {
             Err(End::Stopped)
@@ -170,7 +178,7 @@ fn simulate(run: &Run, scenario: &Scenario, stop: &AtomicBool) -> Result<Option<
             Ok(())
         }
     };
-    let controller = || match run.own_policy() {
+    let controller = || match own {
         Some(own) => own.controller(scenario),
         None => AnyController::new(scenario),
     };

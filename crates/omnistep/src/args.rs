@@ -1,5 +1,6 @@
 //! The arguments of the command line.
 
+mod chart;
 mod command_interface;
 mod drive;
 mod export;
@@ -14,6 +15,7 @@ use omni_sim::controller::DEFAULT_FIRMWARE;
 
 use crate::Error;
 use crate::list::Listed;
+pub(crate) use chart::ChartArgs;
 pub(crate) use command_interface::CommandInterface;
 pub(crate) use drive::DriveArgs;
 pub(crate) use export::{ExportArgs, Format};
@@ -87,6 +89,10 @@ pub(crate) enum Command {
     ///
     /// Writes one Parquet row for each run and prints a map. The same command resumes a study that was stopped.
     Study(StudyArgs),
+    /// Finds the greatest edge that a vehicle climbs, up and down, by direction of travel.
+    ///
+    /// Sizes rise from below, from several starts each, until one is not climbed. Writes a TOML file that --resume continues, and prints a table.
+    Chart(ChartArgs),
     /// Prints the ripple of roller wheels: axle height and rolling radius.
     WheelRipple {
         /// A built-in vehicle or a .toml file.

@@ -50,6 +50,16 @@ pub enum Error {
         /// The folder of results.
         folder: PathBuf,
     },
+    /// Ctrl-C ended a chart before its end.
+    #[error("{done} of {cells} cells are done and kept in {}; run the same command with --resume to continue", file.display())]
+    ChartInterrupted {
+        /// Cells that were added to the file.
+        done: usize,
+        /// Cells that it lacked.
+        cells: usize,
+        /// The chart's file.
+        file: PathBuf,
+    },
     /// A signal such as Ctrl-C ended a run before its end.
     #[error("the run ended at {time_s:.2} s of {duration_s} s{}", its_log(part.as_deref()))]
     RunInterrupted {
@@ -124,7 +134,9 @@ impl Error {
             Self::Study(error) => error.is_bad_input(),
             #[cfg(feature = "climb-limits")]
             Self::ClimbLimits(error) => error.is_bad_input(),
-            Self::StudyInterrupted { .. } | Self::RunInterrupted { .. } => false,
+            Self::StudyInterrupted { .. } | Self::ChartInterrupted { .. } | Self::RunInterrupted { .. } => {
+                false
+            }
             _ => true,
         }
     }

@@ -8,6 +8,8 @@
 #![forbid(unsafe_code)]
 
 mod args;
+#[cfg(feature = "study")]
+mod chart;
 mod check;
 #[cfg(feature = "climb-limits")]
 mod climb_limits;
@@ -66,7 +68,11 @@ pub fn main(args: impl IntoIterator<Item = OsString>) -> u8 {
     let mut out = std::io::stdout().lock();
     match run(cli, &mut out) {
         Ok(code) => code,
-        Err(error @ (Error::StudyInterrupted { .. } | Error::RunInterrupted { .. })) => {
+        Err(
+            error @ (Error::StudyInterrupted { .. }
+            | Error::ChartInterrupted { .. }
+            | Error::RunInterrupted { .. }),
+        ) => {
             say(&format!("stopped: {error}"));
             signals::exit_code()
         }
@@ -143,6 +149,13 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<u8, Error> {
         #[cfg(not(feature = "study"))]
         Command::Study(_) => Err(Error::NotBuilt {
             what: "study",
+            feature: "study",
+        }),
+        #[cfg(feature = "study")]
+        Command::Chart(args) => chart::chart(&args, out),
+        #[cfg(not(feature = "study"))]
+        Command::Chart(_) => Err(Error::NotBuilt {
+            what: "chart",
             feature: "study",
         }),
         Command::WheelRipple {

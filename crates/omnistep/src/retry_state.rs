@@ -41,7 +41,10 @@ impl RetryState {
         }
         let retries = outcome.retries.filter(|retries| *retries > 0)?;
         let retries_left = self.mode != SupervisorMode::Drive || self.row_retries < self.most;
-        let short = matches!(outcome.verdict, Verdict::Unfinished | Verdict::Stalled);
+        let short = matches!(
+            outcome.verdict,
+            Verdict::Unfinished | Verdict::SlidAlong | Verdict::Stalled
+        );
         (short && retries_left)
             .then(|| format!("still retrying at the end (retry {retries}); use a longer duration_s"))
     }

@@ -190,7 +190,7 @@ impl Rules for StepClimb {
             | Verdict::RolledOn
             | Verdict::OffCourse
             | Verdict::FellShort => (false, 0.0),
-            Verdict::Stalled | Verdict::Unfinished | Verdict::Completed => (false, 0.0),
+            Verdict::Stalled | Verdict::SlidAlong | Verdict::Unfinished | Verdict::Completed => (false, 0.0),
         };
         if failed {
             return (worth, ended); // where it is then says nothing

@@ -114,6 +114,8 @@ struct Progress {
 struct Travel {
     place_m: [f64; 2],
     commanded_m: f64,
+    /// Along world x: across the obstacle.
+    commanded_across_m: f64,
     /// As distances of the farthest wheel \[m\].
     turned_m: f64,
     commanded_turn_m: f64,
@@ -210,6 +212,8 @@ impl Meter {
         let way = &mut self.progress.now;
         way.place_m = [px, py];
         way.commanded_m += libm::hypot(sample.command.vx_m_s, sample.command.vy_m_s) * self.period_s;
+        let (sin, cos) = libm::sincos(seen.pose.yaw_rad());
+        way.commanded_across_m += (cos * sample.command.vx_m_s - sin * sample.command.vy_m_s) * self.period_s;
         way.turned_m = self.farthest_m * self.heading.reached_rad;
         way.commanded_turn_m += self.farthest_m * sample.command.wz_rad_s.abs() * self.period_s;
         self.progress.push(seen.time_ns);
@@ -350,6 +354,8 @@ impl Meter {
             }
         } else if self.progress.stalled() {
             Verdict::Stalled
+        } else if self.phase == Phase::During && self.progress.slid_along() {
+            Verdict::SlidAlong
         } else {
             Verdict::Unfinished
         };
@@ -438,13 +444,15 @@ impl Progress {
         }
     }
 
+    /// Where it was a second ago; none before there was one.
+    fn a_second_ago(&self) -> Option<&Travel> {
+        let then = self.windows.front();
+        then.filter(|_| self.windows.len() == STALL_WINDOWS)
+    }
+
     /// Distances gone and commanded over the ground, then about, in the last second; none before there was one.
     fn last_second(&self) -> Option<[[f64; 2]; 2]> {
-        let then = self
-            .windows
-            .front()
-            .filter(|_| self.windows.len() == STALL_WINDOWS)?;
-        let now = &self.now;
+        let (then, now) = (self.a_second_ago()?, &self.now);
         let [x, y] = [0, 1].map(|k| now.place_m[k] - then.place_m[k]);
         Some([
             [libm::hypot(x, y), now.commanded_m - then.commanded_m],
@@ -459,6 +467,15 @@ impl Progress {
     fn stalled(&self) -> bool {
         let ways = self.last_second();
         ways.is_some_and(|[[gone, commanded], _]| gone < STALLED_PART * commanded)
+    }
+
+    /// At an obstacle: it went along it, and not across as commanded. Traction control that backs off goes back more than aside.
+    fn slid_along(&self) -> bool {
+        self.a_second_ago().is_some_and(|then| {
+            let [across, along] = [0, 1].map(|k| self.now.place_m[k] - then.place_m[k]);
+            let commanded = self.now.commanded_across_m - then.commanded_across_m;
+            commanded > COMMANDED_M && across < STALLED_PART * commanded && along.abs() > across.abs()
+        })
     }
 
     /// Without one: a vehicle commanded to turn need not go.

@@ -1,0 +1,174 @@
+"""Makes and checks the climb charts of all built-in vehicles, and draws docs/images/climb-charts.png.
+
+    .venv/bin/python scripts/measure/climb_charts.py [charts|check|engines|picture ...]
+
+Charts are kept in out/charts, and a run that was stopped goes on there. Without arguments it does all four:
+
+- `charts`: every vehicle under `traction` and `independent`; prints CPU seconds.
+- `check`: each cell with a size above 0 is run from 20 fresh starts; at least 19 of them have to climb.
+- `engines`: ten cells are run with both engines from five starts, and with both they have to climb.
+- `picture`: steps up and down.
+
+It ends with exit code 1 if a cell fails.
+"""
+
+import os
+import random
+import sys
+import time
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import omnistep
+from omnistep._omnistep import ChartRuns
+
+ROOT = Path(__file__).parents[2]
+FOLDER = ROOT / "out" / "charts"
+POLICIES = ["traction", "independent"]
+FRESH, ENOUGH = 20, 19
+#: Of both engines: vehicle and side, chosen before anything was run.
+TEN = [
+    ("mecanum4", 0.0),
+    ("mecanum4", 90.0),
+    ("mecanum4", 180.0),
+    ("chugo7", 0.0),
+    ("chugo7", 30.0),
+    ("chugo7", 150.0),
+    ("omni3", 30.0),
+    ("omni3", 90.0),
+    ("rocker_bogie6", 15.0),
+    ("rocker_bogie6", 180.0),
+]
+
+
+def path(vehicle: str, policy: str) -> Path:
+    """The file of a chart."""
+    return FOLDER / f"chart-{vehicle}-{policy}.toml"
+
+
+def charts() -> None:
+    """Make what is missing of every chart."""
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    for vehicle in omnistep.list_vehicles():
+        for policy in POLICIES:
+            before = time.process_time()
+            made = omnistep.climb_chart(vehicle, policy=policy, out=path(vehicle, policy), resume=True)
+            print(
+                f"{vehicle} under {policy}: {len(made.cells)} cells, {time.process_time() - before:.0f} CPU s",
+                flush=True,
+            )
+
+
+def runs_of(chart: omnistep.ClimbChart, **overrides: Any) -> ChartRuns:
+    """What makes the scenarios of a chart's runs."""
+    return ChartRuns(
+        chart.vehicle,
+        policy=chart.policy,
+        edges=["step"],
+        sides_deg=[0.0],
+        skews_deg=[0.0],
+        friction=chart.friction,
+        speed_m_s=chart.speed_m_s,
+        margin=chart.margin,
+        starts=3,
+        overrides=overrides,
+    )
+
+
+def climbs(text: str) -> bool:
+    """Does a run climb, turned by less than the chart allows?"""
+    try:
+        outcome = omnistep.run(omnistep.Scenario.from_toml(text), progress=False).outcome
+    except omnistep.SimulationError:
+        return False
+    return outcome.verdict == "climbed" and abs(outcome.yaw_error_deg) < 20.0
+
+
+def fresh(runs: ChartRuns, cell: Any, count: int, seed: str) -> list[str]:
+    """Scenarios of a cell from random starts."""
+    chosen = random.Random(seed)
+    return [
+        runs.scenario(
+            cell.edge,
+            cell.climbs_m,
+            cell.side_deg,
+            skew_deg=cell.skew_deg,
+            x_m=-0.06 * chosen.random(),
+            heading_deg=chosen.uniform(-1.0, 1.0),
+        )
+        for _ in range(count)
+    ]
+
+
+def check() -> bool:
+    """Every cell of every chart from fresh starts."""
+    good = True
+    with ProcessPoolExecutor(os.cpu_count()) as pool:
+        for vehicle in omnistep.list_vehicles():
+            for policy in POLICIES:
+                chart = omnistep.ClimbChart.read(path(vehicle, policy))
+                runs = runs_of(chart)
+                cells = [cell for cell in chart.cells if cell.climbs_m > 0.0]
+                jobs = [fresh(runs, cell, FRESH, f"{vehicle} {policy} {cell[:3]}") for cell in cells]
+                done = list(pool.map(climbs, [text for texts in jobs for text in texts], chunksize=FRESH // 4))
+                counts = [sum(done[FRESH * k : FRESH * (k + 1)]) for k in range(len(cells))]
+                few = [(cell, n) for cell, n in zip(cells, counts, strict=True) if n < ENOUGH]
+                above = [
+                    cell
+                    for cell in cells
+                    if any(
+                        cell.limit_m > bound for bound in (cell.clearance_m, cell.climb_limits_m) if bound is not None
+                    )
+                ]
+                good = good and not few and not above
+                print(
+                    f"{vehicle} under {policy}: {sum(done)} of {len(done)} runs of {len(cells)} cells climbed",
+                    flush=True,
+                )
+                for cell, n in few:
+                    print(f"  {n} of {FRESH}: {cell}", flush=True)
+                for cell in above:
+                    print(f"  beyond a bound: {cell}", flush=True)
+    return good
+
+
+def engines() -> bool:
+    """Ten cells with both engines."""
+    good = True
+    with ProcessPoolExecutor(os.cpu_count()) as pool:
+        for vehicle, side_deg in TEN:
+            chart = omnistep.ClimbChart.read(path(vehicle, "traction"))
+            (cell,) = (cell for cell in chart.cells if (cell.edge, cell.side_deg) == ("step", side_deg))
+            counts = {}
+            for engine in ("articulated", "rapier"):
+                runs = runs_of(chart, **{"physics.engine": engine})
+                counts[engine] = sum(pool.map(climbs, fresh(runs, cell, 5, f"{vehicle} {side_deg}")))
+            good = good and min(counts.values()) == 5
+            print(f"{vehicle} at {side_deg} deg, {1000 * cell.climbs_m:.1f} mm: {counts} of 5", flush=True)
+    return good
+
+
+def picture() -> None:
+    """Steps up and down of every vehicle."""
+    import matplotlib.pyplot as plt
+
+    vehicles = omnistep.list_vehicles()
+    figure, axes = plt.subplots(
+        2, len(vehicles), figsize=(3.4 * len(vehicles), 7.4), subplot_kw={"projection": "polar"}, layout="constrained"
+    )
+    for row, edge in zip(axes, ("step", "drop"), strict=True):
+        for ax, vehicle in zip(row, vehicles, strict=True):
+            omnistep.plot.chart(
+                [omnistep.ClimbChart.read(path(vehicle, policy)) for policy in POLICIES], edge=edge, ax=ax
+            )
+    for ax in axes.ravel():
+        ax.get_legend().remove()
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=len(POLICIES))
+    figure.savefig(ROOT / "docs" / "images" / "climb-charts.png", dpi=80)
+
+
+if __name__ == "__main__":
+    asked = sys.argv[1:] or ["charts", "check", "engines", "picture"]
+    results = [{"charts": charts, "check": check, "engines": engines, "picture": picture}[each]() for each in asked]
+    sys.exit(any(result is False for result in results))
