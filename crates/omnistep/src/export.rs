@@ -12,6 +12,9 @@ use crate::notices::announce_assumed;
 use crate::output::{print, say, warn, write_file};
 use crate::scenario_or_vehicle::scenario_or_vehicle;
 
+/// The scenario of a vehicle that is named alone.
+const LEVEL: &str = "flat";
+
 /// Writes a vehicle, or a scenario with its own vehicle or another, into a file or to standard output.
 pub(super) fn export(args: &ExportArgs, out: &mut dyn Write) -> Result<(), Error> {
     check(args)?;
@@ -53,6 +56,12 @@ fn check(args: &ExportArgs) -> Result<(), Error> {
 /// A scenario's controller as constants for firmware, with notes on what its vehicle's file leaves open.
 fn constants(args: &ExportArgs, language: Language) -> Result<String, Error> {
     let scenario = scenario(args)?;
+    if scenario.name == LEVEL && args.name != LEVEL {
+        say(&format!(
+            "{0}: a vehicle, so its commands, sensors and actuators are those of the scenario {LEVEL}; those of another: omnistep export SCENARIO --vehicle {0}",
+            args.name
+        ));
+    }
     announce_assumed(scenario.vehicle(), scenario.period_s(), scenario.derived_gains());
     if let Some(text) = scenario.unseen_encoders() {
         warn(&format!("{}: {text}", scenario.name));
@@ -98,6 +107,6 @@ fn vehicle(args: &ExportArgs) -> Result<Vehicle, Error> {
 /// A scenario by its name, or a vehicle by its name on level ground.
 fn scenario(args: &ExportArgs) -> Result<Scenario, Error> {
     let overrides = with_vehicle(args.vehicle.as_deref(), &args.overrides)?;
-    scenario_or_vehicle(&args.name, overrides, || Ok(("flat", Vec::new())))
+    scenario_or_vehicle(&args.name, overrides, || Ok((LEVEL, Vec::new())))
         .map_err(|error| error.to_command("export").into())
 }

@@ -1,6 +1,20 @@
 //! Vehicles and scenarios as files of other simulators.
 
-use super::{omnistep, refused, stdout, words};
+use super::{omnistep, refused, stderr, stdout, words};
+
+#[test]
+fn constants_of_a_vehicle_say_which_scenario_they_are_of() {
+    let folder = tempfile::tempdir().unwrap();
+    let said = |args: &[&str]| stderr(&omnistep(folder.path(), args));
+    assert!(
+        said(&["export", "mecanum4", "--format", "c"]).starts_with(
+            "mecanum4: a vehicle, so its commands, sensors and actuators are those of the scenario flat; those of another: \
+             omnistep export SCENARIO --vehicle mecanum4\n"
+        )
+    );
+    // It was asked for.
+    assert!(!said(&["export", "flat", "--vehicle", "mecanum4", "--format", "c"]).contains("a vehicle, so"));
+}
 
 #[test]
 fn a_vehicle_as_urdf_has_its_masses_and_axes() {
