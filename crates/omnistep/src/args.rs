@@ -188,6 +188,9 @@ pub(crate) enum Command {
         /// Warns of motors that are too weak for a step of this height.
         #[arg(long, value_name = "HEIGHT_M")]
         step: Option<f64>,
+        /// With --step: says from which sides it is climbed by this chart of omnistep chart.
+        #[arg(long, value_name = "FILE", requires = "step")]
+        chart: Option<PathBuf>,
         /// Replaces a key of each file, such as control.policy=traction; may be repeated.
         #[arg(long = "set", value_name = "KEY=VALUE")]
         overrides: Vec<String>,

@@ -93,7 +93,8 @@ fn setup(args: &ChartArgs) -> Result<ChartSetup, Error> {
     })
 }
 
-fn read(file: &Path) -> Result<Chart, Error> {
+/// The chart of a file.
+pub(crate) fn read(file: &Path) -> Result<Chart, Error> {
     let failed = |source| Error::Io {
         path: file.into(),
         source,

@@ -1,6 +1,7 @@
 //! `omnistep check`.
 
 use std::io::Write;
+use std::path::PathBuf;
 
 use omni_config::{DerivedGains, File, Override, Scenario, Study, Vehicle, WheelModel, WheelSpec};
 
@@ -15,11 +16,18 @@ const GRAVITY_M_S2: f64 = 9.81;
 const FRICTION: f64 = 0.7;
 const SPEED_M_S: f64 = 0.3;
 
-/// Says what a file describes, or what is wrong with it, and warns of what is doubtful: whether there was anything. `step_m` is the height of a
-/// step that its motors shall be strong enough for.
+/// A step that a vehicle shall climb.
+pub(super) struct AskedStep {
+    pub(super) height_m: f64,
+    /// The file of the vehicle's chart.
+    pub(super) chart: Option<PathBuf>,
+}
+
+/// Says what a file describes, or what is wrong with it, and warns of what is doubtful: whether there was anything. `step` is what its motors
+/// shall be strong enough for.
 pub(super) fn check(
     file: &str,
-    step_m: Option<f64>,
+    step: Option<&AskedStep>,
     overrides: &[Override],
     out: &mut dyn Write,
 ) -> Result<bool, Error> {
@@ -32,6 +40,7 @@ pub(super) fn check(
             allowed: "with a vehicle, a scenario or an experiment",
         });
     }
+    let step_m = step.map(|step| step.height_m);
     if let Some(height_m) = step_m {
         allowed_step(height_m, &loaded)?;
     }
@@ -51,7 +60,7 @@ pub(super) fn check(
             report.warn(vehicle.doubts(PERIOD_S)?);
             report.warn(vehicle.falls(GRAVITY_M_S2));
             let facts = facts(&vehicle, PERIOD_S, GRAVITY_M_S2, derived.as_ref())?;
-            let step = on_step(&vehicle, step_m, FRICTION, GRAVITY_M_S2, SPEED_M_S, &mut report)?;
+            let limits = on_step(&vehicle, step_m, FRICTION, GRAVITY_M_S2, SPEED_M_S, &mut report)?;
             // As in a scenario that names no policy.
             let own =
                 |over: &Override| Override::new(format!("vehicle.{}", over.key()), over.value().clone());
@@ -60,8 +69,9 @@ pub(super) fn check(
                 .chain(overrides.iter().map(own))
                 .collect();
             let flat = Scenario::load("flat", &overrides)?;
+            let charted = charted(step, flat.vehicle(), &mut report)?;
             format!(
-                "vehicle {}{facts}{}{step}{}",
+                "vehicle {}{facts}{}{limits}{charted}{}",
                 described(&vehicle),
                 chosen(&flat),
                 wheels_ahead(&vehicle)
@@ -78,9 +88,10 @@ pub(super) fn check(
             let balls = beyond_balls(&scenario);
             report.doubtful |= balls.is_some();
             let (friction, speed_m_s) = (scenario.terrain.friction(), scenario.command.vx_m_s.abs());
-            let step = on_step(vehicle, step_m, friction, gravity, speed_m_s, &mut report)?;
+            let limits = on_step(vehicle, step_m, friction, gravity, speed_m_s, &mut report)?;
+            let charted = charted(step, vehicle, &mut report)?;
             format!(
-                "scenario {}, {} s, policy {}, engine {}; vehicle {}{}{}{}{step}{}",
+                "scenario {}, {} s, policy {}, engine {}; vehicle {}{}{}{}{limits}{charted}{}",
                 scenario.name,
                 scenario.duration_s,
                 scenario.control.law(),
@@ -349,6 +360,28 @@ fn wheels_ahead(vehicle: &Vehicle) -> String {
         None => "balls on level ground and at an edge straight ahead".into(),
     };
     format!("\n  {:<8} {text}", "wheels")
+}
+
+/// From which sides a step is climbed by a chart, as one of [`facts`].
+#[cfg(feature = "study")]
+fn charted(step: Option<&AskedStep>, vehicle: &Vehicle, report: &mut Report) -> Result<String, Error> {
+    let Some((file, height_m)) = step.and_then(|step| Some((step.chart.as_ref()?, step.height_m))) else {
+        return Ok(String::new());
+    };
+    let found = crate::check_chart::on_chart(file, vehicle, height_m)?;
+    report.warn(found.doubt);
+    Ok(format!("\n  {:<8} {}", "chart", found.text))
+}
+
+#[cfg(not(feature = "study"))]
+fn charted(step: Option<&AskedStep>, _: &Vehicle, _: &mut Report) -> Result<String, Error> {
+    match step.and_then(|step| step.chart.as_ref()) {
+        Some(_) => Err(Error::NotBuilt {
+            what: "check --chart",
+            feature: "study",
+        }),
+        None => Ok(String::new()),
+    }
 }
 
 /// The body that reaches farthest ahead, where its clearance is less than the height of a step.

@@ -11,6 +11,8 @@ mod args;
 #[cfg(feature = "study")]
 mod chart;
 mod check;
+#[cfg(feature = "study")]
+mod check_chart;
 #[cfg(feature = "climb-limits")]
 mod climb_limits;
 mod compare;
@@ -46,6 +48,7 @@ use std::ffi::OsString;
 use std::io::Write;
 
 use args::{Cli, Command, Place, RunArgs};
+use check::AskedStep;
 use clap::{CommandFactory, Parser};
 use compare::Policies;
 use omni_config::Engine;
@@ -98,13 +101,15 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<u8, Error> {
         Command::Check {
             files,
             step,
+            chart,
             overrides,
             strict,
         } => {
             let overrides = args::parse_overrides(&overrides)?;
+            let step = step.map(|height_m| AskedStep { height_m, chart });
             let mut doubtful = false;
             let code = each(&files, |file| {
-                doubtful |= check::check(file, step, &overrides, out)?;
+                doubtful |= check::check(file, step.as_ref(), &overrides, out)?;
                 Ok(())
             });
             return Ok(code.max(u8::from(strict && doubtful)));

@@ -1,7 +1,8 @@
 //! A chart as TOML, and what may be continued.
 
-use omni_config::Error as ConfigError;
+use omni_config::{Error as ConfigError, Vehicle};
 
+use super::plan::vehicle_sha256;
 use super::{Approach, CHART_SCHEMA_VERSION, Chart, ChartPlan};
 use crate::Error;
 
@@ -60,6 +61,22 @@ impl Chart {
             }
         }
         Ok(chart)
+    }
+
+    /// Is it a chart of this vehicle? Its gains are resolved, as in a scenario.
+    ///
+    /// # Errors
+    /// Where it is another's; messages name the chart `file`.
+    pub fn check_vehicle(&self, file: &str, vehicle: &Vehicle) -> Result<(), Error> {
+        let sha256 = vehicle_sha256(vehicle)?;
+        if self.vehicle_sha256 == sha256 {
+            return Ok(());
+        }
+        let message = format!(
+            "that of another vehicle {}, allowed: {sha256}, that of {} as it is now",
+            self.vehicle, vehicle.name
+        );
+        Err(refused(file, "vehicle_sha256", &message))
     }
 
     /// Is it a chart of the plan's runs, which may get more cells?

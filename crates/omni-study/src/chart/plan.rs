@@ -1,6 +1,6 @@
 //! What a chart is made of: the scenario of every run, checked.
 
-use omni_config::{Override, Scenario, WheelModel, WheelSpec};
+use omni_config::{Override, Scenario, Vehicle, WheelModel, WheelSpec};
 use sha2::{Digest, Sha256};
 use toml::Value;
 
@@ -155,12 +155,11 @@ impl ChartPlan {
         }
         approaches.sort_by(in_order);
         approaches.dedup();
-        let text = toml::to_string(vehicle).map_err(|error| refused("vehicle", &error.to_string()))?;
         let empty = Chart {
             schema_version: CHART_SCHEMA_VERSION,
             omnistep: VERSION.into(),
             vehicle: vehicle.name.clone(),
-            vehicle_sha256: hex(&Sha256::digest(text), 32),
+            vehicle_sha256: vehicle_sha256(vehicle)?,
             scenario_key: key(&level)?,
             policy: level.control.law(),
             engine: level.physics.engine.name().into(),
@@ -244,6 +243,12 @@ impl ChartPlan {
         ];
         Ok(self.level.with("chart", &keys)?)
     }
+}
+
+/// Another vehicle, another digest.
+pub(super) fn vehicle_sha256(vehicle: &Vehicle) -> Result<String, Error> {
+    let text = toml::to_string(vehicle).map_err(|error| refused("vehicle", &error.to_string()))?;
+    Ok(hex(&Sha256::digest(text), 32))
 }
 
 /// As a file names it.

@@ -92,6 +92,58 @@ fn what_is_wrong_is_one_line_and_nothing_is_written() {
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
 }
 
+#[test]
+fn check_says_from_which_sides_a_charted_vehicle_climbs_a_step() {
+    let folder = tempfile::tempdir().unwrap();
+    let made = chart(
+        folder.path(),
+        &[&SMALL[..], &["0,30,60", "--out", "omni3.toml"]].concat(),
+    );
+    assert!(made.status.success(), "{made:?}");
+    let check = |args: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_omnistep"));
+        let output = command
+            .current_dir(folder.path())
+            .args([&["check"], args].concat())
+            .output()
+            .unwrap();
+        let [said, warned] = [output.stdout, output.stderr].map(|text| String::from_utf8(text).unwrap());
+        (output.status.code().unwrap(), said, warned)
+    };
+    // The page's table: 4.0, 17.6 and 8.0 mm.
+    for (height, line, warning) in [
+        ("0.003", "from 0, 30, 60 deg; at most 17.6 mm, at 30 deg", None),
+        (
+            "0.008",
+            "from 30, 60 deg; ",
+            Some("omni3: its chart plans with 4.0 mm straight ahead, less than the step of 0.008 m: stalled"),
+        ),
+        (
+            "0.03",
+            "from none of 3 sides; at most 17.6 mm",
+            Some("omni3: its chart plans with no step of 0.03 m from any side: at most 17.6 mm, at 30 deg"),
+        ),
+    ] {
+        let (code, said, warned) = check(&["omni3", "--step", height, "--chart", "omni3.toml"]);
+        assert_eq!(code, 0, "{warned}");
+        let expected = format!("\n  chart    step of {height} m {line}");
+        assert!(said.contains(&expected), "{said}");
+        assert!(said.contains("(independent, friction 0.7, 0.3 m/s)"), "{said}");
+        match warning {
+            Some(warning) => assert!(warned.contains(warning), "{warned}"),
+            None => assert!(!warned.contains("chart"), "{warned}"),
+        }
+    }
+    let (code, _, warned) = check(&["mecanum4", "--step", "0.01", "--chart", "omni3.toml"]);
+    assert_eq!(code, 2);
+    assert!(
+        warned.starts_with("error: omni3.toml: vehicle_sha256: that of another vehicle omni3, allowed: "),
+        "{warned}"
+    );
+    let (code, _, warned) = check(&["omni3", "--chart", "omni3.toml"]);
+    assert!(code == 2 && warned.contains("--step"), "{warned}");
+}
+
 #[cfg(unix)]
 #[test]
 fn ctrl_c_keeps_finished_cells_and_resume_gives_the_same_bytes() {
