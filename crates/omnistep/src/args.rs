@@ -89,7 +89,7 @@ pub(crate) enum Command {
     ///
     /// Writes one Parquet row for each run and prints a map. The same command resumes a study that was stopped.
     Study(StudyArgs),
-    /// Finds the greatest edge that a vehicle climbs, up and down, by direction of travel.
+    /// Finds the greatest edges that a vehicle climbs, by direction of travel.
     ///
     /// Sizes rise from below, from several starts each, until one is not climbed. Writes a TOML file that --resume continues, and prints a table.
     Chart(ChartArgs),

@@ -29,9 +29,9 @@ const GRID_M: f64 = 1e-4;
 /// use omni_config::Vehicle;
 /// let mut mecanum4 = Vehicle::load("mecanum4")?;
 /// let ahead = |vehicle: &Vehicle| omni_study::clearance_m(vehicle, 0.0).expect("one body on two rows");
-/// assert!((ahead(&mecanum4) - 0.0575).abs() < 5e-4); // 50 mm, the tilt, and 2 mm
+/// assert!((ahead(&mecanum4) - 0.0609).abs() < 1e-4); // 50 mm, the tilt, and 2 mm
 /// mecanum4.body[0].clearance_m = Some(0.02);
-/// assert!((ahead(&mecanum4) - 0.0245).abs() < 5e-4);
+/// assert!((ahead(&mecanum4) - 0.0247).abs() < 1e-4);
 /// # Ok::<(), omni_config::Error>(())
 /// ```
 #[must_use]
