@@ -2932,8 +2932,8 @@ class ClimbLimits:
 class ChartRuns:
     """The runs of a climb chart, checked, for :mod:`omnistep.charts`."""
 
-    def __init__(
-        self,
+    def __new__(
+        cls,
         vehicle: str | PathLike[str] | Vehicle,
         *,
         policy: str | None,
@@ -2945,7 +2945,7 @@ class ChartRuns:
         margin: float,
         starts: int,
         overrides: Mapping[str, Any] | None,
-    ) -> None:
+    ) -> ChartRuns:
         """The runs of a chart; the arguments are those of :func:`omnistep.climb_chart`.
 
         Raises:
