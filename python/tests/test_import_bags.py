@@ -384,7 +384,7 @@ def test_what_is_there_of_a_cut_off_bag_is_imported(tmp_path):
         )
         assert (summary.rows, len(summary.doubts)) == (summaries[1].rows, 1)
     garbled = bytearray(cut.read_bytes())
-    garbled[20_000] ^= 0xFF  # in the first chunk: what lies between chunks nobody needs
+    garbled[20_000] ^= 0xFF  # in the first chunk: what lies between chunks is not needed
     # Damage before the end is not taken for the end, zeros or not.
     for zeros in (0, 64):
         cut.write_bytes(garbled + bytes(zeros))
