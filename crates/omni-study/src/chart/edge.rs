@@ -9,6 +9,11 @@ const SLOPE_M: f64 = 1.0;
 /// The steepest slope that is tried rises by so much on that length \[mm\]: 45 degrees.
 const STEEPEST_MM: u32 = 1000;
 
+/// Metres of whole millimetres, as short as a file can say them.
+pub(super) fn size_m(size_mm: u32) -> f64 {
+    f64::from(size_mm) / 1000.0
+}
+
 /// What is climbed. Each has a size in metres.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

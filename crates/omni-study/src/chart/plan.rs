@@ -4,8 +4,7 @@ use omni_config::{Override, Scenario, Vehicle, WheelModel, WheelSpec};
 use sha2::{Digest, Sha256};
 use toml::Value;
 
-use super::edge::Edge;
-use super::scan;
+use super::edge::{Edge, size_m};
 use super::symmetry::is_mirrored;
 use super::{Approach, CHART_SCHEMA_VERSION, Chart, ChartStart};
 use crate::Error;
@@ -183,11 +182,7 @@ impl ChartPlan {
         };
         // What is wrong with the runs is said before the first of them.
         for approach in &plan.approaches {
-            plan.scenario(
-                approach,
-                scan::size_m(approach.edge.grid_mm()),
-                &plan.empty.start[0],
-            )?;
+            plan.scenario(approach, size_m(approach.edge.grid_mm()), &plan.empty.start[0])?;
         }
         Ok(plan)
     }

@@ -5,18 +5,13 @@ use std::sync::atomic::AtomicBool;
 use omni_sim::Verdict;
 
 use super::bounds::{clearance_m, climb_limits_mm};
-use super::edge::Edge;
+use super::edge::{Edge, size_m};
 use super::{Approach, ChartCell, ChartPlan, ChartStart};
 use crate::Error;
 use crate::row::ended;
 
 /// Sizes are first tried in steps of so many of the grid's, then one by one.
 const COARSE: u32 = 5;
-
-/// Metres of whole millimetres, as short as a file can say them.
-pub(super) fn size_m(size_mm: u32) -> f64 {
-    f64::from(size_mm) / 1000.0
-}
 
 /// A cell in the making.
 struct Scan<'a> {

@@ -124,7 +124,7 @@ fn nothing_is_climbed_beyond_what_the_balance_of_forces_excludes() {
         .iter()
         .find(|approach| approach.side_deg == 0.0)
         .unwrap();
-    let scenario = |mm| plan.scenario(ahead, scan::size_m(mm), &plan.empty().start[0]);
+    let scenario = |mm| plan.scenario(ahead, edge::size_m(mm), &plan.empty().start[0]);
     assert_eq!(bounds::climb_limits_mm(scenario, ahead, 50).unwrap(), None);
 }
 

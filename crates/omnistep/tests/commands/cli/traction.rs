@@ -250,7 +250,11 @@ fn a_policy_that_is_not_named_is_the_best_that_sensors_and_motors_allow() {
     let quiet = |command: &[&str]| {
         let output = omnistep(path, command);
         assert!(output.status.success(), "{}", stderr(&output));
-        assert_eq!(stderr(&output), "", "what it does without is said where it was asked for");
+        assert_eq!(
+            stderr(&output),
+            "",
+            "what it does without is said where it was asked for"
+        );
         stdout(&output)
     };
     // The log says what ran, whatever would be chosen with other keys.
