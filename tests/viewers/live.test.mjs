@@ -142,7 +142,7 @@ test("a client watches a run in step with the clock and changes command, policy 
 
   // What is not allowed changes nothing, and the client gets the reason.
   client.send({ op: "setParameters", id: "bad", parameters: [{ name: "control.policy", value: "scale_torque" }] });
-  await client.until(() => client.texts.some(({ op, message }) => op === "status" && /"scale_torque" \(did you mean "scale_torques"\?\), allowed: independent, scale_torques/.test(message)), "the reason");
+  await client.until(() => client.texts.some(({ op, message }) => op === "status" && /"scale_torque" \(did you mean "scale_torques"\?\), allowed: auto, independent, scale_torques/.test(message)), "the reason");
   client.send({ op: "getParameters", id: "all", parameterNames: [] });
   await client.until(() => client.texts.some(({ op, id }) => op === "parameterValues" && id === "all"), "all parameters");
   const all = client.texts.find(({ op, id }) => op === "parameterValues" && id === "all").parameters;
