@@ -2,8 +2,8 @@
 
 Figure 8 (wheels on dampers) is :func:`motor_bench`, 9 (the climb from the side) :func:`side_view` and
 :func:`side_views`, 10 and 11 (ratios and velocities) :func:`climb` and, side by side, :func:`climbs`; :func:`paper`
-draws all of them. :func:`path` is the top view of a run, with its odometry, and :func:`chart` a vehicle's
-climb chart.
+draws all of them. :func:`path` is the top view of a run, with its odometry, and :func:`omnistep.plot.chart` a
+vehicle's climb chart.
 
 The figures need matplotlib (extra ``plot``). Every function draws on the given axes, or on a new figure, and returns
 the axes. A policy has the same colour in every figure.
