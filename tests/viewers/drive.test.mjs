@@ -123,7 +123,8 @@ test("keys drive the vehicle, and letting go, looking away and space stop it", a
 });
 
 test("it drives over bumps in light and in dark, and on a phone with the pad", async () => {
-  const run = await started("drive", "--port", "0", "--no-keys");
+  // Its motors hold it: without friction in its wheels it may otherwise roll to and fro between two bumps for ever.
+  const run = await started("drive", "--port", "0", "--no-keys", "--set", "control.rest.hold_s=100", "--set", "control.rest.hold_torque_squared_n2m2s=1e6");
   const { context, tab, complaints } = await opened(run.page, { colorScheme: "light" });
   assert.equal(await tab.title(), "chugo7 on bumps: omnistep");
   await tab.keyboard.down("w");
