@@ -6,12 +6,14 @@
 mod covariance;
 mod encoder;
 pub(crate) mod estimator;
+mod ground;
 mod odometry;
 mod velocity;
 
 pub use covariance::{CovarianceGrowth, OdometryNoise, PoseCovariance};
 pub use encoder::{CounterState, Encoder, EncoderConfig, EncoderCounter, EncoderState};
 pub use estimator::{Estimator, EstimatorConfig, EstimatorInput, EstimatorState, EstimatorStep};
+pub use ground::{GroundInput, GroundOdometry, GroundOdometryConfig, GroundOdometryState, GroundPose};
 pub use odometry::{Odometry, OdometryState, OdometryStep};
 #[doc(hidden)]
 pub use velocity::VelocityLaw;

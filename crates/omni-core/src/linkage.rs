@@ -4,9 +4,11 @@
 //! sees besides how its carrier turns. Hinge encoders and an inertial measurement unit on the base measure both.
 
 mod motion;
+mod place;
 mod tree;
 
 pub use motion::LinkageMotion;
+pub(crate) use place::{Axes, WheelPlace, axes_of, cross, dot, turned};
 #[doc(hidden)]
 pub use tree::Joint;
 pub use tree::{Attitude, CarriedWheel, HingeGeometry, Linkage, MAX_HINGES, rolled_speed};

@@ -1,0 +1,455 @@
+//! Odometry in three dimensions: the vehicle feels the ground with its wheels.
+//!
+//! Wheel encoders, hinges, gyros and the attitude of the base tell where each wheel is against the base, and how its rim moves. A wheel that
+//! climbs moves along a sloped path; which slope follows from the linkage, as the contact angles of Lamon and Siegwart (*3D position tracking in
+//! challenging terrain*, Int. J. of Robotics Research 26, 2007). The first wheel that passes over the ground records its height in a small grid, and later wheels, which
+//! pass over the same ground, carry the height of the vehicle.
+
+mod config;
+mod grid;
+mod height;
+mod input;
+mod travel;
+
+use crate::constants::constant_struct;
+use crate::geometry::WheelLayout;
+use crate::linkage::{Attitude, Linkage, MAX_HINGES};
+use crate::scalar::{follow, is_plausible};
+use crate::sum::Sum;
+use crate::{ConfigError, Real};
+pub use config::GroundOdometryConfig;
+use grid::{Grid, Place, Who};
+use height::{Follower, rise};
+pub use input::GroundInput;
+use travel::{RollingWheel, WheelView, travel};
+
+/// Time over which the rise of a wheel is averaged \[s\].
+const RISE_S: f64 = 0.015;
+/// Time over which the rise of the base is averaged \[s\].
+const BASE_RISE_S: f64 = 0.03;
+/// Unknown ground rises or falls by this part of the travel \[m/m\].
+const UNKNOWN_SLOPE: f64 = 0.1;
+
+/// Odometry in three dimensions of a vehicle with `N` wheels. Immutable; what changes is in [`GroundOdometryState`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(C)]
+pub struct GroundOdometry<R, const N: usize> {
+    config: GroundOdometryConfig<R>,
+    linkage: Linkage<R, N>,
+    radius_m: [R; N],
+    rim_m_rad: [R; N],
+    direction: [[R; 2]; N],
+    roller: [[R; 2]; N],
+    /// Mean length of the vehicle between its wheels \[m\].
+    length_m: R,
+}
+
+constant_struct!(GroundOdometry<R, const N> {
+    config: GroundOdometryConfig<R>,
+    linkage: Linkage<R, N>,
+    radius_m: [R; N],
+    rim_m_rad: [R; N],
+    direction: [[R; 2]; N],
+    roller: [[R; 2]; N],
+    length_m: R,
+});
+
+/// Where the vehicle is, and what it remembers of the ground.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct GroundOdometryState<R, const N: usize> {
+    x: Sum<R>,
+    y: Sum<R>,
+    yaw: Sum<R>,
+    height_m: R,
+    attitude: Attitude<R>,
+    velocity: [R; 3],
+    /// Place in the grid, whose axes are those of the heading at the start.
+    place: Place<R>,
+    heading: Sum<R>,
+    grid: Grid<R>,
+    started: bool,
+    /// Travel in cells, and the rest of one.
+    travel: u32,
+    travel_rest: R,
+    /// Height of each contact above the base's origin, ground below it, and rates, averaged.
+    contact_m: [R; N],
+    ground_m: [R; N],
+    rise_m_s: [R; N],
+    base_rise_m_s: R,
+    /// Zeros of roll, pitch, hinges and gyros, and how many readings they are the mean of.
+    zero_rad: [R; 2],
+    zero_hinges_rad: [R; MAX_HINGES],
+    zero_rad_s: [R; 3],
+    zero_count: [u16; 2],
+    hinges_rad: [R; MAX_HINGES],
+    covariance: [[R; 3]; 3],
+    variance_m2: R,
+    blind_m: R,
+}
+
+/// Pose in three dimensions, after a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub struct GroundPose<R, const N: usize> {
+    /// Place of the base's origin in the world \[m\].
+    pub position_m: [R; 3],
+    /// Roll, pitch and yaw \[rad\]: left side up, nose up, counter-clockwise.
+    pub roll_rad: R,
+    /// Nose up.
+    pub pitch_rad: R,
+    /// Counter-clockwise, in (-pi, pi].
+    pub yaw_rad: R,
+    /// Height of each wheel's contact in the world \[m\].
+    pub contact_m: [R; N],
+    /// Wheels follow ground whose height is known.
+    pub follows: bool,
+}
+
+impl<R: Real, const N: usize> GroundOdometry<R, N> {
+    /// For a vehicle with this layout of wheels on this linkage, in the same order.
+    ///
+    /// # Errors
+    /// What of the configuration is out of its range.
+    pub fn new(
+        config: GroundOdometryConfig<R>,
+        layout: &WheelLayout<R, N>,
+        linkage: Linkage<R, N>,
+    ) -> Result<Self, ConfigError> {
+        let wheels = layout.wheels();
+        let (mut low, mut high) = (R::zero(), R::zero());
+        for wheel in wheels {
+            let [x, _] = wheel.position_m;
+            low = if x < low { x } else { low };
+            high = if x > high { x } else { high };
+        }
+        Ok(Self {
+            config: config.checked()?,
+            linkage,
+            radius_m: wheels.map(|wheel| wheel.radius_m),
+            rim_m_rad: wheels.map(|wheel| wheel.radius_m * wheel.wheel_per_actuator()),
+            direction: wheels.map(|wheel| wheel.unit_direction()),
+            roller: wheels.map(|wheel| {
+                let (sin, cos) = wheel.roller_angle_rad.sine_cosine();
+                [cos, sin]
+            }),
+            length_m: high - low,
+        })
+    }
+
+    fn wheel(&self, i: usize) -> RollingWheel<R> {
+        RollingWheel {
+            radius_m: self.radius_m[i],
+            rim_m_rad: self.rim_m_rad[i],
+            direction: self.direction[i],
+            roller: self.roller[i],
+        }
+    }
+
+    /// One period.
+    pub fn step(&self, state: &mut GroundOdometryState<R, N>, input: &GroundInput<R, N>) {
+        let config = &self.config;
+        let period_s = config.period_s;
+        state.learn_zeros(input);
+        let (base, hinges_rad, hinges_rad_s) = state.read(input);
+        state.attitude = base;
+        let places = self.linkage.places(&base, &hinges_rad, &hinges_rad_s);
+        let mut contact_m = [R::zero(); N];
+        for i in 0..N {
+            contact_m[i] = places[i].centre_m[2] - self.radius_m[i];
+        }
+        if !state.started || input.standing {
+            self.stand(state, &contact_m, input.standing, &places.map(|place| place.centre_m));
+            return;
+        }
+        // How the wheels rise.
+        let part = period_s / (period_s + R::of(RISE_S));
+        let lever = |k: usize| {
+            let [x, y, _] = places[k].centre_m;
+            x * x + y * y
+        };
+        let gyro2 = config.gyro_rad_s * config.gyro_rad_s;
+        let hinge2 = config.hinge_rad_s * config.hinge_rad_s;
+        let mut views: [WheelView<R>; N] = core::array::from_fn(|i| {
+            let rate2 = if self.linkage.carrier(i) == 0 { gyro2 } else { gyro2 + hinge2 };
+            let variance = lever(i) * rate2 * part / (R::of(2.0) - part);
+            follow(&mut state.rise_m_s[i], places[i].velocity_m_s[2], part);
+            let rise = state.rise_m_s[i] + state.base_rise_m_s;
+            let read = input.wheels.rad_s[i];
+            let read = is_plausible(read).then_some(read);
+            let wheel_m_s = self.rim_m_rad[i] * config.wheel_rad_s;
+            let noise = (wheel_m_s * wheel_m_s + config.slip_m_s * config.slip_m_s).sqrt();
+            self.wheel(i).view(&places[i], read, (rise, variance), noise)
+        });
+        let yaw_rate = input.imu.rate_rad_s[2];
+        let gyro = is_plausible(yaw_rate).then(|| {
+            let along = base.left_up_rad_s;
+            let _ = along;
+            let level = crate::linkage::axes_of(&base);
+            let rates = [base.left_up_rad_s, -base.nose_up_rad_s, yaw_rate - state.zero_rad_s[2]];
+            let turned = crate::linkage::turned(&level, &rates);
+            let [x, ..] = &level;
+            (turned[2] - turned[0] * x[2] / x[0], config.gyro_rad_s)
+        });
+        let moved = travel(&views, &state.velocity, gyro, period_s);
+        let _ = &mut views;
+        state.velocity = moved.velocity;
+        let [vx, vy, wz] = moved.velocity;
+        // Move.
+        let half = R::of(0.5);
+        let turn = wz * period_s;
+        let (dx, dy) = (vx * period_s, vy * period_s);
+        let along = |yaw: R| {
+            let (sin, cos) = (yaw + half * turn).sine_cosine();
+            [cos * dx - sin * dy, sin * dx + cos * dy]
+        };
+        let [wx, wy] = along(state.yaw.total);
+        state.x = state.x.plus(wx);
+        state.y = state.y.plus(wy);
+        state.yaw = state.yaw.plus(turn);
+        let [gx, gy] = along(state.heading.total);
+        state.heading = state.heading.plus(turn);
+        let per_cell = R::one() / config.cell_m;
+        state.place = state.place.moved([gx * per_cell, gy * per_cell]);
+        let way_m = (dx * dx + dy * dy).sqrt();
+        let way = (state.travel_rest + way_m * per_cell).limited(R::zero(), R::of(1e6));
+        let whole = way.whole_part();
+        state.travel = state.travel.wrapping_add(whole);
+        state.travel_rest = way - R::of(f64::from(whole));
+        // Height.
+        let (sin, cos) = state.heading.total.sine_cosine();
+        let speed = (vx * vx + vy * vy).sqrt();
+        let least = R::of(1e-3);
+        let unit = R::one() / if speed > least { speed } else { least };
+        let ahead = [(cos * vx - sin * vy) * unit, (sin * vx + cos * vy) * unit];
+        let followers: [Follower<R>; N] = core::array::from_fn(|i| {
+            let [x, y, _] = places[i].centre_m;
+            Follower {
+                place: state.place.moved([(cos * x - sin * y) * per_cell, (sin * x + cos * y) * per_cell]),
+                height_m: contact_m[i],
+                grown_m: contact_m[i] - state.contact_m[i],
+                last_m: state.ground_m[i],
+                has_reading: true,
+            }
+        });
+        let travel = state.travel;
+        let risen = rise(&state.grid, &followers, state.height_m, ahead, config.cell_m, period_s, travel);
+        state.height_m += risen.by_m;
+        follow(
+            &mut state.base_rise_m_s,
+            risen.by_m / period_s,
+            period_s / (period_s + R::of(BASE_RISE_S)),
+        );
+        state.ground_m = risen.ground_m;
+        state.contact_m = contact_m;
+        // How well it is known.
+        state.grow(&moved.covariance, period_s, way_m, [wx, wy]);
+        match risen.variance_m2 {
+            Some(variance) => {
+                state.blind_m = R::zero();
+                let handed = config.attitude_rad * config.attitude_rad * self.length_m * way_m;
+                let known = variance + handed;
+                state.variance_m2 = known;
+            }
+            None => {
+                let before = R::of(UNKNOWN_SLOPE) * state.blind_m;
+                state.blind_m += way_m;
+                let after = R::of(UNKNOWN_SLOPE) * state.blind_m;
+                state.variance_m2 += after * after - before * before;
+            }
+        }
+        for (wheel, follower) in followers.iter().enumerate() {
+            let who = Who { wheel, travel };
+            let height = state.height_m + follower.height_m;
+            state.grid.write(&follower.place, height, state.variance_m2, who);
+        }
+    }
+
+    fn stand(
+        &self,
+        state: &mut GroundOdometryState<R, N>,
+        contact_m: &[R; N],
+        standing: bool,
+        centres_m: &[[R; 3]; N],
+    ) {
+        state.velocity = [R::zero(); 3];
+        state.base_rise_m_s = R::zero();
+        state.rise_m_s = [R::zero(); N];
+        if !state.started || standing {
+            if state.started {
+                state.contact_m = *contact_m;
+                return;
+            }
+            let part = if state.contact_m[0].is_finite_real() { R::of(0.05) } else { R::one() };
+            for (mean, now) in state.contact_m.iter_mut().zip(contact_m) {
+                if part < R::one() {
+                    follow(mean, *now, part);
+                } else {
+                    *mean = *now;
+                }
+            }
+            let mut sum = R::zero();
+            for mean in &state.contact_m {
+                sum += *mean;
+            }
+            state.height_m = -sum / R::of(N as f64);
+            state.ground_m = [R::zero(); N];
+            let cell = R::one() / self.config.cell_m;
+            let (mut low, mut high) = ([R::zero(); 2], [R::zero(); 2]);
+            for [x, y, _] in centres_m {
+                for ((low, high), value) in low.iter_mut().zip(&mut high).zip([*x, *y]) {
+                    *low = if value < *low { value } else { *low };
+                    *high = if value > *high { value } else { *high };
+                }
+            }
+            let margin = R::of(1.5);
+            let corner = |at: [R; 2], by: R| state.place.moved(at.map(|each| each * cell + by)).cell;
+            let corners = [corner(low, -margin), corner(high, margin)];
+            state.grid.start(corners, [R::zero(); 3]);
+            state.started = !standing;
+        }
+    }
+}
+
+impl<R: Real, const N: usize> Default for GroundOdometryState<R, N> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<R: Real, const N: usize> GroundOdometryState<R, N> {
+    /// At the origin, facing +x, on even ground.
+    #[must_use]
+    pub fn new() -> Self {
+        let zero = R::zero();
+        let nan = R::of(f64::NAN);
+        let none = Sum::of(zero);
+        Self {
+            x: none,
+            y: none,
+            yaw: none,
+            height_m: zero,
+            attitude: Attitude::LEVEL,
+            velocity: [zero; 3],
+            place: Place::origin(),
+            heading: none,
+            grid: Grid::EMPTY,
+            started: false,
+            travel: 1 << 16,
+            travel_rest: zero,
+            contact_m: [nan; N],
+            ground_m: [nan; N],
+            rise_m_s: [zero; N],
+            base_rise_m_s: zero,
+            zero_rad: [zero; 2],
+            zero_hinges_rad: [zero; MAX_HINGES],
+            zero_rad_s: [zero; 3],
+            zero_count: [0; 2],
+            hinges_rad: [zero; MAX_HINGES],
+            covariance: [[zero; 3]; 3],
+            variance_m2: zero,
+            blind_m: zero,
+        }
+    }
+
+    /// Sets place, height and yaw.
+    pub fn reset(&mut self, position_m: [R; 3], yaw_rad: R) -> bool {
+        let [x, y, z] = position_m;
+        let finite = [x, y, z, yaw_rad].iter().all(|each| each.is_finite_real());
+        if finite {
+            self.x = Sum::of(x);
+            self.y = Sum::of(y);
+            self.yaw = Sum::of(yaw_rad.wrapped_angle());
+        }
+        finite
+    }
+
+    /// Where the vehicle is.
+    #[must_use]
+    pub fn pose(&self) -> GroundPose<R, N> {
+        let height_m = self.height_m;
+        GroundPose {
+            position_m: [self.x.total, self.y.total, height_m],
+            roll_rad: self.attitude.left_up_rad,
+            pitch_rad: self.attitude.nose_up_rad,
+            yaw_rad: self.yaw.total.wrapped_angle(),
+            contact_m: self.contact_m.map(|each| each + height_m),
+            follows: self.blind_m == R::zero(),
+        }
+    }
+
+    /// Covariance of x, y and yaw, and variance of the height.
+    #[must_use]
+    pub fn covariance(&self) -> ([[R; 3]; 3], R) {
+        (self.covariance, self.variance_m2)
+    }
+
+    fn learn_zeros(&mut self, input: &GroundInput<R, N>) {
+        if !input.standing {
+            self.zero_count = [0; 2];
+            return;
+        }
+        let [moving, level] = &mut self.zero_count;
+        let most = 2000;
+        *moving = (*moving + 1).min(most);
+        let part = R::one() / R::of(f64::from(*moving));
+        for (zero, read) in self.zero_rad_s.iter_mut().zip(input.imu.rate_rad_s) {
+            if is_plausible(read) {
+                follow(zero, read, part);
+            }
+        }
+        if input.level {
+            *level = (*level + 1).min(most);
+            let part = R::one() / R::of(f64::from(*level));
+            let leans = [input.imu.pitch_rad, input.imu.roll_rad];
+            let zeros = self.zero_rad.iter_mut().chain(&mut self.zero_hinges_rad);
+            for (zero, read) in zeros.zip(leans.into_iter().chain(input.hinges_rad)) {
+                if is_plausible(read) {
+                    follow(zero, read, part);
+                }
+            }
+        }
+    }
+
+    /// Attitude and hinges, less their zeros. What did not arrive is as it was, and its rate is 0.
+    fn read(&mut self, input: &GroundInput<R, N>) -> (Attitude<R>, [R; MAX_HINGES], [R; MAX_HINGES]) {
+        let imu = &input.imu;
+        let known = |value: R, else_: R| if is_plausible(value) { value } else { else_ };
+        let [nose, left] = self.zero_rad;
+        let [zero_x, zero_y, _] = self.zero_rad_s;
+        let zero = R::zero();
+        let base = Attitude {
+            nose_up_rad: known(imu.pitch_rad - nose, self.attitude.nose_up_rad),
+            left_up_rad: known(imu.roll_rad - left, self.attitude.left_up_rad),
+            nose_up_rad_s: known(zero_y - imu.rate_rad_s[1], zero),
+            left_up_rad_s: known(imu.rate_rad_s[0] - zero_x, zero),
+        };
+        for ((to, read), zero) in (self.hinges_rad.iter_mut().zip(input.hinges_rad)).zip(self.zero_hinges_rad) {
+            *to = known(read - zero, *to);
+        }
+        (base, self.hinges_rad, input.hinges_rad_s.map(|rate| known(rate, zero)))
+    }
+
+    /// The covariance of place and yaw by that of a period's motion.
+    fn grow(&mut self, motion: &[[R; 3]; 3], period_s: R, _way_m: R, [wx, wy]: [R; 2]) {
+        let p = &mut self.covariance;
+        // F P F^T for the F that adds yaw to x and y.
+        let (a, b) = (-wy, wx);
+        let [[xx, xy, xw], [_, yy, yw], [_, _, ww]] = *p;
+        let (xw_new, yw_new) = (xw + a * ww, yw + b * ww);
+        let (sin, cos) = self.yaw.total.sine_cosine();
+        let dt2 = period_s * period_s;
+        let [[vxx, vxy, vxw], [_, vyy, vyw], [_, _, vww]] = *motion;
+        let (c2, s2, cs) = (cos * cos, sin * sin, cos * sin);
+        let two = R::of(2.0);
+        let xx = xx + a * (xw + xw_new) + dt2 * (c2 * vxx - two * cs * vxy + s2 * vyy);
+        let xy = xy + a * yw + b * xw_new + dt2 * (cs * (vxx - vyy) + (c2 - s2) * vxy);
+        let yy = yy + b * (yw + yw_new) + dt2 * (s2 * vxx + two * cs * vxy + c2 * vyy);
+        let xw = xw_new + dt2 * (cos * vxw - sin * vyw);
+        let yw = yw_new + dt2 * (sin * vxw + cos * vyw);
+        let ww = ww + dt2 * vww;
+        *p = [[xx, xy, xw], [xy, yy, yw], [xw, yw, ww]];
+    }
+}

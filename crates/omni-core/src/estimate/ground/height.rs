@@ -1,0 +1,88 @@
+//! Height of the vehicle: wheels that pass over known ground follow it.
+
+use super::grid::{Grid, Place, Who};
+use crate::Real;
+
+/// Slope that counts as much as none \[m/m\].
+const EVEN: f64 = 0.03;
+/// Distance from its ground from which on a wheel counts as lifted \[m\].
+const LIFTED_M: f64 = 0.006;
+/// Time in which the height settles on the ground that is known \[s\].
+const SETTLES_S: f64 = 0.4;
+
+/// What a wheel looks at.
+#[derive(Clone, Copy)]
+pub(super) struct Follower<R> {
+    pub(super) place: Place<R>,
+    /// Height of its contact above the base's origin \[m\], and how much that has grown in the period.
+    pub(super) height_m: R,
+    pub(super) grown_m: R,
+    /// Ground below it a period ago \[m\]; NaN for none.
+    pub(super) last_m: R,
+    pub(super) has_reading: bool,
+}
+
+/// How far the base has risen.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rise<R, const N: usize> {
+    pub(super) by_m: R,
+    /// Variance of the ground that is followed \[m^2\]; none where no wheel follows any.
+    pub(super) variance_m2: Option<R>,
+    /// Ground below each wheel \[m\]; NaN for none.
+    pub(super) ground_m: [R; N],
+}
+
+/// `ahead` is a cell's length along the travel \[cells\].
+pub(super) fn rise<R: Real, const N: usize>(
+    grid: &Grid<R>,
+    followers: &[Follower<R>; N],
+    height_m: R,
+    ahead: [R; 2],
+    cell_m: R,
+    period_s: R,
+    travel: u32,
+) -> Rise<R, N> {
+    let zero = R::zero();
+    let mut ground_m = [R::of(f64::NAN); N];
+    let (mut weight, mut by, mut missing, mut variance) = (zero, zero, zero, zero);
+    for (wheel, (follower, ground)) in followers.iter().zip(&mut ground_m).enumerate() {
+        let who = Who { wheel, travel };
+        let Some(found) = grid.read(&follower.place, who, true) else { continue };
+        *ground = found.height_m;
+        if !follower.last_m.is_finite_real() {
+            continue;
+        }
+        let mut slope = zero;
+        for sign in [R::one(), -R::one()] {
+            let beside = follower.place.moved(ahead.map(|each| sign * each));
+            if let Some(beside) = grid.read(&beside, who, false) {
+                let steep = (beside.height_m - found.height_m).abs() / cell_m;
+                slope = if steep > slope { steep } else { slope };
+            }
+        }
+        let stands = found.height_m - follower.height_m - height_m;
+        let off = stands / R::of(LIFTED_M);
+        let even = R::of(EVEN) + slope;
+        let beside = if found.below { R::one() } else { R::of(0.1) };
+        let each = beside / (even * even * (R::one() + off * off));
+        weight += each;
+        by += each * (found.height_m - follower.last_m - follower.grown_m);
+        missing += each * stands;
+        variance += each * found.variance_m2;
+    }
+    if weight > zero {
+        let settles = R::of(SETTLES_S);
+        let part = period_s / (period_s + settles);
+        Rise {
+            by_m: (by + part * missing) / weight,
+            variance_m2: Some(variance / weight),
+            ground_m,
+        }
+    } else {
+        Rise {
+            by_m: zero,
+            variance_m2: None,
+            ground_m,
+        }
+    }
+}
