@@ -13,20 +13,23 @@ mod travel;
 
 use crate::constants::constant_struct;
 use crate::geometry::WheelLayout;
-use crate::linkage::{Attitude, Linkage, MAX_HINGES};
-use crate::scalar::{follow, is_plausible};
+use crate::linkage::{Attitude, Linkage, MAX_HINGES, axes_of, turned};
+use crate::scalar::{all_plausible, follow, is_plausible};
 use crate::sum::Sum;
 use crate::{ConfigError, Real};
 pub use config::GroundOdometryConfig;
 use grid::{Grid, Place, Who};
 use height::{Follower, rise};
 pub use input::GroundInput;
-use travel::{RollingWheel, WheelView, travel};
+use travel::{Prior, RollingWheel, WheelView, travel};
 
 /// Time over which the rise of a wheel is averaged \[s\].
 const RISE_S: f64 = 0.015;
 /// Time over which the rise of the base is averaged \[s\].
 const BASE_RISE_S: f64 = 0.03;
+/// Acceleration of a body that falls \[m/s^2\], and the time in which an error of the attitude stays the same \[s\].
+const GRAVITY_M_S2: f64 = 9.81;
+const LEAN_S: f64 = 0.3;
 /// Unknown ground rises or falls by this part of the travel \[m/m\].
 const UNKNOWN_SLOPE: f64 = 0.1;
 
@@ -65,6 +68,7 @@ pub struct GroundOdometryState<R, const N: usize> {
     height_m: R,
     attitude: Attitude<R>,
     velocity: [R; 3],
+    velocity_variance: [R; 3],
     /// Place in the grid, whose axes are those of the heading at the start.
     place: Place<R>,
     heading: Sum<R>,
@@ -82,6 +86,7 @@ pub struct GroundOdometryState<R, const N: usize> {
     zero_rad: [R; 2],
     zero_hinges_rad: [R; MAX_HINGES],
     zero_rad_s: [R; 3],
+    zero_m_s2: [R; 3],
     zero_count: [u16; 2],
     hinges_rad: [R; MAX_HINGES],
     covariance: [[R; 3]; 3],
@@ -172,7 +177,7 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
         };
         let gyro2 = config.gyro_rad_s * config.gyro_rad_s;
         let hinge2 = config.hinge_rad_s * config.hinge_rad_s;
-        let mut views: [WheelView<R>; N] = core::array::from_fn(|i| {
+        let views: [WheelView<R>; N] = core::array::from_fn(|i| {
             let rate2 = if self.linkage.carrier(i) == 0 { gyro2 } else { gyro2 + hinge2 };
             let variance = lever(i) * rate2 * part / (R::of(2.0) - part);
             follow(&mut state.rise_m_s[i], places[i].velocity_m_s[2], part);
@@ -183,18 +188,28 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
             let noise = (wheel_m_s * wheel_m_s + config.slip_m_s * config.slip_m_s).sqrt();
             self.wheel(i).view(&places[i], read, (rise, variance), noise)
         });
+        let level = axes_of(&base);
         let yaw_rate = input.imu.rate_rad_s[2];
         let gyro = is_plausible(yaw_rate).then(|| {
-            let along = base.left_up_rad_s;
-            let _ = along;
-            let level = crate::linkage::axes_of(&base);
             let rates = [base.left_up_rad_s, -base.nose_up_rad_s, yaw_rate - state.zero_rad_s[2]];
-            let turned = crate::linkage::turned(&level, &rates);
-            let [x, ..] = &level;
-            (turned[2] - turned[0] * x[2] / x[0], config.gyro_rad_s)
+            let ([along, _, up], [x, ..]) = (turned(&level, &rates), &level);
+            (up - along * x[2] / x[0], config.gyro_rad_s)
         });
-        let moved = travel(&views, &state.velocity, gyro, period_s);
-        let _ = &mut views;
+        let force = input.imu.specific_force_m_s2;
+        let acceleration = all_plausible(&force).then(|| {
+            let mut force = force;
+            for (each, zero) in force.iter_mut().zip(state.zero_m_s2) {
+                *each -= zero;
+            }
+            let [ax, ay, _] = turned(&level, &force);
+            let lean = R::of(GRAVITY_M_S2) * config.attitude_rad;
+            let noise = config.accelerometer_m_s2;
+            ([ax, ay], noise * noise * period_s + lean * lean * R::of(LEAN_S))
+        });
+        let prior = Prior::after(&state.velocity, &state.velocity_variance, acceleration, period_s);
+        let moved = travel(&views, &prior, gyro);
+        let [[xx, xy, _], [_, yy, _], _] = moved.covariance;
+        state.velocity_variance = [xx, xy, yy];
         state.velocity = moved.velocity;
         let [vx, vy, wz] = moved.velocity;
         // Move.
@@ -245,7 +260,7 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
         state.ground_m = risen.ground_m;
         state.contact_m = contact_m;
         // How well it is known.
-        state.grow(&moved.covariance, period_s, way_m, [wx, wy]);
+        state.grow(&moved.noise, period_s, way_m, [wx, wy]);
         match risen.variance_m2 {
             Some(variance) => {
                 state.blind_m = R::zero();
@@ -275,6 +290,8 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
         centres_m: &[[R; 3]; N],
     ) {
         state.velocity = [R::zero(); 3];
+        state.velocity_variance = [R::zero(), R::zero(), R::zero()].map(|_: R| R::of(1e-6));
+        state.velocity_variance[1] = R::zero();
         state.base_rise_m_s = R::zero();
         state.rise_m_s = [R::zero(); N];
         if !state.started || standing {
@@ -333,6 +350,7 @@ impl<R: Real, const N: usize> GroundOdometryState<R, N> {
             height_m: zero,
             attitude: Attitude::LEVEL,
             velocity: [zero; 3],
+            velocity_variance: [zero; 3],
             place: Place::origin(),
             heading: none,
             grid: Grid::EMPTY,
@@ -346,6 +364,7 @@ impl<R: Real, const N: usize> GroundOdometryState<R, N> {
             zero_rad: [zero; 2],
             zero_hinges_rad: [zero; MAX_HINGES],
             zero_rad_s: [zero; 3],
+            zero_m_s2: [zero; 3],
             zero_count: [0; 2],
             hinges_rad: [zero; MAX_HINGES],
             covariance: [[zero; 3]; 3],
@@ -404,6 +423,12 @@ impl<R: Real, const N: usize> GroundOdometryState<R, N> {
             *level = (*level + 1).min(most);
             let part = R::one() / R::of(f64::from(*level));
             let leans = [input.imu.pitch_rad, input.imu.roll_rad];
+            let gravity = [R::zero(), R::zero(), R::of(GRAVITY_M_S2)];
+            for ((zero, read), level) in (self.zero_m_s2.iter_mut().zip(input.imu.specific_force_m_s2)).zip(gravity) {
+                if is_plausible(read) {
+                    follow(zero, read - level, part);
+                }
+            }
             let zeros = self.zero_rad.iter_mut().chain(&mut self.zero_hinges_rad);
             for (zero, read) in zeros.zip(leans.into_iter().chain(input.hinges_rad)) {
                 if is_plausible(read) {

@@ -24,6 +24,8 @@ pub struct GroundOdometryConfig<R> {
     pub wheel_rad_s: R,
     /// Noise of each gyro \[rad/s\], 1e-6 to 1000; 0.014: at 200 Hz a drift of 1 mrad per root of s.
     pub gyro_rad_s: R,
+    /// Noise of the accelerometer \[m/s^2\], 1e-6 to 1000; 0.05.
+    pub accelerometer_m_s2: R,
     /// Wander of the measured roll and pitch \[rad\], 1e-6 to 1; 0.001.
     pub attitude_rad: R,
     /// Noise of a hinge's angle \[rad\], 1e-6 to 1; 0.001.
@@ -43,6 +45,7 @@ constant_struct!(GroundOdometryConfig<R> {
     period_s: R,
     wheel_rad_s: R,
     gyro_rad_s: R,
+    accelerometer_m_s2: R,
     attitude_rad: R,
     hinge_rad: R,
     hinge_rad_s: R,
@@ -59,6 +62,7 @@ impl<R: Real> GroundOdometryConfig<R> {
             period_s,
             wheel_rad_s: R::of(0.05),
             gyro_rad_s: R::of(0.014),
+            accelerometer_m_s2: R::of(0.05),
             attitude_rad: R::of(1e-3),
             hinge_rad: R::of(1e-3),
             hinge_rad_s: R::of(0.05),
@@ -73,6 +77,7 @@ impl<R: Real> GroundOdometryConfig<R> {
         let rates = [
             ("wheel_rad_s", self.wheel_rad_s),
             ("gyro_rad_s", self.gyro_rad_s),
+            ("accelerometer_m_s2", self.accelerometer_m_s2),
             ("hinge_rad_s", self.hinge_rad_s),
             ("slip_m_s", self.slip_m_s),
         ];

@@ -9,10 +9,12 @@ const ROUNDS: usize = 4;
 /// Deviations from which on a wheel counts as one that slips.
 const SLIPS: f64 = 3.0;
 /// Part of the path of a wheel on an edge that its contact may be off by, per squared sine of the slope.
-const EDGE_PART: f64 = 0.3;
+const EDGE_PART: f64 = 0.1;
 /// Change of the velocity that is expected in a period \[m/s^2\], and beside it \[m/s\].
 const CHANGE_M_S2: f64 = 3.0;
 const CHANGE_M_S: f64 = 0.01;
+/// Part of the prior's information that counts as new in a period.
+const FRESH: f64 = 0.02;
 /// Yaw rate beyond which there is no need to look \[rad/s\].
 const YAW_RAD_S: f64 = 1.0;
 /// Slower than that the slope of the path is not found from the velocity \[m/s\].
@@ -84,6 +86,8 @@ pub(super) struct Travel<R, const N: usize> {
     /// Forward, to the left, and turning \[m/s, m/s, rad/s\].
     pub(super) velocity: [R; 3],
     pub(super) covariance: [[R; 3]; 3],
+    /// Covariance of what is new in a period: of the error that adds up.
+    pub(super) noise: [[R; 3]; 3],
     /// What each wheel's rim is beyond what the motion asks \[m/s\]; 0 without a reading.
     pub(super) slip_m_s: [R; N],
 }
@@ -126,37 +130,83 @@ impl<R: Real> WheelView<R> {
     }
 }
 
-/// The motion that wheels and gyro agree on: least squares, wheels that disagree count less (after Cauchy).
+/// What is known of the velocity before the wheels are looked at.
+#[derive(Clone, Copy)]
+pub(super) struct Prior<R> {
+    /// Forward, to the left, and turning \[m/s, m/s, rad/s\].
+    pub(super) velocity: [R; 3],
+    /// Variances and covariance of the first two: xx, xy, yy.
+    pub(super) variance: [R; 3],
+    /// An accelerometer carries it on: wheels that all slip are noticed.
+    pub(super) carried: bool,
+}
+
+impl<R: Real> Prior<R> {
+    /// The velocity of the period before, by acceleration \[m/s^2\] and its deviation where that is known.
+    pub(super) fn after(
+        before: &[R; 3],
+        variance: &[R; 3],
+        acceleration: Option<([R; 2], R)>,
+        period_s: R,
+    ) -> Self {
+        let [vx, vy, wz] = *before;
+        let [xx, xy, yy] = *variance;
+        match acceleration {
+            Some(([ax, ay], rate)) => {
+                let grown = rate * period_s;
+                Self {
+                    velocity: [vx + (ax + wz * vy) * period_s, vy + (ay - wz * vx) * period_s, wz],
+                    variance: [xx + grown, xy, yy + grown],
+                    carried: true,
+                }
+            }
+            None => {
+                let change = R::of(CHANGE_M_S) + R::of(CHANGE_M_S2) * period_s;
+                let grown = change * change;
+                Self {
+                    velocity: *before,
+                    variance: [xx + grown, xy, yy + grown],
+                    carried: false,
+                }
+            }
+        }
+    }
+}
+
+/// The motion that wheels, gyro and accelerometer agree on: least squares, wheels that disagree count less (after Cauchy; where an
+/// accelerometer carries the velocity, after Geman and McClure).
 pub(super) fn travel<R: Real, const N: usize>(
     wheels: &[WheelView<R>; N],
-    before: &[R; 3],
+    prior: &Prior<R>,
     gyro: Option<(R, R)>,
-    period_s: R,
 ) -> Travel<R, N> {
-    let change = R::of(CHANGE_M_S) + R::of(CHANGE_M_S2) * period_s;
     let (one, zero) = (R::one(), R::zero());
-    let (held, turning) = (one / (change * change), one / R::of(YAW_RAD_S * YAW_RAD_S));
-    let mut velocity = *before;
-    if let Some((rate, _)) = gyro {
-        velocity[2] = rate;
-    }
-    let mut covariance = [[zero; 3]; 3];
+    let turning = one / R::of(YAW_RAD_S * YAW_RAD_S);
+    let [vx, vy, wz] = prior.velocity;
+    let [xx, xy, yy] = prior.variance;
+    let area = xx * yy - xy * xy;
+    let [ixx, ixy, iyy] = [yy / area, -xy / area, xx / area];
+    let (rate, sure) = match gyro {
+        Some((rate, deviation)) => (rate, one / (deviation * deviation)),
+        None => (wz, turning),
+    };
+    let mut velocity = [vx, vy, rate];
+    let mut covariance = [[xx, xy, zero], [xy, yy, zero], [zero, zero, one / sure]];
+    let mut noise = covariance;
     let mut slip_m_s = [zero; N];
     for _ in 0..ROUNDS {
-        let [vx, vy, wz] = *before;
-        let (rate, sure) = match gyro {
-            Some((rate, deviation)) => (rate, one / (deviation * deviation)),
-            None => (wz, turning),
-        };
-        let mut matrix = [[held, zero, zero], [zero, held, zero], [zero, zero, sure]];
-        let mut right = [held * vx, held * vy, sure * rate];
+        let mut matrix = [[zero; 3]; 3];
+        let mut right = [ixx * vx + ixy * vy, ixy * vx + iyy * vy, sure * rate];
         for (wheel, slip) in wheels.iter().zip(&mut slip_m_s) {
             let Some(rim) = wheel.rim_m_s else { continue };
             let (line, says, deviation2) = wheel.line(&velocity, rim);
             let beyond = says - dot(&line, &velocity);
             *slip = beyond;
-            let unlike = beyond * beyond / (R::of(SLIPS * SLIPS) * deviation2);
-            let weight = one / (deviation2 * (one + unlike));
+            let [a, b, _] = line;
+            let unsure = if prior.carried { a * a * xx + (a + a) * b * xy + b * b * yy } else { zero };
+            let unlike = beyond * beyond / (R::of(SLIPS * SLIPS) * (deviation2 + unsure));
+            let like = one / (one + unlike);
+            let weight = if prior.carried { like * like } else { like } / deviation2;
             for (row, (to, factor)) in matrix.iter_mut().zip(right.iter_mut().zip(line)) {
                 *to += weight * factor * says;
                 for (sum, other) in row.iter_mut().zip(line) {
@@ -164,13 +214,24 @@ pub(super) fn travel<R: Real, const N: usize>(
                 }
             }
         }
-        let Some(inverse) = matrix3::inverse(&matrix) else { break };
+        // How much of a period's error is new: of the prior hardly anything is.
+        let fresh = R::of(FRESH);
+        let with = |part: R| {
+            let [[a, b, c], [d, e, f], [g, h, i]] = matrix;
+            let cross = part * ixy;
+            [[a + part * ixx, b + cross, c], [d + cross, e + part * iyy, f], [g, h, i + sure]]
+        };
+        let (Some(inverse), Some(new)) = (matrix3::inverse(&with(one)), matrix3::inverse(&with(fresh))) else {
+            break;
+        };
         velocity = inverse.map(|row| dot(&row, &right));
         covariance = inverse;
+        noise = new;
     }
     Travel {
         velocity,
         covariance,
+        noise,
         slip_m_s,
     }
 }
