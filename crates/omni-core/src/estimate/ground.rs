@@ -5,6 +5,7 @@
 //! challenging terrain*, Int. J. of Robotics Research 26, 2007). The first wheel that passes over the ground records its height in a small grid, and later wheels, which
 //! pass over the same ground, carry the height of the vehicle.
 
+mod carried;
 mod config;
 mod grid;
 mod height;
@@ -17,19 +18,19 @@ use crate::linkage::{Attitude, Linkage, MAX_HINGES, axes_of, turned};
 use crate::scalar::{all_plausible, follow, is_plausible};
 use crate::sum::Sum;
 use crate::{ConfigError, Real};
+use carried::Carried;
 pub use config::GroundOdometryConfig;
 use grid::{Grid, Place, Who};
 use height::{Follower, rise};
 pub use input::GroundInput;
-use travel::{Prior, RollingWheel, WheelView, travel};
+use travel::{RollingWheel, WheelView, travel};
 
-/// Time over which the rise of a wheel is averaged \[s\].
-const RISE_S: f64 = 0.015;
+/// Time over which rates are averaged \[s\].
+const RATES_S: f64 = 0.015;
 /// Time over which the rise of the base is averaged \[s\].
 const BASE_RISE_S: f64 = 0.03;
-/// Acceleration of a body that falls \[m/s^2\], and the time in which an error of the attitude stays the same \[s\].
+/// Acceleration of a body that falls \[m/s^2\].
 const GRAVITY_M_S2: f64 = 9.81;
-const LEAN_S: f64 = 0.3;
 /// Unknown ground rises or falls by this part of the travel \[m/m\].
 const UNKNOWN_SLOPE: f64 = 0.1;
 
@@ -67,8 +68,8 @@ pub struct GroundOdometryState<R, const N: usize> {
     yaw: Sum<R>,
     height_m: R,
     attitude: Attitude<R>,
-    velocity: [R; 3],
-    velocity_variance: [R; 3],
+    carried: Carried<R>,
+    rates: [R; 3],
     /// Place in the grid, whose axes are those of the heading at the start.
     place: Place<R>,
     heading: Sum<R>,
@@ -80,7 +81,6 @@ pub struct GroundOdometryState<R, const N: usize> {
     /// Height of each contact above the base's origin, ground below it, and rates, averaged.
     contact_m: [R; N],
     ground_m: [R; N],
-    rise_m_s: [R; N],
     base_rise_m_s: R,
     /// Zeros of roll, pitch, hinges and gyros, and how many readings they are the mean of.
     zero_rad: [R; 2],
@@ -89,6 +89,8 @@ pub struct GroundOdometryState<R, const N: usize> {
     zero_m_s2: [R; 3],
     zero_count: [u16; 2],
     hinges_rad: [R; MAX_HINGES],
+    hinges_rad_s: [R; MAX_HINGES],
+    tilt_rad_s: [R; 2],
     covariance: [[R; 3]; 3],
     variance_m2: R,
     blind_m: R,
@@ -158,9 +160,10 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
         let config = &self.config;
         let period_s = config.period_s;
         state.learn_zeros(input);
-        let (base, hinges_rad, hinges_rad_s) = state.read(input);
-        state.attitude = base;
-        let places = self.linkage.places(&base, &hinges_rad, &hinges_rad_s);
+        self.carry(state, input);
+        let part = period_s / (period_s + R::of(RATES_S));
+        let base = state.read(input, part);
+        let places = self.linkage.places(&base, &state.hinges_rad, &state.hinges_rad_s);
         let mut contact_m = [R::zero(); N];
         for i in 0..N {
             contact_m[i] = places[i].centre_m[2] - self.radius_m[i];
@@ -169,48 +172,32 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
             self.stand(state, &contact_m, input.standing, &places.map(|place| place.centre_m));
             return;
         }
-        // How the wheels rise.
-        let part = period_s / (period_s + R::of(RISE_S));
+        // How the wheels roll and rise.
         let lever = |k: usize| {
             let [x, y, _] = places[k].centre_m;
             x * x + y * y
         };
+        let smooth = part / (R::of(2.0) - part);
         let gyro2 = config.gyro_rad_s * config.gyro_rad_s;
         let hinge2 = config.hinge_rad_s * config.hinge_rad_s;
         let views: [WheelView<R>; N] = core::array::from_fn(|i| {
             let rate2 = if self.linkage.carrier(i) == 0 { gyro2 } else { gyro2 + hinge2 };
-            let variance = lever(i) * rate2 * part / (R::of(2.0) - part);
-            follow(&mut state.rise_m_s[i], places[i].velocity_m_s[2], part);
-            let rise = state.rise_m_s[i] + state.base_rise_m_s;
+            let variance = lever(i) * rate2 * smooth;
+            let rise = places[i].velocity_m_s[2] + state.base_rise_m_s;
             let read = input.wheels.rad_s[i];
             let read = is_plausible(read).then_some(read);
             let wheel_m_s = self.rim_m_rad[i] * config.wheel_rad_s;
-            let noise = (wheel_m_s * wheel_m_s + config.slip_m_s * config.slip_m_s).sqrt();
+            let turning2 = self.radius_m[i] * self.radius_m[i] * rate2 * smooth * R::of(4.0);
+            let noise = (wheel_m_s * wheel_m_s + config.slip_m_s * config.slip_m_s + turning2).sqrt();
             self.wheel(i).view(&places[i], read, (rise, variance), noise)
         });
         let level = axes_of(&base);
-        let yaw_rate = input.imu.rate_rad_s[2];
-        let gyro = is_plausible(yaw_rate).then(|| {
-            let rates = [base.left_up_rad_s, -base.nose_up_rad_s, yaw_rate - state.zero_rad_s[2]];
-            let ([along, _, up], [x, ..]) = (turned(&level, &rates), &level);
+        let gyro = is_plausible(input.imu.rate_rad_s[2]).then(|| {
+            let ([along, _, up], [x, ..]) = (turned(&level, &state.rates), &level);
             (up - along * x[2] / x[0], config.gyro_rad_s)
         });
-        let force = input.imu.specific_force_m_s2;
-        let acceleration = all_plausible(&force).then(|| {
-            let mut force = force;
-            for (each, zero) in force.iter_mut().zip(state.zero_m_s2) {
-                *each -= zero;
-            }
-            let [ax, ay, _] = turned(&level, &force);
-            let lean = R::of(GRAVITY_M_S2) * config.attitude_rad;
-            let noise = config.accelerometer_m_s2;
-            ([ax, ay], noise * noise * period_s + lean * lean * R::of(LEAN_S))
-        });
-        let prior = Prior::after(&state.velocity, &state.velocity_variance, acceleration, period_s);
-        let moved = travel(&views, &prior, gyro);
-        let [[xx, xy, _], [_, yy, _], _] = moved.covariance;
-        state.velocity_variance = [xx, xy, yy];
-        state.velocity = moved.velocity;
+        let moved = travel(&views, &state.carried, gyro);
+        state.carried.correct(moved.velocity, &moved.covariance);
         let [vx, vy, wz] = moved.velocity;
         // Move.
         let half = R::of(0.5);
@@ -264,7 +251,7 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
         match risen.variance_m2 {
             Some(variance) => {
                 state.blind_m = R::zero();
-                let handed = config.attitude_rad * config.attitude_rad * self.length_m * way_m;
+                let handed = state.carried.nose_variance() * self.length_m * way_m;
                 let known = variance + handed;
                 state.variance_m2 = known;
             }
@@ -282,6 +269,40 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
         }
     }
 
+    /// Velocity and lean a period on, by gyros and accelerometer.
+    fn carry(&self, state: &mut GroundOdometryState<R, N>, input: &GroundInput<R, N>) {
+        let (config, imu) = (&self.config, &input.imu);
+        let less = |read: &[R; 3], zero: &[R; 3]| {
+            let mut read = *read;
+            for (each, zero) in read.iter_mut().zip(zero) {
+                *each -= *zero;
+            }
+            read
+        };
+        let (rate, force) = (less(&imu.rate_rad_s, &state.zero_rad_s), less(&imu.specific_force_m_s2, &state.zero_m_s2));
+        let [zero_nose, zero_left] = state.zero_rad;
+        let read = [imu.pitch_rad - zero_nose, imu.roll_rad - zero_left];
+        let measured = all_plausible(&read);
+        let both = all_plausible(&rate) && all_plausible(&force);
+        state.rates = rate.map(|each| if is_plausible(each) { each } else { R::zero() });
+        if input.standing || !state.started {
+            let lean = if input.level {
+                [R::zero(); 2]
+            } else if measured {
+                read
+            } else {
+                state.carried.lean
+            };
+            state.carried.rest(lean);
+        } else if both {
+            let (gyro, accelerometer) = (config.gyro_rad_s, config.accelerometer_m_s2);
+            state.carried.carry(&rate, &force, gyro, accelerometer, config.period_s);
+        } else {
+            let lean = if measured { read } else { state.carried.lean };
+            state.carried.guess(lean, config.attitude_rad, config.period_s);
+        }
+    }
+
     fn stand(
         &self,
         state: &mut GroundOdometryState<R, N>,
@@ -289,11 +310,7 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
         standing: bool,
         centres_m: &[[R; 3]; N],
     ) {
-        state.velocity = [R::zero(); 3];
-        state.velocity_variance = [R::zero(), R::zero(), R::zero()].map(|_: R| R::of(1e-6));
-        state.velocity_variance[1] = R::zero();
         state.base_rise_m_s = R::zero();
-        state.rise_m_s = [R::zero(); N];
         if !state.started || standing {
             if state.started {
                 state.contact_m = *contact_m;
@@ -349,8 +366,8 @@ impl<R: Real, const N: usize> GroundOdometryState<R, N> {
             yaw: none,
             height_m: zero,
             attitude: Attitude::LEVEL,
-            velocity: [zero; 3],
-            velocity_variance: [zero; 3],
+            carried: Carried::at_rest(),
+            rates: [zero; 3],
             place: Place::origin(),
             heading: none,
             grid: Grid::EMPTY,
@@ -359,7 +376,6 @@ impl<R: Real, const N: usize> GroundOdometryState<R, N> {
             travel_rest: zero,
             contact_m: [nan; N],
             ground_m: [nan; N],
-            rise_m_s: [zero; N],
             base_rise_m_s: zero,
             zero_rad: [zero; 2],
             zero_hinges_rad: [zero; MAX_HINGES],
@@ -367,6 +383,8 @@ impl<R: Real, const N: usize> GroundOdometryState<R, N> {
             zero_m_s2: [zero; 3],
             zero_count: [0; 2],
             hinges_rad: [zero; MAX_HINGES],
+            hinges_rad_s: [zero; MAX_HINGES],
+            tilt_rad_s: [zero; 2],
             covariance: [[zero; 3]; 3],
             variance_m2: zero,
             blind_m: zero,
@@ -438,23 +456,22 @@ impl<R: Real, const N: usize> GroundOdometryState<R, N> {
         }
     }
 
-    /// Attitude and hinges, less their zeros. What did not arrive is as it was, and its rate is 0.
-    fn read(&mut self, input: &GroundInput<R, N>) -> (Attitude<R>, [R; MAX_HINGES], [R; MAX_HINGES]) {
-        let imu = &input.imu;
+    /// Attitude and hinges, rates averaged. What did not arrive is as it was, and its rate is 0.
+    fn read(&mut self, input: &GroundInput<R, N>, part: R) -> Attitude<R> {
         let known = |value: R, else_: R| if is_plausible(value) { value } else { else_ };
-        let [nose, left] = self.zero_rad;
-        let [zero_x, zero_y, _] = self.zero_rad_s;
-        let zero = R::zero();
-        let base = Attitude {
-            nose_up_rad: known(imu.pitch_rad - nose, self.attitude.nose_up_rad),
-            left_up_rad: known(imu.roll_rad - left, self.attitude.left_up_rad),
-            nose_up_rad_s: known(zero_y - imu.rate_rad_s[1], zero),
-            left_up_rad_s: known(imu.rate_rad_s[0] - zero_x, zero),
-        };
-        for ((to, read), zero) in (self.hinges_rad.iter_mut().zip(input.hinges_rad)).zip(self.zero_hinges_rad) {
+        let angles = self.hinges_rad.iter_mut().zip(input.hinges_rad);
+        for ((to, read), zero) in angles.zip(self.zero_hinges_rad) {
             *to = known(read - zero, *to);
         }
-        (base, self.hinges_rad, input.hinges_rad_s.map(|rate| known(rate, zero)))
+        let [p, q, _] = self.rates;
+        let now = input.hinges_rad_s.into_iter().chain([p, q]);
+        let rates = self.hinges_rad_s.iter_mut().chain(&mut self.tilt_rad_s);
+        for (rate, now) in rates.zip(now) {
+            follow(rate, known(now, R::zero()), part);
+        }
+        let [p, q] = self.tilt_rad_s;
+        self.attitude = self.carried.attitude(&[p, q, R::zero()]);
+        self.attitude
     }
 
     /// The covariance of place and yaw by that of a period's motion.

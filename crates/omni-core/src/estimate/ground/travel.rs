@@ -1,5 +1,6 @@
 //! How the vehicle moves over the ground: from every wheel the path of its centre, and the gyro.
 
+use super::carried::{Carried, inverse};
 use crate::Real;
 use crate::geometry::matrix3;
 use crate::linkage::{WheelPlace, cross, dot, turned};
@@ -10,9 +11,6 @@ const ROUNDS: usize = 4;
 const SLIPS: f64 = 3.0;
 /// Part of the path of a wheel on an edge that its contact may be off by, per squared sine of the slope.
 const EDGE_PART: f64 = 0.1;
-/// Change of the velocity that is expected in a period \[m/s^2\], and beside it \[m/s\].
-const CHANGE_M_S2: f64 = 3.0;
-const CHANGE_M_S: f64 = 0.01;
 /// Part of the prior's information that counts as new in a period.
 const FRESH: f64 = 0.02;
 /// Yaw rate beyond which there is no need to look \[rad/s\].
@@ -130,62 +128,18 @@ impl<R: Real> WheelView<R> {
     }
 }
 
-/// What is known of the velocity before the wheels are looked at.
-#[derive(Clone, Copy)]
-pub(super) struct Prior<R> {
-    /// Forward, to the left, and turning \[m/s, m/s, rad/s\].
-    pub(super) velocity: [R; 3],
-    /// Variances and covariance of the first two: xx, xy, yy.
-    pub(super) variance: [R; 3],
-    /// An accelerometer carries it on: wheels that all slip are noticed.
-    pub(super) carried: bool,
-}
-
-impl<R: Real> Prior<R> {
-    /// The velocity of the period before, by acceleration \[m/s^2\] and its deviation where that is known.
-    pub(super) fn after(
-        before: &[R; 3],
-        variance: &[R; 3],
-        acceleration: Option<([R; 2], R)>,
-        period_s: R,
-    ) -> Self {
-        let [vx, vy, wz] = *before;
-        let [xx, xy, yy] = *variance;
-        match acceleration {
-            Some(([ax, ay], rate)) => {
-                let grown = rate * period_s;
-                Self {
-                    velocity: [vx + (ax + wz * vy) * period_s, vy + (ay - wz * vx) * period_s, wz],
-                    variance: [xx + grown, xy, yy + grown],
-                    carried: true,
-                }
-            }
-            None => {
-                let change = R::of(CHANGE_M_S) + R::of(CHANGE_M_S2) * period_s;
-                let grown = change * change;
-                Self {
-                    velocity: *before,
-                    variance: [xx + grown, xy, yy + grown],
-                    carried: false,
-                }
-            }
-        }
-    }
-}
-
 /// The motion that wheels, gyro and accelerometer agree on: least squares, wheels that disagree count less (after Cauchy; where an
 /// accelerometer carries the velocity, after Geman and McClure).
 pub(super) fn travel<R: Real, const N: usize>(
     wheels: &[WheelView<R>; N],
-    prior: &Prior<R>,
+    prior: &Carried<R>,
     gyro: Option<(R, R)>,
 ) -> Travel<R, N> {
     let (one, zero) = (R::one(), R::zero());
     let turning = one / R::of(YAW_RAD_S * YAW_RAD_S);
     let [vx, vy, wz] = prior.velocity;
-    let [xx, xy, yy] = prior.variance;
-    let area = xx * yy - xy * xy;
-    let [ixx, ixy, iyy] = [yy / area, -xy / area, xx / area];
+    let [[xx, xy], [_, yy]] = *prior.velocity_variance();
+    let [[ixx, ixy], [_, iyy]] = inverse(prior.velocity_variance());
     let (rate, sure) = match gyro {
         Some((rate, deviation)) => (rate, one / (deviation * deviation)),
         None => (wz, turning),
@@ -203,10 +157,10 @@ pub(super) fn travel<R: Real, const N: usize>(
             let beyond = says - dot(&line, &velocity);
             *slip = beyond;
             let [a, b, _] = line;
-            let unsure = if prior.carried { a * a * xx + (a + a) * b * xy + b * b * yy } else { zero };
+            let unsure = if prior.by_accelerometer { a * a * xx + (a + a) * b * xy + b * b * yy } else { zero };
             let unlike = beyond * beyond / (R::of(SLIPS * SLIPS) * (deviation2 + unsure));
             let like = one / (one + unlike);
-            let weight = if prior.carried { like * like } else { like } / deviation2;
+            let weight = if prior.by_accelerometer { like * like } else { like } / deviation2;
             for (row, (to, factor)) in matrix.iter_mut().zip(right.iter_mut().zip(line)) {
                 *to += weight * factor * says;
                 for (sum, other) in row.iter_mut().zip(line) {
