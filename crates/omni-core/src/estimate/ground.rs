@@ -23,7 +23,7 @@ pub use config::GroundOdometryConfig;
 use grid::{Grid, Place, Who};
 use height::{Follower, rise};
 pub use input::GroundInput;
-use travel::{RollingWheel, WheelView, travel};
+use travel::{RollingWheel, Travel, WheelView, travel};
 
 /// Time over which rates are averaged \[s\].
 const RATES_S: f64 = 0.015;
@@ -31,6 +31,13 @@ const RATES_S: f64 = 0.015;
 const BASE_RISE_S: f64 = 0.03;
 /// Acceleration of a body that falls \[m/s^2\].
 const GRAVITY_M_S2: f64 = 9.81;
+/// Way over which the slope of a wheel's path is averaged \[m\].
+const SLOPE_M: f64 = 0.03;
+/// Part of a hinge's noise that is left in a cell.
+const HINGE_PART: f64 = 0.2;
+/// Part of a disagreement of the wheels that is an error of the velocity, and how long it lasts \[s\].
+const SLIP_PART: f64 = 0.1;
+const SLIP_S: f64 = 0.2;
 /// Unknown ground rises or falls by this part of the travel \[m/m\].
 const UNKNOWN_SLOPE: f64 = 0.1;
 
@@ -94,6 +101,14 @@ pub struct GroundOdometryState<R, const N: usize> {
     covariance: [[R; 3]; 3],
     variance_m2: R,
     blind_m: R,
+    /// Variance of the ground that is followed, and the mean arm of the wheels that follow it.
+    followed_m2: R,
+    followed_arm_m: [R; 2],
+    /// Slope of the path of each wheel, averaged.
+    slope: [R; N],
+    /// Variance of the gyro's zero, and what that has in common with x, y and yaw.
+    zero_variance: R,
+    by_zero: [R; 3],
 }
 
 /// Pose in three dimensions, after a step.
@@ -159,7 +174,7 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
     pub fn step(&self, state: &mut GroundOdometryState<R, N>, input: &GroundInput<R, N>) {
         let config = &self.config;
         let period_s = config.period_s;
-        state.learn_zeros(input);
+        state.learn_zeros(input, config.gyro_rad_s);
         self.carry(state, input);
         let part = period_s / (period_s + R::of(RATES_S));
         let base = state.read(input, part);
@@ -197,21 +212,23 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
             (up - along * x[2] / x[0], config.gyro_rad_s)
         });
         let moved = travel(&views, &state.carried, gyro);
-        state.carried.correct(moved.velocity, &moved.covariance);
+        let ([fix_x, fix_y], lost) = state.carried.correct(moved.velocity, &moved.covariance);
         let [vx, vy, wz] = moved.velocity;
         // Move.
         let half = R::of(0.5);
         let turn = wz * period_s;
         let (dx, dy) = (vx * period_s, vy * period_s);
-        let along = |yaw: R| {
-            let (sin, cos) = (yaw + half * turn).sine_cosine();
-            [cos * dx - sin * dy, sin * dx + cos * dy]
-        };
-        let [wx, wy] = along(state.yaw.total);
+        let (sin, cos) = (state.yaw.total + half * turn).sine_cosine();
+        let [wx, wy] = [cos * dx - sin * dy + fix_x, sin * dx + cos * dy + fix_y];
         state.x = state.x.plus(wx);
         state.y = state.y.plus(wy);
+        let gained = state.carried.moved((sin, cos), period_s);
+        state.grow(&gained, &lost, [wx, wy], &moved, period_s);
+        // The same in the axes of the grid.
+        let away = state.yaw.total - state.heading.total;
+        let (sin, cos) = away.sine_cosine();
+        let [gx, gy] = [cos * wx + sin * wy, cos * wy - sin * wx];
         state.yaw = state.yaw.plus(turn);
-        let [gx, gy] = along(state.heading.total);
         state.heading = state.heading.plus(turn);
         let per_cell = R::one() / config.cell_m;
         state.place = state.place.moved([gx * per_cell, gy * per_cell]);
@@ -233,40 +250,52 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
                 height_m: contact_m[i],
                 grown_m: contact_m[i] - state.contact_m[i],
                 last_m: state.ground_m[i],
-                has_reading: true,
+                arm_m: [x, y],
+                slope: state.slope[i],
+                steep: views[i].steep(&moved.velocity),
             }
         });
         let travel = state.travel;
-        let risen = rise(&state.grid, &followers, state.height_m, ahead, config.cell_m, period_s, travel);
+        let risen = rise(&state.grid, &followers, state.height_m, ahead, config.cell_m, period_s, travel, way_m);
         state.height_m += risen.by_m;
         follow(
             &mut state.base_rise_m_s,
             risen.by_m / period_s,
             period_s / (period_s + R::of(BASE_RISE_S)),
         );
-        state.ground_m = risen.ground_m;
-        state.contact_m = contact_m;
-        // How well it is known.
-        state.grow(&moved.noise, period_s, way_m, [wx, wy]);
-        match risen.variance_m2 {
-            Some(variance) => {
+        // How well it is known: as well as the ground that is followed.
+        let (nose, left) = (state.carried.nose_variance(), state.carried.left_variance());
+        let leaned = |[x, y]: [R; 2]| nose * x * x + left * y * y;
+        let (followed, arm) = match risen.followed {
+            Some((variance, arm)) => {
                 state.blind_m = R::zero();
-                let handed = state.carried.nose_variance() * self.length_m * way_m;
-                let known = variance + handed;
-                state.variance_m2 = known;
+                (variance, arm)
             }
             None => {
                 let before = R::of(UNKNOWN_SLOPE) * state.blind_m;
                 state.blind_m += way_m;
                 let after = R::of(UNKNOWN_SLOPE) * state.blind_m;
-                state.variance_m2 += after * after - before * before;
+                (state.followed_m2 + after * after - before * before, state.followed_arm_m)
+            }
+        };
+        (state.followed_m2, state.followed_arm_m) = (followed, arm);
+        state.variance_m2 = followed + leaned(arm);
+        let hinge = config.hinge_rad * config.hinge_rad;
+        let along = way_m / (way_m + R::of(SLOPE_M));
+        for (i, follower) in followers.iter().enumerate() {
+            let [x, y] = follower.arm_m;
+            let from = [x - arm[0], y - arm[1]];
+            let carried = if self.linkage.carrier(i) == 0 { R::zero() } else { hinge * lever(i) * R::of(HINGE_PART) };
+            let height = state.height_m + follower.height_m;
+            let who = Who { wheel: i, travel };
+            state.grid.write(&follower.place, height, followed + leaned(from) + carried, who);
+            if way_m > R::zero() {
+                let grown = (risen.by_m + follower.grown_m) / way_m;
+                follow(&mut state.slope[i], grown.limited(R::of(-2.0), R::of(2.0)), along);
             }
         }
-        for (wheel, follower) in followers.iter().enumerate() {
-            let who = Who { wheel, travel };
-            let height = state.height_m + follower.height_m;
-            state.grid.write(&follower.place, height, state.variance_m2, who);
-        }
+        state.ground_m = risen.ground_m;
+        state.contact_m = contact_m;
     }
 
     /// Velocity and lean a period on, by gyros and accelerometer.
@@ -388,6 +417,11 @@ impl<R: Real, const N: usize> GroundOdometryState<R, N> {
             covariance: [[zero; 3]; 3],
             variance_m2: zero,
             blind_m: zero,
+            followed_m2: zero,
+            followed_arm_m: [zero; 2],
+            slope: [zero; N],
+            zero_variance: zero,
+            by_zero: [zero; 3],
         }
     }
 
@@ -423,7 +457,7 @@ impl<R: Real, const N: usize> GroundOdometryState<R, N> {
         (self.covariance, self.variance_m2)
     }
 
-    fn learn_zeros(&mut self, input: &GroundInput<R, N>) {
+    fn learn_zeros(&mut self, input: &GroundInput<R, N>, gyro_rad_s: R) {
         if !input.standing {
             self.zero_count = [0; 2];
             return;
@@ -432,6 +466,8 @@ impl<R: Real, const N: usize> GroundOdometryState<R, N> {
         let most = 2000;
         *moving = (*moving + 1).min(most);
         let part = R::one() / R::of(f64::from(*moving));
+        self.zero_variance = gyro_rad_s * gyro_rad_s * part;
+        self.by_zero = [R::zero(); 3];
         for (zero, read) in self.zero_rad_s.iter_mut().zip(input.imu.rate_rad_s) {
             if is_plausible(read) {
                 follow(zero, read, part);
@@ -474,24 +510,25 @@ impl<R: Real, const N: usize> GroundOdometryState<R, N> {
         self.attitude
     }
 
-    /// The covariance of place and yaw by that of a period's motion.
-    fn grow(&mut self, motion: &[[R; 3]; 3], period_s: R, _way_m: R, [wx, wy]: [R; 2]) {
-        let p = &mut self.covariance;
-        // F P F^T for the F that adds yaw to x and y.
+    /// The covariance of place and yaw after a period.
+    fn grow(&mut self, gained: &[R; 3], lost: &[R; 3], [wx, wy]: [R; 2], moved: &Travel<R>, period_s: R) {
+        // F P F^T for the F that adds yaw to x and y, and the gyro's zero to yaw.
         let (a, b) = (-wy, wx);
-        let [[xx, xy, xw], [_, yy, yw], [_, _, ww]] = *p;
-        let (xw_new, yw_new) = (xw + a * ww, yw + b * ww);
-        let (sin, cos) = self.yaw.total.sine_cosine();
-        let dt2 = period_s * period_s;
-        let [[vxx, vxy, vxw], [_, vyy, vyw], [_, _, vww]] = *motion;
-        let (c2, s2, cs) = (cos * cos, sin * sin, cos * sin);
+        let turned = -(period_s * moved.gyro_part);
+        let [[xx, xy, xw], [_, yy, yw], [_, _, ww]] = self.covariance;
+        let [zx, zy, zw] = self.by_zero;
         let two = R::of(2.0);
-        let xx = xx + a * (xw + xw_new) + dt2 * (c2 * vxx - two * cs * vxy + s2 * vyy);
-        let xy = xy + a * yw + b * xw_new + dt2 * (cs * (vxx - vyy) + (c2 - s2) * vxy);
-        let yy = yy + b * (yw + yw_new) + dt2 * (s2 * vxx + two * cs * vxy + c2 * vyy);
-        let xw = xw_new + dt2 * (cos * vxw - sin * vyw);
-        let yw = yw_new + dt2 * (sin * vxw + cos * vyw);
-        let ww = ww + dt2 * vww;
-        *p = [[xx, xy, xw], [xy, yy, yw], [xw, yw, ww]];
+        let (xw_new, yw_new) = (xw + a * ww, yw + b * ww);
+        let (zx_new, zy_new, zw_new) = (zx + a * zw, zy + b * zw, zw + turned * self.zero_variance);
+        let slip = R::of(SLIP_PART * SLIP_PART * SLIP_S) * moved.disagreement * period_s;
+        let xx = xx + a * (xw + xw_new) + gained[0] - lost[0] + slip;
+        let xy = xy + a * yw + b * xw_new + gained[1] - lost[1];
+        let yy = yy + b * (yw + yw_new) + gained[2] - lost[2] + slip;
+        let xw = xw_new + turned * zx_new;
+        let yw = yw_new + turned * zy_new;
+        let yaw_noise = moved.covariance[2][2] * period_s * period_s;
+        let ww = ww + turned * (zw + zw_new) + yaw_noise;
+        self.by_zero = [zx_new, zy_new, zw_new];
+        self.covariance = [[xx, xy, xw], [xy, yy, yw], [xw, yw, ww]];
     }
 }

@@ -5,6 +5,8 @@ use crate::Real;
 
 /// Slope that counts as much as none \[m/m\].
 const EVEN: f64 = 0.03;
+/// Slope that unknown ground may have beyond what it had so far \[m/m\].
+const UNKNOWN: f64 = 0.3;
 /// Distance from its ground from which on a wheel counts as lifted \[m\].
 const LIFTED_M: f64 = 0.006;
 /// Time in which the height settles on the ground that is known \[s\].
@@ -19,15 +21,19 @@ pub(super) struct Follower<R> {
     pub(super) grown_m: R,
     /// Ground below it a period ago \[m\]; NaN for none.
     pub(super) last_m: R,
-    pub(super) has_reading: bool,
+    /// Arm from the base's origin, along the heading and to its left \[m\].
+    pub(super) arm_m: [R; 2],
+    /// Slope of its path so far \[m/m\], and how steep its rim says it is.
+    pub(super) slope: R,
+    pub(super) steep: R,
 }
 
 /// How far the base has risen.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Rise<R, const N: usize> {
     pub(super) by_m: R,
-    /// Variance of the ground that is followed \[m^2\]; none where no wheel follows any.
-    pub(super) variance_m2: Option<R>,
+    /// Variance of the ground that is followed \[m^2\], and the mean arm of the wheels that follow it; none where no wheel does.
+    pub(super) followed: Option<(R, [R; 2])>,
     /// Ground below each wheel \[m\]; NaN for none.
     pub(super) ground_m: [R; N],
 }
@@ -41,13 +47,23 @@ pub(super) fn rise<R: Real, const N: usize>(
     cell_m: R,
     period_s: R,
     travel: u32,
+    way_m: R,
 ) -> Rise<R, N> {
     let zero = R::zero();
     let mut ground_m = [R::of(f64::NAN); N];
     let (mut weight, mut by, mut missing, mut variance) = (zero, zero, zero, zero);
+    let (mut ahead_weight, mut ahead_by) = (zero, zero);
+    let mut arm = [zero; 2];
     for (wheel, (follower, ground)) in followers.iter().zip(&mut ground_m).enumerate() {
         let who = Who { wheel, travel };
-        let Some(found) = grid.read(&follower.place, who, true) else { continue };
+        let Some(found) = grid.read(&follower.place, who, true) else {
+            // The ground goes on as it was, if the wheel's rim does not say otherwise.
+            let even = R::of(UNKNOWN) + follower.slope.abs() + follower.steep;
+            let each = R::one() / (even * even);
+            ahead_weight += each;
+            ahead_by += each * (follower.slope * way_m - follower.grown_m);
+            continue;
+        };
         *ground = found.height_m;
         if !follower.last_m.is_finite_real() {
             continue;
@@ -69,20 +85,15 @@ pub(super) fn rise<R: Real, const N: usize>(
         by += each * (found.height_m - follower.last_m - follower.grown_m);
         missing += each * stands;
         variance += each * found.variance_m2;
+        for (sum, part) in arm.iter_mut().zip(follower.arm_m) {
+            *sum += each * part;
+        }
     }
-    if weight > zero {
-        let settles = R::of(SETTLES_S);
-        let part = period_s / (period_s + settles);
-        Rise {
-            by_m: (by + part * missing) / weight,
-            variance_m2: Some(variance / weight),
-            ground_m,
-        }
-    } else {
-        Rise {
-            by_m: zero,
-            variance_m2: None,
-            ground_m,
-        }
+    let both = weight + ahead_weight;
+    let part = period_s / (period_s + R::of(SETTLES_S));
+    Rise {
+        by_m: if both > zero { (by + ahead_by + part * missing) / both } else { zero },
+        followed: (weight > zero).then(|| (variance / weight, arm.map(|each| each / weight))),
+        ground_m,
     }
 }

@@ -11,8 +11,6 @@ const ROUNDS: usize = 4;
 const SLIPS: f64 = 3.0;
 /// Part of the path of a wheel on an edge that its contact may be off by, per squared sine of the slope.
 const EDGE_PART: f64 = 0.1;
-/// Part of the prior's information that counts as new in a period.
-const FRESH: f64 = 0.02;
 /// Yaw rate beyond which there is no need to look \[rad/s\].
 const YAW_RAD_S: f64 = 1.0;
 /// Slower than that the slope of the path is not found from the velocity \[m/s\].
@@ -80,14 +78,14 @@ impl<R: Real> RollingWheel<R> {
 
 /// Motion over the ground, and its covariance in one period.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Travel<R, const N: usize> {
+pub(super) struct Travel<R> {
     /// Forward, to the left, and turning \[m/s, m/s, rad/s\].
     pub(super) velocity: [R; 3],
     pub(super) covariance: [[R; 3]; 3],
-    /// Covariance of what is new in a period: of the error that adds up.
-    pub(super) noise: [[R; 3]; 3],
-    /// What each wheel's rim is beyond what the motion asks \[m/s\]; 0 without a reading.
-    pub(super) slip_m_s: [R; N],
+    /// Mean square of what the rims are beyond what the motion asks and their noise \[m^2/s^2\].
+    pub(super) disagreement: R,
+    /// Part that the gyro has in the yaw rate.
+    pub(super) gyro_part: R,
 }
 
 impl<R: Real> WheelView<R> {
@@ -95,6 +93,22 @@ impl<R: Real> WheelView<R> {
     pub(super) fn over_ground(&self, [vx, vy, wz]: &[R; 3]) -> [R; 2] {
         let ([x, y], [own_x, own_y]) = (self.arm_m, self.own_m_s);
         [*vx + own_x - *wz * y, *vy + own_y + *wz * x]
+    }
+
+    /// How steep the path of a wheel is whose rim is faster than its centre moves over the ground, noise of the rim left out.
+    pub(super) fn steep(&self, velocity: &[R; 3]) -> R {
+        let [wx, wy] = self.over_ground(velocity);
+        let [dx, dy] = self.direction;
+        let (along, across) = (wx * dx + wy * dy, wy * dx - wx * dy);
+        let [cg, sg] = self.roller;
+        let Some(rim) = self.rim_m_s else { return R::one() };
+        let rolled = along - across * sg / cg;
+        let least = R::of(SLOW_M_S * SLOW_M_S);
+        let ground = rolled * rolled;
+        let beyond = rim.abs() - rolled.abs() - R::of(SLIPS) * self.noise_m_s;
+        let beyond = if beyond > R::zero() { beyond } else { R::zero() };
+        let ground = if ground > least { ground } else { least };
+        (beyond * (rolled.abs() + rolled.abs() + beyond) / ground).sqrt()
     }
 
     /// Its line of the equations: factors of the motion, what they amount to by the rim, and the deviation of that.
@@ -134,7 +148,7 @@ pub(super) fn travel<R: Real, const N: usize>(
     wheels: &[WheelView<R>; N],
     prior: &Carried<R>,
     gyro: Option<(R, R)>,
-) -> Travel<R, N> {
+) -> Travel<R> {
     let (one, zero) = (R::one(), R::zero());
     let turning = one / R::of(YAW_RAD_S * YAW_RAD_S);
     let [vx, vy, wz] = prior.velocity;
@@ -146,16 +160,18 @@ pub(super) fn travel<R: Real, const N: usize>(
     };
     let mut velocity = [vx, vy, rate];
     let mut covariance = [[xx, xy, zero], [xy, yy, zero], [zero, zero, one / sure]];
-    let mut noise = covariance;
-    let mut slip_m_s = [zero; N];
+    let (mut disagreement, mut readings) = (zero, zero);
     for _ in 0..ROUNDS {
         let mut matrix = [[zero; 3]; 3];
         let mut right = [ixx * vx + ixy * vy, ixy * vx + iyy * vy, sure * rate];
-        for (wheel, slip) in wheels.iter().zip(&mut slip_m_s) {
+        (disagreement, readings) = (zero, zero);
+        for wheel in wheels {
             let Some(rim) = wheel.rim_m_s else { continue };
             let (line, says, deviation2) = wheel.line(&velocity, rim);
             let beyond = says - dot(&line, &velocity);
-            *slip = beyond;
+            readings += one;
+            let more = beyond * beyond - deviation2;
+            disagreement += if more > zero { more } else { zero };
             let [a, b, _] = line;
             let unsure = if prior.by_accelerometer { a * a * xx + (a + a) * b * xy + b * b * yy } else { zero };
             let unlike = beyond * beyond / (R::of(SLIPS * SLIPS) * (deviation2 + unsure));
@@ -168,24 +184,16 @@ pub(super) fn travel<R: Real, const N: usize>(
                 }
             }
         }
-        // How much of a period's error is new: of the prior hardly anything is.
-        let fresh = R::of(FRESH);
-        let with = |part: R| {
-            let [[a, b, c], [d, e, f], [g, h, i]] = matrix;
-            let cross = part * ixy;
-            [[a + part * ixx, b + cross, c], [d + cross, e + part * iyy, f], [g, h, i + sure]]
-        };
-        let (Some(inverse), Some(new)) = (matrix3::inverse(&with(one)), matrix3::inverse(&with(fresh))) else {
-            break;
-        };
+        let [[a, b, c], [d, e, f], [g, h, i]] = matrix;
+        let known = [[a + ixx, b + ixy, c], [d + ixy, e + iyy, f], [g, h, i + sure]];
+        let Some(inverse) = matrix3::inverse(&known) else { break };
         velocity = inverse.map(|row| dot(&row, &right));
         covariance = inverse;
-        noise = new;
     }
     Travel {
         velocity,
         covariance,
-        noise,
-        slip_m_s,
+        disagreement: if readings > zero { disagreement / readings } else { zero },
+        gyro_part: sure * covariance[2][2],
     }
 }
