@@ -13,7 +13,9 @@ mod velocity;
 pub use covariance::{CovarianceGrowth, OdometryNoise, PoseCovariance};
 pub use encoder::{CounterState, Encoder, EncoderConfig, EncoderCounter, EncoderState};
 pub use estimator::{Estimator, EstimatorConfig, EstimatorInput, EstimatorState, EstimatorStep};
-pub use ground::{GroundInput, GroundOdometry, GroundOdometryConfig, GroundOdometryState, GroundPose};
+pub use ground::{
+    EdgeEvent, EdgeKind, GroundInput, GroundOdometry, GroundOdometryConfig, GroundOdometryState, GroundPose, GroundStep,
+};
 pub use odometry::{Odometry, OdometryState, OdometryStep};
 #[doc(hidden)]
 pub use velocity::VelocityLaw;

@@ -7,6 +7,7 @@
 
 mod carried;
 mod config;
+mod edges;
 mod grid;
 mod height;
 mod input;
@@ -20,6 +21,8 @@ use crate::sum::Sum;
 use crate::{ConfigError, Real};
 use carried::Carried;
 pub use config::GroundOdometryConfig;
+pub use edges::{EdgeEvent, EdgeKind};
+use edges::{Contact, Path, angle};
 use grid::{Grid, Place, Who};
 use height::{Follower, rise};
 pub use input::GroundInput;
@@ -38,6 +41,8 @@ const HINGE_PART: f64 = 0.2;
 /// Part of a disagreement of the wheels that is an error of the velocity, and how long it lasts \[s\].
 const SLIP_PART: f64 = 0.1;
 const SLIP_S: f64 = 0.2;
+/// Deviation of the place where a wheel meets an edge \[m\].
+const PLACE_M: f64 = 3e-3;
 /// Unknown ground rises or falls by this part of the travel \[m/m\].
 const UNKNOWN_SLOPE: f64 = 0.1;
 
@@ -106,6 +111,7 @@ pub struct GroundOdometryState<R, const N: usize> {
     followed_arm_m: [R; 2],
     /// Slope of the path of each wheel, averaged.
     slope: [R; N],
+    paths: [Path<R>; N],
     /// Variance of the gyro's zero, and what that has in common with x, y and yaw.
     zero_variance: R,
     by_zero: [R; 3],
@@ -128,6 +134,24 @@ pub struct GroundPose<R, const N: usize> {
     pub contact_m: [R; N],
     /// Wheels follow ground whose height is known.
     pub follows: bool,
+}
+
+/// What a step of a [`GroundOdometry`] found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub struct GroundStep<R, const N: usize> {
+    /// What each wheel did with an edge in this period.
+    pub edges: [Option<EdgeEvent<R>>; N],
+    /// Wheels follow ground whose height is known.
+    pub follows: bool,
+}
+
+impl<R: Real, const N: usize> GroundStep<R, N> {
+    const NOTHING: Self = Self {
+        edges: [None; N],
+        follows: true,
+    };
 }
 
 impl<R: Real, const N: usize> GroundOdometry<R, N> {
@@ -171,7 +195,7 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
     }
 
     /// One period.
-    pub fn step(&self, state: &mut GroundOdometryState<R, N>, input: &GroundInput<R, N>) {
+    pub fn step(&self, state: &mut GroundOdometryState<R, N>, input: &GroundInput<R, N>) -> GroundStep<R, N> {
         let config = &self.config;
         let period_s = config.period_s;
         state.learn_zeros(input, config.gyro_rad_s);
@@ -185,7 +209,7 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
         }
         if !state.started || input.standing {
             self.stand(state, &contact_m, input.standing, &places.map(|place| place.centre_m));
-            return;
+            return GroundStep::NOTHING;
         }
         // How the wheels roll and rise.
         let lever = |k: usize| {
@@ -282,6 +306,8 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
         state.variance_m2 = followed + leaned(arm);
         let hinge = config.hinge_rad * config.hinge_rad;
         let along = way_m / (way_m + R::of(SLOPE_M));
+        let (sin_yaw, cos_yaw) = state.yaw.total.sine_cosine();
+        let mut events = [None; N];
         for (i, follower) in followers.iter().enumerate() {
             let [x, y] = follower.arm_m;
             let from = [x - arm[0], y - arm[1]];
@@ -289,6 +315,15 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
             let height = state.height_m + follower.height_m;
             let who = Who { wheel: i, travel };
             state.grid.write(&follower.place, height, followed + leaned(from) + carried, who);
+            let [wx, wy] = views[i].over_ground(&moved.velocity);
+            let contact = Contact {
+                wheel: i,
+                height_m: height,
+                way_m: (wx * wx + wy * wy).sqrt() * period_s,
+                place_m: [state.x.total + cos_yaw * x - sin_yaw * y, state.y.total + sin_yaw * x + cos_yaw * y],
+                variance_m2: leaned(from) + carried,
+            };
+            events[i] = state.paths[i].step(&contact, config.edge_m);
             if way_m > R::zero() {
                 let grown = (risen.by_m + follower.grown_m) / way_m;
                 follow(&mut state.slope[i], grown.limited(R::of(-2.0), R::of(2.0)), along);
@@ -296,6 +331,16 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
         }
         state.ground_m = risen.ground_m;
         state.contact_m = contact_m;
+        let along = [cos_yaw * vx - sin_yaw * vy, sin_yaw * vx + cos_yaw * vy];
+        for event in events.iter_mut().flatten() {
+            if event.kind != EdgeKind::Met {
+                event.angle = angle(&state.paths, event, along, R::of(PLACE_M));
+            }
+        }
+        GroundStep {
+            edges: events,
+            follows: risen.followed.is_some(),
+        }
     }
 
     /// Velocity and lean a period on, by gyros and accelerometer.
@@ -420,6 +465,7 @@ impl<R: Real, const N: usize> GroundOdometryState<R, N> {
             followed_m2: zero,
             followed_arm_m: [zero; 2],
             slope: [zero; N],
+            paths: [Path::NONE; N],
             zero_variance: zero,
             by_zero: [zero; 3],
         }

@@ -6,11 +6,11 @@ use crate::Real;
 /// Slope that counts as much as none \[m/m\].
 const EVEN: f64 = 0.03;
 /// Slope that unknown ground may have beyond what it had so far \[m/m\].
-const UNKNOWN: f64 = 0.3;
+const UNKNOWN: f64 = 1.0;
 /// Distance from its ground from which on a wheel counts as lifted \[m\].
 const LIFTED_M: f64 = 0.006;
 /// Time in which the height settles on the ground that is known \[s\].
-const SETTLES_S: f64 = 0.4;
+const SETTLES_S: f64 = 0.2;
 
 /// What a wheel looks at.
 #[derive(Clone, Copy)]
