@@ -17,6 +17,8 @@ const SETTLED_M: f64 = 0.03;
 const LONGEST_M: f64 = 0.3;
 /// Deviation of a height by the shape of rollers and by what slips \[m\].
 const SHAPE_M: f64 = 7e-4;
+/// Part of the way between two wheels that may be along the travel, if they are to be on one edge: 15 degrees of skew.
+const SKEW: f64 = 0.27;
 /// Wheels on one edge are apart by at least this \[m\].
 const APART_M: f64 = 0.1;
 
@@ -174,6 +176,11 @@ impl<R: Real> Path<R> {
         let spacing = R::of(SPACING_M);
         if self.since_m >= spacing {
             self.since_m = R::zero();
+            if self.on_edge_m.is_none() {
+                // So far back the ground is not yet that of an edge.
+                let large = R::of(SPACING_M / AT_LARGE_M);
+                follow(&mut self.at_large, (next - oldest) / spacing, large);
+            }
             self.heights_m.rotate_left(1);
             if let Some(newest) = self.heights_m.last_mut() {
                 *newest = height;
@@ -188,8 +195,6 @@ impl<R: Real> Path<R> {
                 self.place_m = contact.place_m;
                 self.met = false;
                 self.on_edge_m = Some([R::zero(); 2]);
-            } else {
-                follow(&mut self.at_large, slope, part(AT_LARGE_M));
             }
             return None;
         };
@@ -249,7 +254,10 @@ pub(super) fn angle<R: Real, const N: usize>(
         let (dx, dy) = (x - px, y - py);
         let apart = (dx * dx + dy * dy).sqrt();
         let fits = (low - below).abs() < alike && (high - above).abs() < alike;
-        let soon = since < R::of(0.58) * apart && nearest.is_none_or(|(least, _)| since < least);
+        let [tx, ty] = travel;
+        let speed = (tx * tx + ty * ty).sqrt();
+        let across = (dx * tx + dy * ty).abs() <= R::of(SKEW) * apart * speed;
+        let soon = across && since < R::of(SKEW) * apart && nearest.is_none_or(|(least, _)| since < least);
         if fits && soon && apart > R::of(APART_M) {
             nearest = Some((since, [dx, dy]));
         }

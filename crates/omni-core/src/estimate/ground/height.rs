@@ -6,7 +6,9 @@ use crate::Real;
 /// Slope that counts as much as none \[m/m\].
 const EVEN: f64 = 0.03;
 /// Slope that unknown ground may have beyond what it had so far \[m/m\].
-const UNKNOWN: f64 = 1.0;
+const UNKNOWN: f64 = 0.7;
+/// How far the place of a wheel is off from where another wheel passed \[m\].
+const PLACE_M: f64 = 2e-3;
 /// Distance from its ground from which on a wheel counts as lifted \[m\].
 const LIFTED_M: f64 = 0.006;
 /// Time in which the height settles on the ground that is known \[s\].
@@ -79,12 +81,16 @@ pub(super) fn rise<R: Real, const N: usize>(
         let stands = found.height_m - follower.height_m - height_m;
         let off = stands / R::of(LIFTED_M);
         let even = R::of(EVEN) + slope;
+        // A place that is off by a little is another height where it is steep, and so is a height that was recorded meanwhile.
+        let off_m = slope * R::of(PLACE_M);
+        let own = found.variance_m2 + off_m * off_m;
+        let even = even + found.variance_m2.sqrt() / cell_m;
         let beside = if found.below { R::one() } else { R::of(0.1) };
         let each = beside / (even * even * (R::one() + off * off));
         weight += each;
         by += each * (found.height_m - follower.last_m - follower.grown_m);
         missing += each * stands;
-        variance += each * found.variance_m2;
+        variance += each * own;
         for (sum, part) in arm.iter_mut().zip(follower.arm_m) {
             *sum += each * part;
         }
