@@ -36,6 +36,8 @@ const BASE_RISE_S: f64 = 0.03;
 const GRAVITY_M_S2: f64 = 9.81;
 /// Way over which the slope of a wheel's path is averaged \[m\].
 const SLOPE_M: f64 = 0.03;
+/// Time over which the disagreement of the wheels is averaged \[s\].
+const DISAGREEMENT_S: f64 = 0.03;
 /// Part of a hinge's noise that is left in a cell.
 const HINGE_PART: f64 = 0.2;
 /// Part of a disagreement of the wheels that is an error of the velocity, and how long it lasts \[s\].
@@ -106,6 +108,8 @@ pub struct GroundOdometryState<R, const N: usize> {
     covariance: [[R; 3]; 3],
     variance_m2: R,
     blind_m: R,
+    /// Mean square of what wheels are beyond the motion, averaged \[m^2/s^2\].
+    disagreement: R,
     /// Variance of the ground that is followed, and the mean arm of the wheels that follow it.
     followed_m2: R,
     followed_arm_m: [R; 2],
@@ -226,7 +230,7 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
             let read = input.wheels.rad_s[i];
             let read = is_plausible(read).then_some(read);
             let wheel_m_s = self.rim_m_rad[i] * config.wheel_rad_s;
-            let turning2 = self.radius_m[i] * self.radius_m[i] * rate2 * smooth * R::of(4.0);
+            let turning2 = self.radius_m[i] * self.radius_m[i] * rate2 * R::of(2.0);
             let noise = (wheel_m_s * wheel_m_s + config.slip_m_s * config.slip_m_s + turning2).sqrt();
             self.wheel(i).view(&places[i], read, (rise, variance), noise)
         });
@@ -235,7 +239,8 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
             let ([along, _, up], [x, ..]) = (turned(&level, &state.rates), &level);
             (up - along * x[2] / x[0], config.gyro_rad_s)
         });
-        let moved = travel(&views, &state.carried, gyro);
+        let moved = travel(&views, &state.carried, gyro, state.disagreement);
+        follow(&mut state.disagreement, moved.disagreement, period_s / (period_s + R::of(DISAGREEMENT_S)));
         let ([fix_x, fix_y], lost) = state.carried.correct(moved.velocity, &moved.covariance);
         let [vx, vy, wz] = moved.velocity;
         // Move.
@@ -462,6 +467,7 @@ impl<R: Real, const N: usize> GroundOdometryState<R, N> {
             covariance: [[zero; 3]; 3],
             variance_m2: zero,
             blind_m: zero,
+            disagreement: zero,
             followed_m2: zero,
             followed_arm_m: [zero; 2],
             slope: [zero; N],

@@ -9,6 +9,8 @@ use crate::linkage::{WheelPlace, cross, dot, turned};
 const ROUNDS: usize = 4;
 /// Deviations from which on a wheel counts as one that slips.
 const SLIPS: f64 = 3.0;
+/// Part of what the wheels are beyond the motion that counts as noise of each, where an accelerometer knows better.
+const UNLIKELY: f64 = 0.3;
 /// Part of the path of a wheel on an edge that its contact may be off by, per squared sine of the slope.
 const EDGE_PART: f64 = 0.1;
 /// Yaw rate beyond which there is no need to look \[rad/s\].
@@ -148,6 +150,7 @@ pub(super) fn travel<R: Real, const N: usize>(
     wheels: &[WheelView<R>; N],
     prior: &Carried<R>,
     gyro: Option<(R, R)>,
+    disagreement: R,
 ) -> Travel<R> {
     let (one, zero) = (R::one(), R::zero());
     let turning = one / R::of(YAW_RAD_S * YAW_RAD_S);
@@ -158,6 +161,7 @@ pub(super) fn travel<R: Real, const N: usize>(
         Some((rate, deviation)) => (rate, one / (deviation * deviation)),
         None => (wz, turning),
     };
+    let unlikely = if prior.by_accelerometer { R::of(UNLIKELY) * disagreement } else { zero };
     let mut velocity = [vx, vy, rate];
     let mut covariance = [[xx, xy, zero], [xy, yy, zero], [zero, zero, one / sure]];
     let (mut disagreement, mut readings) = (zero, zero);
@@ -176,7 +180,7 @@ pub(super) fn travel<R: Real, const N: usize>(
             let unsure = if prior.by_accelerometer { a * a * xx + (a + a) * b * xy + b * b * yy } else { zero };
             let unlike = beyond * beyond / (R::of(SLIPS * SLIPS) * (deviation2 + unsure));
             let like = one / (one + unlike);
-            let weight = if prior.by_accelerometer { like * like } else { like } / deviation2;
+            let weight = if prior.by_accelerometer { like * like } else { like } / (deviation2 + unlikely);
             for (row, (to, factor)) in matrix.iter_mut().zip(right.iter_mut().zip(line)) {
                 *to += weight * factor * says;
                 for (sum, other) in row.iter_mut().zip(line) {
