@@ -14,6 +14,7 @@ mod input;
 mod travel;
 
 use crate::constants::constant_struct;
+use crate::estimate::PoseCovariance;
 use crate::geometry::WheelLayout;
 use crate::linkage::{Attitude, Linkage, MAX_HINGES, axes_of, turned};
 use crate::scalar::{all_plausible, follow, is_plausible};
@@ -503,10 +504,16 @@ impl<R: Real, const N: usize> GroundOdometryState<R, N> {
         }
     }
 
-    /// Covariance of x, y and yaw, and variance of the height.
+    /// Covariance of x, y and yaw.
     #[must_use]
-    pub fn covariance(&self) -> ([[R; 3]; 3], R) {
-        (self.covariance, self.variance_m2)
+    pub fn covariance(&self) -> PoseCovariance<R> {
+        PoseCovariance::of(self.covariance)
+    }
+
+    /// Variance of the height \[m^2\]. It grows with the way while no wheel follows ground whose height is known.
+    #[must_use]
+    pub fn height_variance_m2(&self) -> R {
+        self.variance_m2
     }
 
     fn learn_zeros(&mut self, input: &GroundInput<R, N>, gyro_rad_s: R) {
