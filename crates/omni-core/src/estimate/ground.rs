@@ -16,7 +16,7 @@ mod travel;
 use crate::constants::constant_struct;
 use crate::estimate::PoseCovariance;
 use crate::geometry::WheelLayout;
-use crate::linkage::{Attitude, Linkage, MAX_HINGES, axes_of, turned};
+use crate::linkage::{Attitude, Linkage, MAX_HINGES, WheelPlace, axes_of, turned};
 use crate::scalar::{all_plausible, follow, is_plausible};
 use crate::sum::Sum;
 use crate::{ConfigError, Real};
@@ -50,6 +50,48 @@ const PLACE_M: f64 = 3e-3;
 const UNKNOWN_SLOPE: f64 = 0.1;
 
 /// Odometry in three dimensions of a vehicle with `N` wheels. Immutable; what changes is in [`GroundOdometryState`].
+///
+/// Each period
+///
+/// 1. gyros and accelerometer carry the velocity and the lean of the base on. Without accelerometer the lean is the measured one;
+/// 2. every wheel says what the velocity is by its rim: along the path of its centre, which rises by attitude and hinges, and less what its
+///    carrier turns. Least squares over the wheels and the gyro; a wheel that slips or is lifted disagrees, and counts less;
+/// 3. the velocity corrects the lean and the place, by what they have in common with it (a Kalman filter);
+/// 4. wheels on ground whose height is known carry the height: those on even ground first. Where none is, the ground is taken to go on as it
+///    was, and the variance of the height grows by a tenth of the way, squared;
+/// 5. each wheel records the height of its contact where nothing is known, and the path of each wheel is searched for edges.
+///
+/// While the vehicle stands, what the gyros read is their zero. On level ground so is what roll, pitch, hinges and accelerometer read: an
+/// error of 4 mrad would be a false rise of 4 mm a metre.
+///
+/// What it is not: it has no map. Ground that left the 512 cells is new when the vehicle comes back to it.
+///
+/// ```
+/// use omni_core::estimate::{GroundInput, GroundOdometry, GroundOdometryConfig, GroundOdometryState};
+/// use omni_core::geometry::Wheel;
+/// use omni_core::linkage::{CarriedWheel, Linkage};
+/// use omni_core::policy::Imu;
+/// use omni_core::WheelLayout;
+/// let layout = WheelLayout::<f64, 4>::mecanum4(0.5, 0.4, 0.076)?;
+/// let wheel = |wheel: Wheel<f64>| CarriedWheel { body: 0, centre_m: [wheel.position_m[0], wheel.position_m[1], wheel.radius_m] };
+/// let linkage = Linkage::new(&[], &layout.wheels().map(wheel))?;
+/// let odometry = GroundOdometry::new(GroundOdometryConfig::new(0.005), &layout, linkage)?;
+/// let mut state = GroundOdometryState::new();
+/// // It stands on level ground for a second, its gyro off by 0.01 rad/s, and then goes ahead at 0.3 m/s.
+/// let mut imu = Imu::level();
+/// imu.rate_rad_s[2] = 0.01;
+/// for _ in 0..200 {
+///     odometry.step(&mut state, &GroundInput::new(&[0.0; 4].into(), &imu).at_rest(true));
+/// }
+/// for period in 0..1000 {
+///     imu.specific_force_m_s2[0] = if period < 100 { 0.6 } else { 0.0 };
+///     let speed = 0.3 * f64::min(f64::from(period + 1) / 100.0, 1.0);
+///     odometry.step(&mut state, &GroundInput::new(&[speed / 0.076; 4].into(), &imu));
+/// }
+/// let [x, y, z] = state.pose().position_m;
+/// assert!((x - 1.35).abs() < 3e-3 && y.abs() < 1e-3 && z.abs() < 1e-4);
+/// # Ok::<(), omni_core::ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(C)]
@@ -74,15 +116,32 @@ constant_struct!(GroundOdometry<R, const N> {
     length_m: R,
 });
 
-/// Where the vehicle is, and what it remembers of the ground.
+/// Where the vehicle is, and what it remembers of the ground: 12 kB in `f32` and 19 kB in `f64`, of which the 512 cells of the ground are 10 kB
+/// and 16 kB.
+///
+/// ```
+/// use omni_core::estimate::GroundOdometryState;
+/// let mut state = GroundOdometryState::<f32, 7>::new();
+/// assert!(state.reset([1.0, 2.0, 0.5], 0.1));
+/// assert_eq!(state.pose().position_m, [1.0, 2.0, 0.5]);
+/// assert!(core::mem::size_of_val(&state) < 13_000);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(serialize = "R: serde::Serialize", deserialize = "R: serde::Deserialize<'de>"))
+)]
 pub struct GroundOdometryState<R, const N: usize> {
     x: Sum<R>,
     y: Sum<R>,
     yaw: Sum<R>,
-    height_m: R,
+    /// Height of the base's origin, and what was set beside it.
+    height_m: Sum<R>,
+    set_m: R,
     attitude: Attitude<R>,
+    ground_slope: [R; 2],
     carried: Carried<R>,
     rates: [R; 3],
     /// Place in the grid, whose axes are those of the heading at the start.
@@ -94,7 +153,9 @@ pub struct GroundOdometryState<R, const N: usize> {
     travel: u32,
     travel_rest: R,
     /// Height of each contact above the base's origin, ground below it, and rates, averaged.
+    #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     contact_m: [R; N],
+    #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     ground_m: [R; N],
     base_rise_m_s: R,
     /// Zeros of roll, pitch, hinges and gyros, and how many readings they are the mean of.
@@ -115,47 +176,65 @@ pub struct GroundOdometryState<R, const N: usize> {
     followed_m2: R,
     followed_arm_m: [R; 2],
     /// Slope of the path of each wheel, averaged.
+    #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     slope: [R; N],
+    #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     paths: [Path<R>; N],
     /// Variance of the gyro's zero, and what that has in common with x, y and yaw.
     zero_variance: R,
     by_zero: [R; 3],
 }
 
-/// Pose in three dimensions, after a step.
+/// Pose in three dimensions: [`GroundOdometryState::pose`].
+///
+/// ```
+/// use omni_core::estimate::GroundOdometryState;
+/// let pose = GroundOdometryState::<f64, 3>::new().pose();
+/// assert_eq!((pose.position_m, pose.yaw_rad), ([0.0; 3], 0.0));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub struct GroundPose<R, const N: usize> {
     /// Place of the base's origin in the world \[m\].
     pub position_m: [R; 3],
-    /// Roll, pitch and yaw \[rad\]: left side up, nose up, counter-clockwise.
+    /// Angle of the base's y axis above the horizon \[rad\]: left side up.
     pub roll_rad: R,
-    /// Nose up.
+    /// Angle of the base's x axis above the horizon \[rad\]: nose up.
     pub pitch_rad: R,
-    /// Counter-clockwise, in (-pi, pi].
+    /// Heading, counter-clockwise, in (-pi, pi] \[rad\].
     pub yaw_rad: R,
     /// Height of each wheel's contact in the world \[m\].
     pub contact_m: [R; N],
-    /// Wheels follow ground whose height is known.
-    pub follows: bool,
+    /// Slope of the ground below the vehicle along its heading and to its left \[m/m\]: of the plane that is nearest to its contacts.
+    pub slope: [R; 2],
 }
 
 /// What a step of a [`GroundOdometry`] found.
+///
+/// ```
+/// use omni_core::estimate::GroundStep;
+/// let climbs = |step: &GroundStep<f32, 7>| step.edges.iter().flatten().any(|edge| edge.height_m > 0.02);
+/// # let _ = climbs;
+/// assert_eq!(core::mem::size_of::<GroundStep<f32, 7>>() % 4, 0);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub struct GroundStep<R, const N: usize> {
     /// What each wheel did with an edge in this period.
     pub edges: [Option<EdgeEvent<R>>; N],
-    /// Wheels follow ground whose height is known.
+    /// Wheels follow ground whose height is known. Where none does, only the variance of the height says how much it means.
     pub follows: bool,
+    /// False where the result was not finite: velocity and lean are as at rest, and the pose stays.
+    pub taken: bool,
 }
 
 impl<R: Real, const N: usize> GroundStep<R, N> {
     const NOTHING: Self = Self {
         edges: [None; N],
         follows: true,
+        taken: true,
     };
 }
 
@@ -199,7 +278,26 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
         }
     }
 
-    /// One period.
+    /// One period: where the vehicle has come to is in `state`.
+    ///
+    /// ```
+    /// use omni_core::estimate::{GroundInput, GroundOdometry, GroundOdometryConfig, GroundOdometryState};
+    /// use omni_core::linkage::{CarriedWheel, Linkage};
+    /// use omni_core::policy::Imu;
+    /// use omni_core::WheelLayout;
+    /// // Three wheels: none follows another, so that nothing says how high the vehicle is.
+    /// let layout = WheelLayout::<f64, 3>::omni(0.2, 0.0, 0.05)?;
+    /// let linkage = Linkage::new(&[], &layout.wheels().map(|w| CarriedWheel { body: 0, centre_m: [w.position_m[0], w.position_m[1], 0.05] }))?;
+    /// let odometry = GroundOdometry::new(GroundOdometryConfig::new(0.005), &layout, linkage)?;
+    /// let mut state = GroundOdometryState::new();
+    /// let ahead = omni_core::Kinematics::new(&layout)?.inverse(&omni_core::BodyTwist { vx_m_s: 0.3, ..omni_core::BodyTwist::ZERO });
+    /// let mut follows = true;
+    /// for _ in 0..1000 {
+    ///     follows = odometry.step(&mut state, &GroundInput::new(&ahead, &Imu::level())).follows;
+    /// }
+    /// assert!(!follows && state.height_variance_m2() > 0.1_f64.powi(2)); // after 1.5 m
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     pub fn step(&self, state: &mut GroundOdometryState<R, N>, input: &GroundInput<R, N>) -> GroundStep<R, N> {
         let config = &self.config;
         let period_s = config.period_s;
@@ -242,6 +340,14 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
         });
         let moved = travel(&views, &state.carried, gyro, state.disagreement);
         follow(&mut state.disagreement, moved.disagreement, period_s / (period_s + R::of(DISAGREEMENT_S)));
+        let sound = |values: &[R; 3]| all_plausible(values);
+        if !(sound(&moved.velocity) && moved.covariance.iter().all(sound) && state.carried.is_sound()) {
+            state.carried.rest([R::zero(); 2]);
+            return GroundStep {
+                taken: false,
+                ..GroundStep::NOTHING
+            };
+        }
         let ([fix_x, fix_y], lost) = state.carried.correct(moved.velocity, &moved.covariance);
         let [vx, vy, wz] = moved.velocity;
         // Move.
@@ -286,8 +392,8 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
             }
         });
         let travel = state.travel;
-        let risen = rise(&state.grid, &followers, state.height_m, ahead, config.cell_m, period_s, travel, way_m);
-        state.height_m += risen.by_m;
+        let risen = rise(&state.grid, &followers, state.height_m.total, ahead, config.cell_m, period_s, travel, way_m);
+        state.height_m = state.height_m.plus(risen.by_m);
         follow(
             &mut state.base_rise_m_s,
             risen.by_m / period_s,
@@ -318,7 +424,7 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
             let [x, y] = follower.arm_m;
             let from = [x - arm[0], y - arm[1]];
             let carried = if self.linkage.carrier(i) == 0 { R::zero() } else { hinge * lever(i) * R::of(HINGE_PART) };
-            let height = state.height_m + follower.height_m;
+            let height = state.height_m.total + follower.height_m;
             let who = Who { wheel: i, travel };
             state.grid.write(&follower.place, height, followed + leaned(from) + carried, who);
             let [wx, wy] = views[i].over_ground(&moved.velocity);
@@ -335,6 +441,7 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
                 follow(&mut state.slope[i], grown.limited(R::of(-2.0), R::of(2.0)), along);
             }
         }
+        state.ground_slope = slope_below(&places, &contact_m);
         state.ground_m = risen.ground_m;
         state.contact_m = contact_m;
         let along = [cos_yaw * vx - sin_yaw * vy, sin_yaw * vx + cos_yaw * vy];
@@ -346,6 +453,7 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
         GroundStep {
             edges: events,
             follows: risen.followed.is_some(),
+            taken: true,
         }
     }
 
@@ -370,6 +478,14 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
                 [R::zero(); 2]
             } else if measured {
                 read
+            } else if all_plausible(&force) {
+                let up = |force: R| (force / R::of(GRAVITY_M_S2)).limited(R::of(-0.9), R::of(0.9)).asin();
+                let [count, _] = state.zero_count;
+                let part = R::one() / R::of(f64::from(count.max(1)));
+                let [mut nose, mut left] = state.carried.lean;
+                follow(&mut nose, up(force[0]), part);
+                follow(&mut left, up(force[1]), part);
+                [nose, left]
             } else {
                 state.carried.lean
             };
@@ -404,12 +520,18 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
                     *mean = *now;
                 }
             }
+            // The ground is the plane that the base's axes are parallel to, through its origin.
+            let [x, y, _] = axes_of(&state.attitude);
+            let slopes = [x[2] / x[0], y[2] / y[1]];
             let mut sum = R::zero();
-            for mean in &state.contact_m {
-                sum += *mean;
+            for (mean, [x, y, _]) in state.contact_m.iter().zip(centres_m) {
+                sum += *mean - slopes[0] * *x - slopes[1] * *y;
             }
-            state.height_m = -sum / R::of(N as f64);
-            state.ground_m = [R::zero(); N];
+            state.height_m = Sum::of(-sum / R::of(N as f64));
+            state.ground_slope = slopes;
+            for ((ground, contact), height) in state.ground_m.iter_mut().zip(&state.contact_m).zip([state.height_m.total; N]) {
+                *ground = *contact + height;
+            }
             let cell = R::one() / self.config.cell_m;
             let (mut low, mut high) = ([R::zero(); 2], [R::zero(); 2]);
             for [x, y, _] in centres_m {
@@ -421,10 +543,37 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
             let margin = R::of(1.5);
             let corner = |at: [R; 2], by: R| state.place.moved(at.map(|each| each * cell + by)).cell;
             let corners = [corner(low, -margin), corner(high, margin)];
-            state.grid.start(corners, [R::zero(); 3]);
+            let slopes = slopes.map(|each| each * self.config.cell_m);
+            state.grid.start(corners, [R::zero(), slopes[0], slopes[1]]);
             state.started = !standing;
         }
     }
+}
+
+/// Slopes of the plane that is nearest to the contacts, along the heading and to its left.
+fn slope_below<R: Real, const N: usize>(places: &[WheelPlace<R>; N], contact_m: &[R; N]) -> [R; 2] {
+    let part = R::one() / R::of(N as f64);
+    let mut mean = [R::zero(); 3];
+    for (place, height) in places.iter().zip(contact_m) {
+        let [x, y, _] = place.centre_m;
+        for (mean, each) in mean.iter_mut().zip([x, y, *height]) {
+            *mean += part * each;
+        }
+    }
+    // Wheels in one line say nothing of the slope across it.
+    let least = R::of(1e-6);
+    let (mut xx, mut xy, mut yy, mut xz, mut yz) = (least, R::zero(), least, R::zero(), R::zero());
+    for (place, height) in places.iter().zip(contact_m) {
+        let [x, y, _] = place.centre_m;
+        let (x, y, z) = (x - mean[0], y - mean[1], *height - mean[2]);
+        xx += x * x;
+        xy += x * y;
+        yy += y * y;
+        xz += x * z;
+        yz += y * z;
+    }
+    let area = xx * yy - xy * xy;
+    [(xz * yy - yz * xy) / area, (yz * xx - xz * xy) / area]
 }
 
 impl<R: Real, const N: usize> Default for GroundOdometryState<R, N> {
@@ -444,7 +593,9 @@ impl<R: Real, const N: usize> GroundOdometryState<R, N> {
             x: none,
             y: none,
             yaw: none,
-            height_m: zero,
+            height_m: none,
+            set_m: zero,
+            ground_slope: [zero; 2],
             attitude: Attitude::LEVEL,
             carried: Carried::at_rest(),
             rates: [zero; 3],
@@ -478,7 +629,16 @@ impl<R: Real, const N: usize> GroundOdometryState<R, N> {
         }
     }
 
-    /// Sets place, height and yaw.
+    /// Sets place and yaw; false, and nothing changed, where they are not finite. The yaw is wrapped. What is known of the ground, and the
+    /// covariance, stay.
+    ///
+    /// ```
+    /// use omni_core::estimate::GroundOdometryState;
+    /// let mut state = GroundOdometryState::<f64, 4>::new();
+    /// assert!(state.reset([0.0, 0.0, 0.2], 7.0));
+    /// assert!((state.pose().yaw_rad - (7.0 - core::f64::consts::TAU)).abs() < 1e-15);
+    /// assert!(!state.reset([f64::NAN, 0.0, 0.0], 0.0));
+    /// ```
     pub fn reset(&mut self, position_m: [R; 3], yaw_rad: R) -> bool {
         let [x, y, z] = position_m;
         let finite = [x, y, z, yaw_rad].iter().all(|each| each.is_finite_real());
@@ -486,25 +646,36 @@ impl<R: Real, const N: usize> GroundOdometryState<R, N> {
             self.x = Sum::of(x);
             self.y = Sum::of(y);
             self.yaw = Sum::of(yaw_rad.wrapped_angle());
+            self.set_m = z - self.height_m.total;
         }
         finite
     }
 
-    /// Where the vehicle is.
+    /// Where the vehicle is, how it leans, and where its wheels touch the ground.
+    ///
+    /// ```
+    /// use omni_core::estimate::GroundOdometryState;
+    /// assert_eq!(GroundOdometryState::<f32, 6>::new().pose().position_m[2], 0.0);
+    /// ```
     #[must_use]
     pub fn pose(&self) -> GroundPose<R, N> {
-        let height_m = self.height_m;
+        let height_m = self.height_m.total + self.set_m;
         GroundPose {
             position_m: [self.x.total, self.y.total, height_m],
             roll_rad: self.attitude.left_up_rad,
             pitch_rad: self.attitude.nose_up_rad,
             yaw_rad: self.yaw.total.wrapped_angle(),
             contact_m: self.contact_m.map(|each| each + height_m),
-            follows: self.blind_m == R::zero(),
+            slope: self.ground_slope,
         }
     }
 
     /// Covariance of x, y and yaw.
+    ///
+    /// ```
+    /// use omni_core::estimate::GroundOdometryState;
+    /// assert_eq!(GroundOdometryState::<f32, 6>::new().covariance().standard_deviations(), [0.0; 3]);
+    /// ```
     #[must_use]
     pub fn covariance(&self) -> PoseCovariance<R> {
         PoseCovariance::of(self.covariance)
@@ -576,7 +747,6 @@ impl<R: Real, const N: usize> GroundOdometryState<R, N> {
         let turned = -(period_s * moved.gyro_part);
         let [[xx, xy, xw], [_, yy, yw], [_, _, ww]] = self.covariance;
         let [zx, zy, zw] = self.by_zero;
-        let two = R::of(2.0);
         let (xw_new, yw_new) = (xw + a * ww, yw + b * ww);
         let (zx_new, zy_new, zw_new) = (zx + a * zw, zy + b * zw, zw + turned * self.zero_variance);
         let slip = R::of(SLIP_PART * SLIP_PART * SLIP_S) * moved.disagreement * period_s;

@@ -3,6 +3,7 @@
 use super::GRAVITY_M_S2;
 use crate::Real;
 use crate::linkage::{Attitude, axes_of, turned};
+use crate::scalar::all_plausible;
 
 /// Change of the velocity that is expected in a period without accelerometer \[m/s^2\], and beside it \[m/s\].
 const CHANGE_M_S2: f64 = 3.0;
@@ -82,6 +83,13 @@ impl<R: Real> Carried<R> {
 
     pub(super) fn velocity_variance(&self) -> &Pair<R> {
         &self.velocity_variance
+    }
+
+    /// Variances are positive, and everything is a number.
+    pub(super) fn is_sound(&self) -> bool {
+        let [[xx, xy], [_, yy]] = self.velocity_variance;
+        let [x, y, _] = self.velocity;
+        all_plausible(&[xx, xy, yy, x, y]) && xx > R::zero() && xx * yy > xy * xy && all_plausible(&self.lean)
     }
 
     /// Variance of how the nose is up \[rad^2\].
