@@ -39,6 +39,8 @@ const GRAVITY_M_S2: f64 = 9.81;
 const SLOPE_M: f64 = 0.03;
 /// Time over which the disagreement of the wheels is averaged \[s\].
 const DISAGREEMENT_S: f64 = 0.03;
+/// Disagreement of the wheels at which half of what they say of the lean counts \[m/s\].
+const LEAN_SLIP_M_S: f64 = 0.01;
 /// Part of a hinge's noise that is left in a cell.
 const HINGE_PART: f64 = 0.2;
 /// Part of a disagreement of the wheels that is an error of the velocity, and how long it lasts \[s\].
@@ -348,7 +350,9 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
                 ..GroundStep::NOTHING
             };
         }
-        let ([fix_x, fix_y], lost) = state.carried.correct(moved.velocity, &moved.covariance);
+        let slips = R::of(LEAN_SLIP_M_S);
+        let trust = R::one() / (R::one() + state.disagreement / (slips * slips));
+        let ([fix_x, fix_y], lost) = state.carried.correct(moved.velocity, &moved.covariance, trust);
         let [vx, vy, wz] = moved.velocity;
         // Move.
         let half = R::of(0.5);

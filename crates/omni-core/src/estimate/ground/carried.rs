@@ -170,8 +170,8 @@ impl<R: Real> Carried<R> {
     }
 
     /// The velocity is now known to be this: lean and place follow by what they have in common with it. The place's correction, and what its
-    /// covariance loses: xx, xy, yy.
-    pub(super) fn correct(&mut self, velocity: [R; 3], covariance: &[[R; 3]; 3]) -> ([R; 2], [R; 3]) {
+    /// covariance loses: xx, xy, yy. `trust`, 0 to 1, is the part of that which the lean follows: what slips is no lean.
+    pub(super) fn correct(&mut self, velocity: [R; 3], covariance: &[[R; 3]; 3], trust: R) -> ([R; 2], [R; 3]) {
         let [[xx, xy, _], [_, yy, _], _] = *covariance;
         let after = [[xx, xy], [xy, yy]];
         let known = inverse(&self.velocity_variance);
@@ -182,8 +182,9 @@ impl<R: Real> Carried<R> {
         let gain = times(&self.mixed, &known);
         let place = times(&self.place_velocity, &known);
         let [nose, left] = by(&gain);
-        self.lean = [self.lean[0] + nose, self.lean[1] + left];
-        let less = times(&times(&gain, &gone), &transposed(gain));
+        self.lean = [self.lean[0] + trust * nose, self.lean[1] + trust * left];
+        let part = trust * (R::of(2.0) - trust);
+        let less = times(&times(&gain, &gone), &transposed(gain)).map(|row| row.map(|each| part * each));
         self.lean_variance = each(&self.lean_variance, &less, |all, less| all - less);
         let common = times(&times(&place, &gone), &transposed(gain));
         self.place_lean = each(&self.place_lean, &common, |all, less| all - less);
