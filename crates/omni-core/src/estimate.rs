@@ -14,7 +14,8 @@ pub use covariance::{CovarianceGrowth, OdometryNoise, PoseCovariance};
 pub use encoder::{CounterState, Encoder, EncoderConfig, EncoderCounter, EncoderState};
 pub use estimator::{Estimator, EstimatorConfig, EstimatorInput, EstimatorState, EstimatorStep};
 pub use ground::{
-    EdgeEvent, EdgeKind, GroundInput, GroundOdometry, GroundOdometryConfig, GroundOdometryState, GroundPose, GroundStep,
+    EdgeEvent, EdgeKind, GroundInput, GroundOdometry, GroundOdometryConfig, GroundOdometryState, GroundPose,
+    GroundStep,
 };
 pub use odometry::{Odometry, OdometryState, OdometryStep};
 #[doc(hidden)]

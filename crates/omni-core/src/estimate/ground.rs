@@ -22,8 +22,8 @@ use crate::sum::Sum;
 use crate::{ConfigError, Real};
 use carried::Carried;
 pub use config::GroundOdometryConfig;
-pub use edges::{EdgeEvent, EdgeKind};
 use edges::{Contact, Path, angle};
+pub use edges::{EdgeEvent, EdgeKind};
 use grid::{Grid, Place, Who};
 use height::{Follower, rise};
 pub use input::GroundInput;
@@ -41,6 +41,11 @@ const SLOPE_M: f64 = 0.03;
 const DISAGREEMENT_S: f64 = 0.03;
 /// Disagreement of the wheels at which half of what they say of the lean counts \[m/s\].
 const LEAN_SLIP_M_S: f64 = 0.01;
+/// Periods for which an error of the gyro's zero is taken to add up.
+const PERIODS: u16 = 2000;
+/// Agreement of the wheels with the carried velocity, 0 to 1, below which it is alone, and how long it may be \[s\].
+const ALONE: f64 = 0.3;
+const LOST_S: f64 = 1.0;
 /// Part of a hinge's noise that is left in a cell.
 const HINGE_PART: f64 = 0.2;
 /// Part of a disagreement of the wheels that is an error of the velocity, and how long it lasts \[s\].
@@ -150,7 +155,11 @@ pub struct GroundOdometryState<R, const N: usize> {
     place: Place<R>,
     heading: Sum<R>,
     grid: Grid<R>,
+    /// There is ground below it, and it has moved on that.
     started: bool,
+    moved: bool,
+    /// For how long the wheels have agreed on another velocity than the accelerometer \[s\].
+    lost_s: R,
     /// Travel in cells, and the rest of one.
     travel: u32,
     travel_rest: R,
@@ -184,6 +193,7 @@ pub struct GroundOdometryState<R, const N: usize> {
     paths: [Path<R>; N],
     /// Variance of the gyro's zero, and what that has in common with x, y and yaw.
     zero_variance: R,
+    periods: u16,
     by_zero: [R; 3],
 }
 
@@ -313,9 +323,10 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
             contact_m[i] = places[i].centre_m[2] - self.radius_m[i];
         }
         if !state.started || input.standing {
-            self.stand(state, &contact_m, input.standing, &places.map(|place| place.centre_m));
+            self.stand(state, &contact_m, &places.map(|place| place.centre_m));
             return GroundStep::NOTHING;
         }
+        state.moved = true;
         // How the wheels roll and rise.
         let lever = |k: usize| {
             let [x, y, _] = places[k].centre_m;
@@ -325,7 +336,11 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
         let gyro2 = config.gyro_rad_s * config.gyro_rad_s;
         let hinge2 = config.hinge_rad_s * config.hinge_rad_s;
         let views: [WheelView<R>; N] = core::array::from_fn(|i| {
-            let rate2 = if self.linkage.carrier(i) == 0 { gyro2 } else { gyro2 + hinge2 };
+            let rate2 = if self.linkage.carrier(i) == 0 {
+                gyro2
+            } else {
+                gyro2 + hinge2
+            };
             let variance = lever(i) * rate2 * smooth;
             let rise = places[i].velocity_m_s[2] + state.base_rise_m_s;
             let read = input.wheels.rad_s[i];
@@ -338,10 +353,18 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
         let level = axes_of(&base);
         let gyro = is_plausible(input.imu.rate_rad_s[2]).then(|| {
             let ([along, _, up], [x, ..]) = (turned(&level, &state.rates), &level);
-            (up - along * x[2] / x[0], config.gyro_rad_s)
+            // An error of its zero adds up: in the end it is as much as this noise would be.
+            let lasting = state.zero_variance * R::of(f64::from(state.periods));
+            let noise = (config.gyro_rad_s * config.gyro_rad_s + lasting).sqrt();
+            (up - along * x[2] / x[0], noise)
         });
+        state.periods = (state.periods + 1).min(PERIODS);
         let moved = travel(&views, &state.carried, gyro, state.disagreement);
-        follow(&mut state.disagreement, moved.disagreement, period_s / (period_s + R::of(DISAGREEMENT_S)));
+        follow(
+            &mut state.disagreement,
+            moved.disagreement,
+            period_s / (period_s + R::of(DISAGREEMENT_S)),
+        );
         let sound = |values: &[R; 3]| all_plausible(values);
         if !(sound(&moved.velocity) && moved.covariance.iter().all(sound) && state.carried.is_sound()) {
             state.carried.rest([R::zero(); 2]);
@@ -349,6 +372,13 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
                 taken: false,
                 ..GroundStep::NOTHING
             };
+        }
+        // An accelerometer that is off for long, or a lean that was wrong, is not what the vehicle does.
+        let alone = moved.agreement < R::of(ALONE) && state.carried.by_accelerometer;
+        state.lost_s = if alone { state.lost_s + period_s } else { R::zero() };
+        if state.lost_s > R::of(LOST_S) {
+            state.lost_s = R::zero();
+            state.carried.forget();
         }
         let slips = R::of(LEAN_SLIP_M_S);
         let trust = R::one() / (R::one() + state.disagreement / (slips * slips));
@@ -363,7 +393,7 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
         state.x = state.x.plus(wx);
         state.y = state.y.plus(wy);
         let gained = state.carried.moved((sin, cos), period_s);
-        state.grow(&gained, &lost, [wx, wy], &moved, period_s);
+        state.grow(&gained, &lost, [wx, wy], &moved, period_s, config.gyro_rad_s);
         // The same in the axes of the grid.
         let away = state.yaw.total - state.heading.total;
         let (sin, cos) = away.sine_cosine();
@@ -386,7 +416,9 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
         let followers: [Follower<R>; N] = core::array::from_fn(|i| {
             let [x, y, _] = places[i].centre_m;
             Follower {
-                place: state.place.moved([(cos * x - sin * y) * per_cell, (sin * x + cos * y) * per_cell]),
+                place: state
+                    .place
+                    .moved([(cos * x - sin * y) * per_cell, (sin * x + cos * y) * per_cell]),
                 height_m: contact_m[i],
                 grown_m: contact_m[i] - state.contact_m[i],
                 last_m: state.ground_m[i],
@@ -396,7 +428,16 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
             }
         });
         let travel = state.travel;
-        let risen = rise(&state.grid, &followers, state.height_m.total, ahead, config.cell_m, period_s, travel, way_m);
+        let risen = rise(
+            &state.grid,
+            &followers,
+            state.height_m.total,
+            ahead,
+            config.cell_m,
+            period_s,
+            travel,
+            way_m,
+        );
         state.height_m = state.height_m.plus(risen.by_m);
         follow(
             &mut state.base_rise_m_s,
@@ -415,7 +456,10 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
                 let before = R::of(UNKNOWN_SLOPE) * state.blind_m;
                 state.blind_m += way_m;
                 let after = R::of(UNKNOWN_SLOPE) * state.blind_m;
-                (state.followed_m2 + after * after - before * before, state.followed_arm_m)
+                (
+                    state.followed_m2 + after * after - before * before,
+                    state.followed_arm_m,
+                )
             }
         };
         (state.followed_m2, state.followed_arm_m) = (followed, arm);
@@ -427,16 +471,25 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
         for (i, follower) in followers.iter().enumerate() {
             let [x, y] = follower.arm_m;
             let from = [x - arm[0], y - arm[1]];
-            let carried = if self.linkage.carrier(i) == 0 { R::zero() } else { hinge * lever(i) * R::of(HINGE_PART) };
+            let carried = if self.linkage.carrier(i) == 0 {
+                R::zero()
+            } else {
+                hinge * lever(i) * R::of(HINGE_PART)
+            };
             let height = state.height_m.total + follower.height_m;
             let who = Who { wheel: i, travel };
-            state.grid.write(&follower.place, height, followed + leaned(from) + carried, who);
+            state
+                .grid
+                .write(&follower.place, height, followed + leaned(from) + carried, who);
             let [wx, wy] = views[i].over_ground(&moved.velocity);
             let contact = Contact {
                 wheel: i,
                 height_m: height,
                 way_m: (wx * wx + wy * wy).sqrt() * period_s,
-                place_m: [state.x.total + cos_yaw * x - sin_yaw * y, state.y.total + sin_yaw * x + cos_yaw * y],
+                place_m: [
+                    state.x.total + cos_yaw * x - sin_yaw * y,
+                    state.y.total + sin_yaw * x + cos_yaw * y,
+                ],
                 variance_m2: leaned(from) + carried,
             };
             events[i] = state.paths[i].step(&contact, config.edge_m);
@@ -471,7 +524,10 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
             }
             read
         };
-        let (rate, force) = (less(&imu.rate_rad_s, &state.zero_rad_s), less(&imu.specific_force_m_s2, &state.zero_m_s2));
+        let (rate, force) = (
+            less(&imu.rate_rad_s, &state.zero_rad_s),
+            less(&imu.specific_force_m_s2, &state.zero_m_s2),
+        );
         let [zero_nose, zero_left] = state.zero_rad;
         let read = [imu.pitch_rad - zero_nose, imu.roll_rad - zero_left];
         let measured = all_plausible(&read);
@@ -483,7 +539,11 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
             } else if measured {
                 read
             } else if all_plausible(&force) {
-                let up = |force: R| (force / R::of(GRAVITY_M_S2)).limited(R::of(-0.9), R::of(0.9)).asin();
+                let up = |force: R| {
+                    (force / R::of(GRAVITY_M_S2))
+                        .limited(R::of(-0.9), R::of(0.9))
+                        .asin()
+                };
                 let [count, _] = state.zero_count;
                 let part = R::one() / R::of(f64::from(count.max(1)));
                 let [mut nose, mut left] = state.carried.lean;
@@ -496,61 +556,64 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
             state.carried.rest(lean);
         } else if both {
             let (gyro, accelerometer) = (config.gyro_rad_s, config.accelerometer_m_s2);
-            state.carried.carry(&rate, &force, gyro, accelerometer, config.period_s);
+            state
+                .carried
+                .carry(&rate, &force, gyro, accelerometer, config.period_s);
         } else {
             let lean = if measured { read } else { state.carried.lean };
             state.carried.guess(lean, config.attitude_rad, config.period_s);
         }
     }
 
-    fn stand(
-        &self,
-        state: &mut GroundOdometryState<R, N>,
-        contact_m: &[R; N],
-        standing: bool,
-        centres_m: &[[R; 3]; N],
-    ) {
+    fn stand(&self, state: &mut GroundOdometryState<R, N>, contact_m: &[R; N], centres_m: &[[R; 3]; N]) {
         state.base_rise_m_s = R::zero();
-        if !state.started || standing {
-            if state.started {
-                state.contact_m = *contact_m;
-                return;
-            }
-            let part = if state.contact_m[0].is_finite_real() { R::of(0.05) } else { R::one() };
-            for (mean, now) in state.contact_m.iter_mut().zip(contact_m) {
-                if part < R::one() {
-                    follow(mean, *now, part);
-                } else {
-                    *mean = *now;
-                }
-            }
-            // The ground is the plane that the base's axes are parallel to, through its origin.
-            let [x, y, _] = axes_of(&state.attitude);
-            let slopes = [x[2] / x[0], y[2] / y[1]];
-            let mut sum = R::zero();
-            for (mean, [x, y, _]) in state.contact_m.iter().zip(centres_m) {
-                sum += *mean - slopes[0] * *x - slopes[1] * *y;
-            }
-            state.height_m = Sum::of(-sum / R::of(N as f64));
-            state.ground_slope = slopes;
-            for ((ground, contact), height) in state.ground_m.iter_mut().zip(&state.contact_m).zip([state.height_m.total; N]) {
-                *ground = *contact + height;
-            }
-            let cell = R::one() / self.config.cell_m;
-            let (mut low, mut high) = ([R::zero(); 2], [R::zero(); 2]);
-            for [x, y, _] in centres_m {
-                for ((low, high), value) in low.iter_mut().zip(&mut high).zip([*x, *y]) {
-                    *low = if value < *low { value } else { *low };
-                    *high = if value > *high { value } else { *high };
-                }
-            }
-            let margin = R::of(1.5);
-            let corner = |at: [R; 2], by: R| state.place.moved(at.map(|each| each * cell + by)).cell;
-            let corners = [corner(low, -margin), corner(high, margin)];
-            let slopes = slopes.map(|each| each * self.config.cell_m);
-            state.grid.start(corners, [R::zero(), slopes[0], slopes[1]]);
-            state.started = !standing;
+        if state.moved {
+            state.contact_m = *contact_m;
+            return;
         }
+        let part = if state.contact_m[0].is_finite_real() {
+            R::of(0.05)
+        } else {
+            R::one()
+        };
+        for (mean, now) in state.contact_m.iter_mut().zip(contact_m) {
+            if part < R::one() {
+                follow(mean, *now, part);
+            } else {
+                *mean = *now;
+            }
+        }
+        // The ground is the plane that the base's axes are parallel to, through its origin.
+        let [x, y, _] = axes_of(&state.attitude);
+        let slopes = [x[2] / x[0], y[2] / y[1]];
+        let mut sum = R::zero();
+        for (mean, [x, y, _]) in state.contact_m.iter().zip(centres_m) {
+            sum += *mean - slopes[0] * *x - slopes[1] * *y;
+        }
+        state.height_m = Sum::of(-sum / R::of(N as f64));
+        state.ground_slope = slopes;
+        for ((ground, contact), height) in state
+            .ground_m
+            .iter_mut()
+            .zip(&state.contact_m)
+            .zip([state.height_m.total; N])
+        {
+            *ground = *contact + height;
+        }
+        let cell = R::one() / self.config.cell_m;
+        let (mut low, mut high) = ([R::zero(); 2], [R::zero(); 2]);
+        for [x, y, _] in centres_m {
+            for ((low, high), value) in low.iter_mut().zip(&mut high).zip([*x, *y]) {
+                *low = if value < *low { value } else { *low };
+                *high = if value > *high { value } else { *high };
+            }
+        }
+        let margin = R::of(1.5);
+        let corner = |at: [R; 2], by: R| state.place.moved(at.map(|each| each * cell + by)).cell;
+        let corners = [corner(low, -margin), corner(high, margin)];
+        let slopes = slopes.map(|each| each * self.config.cell_m);
+        state.grid.start(corners, [R::zero(), slopes[0], slopes[1]]);
+        state.started = true;
     }
 }
 
@@ -607,6 +670,8 @@ impl<R: Real, const N: usize> GroundOdometryState<R, N> {
             heading: none,
             grid: Grid::EMPTY,
             started: false,
+            moved: false,
+            lost_s: zero,
             travel: 1 << 16,
             travel_rest: zero,
             contact_m: [nan; N],
@@ -629,6 +694,7 @@ impl<R: Real, const N: usize> GroundOdometryState<R, N> {
             slope: [zero; N],
             paths: [Path::NONE; N],
             zero_variance: zero,
+            periods: 0,
             by_zero: [zero; 3],
         }
     }
@@ -702,6 +768,7 @@ impl<R: Real, const N: usize> GroundOdometryState<R, N> {
         let part = R::one() / R::of(f64::from(*moving));
         self.zero_variance = gyro_rad_s * gyro_rad_s * part;
         self.by_zero = [R::zero(); 3];
+        self.periods = 0;
         for (zero, read) in self.zero_rad_s.iter_mut().zip(input.imu.rate_rad_s) {
             if is_plausible(read) {
                 follow(zero, read, part);
@@ -712,7 +779,9 @@ impl<R: Real, const N: usize> GroundOdometryState<R, N> {
             let part = R::one() / R::of(f64::from(*level));
             let leans = [input.imu.pitch_rad, input.imu.roll_rad];
             let gravity = [R::zero(), R::zero(), R::of(GRAVITY_M_S2)];
-            for ((zero, read), level) in (self.zero_m_s2.iter_mut().zip(input.imu.specific_force_m_s2)).zip(gravity) {
+            for ((zero, read), level) in
+                (self.zero_m_s2.iter_mut().zip(input.imu.specific_force_m_s2)).zip(gravity)
+            {
                 if is_plausible(read) {
                     follow(zero, read - level, part);
                 }
@@ -745,7 +814,15 @@ impl<R: Real, const N: usize> GroundOdometryState<R, N> {
     }
 
     /// The covariance of place and yaw after a period.
-    fn grow(&mut self, gained: &[R; 3], lost: &[R; 3], [wx, wy]: [R; 2], moved: &Travel<R>, period_s: R) {
+    fn grow(
+        &mut self,
+        gained: &[R; 3],
+        lost: &[R; 3],
+        [wx, wy]: [R; 2],
+        moved: &Travel<R>,
+        period_s: R,
+        gyro_rad_s: R,
+    ) {
         // F P F^T for the F that adds yaw to x and y, and the gyro's zero to yaw.
         let (a, b) = (-wy, wx);
         let turned = -(period_s * moved.gyro_part);
@@ -759,9 +836,14 @@ impl<R: Real, const N: usize> GroundOdometryState<R, N> {
         let yy = yy + b * (yw + yw_new) + gained[2] - lost[2] + slip;
         let xw = xw_new + turned * zx_new;
         let yw = yw_new + turned * zy_new;
-        let yaw_noise = moved.covariance[2][2] * period_s * period_s;
+        let (part, rest) = (moved.gyro_part, R::one() - moved.gyro_part);
+        let rate_noise = part * part * gyro_rad_s * gyro_rad_s + rest * moved.covariance[2][2];
+        let yaw_noise = rate_noise * period_s * period_s;
         let ww = ww + turned * (zw + zw_new) + yaw_noise;
         self.by_zero = [zx_new, zy_new, zw_new];
         self.covariance = [[xx, xy, xw], [xy, yy, yw], [xw, yw, ww]];
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -11,6 +11,9 @@ const CHANGE_M_S: f64 = 0.01;
 /// Deviation of the velocity of a vehicle that stands \[m/s\], and of its lean \[rad\].
 const STANDING_M_S: f64 = 1e-3;
 const STANDING_RAD: f64 = 3e-4;
+/// Deviations of velocity and lean that have turned out to be wrong.
+const LOST_M_S: f64 = 1.0;
+const LOST_RAD: f64 = 0.1;
 
 /// Velocity forward and to the left, how nose and left side are up, and the covariance of these four.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,7 +48,11 @@ fn transposed<R: Real>([[a, b], [c, d]]: Pair<R>) -> Pair<R> {
     [[a, c], [b, d]]
 }
 
-fn each<R: Real>([[a, b], [c, d]]: &Pair<R>, [[e, f], [g, h]]: &Pair<R>, with: impl Fn(R, R) -> R) -> Pair<R> {
+fn each<R: Real>(
+    [[a, b], [c, d]]: &Pair<R>,
+    [[e, f], [g, h]]: &Pair<R>,
+    with: impl Fn(R, R) -> R,
+) -> Pair<R> {
     [[with(*a, *e), with(*b, *f)], [with(*c, *g), with(*d, *h)]]
 }
 
@@ -83,6 +90,15 @@ impl<R: Real> Carried<R> {
 
     pub(super) fn velocity_variance(&self) -> &Pair<R> {
         &self.velocity_variance
+    }
+
+    /// What it is now is not known well: the wheels are followed for a while.
+    pub(super) fn forget(&mut self) {
+        let (velocity, lean) = (R::of(LOST_M_S * LOST_M_S), R::of(LOST_RAD * LOST_RAD));
+        self.velocity_variance[0][0] += velocity;
+        self.velocity_variance[1][1] += velocity;
+        self.lean_variance[0][0] += lean;
+        self.lean_variance[1][1] += lean;
     }
 
     /// Variances are positive, and everything is a number.
@@ -124,7 +140,10 @@ impl<R: Real> Carried<R> {
                 let rest = R::one() - sine * sine;
                 if rest > level { rest } else { level }.sqrt()
             };
-            [(r * y[2] - q * z[2]) / root(x[2]), (p * z[2] - r * x[2]) / root(y[2])]
+            [
+                (r * y[2] - q * z[2]) / root(x[2]),
+                (p * z[2] - r * x[2]) / root(y[2]),
+            ]
         };
         let moved = |lean: &[R; 2], by: [R; 2], time: R| [lean[0] + by[0] * time, lean[1] + by[1] * time];
         // The middle of the period, for both.
@@ -171,7 +190,12 @@ impl<R: Real> Carried<R> {
 
     /// The velocity is now known to be this: lean and place follow by what they have in common with it. The place's correction, and what its
     /// covariance loses: xx, xy, yy. `trust`, 0 to 1, is the part of that which the lean follows: what slips is no lean.
-    pub(super) fn correct(&mut self, velocity: [R; 3], covariance: &[[R; 3]; 3], trust: R) -> ([R; 2], [R; 3]) {
+    pub(super) fn correct(
+        &mut self,
+        velocity: [R; 3],
+        covariance: &[[R; 3]; 3],
+        trust: R,
+    ) -> ([R; 2], [R; 3]) {
         let [[xx, xy, _], [_, yy, _], _] = *covariance;
         let after = [[xx, xy], [xy, yy]];
         let known = inverse(&self.velocity_variance);
@@ -198,7 +222,10 @@ impl<R: Real> Carried<R> {
 
     /// The place has moved with the velocity, along the heading with this sine and cosine: what its covariance gains, xx, xy, yy.
     pub(super) fn moved(&mut self, (sin, cos): (R, R), period_s: R) -> [R; 3] {
-        let turn = [[cos * period_s, -(sin * period_s)], [sin * period_s, cos * period_s]];
+        let turn = [
+            [cos * period_s, -(sin * period_s)],
+            [sin * period_s, cos * period_s],
+        ];
         let added = times(&turn, &self.velocity_variance);
         let old = times(&self.place_velocity, &transposed(turn));
         let new = times(&added, &transposed(turn));
@@ -206,7 +233,11 @@ impl<R: Real> Carried<R> {
         let lean = times(&turn, &transposed(self.mixed));
         self.place_lean = each(&self.place_lean, &lean, |all, more| all + more);
         let two = R::of(2.0);
-        [two * old[0][0] + new[0][0], old[0][1] + old[1][0] + new[0][1], two * old[1][1] + new[1][1]]
+        [
+            two * old[0][0] + new[0][0],
+            old[0][1] + old[1][0] + new[0][1],
+            two * old[1][1] + new[1][1],
+        ]
     }
 
     /// Variance of how the left side is up \[rad^2\].

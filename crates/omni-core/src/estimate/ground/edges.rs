@@ -198,7 +198,11 @@ impl<R: Real> Path<R> {
             }
             return None;
         };
-        let even = if unlike < R::of(EVEN) { even + way } else { R::zero() };
+        let even = if unlike < R::of(EVEN) {
+            even + way
+        } else {
+            R::zero()
+        };
         let on = on + way;
         self.on_edge_m = Some([on, even]);
         let climbed = self.highest_m - self.before_m;
@@ -250,7 +254,9 @@ pub(super) fn angle<R: Real, const N: usize>(
     let alike = R::of(4.0) * event.height_deviation_m;
     let mut nearest: Option<(R, [R; 2])> = None;
     for (wheel, path) in paths.iter().enumerate() {
-        let Some(([px, py, low, high], since)) = path.passed().filter(|_| wheel != event.wheel) else { continue };
+        let Some(([px, py, low, high], since)) = path.passed().filter(|_| wheel != event.wheel) else {
+            continue;
+        };
         let (dx, dy) = (x - px, y - py);
         let apart = (dx * dx + dy * dy).sqrt();
         let fits = (low - below).abs() < alike && (high - above).abs() < alike;
@@ -266,6 +272,10 @@ pub(super) fn angle<R: Real, const N: usize>(
     let apart = (dx * dx + dy * dy).sqrt();
     // Across the line through both, the way that the vehicle goes.
     let [tx, ty] = travel;
-    let (nx, ny) = if -dy * tx + dx * ty >= R::zero() { (-dy, dx) } else { (dy, -dx) };
+    let (nx, ny) = if -dy * tx + dx * ty >= R::zero() {
+        (-dy, dx)
+    } else {
+        (dy, -dx)
+    };
     Some([ny.atan2(nx), R::of(2.0).sqrt() * deviation_m / apart])
 }

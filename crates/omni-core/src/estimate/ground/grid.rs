@@ -116,18 +116,23 @@ impl<R: Real> Grid<R> {
     fn set(x: i16, y: i16) -> usize {
         // Neighbours fall into different sets: 16 by 8 of them fill all.
         let (x, y) = (x as u16 as usize, y as u16 as usize);
-        (x.wrapping_add(y.wrapping_mul(16)).wrapping_add((y >> 3).wrapping_mul(5))) % SETS
+        (x.wrapping_add(y.wrapping_mul(16))
+            .wrapping_add((y >> 3).wrapping_mul(5)))
+            % SETS
     }
 
     fn at(&self, cell: [i32; 2], who: Who) -> Option<(R, R)> {
         let [x, y] = cell.map(|each| each as i16);
-        let found = (self.sets.get(Self::set(x, y))?.iter()).find(|each| each.count > 0 && each.x == x && each.y == y);
+        let found = (self.sets.get(Self::set(x, y))?.iter())
+            .find(|each| each.count > 0 && each.x == x && each.y == y);
         if let Some(found) = found {
-            let own = usize::from(found.writer) == who.wheel && who.travel.wrapping_sub(found.travel) < OWN_CELLS;
+            let own =
+                usize::from(found.writer) == who.wheel && who.travel.wrapping_sub(found.travel) < OWN_CELLS;
             return (!own).then_some((found.height_m, found.variance_m2));
         }
         let [low, high] = &self.corners;
-        let inside = (cell.iter().zip(low).zip(high)).all(|((each, low), high)| each >= low && each <= high && low < high);
+        let inside = (cell.iter().zip(low).zip(high))
+            .all(|((each, low), high)| each >= low && each <= high && low < high);
         inside.then(|| {
             let [height, x, y] = self.plane_m;
             let of = |each: i32| R::of(f64::from(each));
@@ -179,8 +184,14 @@ impl<R: Real> Grid<R> {
         let Some(set) = self.sets.get_mut(Self::set(x, y)) else {
             return;
         };
-        let writer = if who.wheel < usize::from(START) { who.wheel as u8 } else { START };
-        let known = set.iter_mut().find(|each| each.count > 0 && each.x == x && each.y == y);
+        let writer = if who.wheel < usize::from(START) {
+            who.wheel as u8
+        } else {
+            START
+        };
+        let known = set
+            .iter_mut()
+            .find(|each| each.count > 0 && each.x == x && each.y == y);
         if let Some(known) = known {
             if known.writer == writer && who.travel.wrapping_sub(known.travel) <= 1 {
                 known.travel = who.travel;
@@ -190,7 +201,13 @@ impl<R: Real> Grid<R> {
             }
             return;
         }
-        let age = |each: &Cell<R>| if each.count == 0 { u32::MAX } else { who.travel.wrapping_sub(each.travel) };
+        let age = |each: &Cell<R>| {
+            if each.count == 0 {
+                u32::MAX
+            } else {
+                who.travel.wrapping_sub(each.travel)
+            }
+        };
         if let Some(oldest) = set.iter_mut().max_by_key(|each| age(each)) {
             *oldest = Cell {
                 x,

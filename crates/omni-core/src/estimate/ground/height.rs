@@ -98,7 +98,11 @@ pub(super) fn rise<R: Real, const N: usize>(
     let both = weight + ahead_weight;
     let part = period_s / (period_s + R::of(SETTLES_S));
     Rise {
-        by_m: if both > zero { (by + ahead_by + part * missing) / both } else { zero },
+        by_m: if both > zero {
+            (by + ahead_by + part * missing) / both
+        } else {
+            zero
+        },
         followed: (weight > zero).then(|| (variance / weight, arm.map(|each| each / weight))),
         ground_m,
     }

@@ -86,6 +86,8 @@ pub(super) struct Travel<R> {
     pub(super) covariance: [[R; 3]; 3],
     /// Mean square of what the rims are beyond what the motion asks and their noise \[m^2/s^2\].
     pub(super) disagreement: R,
+    /// How much the wheels agree with what was known before, 0 to 1.
+    pub(super) agreement: R,
     /// Part that the gyro has in the yaw rate.
     pub(super) gyro_part: R,
 }
@@ -126,14 +128,18 @@ impl<R: Real> WheelView<R> {
         let speed2 = if ground > least { ground } else { least };
         let speed = speed2.sqrt();
         // Noise of the rise has no sign in its square: its mean is taken off.
-        let steep = ((self.rise_m_s * self.rise_m_s - self.rise_variance) / speed2)
-            .limited(R::of(-0.2), R::of(25.0));
+        let steep =
+            ((self.rise_m_s * self.rise_m_s - self.rise_variance) / speed2).limited(R::of(-0.2), R::of(25.0));
         let cosine2 = R::one() / (R::one() + steep);
         let cosine = cosine2.sqrt();
         let (c, s) = ((wx * dx + wy * dy) / speed, (wx * dy - wy * dx) / speed);
         let rim_level = (c * c + s * s * cosine2).sqrt();
         let (flat, tilted) = (cg * c - sg * s, cg * c - sg * s * cosine);
-        let part = if tilted.abs() > R::of(0.05) { (flat / tilted).limited(R::zero(), R::of(3.0)) } else { R::one() };
+        let part = if tilted.abs() > R::of(0.05) {
+            (flat / tilted).limited(R::zero(), R::of(3.0))
+        } else {
+            R::one()
+        };
         let factor = rim_level * cosine * part;
         let arm = self.arm_m;
         let line = [px, py, py * arm[0] - px * arm[1]];
@@ -161,14 +167,18 @@ pub(super) fn travel<R: Real, const N: usize>(
         Some((rate, deviation)) => (rate, one / (deviation * deviation)),
         None => (wz, turning),
     };
-    let unlikely = if prior.by_accelerometer { R::of(UNLIKELY) * disagreement } else { zero };
+    let unlikely = if prior.by_accelerometer {
+        R::of(UNLIKELY) * disagreement
+    } else {
+        zero
+    };
     let mut velocity = [vx, vy, rate];
     let mut covariance = [[xx, xy, zero], [xy, yy, zero], [zero, zero, one / sure]];
-    let (mut disagreement, mut readings) = (zero, zero);
+    let (mut disagreement, mut readings, mut agreement) = (zero, zero, zero);
     for _ in 0..ROUNDS {
         let mut matrix = [[zero; 3]; 3];
         let mut right = [ixx * vx + ixy * vy, ixy * vx + iyy * vy, sure * rate];
-        (disagreement, readings) = (zero, zero);
+        (disagreement, readings, agreement) = (zero, zero, zero);
         for wheel in wheels {
             let Some(rim) = wheel.rim_m_s else { continue };
             let (line, says, deviation2) = wheel.line(&velocity, rim);
@@ -177,9 +187,14 @@ pub(super) fn travel<R: Real, const N: usize>(
             let more = beyond * beyond - deviation2;
             disagreement += if more > zero { more } else { zero };
             let [a, b, _] = line;
-            let unsure = if prior.by_accelerometer { a * a * xx + (a + a) * b * xy + b * b * yy } else { zero };
+            let unsure = if prior.by_accelerometer {
+                a * a * xx + (a + a) * b * xy + b * b * yy
+            } else {
+                zero
+            };
             let unlike = beyond * beyond / (R::of(SLIPS * SLIPS) * (deviation2 + unsure));
             let like = one / (one + unlike);
+            agreement += like;
             let weight = if prior.by_accelerometer { like * like } else { like } / (deviation2 + unlikely);
             for (row, (to, factor)) in matrix.iter_mut().zip(right.iter_mut().zip(line)) {
                 *to += weight * factor * says;
@@ -190,14 +205,25 @@ pub(super) fn travel<R: Real, const N: usize>(
         }
         let [[a, b, c], [d, e, f], [g, h, i]] = matrix;
         let known = [[a + ixx, b + ixy, c], [d + ixy, e + iyy, f], [g, h, i + sure]];
-        let Some(inverse) = matrix3::inverse(&known) else { break };
+        let Some(inverse) = matrix3::inverse(&known) else {
+            break;
+        };
         velocity = inverse.map(|row| dot(&row, &right));
         covariance = inverse;
     }
     Travel {
         velocity,
         covariance,
-        disagreement: if readings > zero { disagreement / readings } else { zero },
+        disagreement: if readings > zero {
+            disagreement / readings
+        } else {
+            zero
+        },
+        agreement: if readings > zero {
+            agreement / readings
+        } else {
+            one
+        },
         gyro_part: sure * covariance[2][2],
     }
 }
