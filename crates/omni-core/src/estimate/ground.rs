@@ -25,7 +25,7 @@ pub use config::GroundOdometryConfig;
 use edges::{Contact, Path, angle};
 pub use edges::{EdgeEvent, EdgeKind};
 use grid::{Grid, Place, Who};
-use height::{Follower, rise};
+use height::{Follower, Way, rise};
 pub use input::GroundInput;
 use travel::{RollingWheel, Travel, WheelView, travel};
 
@@ -428,16 +428,14 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
             }
         });
         let travel = state.travel;
-        let risen = rise(
-            &state.grid,
-            &followers,
-            state.height_m.total,
+        let way = Way {
             ahead,
-            config.cell_m,
+            way_m,
             period_s,
             travel,
-            way_m,
-        );
+            cell_m: config.cell_m,
+        };
+        let risen = rise(&state.grid, &followers, state.height_m.total, &way);
         state.height_m = state.height_m.plus(risen.by_m);
         follow(
             &mut state.base_rise_m_s,

@@ -157,7 +157,7 @@ mod tests {
             body,
             centre_m: [x, y, 0.07],
         };
-        let linkage = Linkage::new(&[pitch], &[wheel(1, 0.3, 0.2), wheel(0, -0.3, 0.2)]).unwrap();
+        let linkage = Linkage::new(&[pitch], &[wheel(1, 0.3, 0.2), wheel(0, -0.3, 0.2)]).expect("a tree");
         let at = |t: f64| {
             let base = Attitude {
                 nose_up_rad: 0.2 + 0.5 * t,

@@ -26,7 +26,8 @@ const APART_M: f64 = 0.1;
 ///
 /// ```
 /// use omni_core::estimate::EdgeKind;
-/// assert_ne!(EdgeKind::Climbed, EdgeKind::Left);
+/// let sign = |kind: EdgeKind| if kind == EdgeKind::Left { -1 } else { 1 };
+/// assert_eq!((sign(EdgeKind::Climbed), sign(EdgeKind::Left)), (1, -1));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -48,7 +49,7 @@ pub enum EdgeKind {
 /// let edge = EdgeEvent {
 ///     kind: EdgeKind::Climbed, wheel: 4, height_m: 0.03, height_deviation_m: 0.001, place_m: [0.7, -0.2], angle: None,
 /// };
-/// assert!(!far(&edge));
+/// assert!(!far(&edge) && edge.height_m > 0.02);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -248,9 +249,7 @@ pub(super) fn angle<R: Real, const N: usize>(
     travel: [R; 2],
     deviation_m: R,
 ) -> Option<[R; 2]> {
-    let ([below, above], [x, y]) = match paths.get(event.wheel)?.passed()? {
-        ([x, y, below, above], _) => ([below, above], [x, y]),
-    };
+    let ([x, y, below, above], _) = paths.get(event.wheel)?.passed()?;
     let alike = R::of(4.0) * event.height_deviation_m;
     let mut nearest: Option<(R, [R; 2])> = None;
     for (wheel, path) in paths.iter().enumerate() {

@@ -40,17 +40,33 @@ pub(super) struct Rise<R, const N: usize> {
     pub(super) ground_m: [R; N],
 }
 
-/// `ahead` is a cell's length along the travel \[cells\].
+/// The travel of a period.
+#[derive(Clone, Copy)]
+pub(super) struct Way<R> {
+    /// A cell's length along it \[cells\].
+    pub(super) ahead: [R; 2],
+    /// Its length \[m\], in a period \[s\].
+    pub(super) way_m: R,
+    pub(super) period_s: R,
+    /// Since the start, in cells of so much \[m\].
+    pub(super) travel: u32,
+    pub(super) cell_m: R,
+}
+
+/// How far the base has risen on its way, from `height_m`.
 pub(super) fn rise<R: Real, const N: usize>(
     grid: &Grid<R>,
     followers: &[Follower<R>; N],
     height_m: R,
-    ahead: [R; 2],
-    cell_m: R,
-    period_s: R,
-    travel: u32,
-    way_m: R,
+    way: &Way<R>,
 ) -> Rise<R, N> {
+    let Way {
+        ahead,
+        way_m,
+        period_s,
+        travel,
+        cell_m,
+    } = *way;
     let zero = R::zero();
     let mut ground_m = [R::of(f64::NAN); N];
     let (mut weight, mut by, mut missing, mut variance) = (zero, zero, zero, zero);

@@ -60,6 +60,13 @@ impl<R: Real, const N: usize> GroundInput<R, N> {
     }
 
     /// Of a vehicle that stands, on ground that is level or not.
+    ///
+    /// ```
+    /// use omni_core::estimate::GroundInput;
+    /// use omni_core::policy::Imu;
+    /// let input = GroundInput::new(&[0.0; 4].into(), &Imu::<f64>::level()).at_rest(false);
+    /// assert_eq!((input.standing, input.level, input.wheels.rad_s[0]), (true, false, 0.0));
+    /// ```
     #[must_use]
     pub fn at_rest(self, level: bool) -> Self {
         Self {

@@ -18,12 +18,12 @@ fn rigid<R: Real, const N: usize>(layout: &WheelLayout<R, N>) -> GroundOdometry<
             centre_m: [x, y, wheel.radius_m],
         }
     };
-    let linkage = Linkage::new(&[], &layout.wheels().map(carried)).unwrap();
-    GroundOdometry::new(GroundOdometryConfig::new(R::of(PERIOD_S)), layout, linkage).unwrap()
+    let linkage = Linkage::new(&[], &layout.wheels().map(carried)).expect("valid");
+    GroundOdometry::new(GroundOdometryConfig::new(R::of(PERIOD_S)), layout, linkage).expect("valid")
 }
 
 fn four<R: Real>() -> WheelLayout<R, 4> {
-    WheelLayout::mecanum4(R::of(0.5), R::of(0.4), R::of(0.076)).unwrap()
+    WheelLayout::mecanum4(R::of(0.5), R::of(0.4), R::of(0.076)).expect("valid")
 }
 
 /// Noise that anybody can repeat: the sum of twelve numbers of a linear congruential generator.
@@ -132,7 +132,7 @@ fn ahead<const N: usize>(
 ) -> (GroundOdometryState<f64, N>, bool) {
     let odometry = rigid(layout);
     let mut state = GroundOdometryState::new();
-    let kinematics = Kinematics::new(layout).unwrap();
+    let kinematics = Kinematics::new(layout).expect("valid");
     let mut follows = true;
     for k in 0..1000 {
         let vx_m_s = SPEED_M_S * f64::min((k + 1) as f64 / 60.0, 1.0);
@@ -199,7 +199,7 @@ fn an_accelerometer_notices_that_all_wheels_spin() {
 fn four_wheels_follow_each_other_and_three_do_not_and_say_so() {
     let (four, follows) = ahead(&four(), |_, _, _| {});
     assert!(follows && four.height_variance_m2().sqrt() < 2e-3);
-    let omni = WheelLayout::<f64, 3>::omni(0.2, 0.0, 0.05).unwrap();
+    let omni = WheelLayout::<f64, 3>::omni(0.2, 0.0, 0.05).expect("valid");
     let (three, follows) = ahead(&omni, |_, _, _| {});
     // A tenth of what it has gone, less the length on which it stood.
     assert!(!follows && three.height_variance_m2().sqrt() > 0.05);
@@ -302,12 +302,13 @@ fn a_configuration_out_of_range_is_refused_by_name() {
             centre_m: [0.0; 3],
         }; 4],
     )
-    .unwrap();
+    .expect("valid");
     let mut config = GroundOdometryConfig::new(PERIOD_S);
     config.cell_m = 0.0;
-    let error = GroundOdometry::new(config, &layout, linkage).unwrap_err();
+    let error = GroundOdometry::new(config, &layout, linkage).expect_err("out of range");
     assert_eq!(error.to_string(), "cell_m = 0, allowed: 0.001 to 10");
-    let error = GroundOdometry::new(GroundOdometryConfig::new(0.0), &layout, linkage).unwrap_err();
+    let error =
+        GroundOdometry::new(GroundOdometryConfig::new(0.0), &layout, linkage).expect_err("out of range");
     assert_eq!(error.parameter, "period_s");
 }
 
