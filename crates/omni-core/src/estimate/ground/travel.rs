@@ -128,8 +128,8 @@ impl<R: Real> WheelView<R> {
         let speed2 = if ground > least { ground } else { least };
         let speed = speed2.sqrt();
         // Noise of the rise has no sign in its square: its mean is taken off.
-        let steep =
-            ((self.rise_m_s * self.rise_m_s - self.rise_variance) / speed2).limited(R::of(-0.2), R::of(25.0));
+        let rise2 = self.rise_m_s * self.rise_m_s - self.rise_variance;
+        let steep = (rise2 / speed2).limited(R::of(-0.2), R::of(25.0));
         let cosine2 = R::one() / (R::one() + steep);
         let cosine = cosine2.sqrt();
         let (c, s) = ((wx * dx + wy * dy) / speed, (wx * dy - wy * dx) / speed);
@@ -140,7 +140,15 @@ impl<R: Real> WheelView<R> {
         } else {
             R::one()
         };
-        let factor = rim_level * cosine * part;
+        let factor = if ground > least {
+            rim_level * cosine * part
+        } else {
+            // Where it goes is not known yet: along its push, and up by the rise.
+            let rim2 = rim_m_s * rim_m_s;
+            let fast = if rim2 > least { rim2 } else { least };
+            let up = (rise2 / fast).limited(R::zero(), R::one());
+            (R::one() - up).sqrt()
+        };
         let arm = self.arm_m;
         let line = [px, py, py * arm[0] - px * arm[1]];
         let known = px * self.own_m_s[0] + py * self.own_m_s[1];
