@@ -78,7 +78,11 @@ const GROUNDS: [Ground; 6] = [
     Ground {
         name: "bumps",
         scenario: "bumps",
-        keys: &["terrain.height_m=0.015", "terrain.width_m=0.03", "terrain.spacing_m=0.25"],
+        keys: &[
+            "terrain.height_m=0.015",
+            "terrain.width_m=0.03",
+            "terrain.spacing_m=0.25",
+        ],
         edge_m: Some(0.015),
     },
 ];
@@ -97,7 +101,6 @@ struct Came {
     angles_rad: Vec<f64>,
     /// It went all the way.
     is_across: bool,
-    says_height: bool,
 }
 
 /// `e^T P^-1 e` by elimination.
@@ -116,7 +119,7 @@ fn nees(mut p: [[f64; 3]; 3], mut e: [f64; 3]) -> f64 {
     sum
 }
 
-fn drive<R: Real, const N: usize>(ground: &Ground, vehicle: &str, seed: u64, noise: f64) -> Came {
+fn drive<R: Real, const N: usize>(ground: &Ground, vehicle: &str, seed: u64) -> Came {
     let mut keys: Vec<_> = [
         "physics.engine=articulated",
         "physics.wheel_model=rollers",
@@ -141,7 +144,7 @@ fn drive<R: Real, const N: usize>(ground: &Ground, vehicle: &str, seed: u64, noi
     let (mut state, mut plain) = (Box::new(GroundOdometryState::new()), OdometryState::new());
     let mut simulation = Simulation::new(&scenario).expect("valid");
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let [gyro, force, hinge] = ZEROS.map(|zero| noise * zero);
+    let [gyro, force, hinge] = ZEROS;
     let zero_rad_s = [(); 3].map(|()| gyro * normal(&mut rng));
     let zero_m_s2 = [(); 3].map(|()| force * normal(&mut rng));
     let hinges = scenario.vehicle().hinge.len();
@@ -154,36 +157,47 @@ fn drive<R: Real, const N: usize>(ground: &Ground, vehicle: &str, seed: u64, noi
     let (mut came, mut peak, mut edges, mut angles) = (Vec::new(), 0.0_f64, Vec::new(), Vec::new());
     let stands = (STANDS_S / period_s.as_f64()).round() as usize;
     let all = stands + (DRIVES_S / period_s.as_f64()).round() as usize;
-    let (mut error, mut says_height) = ([0.0; 4], true);
-    let [x, y, _, yaw] = truth(&simulation).map(R::of);
+    let mut error = [0.0; 4];
     for k in 0..all {
         let standing = k < stands;
         if k <= stands {
             let [x, y, _, yaw] = truth(&simulation).map(R::of);
             assert!(state.reset([x, y, R::of(0.0)], yaw));
-            plain.reset(&PlanarPose { x_m: x, y_m: y, yaw_rad: yaw });
+            plain.reset(&PlanarPose {
+                x_m: x,
+                y_m: y,
+                yaw_rad: yaw,
+            });
         }
         let mut sums = (vec![0.0; N], [0.0; 3], [0.0; 3], vec![0.0; hinges]);
         for j in 0..PERIODS {
             let time_s = (k as f64 + j as f64 / PERIODS as f64) * period_s.as_f64() - STANDS_S;
             let vx_m_s = 0.3 * (time_s / 0.3).clamp(0.0, 1.0);
-            let command = BodyTwist { vx_m_s, ..BodyTwist::ZERO };
+            let command = BodyTwist {
+                vx_m_s,
+                ..BodyTwist::ZERO
+            };
             simulation.step(&command).expect("goes on");
             let sensed = simulation.sensed();
             let part = 1.0 / PERIODS as f64;
-            let add = |to: &mut [f64], from: &[f64]| to.iter_mut().zip(from).for_each(|(to, from)| *to += part * from);
+            let add = |to: &mut [f64], from: &[f64]| {
+                to.iter_mut().zip(from).for_each(|(to, from)| *to += part * from)
+            };
             add(&mut sums.0, &sensed.wheels_rad_s);
             add(&mut sums.1, &sensed.imu.rate_rad_s);
             add(&mut sums.2, &sensed.imu.specific_force_m_s2);
             add(&mut sums.3, &sensed.hinges_rad_s);
         }
-        let mut noisy = |value: f64, deviation: f64| R::of(value + noise * deviation * normal(&mut rng));
+        let mut noisy = |value: f64, deviation: f64| R::of(value + deviation * normal(&mut rng));
         let wheels: [R; N] = std::array::from_fn(|i| noisy(sums.0[i], WHEEL_RAD_S));
         let sensed = simulation.sensed();
         let mut imu = omni_core::policy::Imu::<R>::silent();
         imu.rate_rad_s = std::array::from_fn(|i| noisy(sums.1[i] + zero_rad_s[i], GYRO_RAD_S));
-        imu.specific_force_m_s2 = std::array::from_fn(|i| noisy(sums.2[i] + zero_m_s2[i], ACCELEROMETER_M_S2));
-        let angles_now: Vec<R> = (0..hinges).map(|i| noisy(sensed.hinges_rad[i] + zero_rad[i], HINGE_RAD)).collect();
+        imu.specific_force_m_s2 =
+            std::array::from_fn(|i| noisy(sums.2[i] + zero_m_s2[i], ACCELEROMETER_M_S2));
+        let angles_now: Vec<R> = (0..hinges)
+            .map(|i| noisy(sensed.hinges_rad[i] + zero_rad[i], HINGE_RAD))
+            .collect();
         let rates_now: Vec<R> = sums.3.iter().map(|rate| noisy(*rate, HINGE_RAD_S)).collect();
         let mut input = GroundInput::new(&wheels.into(), &imu).with_hinges(&angles_now, &rates_now);
         if standing {
@@ -195,7 +209,12 @@ fn drive<R: Real, const N: usize>(ground: &Ground, vehicle: &str, seed: u64, noi
         }
         odometry.step_velocities(&mut plain, &kinematics, &wheels.into());
         let true_pose = truth(&simulation);
-        for edge in step.edges.iter().flatten().filter(|edge| edge.kind != EdgeKind::Met) {
+        for edge in step
+            .edges
+            .iter()
+            .flatten()
+            .filter(|edge| edge.kind != EdgeKind::Met)
+        {
             let EdgeEvent {
                 height_m,
                 height_deviation_m,
@@ -211,16 +230,22 @@ fn drive<R: Real, const N: usize>(ground: &Ground, vehicle: &str, seed: u64, noi
         let off = [x - true_pose[0], y - true_pose[1], z - true_pose[2]];
         let yaw = (pose.yaw_rad.as_f64() - true_pose[3]).wrapped_angle();
         peak = peak.max(off[2].abs());
-        says_height &= step.follows;
         let (sin, cos) = true_pose[3].sin_cos();
-        error = [cos * off[0] + sin * off[1], cos * off[1] - sin * off[0], off[2], yaw];
+        error = [
+            cos * off[0] + sin * off[1],
+            cos * off[1] - sin * off[0],
+            off[2],
+            yaw,
+        ];
         if k % 20 == 19 && k > stands + 100 {
             let variance = state.height_variance_m2().as_f64();
             let covariance = state.covariance().matrix().map(|row| row.map(Real::as_f64));
-            came.push([nees(covariance, [off[0], off[1], yaw]) / 3.0, off[2] * off[2] / variance]);
+            came.push([
+                nees(covariance, [off[0], off[1], yaw]) / 3.0,
+                off[2] * off[2] / variance,
+            ]);
         }
     }
-    let _ = (x, y, yaw);
     let [x, y, ..] = truth(&simulation);
     let there = plain.pose();
     let count = came.len() as f64;
@@ -232,7 +257,6 @@ fn drive<R: Real, const N: usize>(ground: &Ground, vehicle: &str, seed: u64, noi
         edges_m: edges,
         angles_rad: angles,
         is_across: x > 2.2,
-        says_height,
     }
 }
 
@@ -250,7 +274,7 @@ struct Judged {
 
 #[expect(clippy::print_stdout, reason = "the figures, with --nocapture")]
 fn judged<R: Real, const N: usize>(ground: &Ground, vehicle: &str, seeds: std::ops::Range<u64>) -> Judged {
-    let all: Vec<_> = seeds.map(|seed| drive::<R, N>(ground, vehicle, seed, 1.0)).collect();
+    let all: Vec<_> = seeds.map(|seed| drive::<R, N>(ground, vehicle, seed)).collect();
     let came: Vec<_> = all.iter().filter(|came| came.is_across).collect();
     let count = came.len().max(1) as f64;
     let mm = 1e3;
@@ -258,7 +282,8 @@ fn judged<R: Real, const N: usize>(ground: &Ground, vehicle: &str, seeds: std::o
     let mean = |of: &dyn Fn(&Came) -> f64| came.iter().map(|c| of(c)).sum::<f64>() / count;
     let most = |of: &dyn Fn(&Came) -> f64| came.iter().map(|c| of(c).abs()).fold(0.0, f64::max);
     let edges: Vec<_> = came.iter().flat_map(|c| c.edges_m.clone()).collect();
-    let of_edges = |k: usize| (edges.iter().map(|e| e[k] * e[k]).sum::<f64>() / edges.len().max(1) as f64).sqrt();
+    let of_edges =
+        |k: usize| (edges.iter().map(|e| e[k] * e[k]).sum::<f64>() / edges.len().max(1) as f64).sqrt();
     let angles: Vec<_> = came.iter().flat_map(|c| c.angles_rad.clone()).collect();
     let angle = (angles.iter().map(|a| a * a).sum::<f64>() / angles.len().max(1) as f64).sqrt();
     let edge_m = edges.iter().map(|e| e[0].abs()).fold(0.0, f64::max);
@@ -296,5 +321,94 @@ fn judged<R: Real, const N: usize>(ground: &Ground, vehicle: &str, seeds: std::o
         place_m: rms(&|c| c.error[0].hypot(c.error[1])),
         odometry_m: rms(&|c| c.odometry_m),
         mean_height_m: mean(&|c| c.error[2]),
+    }
+}
+
+/// Ahead, height and edges \[m\].
+const GATES_M: [f64; 3] = [10e-3, 3e-3, 3e-3];
+
+fn ground(name: &str) -> &'static Ground {
+    GROUNDS
+        .iter()
+        .find(|ground| ground.name == name)
+        .expect("one of them")
+}
+
+/// Every wheel climbs the step, at its height.
+fn climbs_the_step<R: Real, const N: usize>(vehicle: &str, seeds: std::ops::Range<u64>) {
+    let count = seeds.end - seeds.start;
+    let judged = judged::<R, N>(ground("step"), vehicle, seeds);
+    let [ahead, height, edge] = GATES_M;
+    assert!(judged.ahead_m < ahead && judged.height_m < height, "{vehicle}");
+    assert!(judged.edge_m < edge, "{vehicle}: {}", judged.edge_m);
+    assert_eq!(judged.edges, N * count as usize, "{vehicle}");
+    assert!(judged.place_m < judged.odometry_m, "{vehicle}");
+}
+
+#[test]
+fn on_a_step_way_height_and_edges_are_within_10_3_and_3_mm() {
+    climbs_the_step::<f64, 7>("chugo7", 100..102);
+    climbs_the_step::<f32, 6>("rocker_bogie6", 100..102);
+}
+
+/// No edge, no height that noise makes: a mean of `count` within three of its deviations.
+fn finds_no_edge<const N: usize>(name: &str, vehicle: &str, seeds: std::ops::Range<u64>) -> Judged {
+    let count = (seeds.end - seeds.start) as f64;
+    let judged = judged::<f64, N>(ground(name), vehicle, seeds);
+    assert_eq!(judged.edges, 0, "{vehicle} {name}");
+    assert!(judged.ahead_m < GATES_M[0], "{vehicle} {name}");
+    assert!(
+        judged.mean_height_m.abs() < 3.0 * 1.2e-3 / count.sqrt(),
+        "{vehicle} {name}: {}",
+        judged.mean_height_m
+    );
+    judged
+}
+
+#[test]
+fn on_flat_ground_and_on_ice_it_reports_no_edge_and_noise_is_no_height() {
+    for name in ["flat", "ice"] {
+        let judged = finds_no_edge::<7>(name, "chugo7", 100..102);
+        assert!(judged.height_m < GATES_M[1], "{name}");
+    }
+}
+
+#[test]
+#[ignore = "432 drives; make test-full"]
+fn over_24_seeds_the_way_is_within_10_mm_on_every_ground() {
+    for each in &GROUNDS {
+        let all = [
+            judged::<f64, 7>(each, "chugo7", 300..324),
+            judged::<f64, 4>(each, "mecanum4", 300..324),
+            judged::<f64, 6>(each, "rocker_bogie6", 300..324),
+        ];
+        for judged in all {
+            assert!(judged.ahead_m < GATES_M[0], "{}: {}", each.name, judged.ahead_m);
+            // Where the ground is not even odometry by the wheels is off by more.
+            assert!(
+                judged.place_m < judged.odometry_m || ["flat", "ice"].contains(&each.name),
+                "{}",
+                each.name
+            );
+            assert!(
+                judged.nees.iter().all(|each| *each < 4.0),
+                "{}: {:?}",
+                each.name,
+                judged.nees
+            );
+        }
+    }
+}
+
+#[test]
+#[ignore = "144 drives; make test-full"]
+fn over_24_seeds_flat_ground_and_ice_have_no_edge() {
+    for name in ["flat", "ice"] {
+        finds_no_edge::<7>(name, "chugo7", 300..324);
+        finds_no_edge::<4>(name, "mecanum4", 300..324);
+        finds_no_edge::<6>(name, "rocker_bogie6", 300..324);
+        // Three wheels: no more than a tenth worse than odometry.
+        let omni = judged::<f64, 3>(ground(name), "omni3", 300..324);
+        assert!(omni.place_m < 1.1 * omni.odometry_m && omni.edges == 0, "{name}");
     }
 }

@@ -192,7 +192,10 @@ fn an_accelerometer_notices_that_all_wheels_spin() {
         imu.specific_force_m_s2 = [f64::NAN; 3];
     });
     let off = without.pose().position_m[0] - WAY_M;
-    assert!(off.abs() < 0.061, "{off}"); // at most what the wheels say
+    assert!(
+        (off - 40.0 * PERIOD_S * (8.0 * 0.076 - SPEED_M_S)).abs() < 3e-3,
+        "{off}"
+    ); // what the wheels say
 }
 
 #[test]
