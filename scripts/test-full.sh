@@ -17,6 +17,8 @@ python3 scripts/measure/drive_campaign.py --check # 300 runs with random faults,
 .venv/bin/python scripts/mujoco/gate.py --map # the simulation and MuJoCo side by side: docs/mujoco.md
 # 2800 identifications: intervals hold the truth in 90 to 99 % (or one log of 200 more) for each number of counts and noise, as in docs/own-robot.md.
 OPENBLAS_NUM_THREADS=1 .venv/bin/python scripts/measure/identify_coverage.py --check
+# 200 seeds of each of these intervals, of which `make test` takes 40.
+COVERAGE_SEEDS=200 .venv/bin/python -m pytest python/tests/test_identify.py python/tests/test_calibrate.py -k cover_the_truth
 # 600 logs of plants that share nothing with the simulator: at least 90 %.
 OPENBLAS_NUM_THREADS=1 .venv/bin/python scripts/measure/plant_coverage.py
 # Videos by Rerun, and its check of logs; on a machine without a graphics card they need Debian's mesa-vulkan-drivers.

@@ -107,10 +107,10 @@ def test_without_noise_the_wheels_are_found_exactly(name):
     np.testing.assert_allclose(speeds[0], speeds[1], rtol=1e-4, atol=1e-4)
 
 
-def test_intervals_cover_the_truth_in_90_to_99_of_100_seeds():
-    drawn = omnistep.Vehicle("omni3")
+def test_intervals_cover_the_truth_in_95_of_100_seeds(coverage):
+    drawn, (seeds, (least, most)) = omnistep.Vehicle("omni3"), coverage
     covered = {}
-    for seed in range(200):
+    for seed in range(seeds):
         rng = np.random.default_rng(seed)
         real = built(drawn, rng)
         found = omnistep.calibrate(runs_of(real, rng), vehicle=drawn)
@@ -119,7 +119,7 @@ def test_intervals_cover_the_truth_in_90_to_99_of_100_seeds():
             covered.setdefault(each.name, []).append(each.determined and each.low <= truth[each.name] <= each.high)
     shares = {name: np.mean(each) for name, each in covered.items()}
     assert len(shares) == 9
-    assert all(0.90 <= share <= 0.99 for share in shares.values()), shares
+    assert all(least <= share <= most for share in shares.values()), shares
 
 
 @pytest.mark.parametrize("counts", [4096, 1024, 360, 210])

@@ -48,11 +48,11 @@ def mecanum():
     return vehicle, truth, plant.logs(vehicle, truth, range(6), counts=360, **DRIVES["mecanum4"])
 
 
-def test_intervals_cover_the_truth_in_90_to_99_of_100_seeds(mecanum):
-    vehicle, truth, _ = mecanum
-    # Whole counts of one speed, read once a period, repeat with a beat: of 200 drives at the same speeds they are the
+def test_intervals_cover_the_truth_in_95_of_100_seeds(mecanum, coverage):
+    (vehicle, truth, _), (seeds, (least, most)) = mecanum, coverage
+    # Whole counts of one speed, read once a period, repeat with a beat: of many drives at the same speeds they are the
     # same beats. These are up to a tenth faster or slower.
-    logs = plant.logs(vehicle, truth, range(200), counts=360, vary=0.1, **DRIVES["mecanum4"])
+    logs = plant.logs(vehicle, truth, range(seeds), counts=360, vary=0.1, **DRIVES["mecanum4"])
     covered = {}
     for log in logs:
         found = omnistep.identify(log, vehicle=vehicle, fix={"wheel_inertia_kg_m2": truth["wheel_inertia_kg_m2"]})
@@ -62,7 +62,7 @@ def test_intervals_cover_the_truth_in_90_to_99_of_100_seeds(mecanum):
     assert sorted(covered) == sorted(set(truth) - {"wheel_inertia_kg_m2"})
     shares = {name: np.mean(each) for name, each in covered.items()}
     assert all(len(each) == len(logs) for each in covered.values())
-    assert all(0.90 <= share <= 0.99 for share in shares.values()), shares
+    assert all(least <= share <= most for share in shares.values()), shares
 
 
 @pytest.fixture(scope="module")

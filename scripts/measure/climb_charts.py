@@ -6,7 +6,7 @@ Charts are kept in out/charts, and a run that was stopped goes on there. Without
 
 - `charts`: every vehicle under `traction` and `independent`; prints CPU seconds.
 - `check`: each cell with a size above 0 is run from 20 fresh starts; at least 19 of them have to climb.
-- `engines`: ten cells are run with both engines from five starts, and with both they have to climb.
+- `engines`: ten cells are run from five starts with both engines and in MuJoCo, and in each they have to climb.
 - `picture`: steps up and down.
 
 It ends with exit code 1 if a cell fails.
@@ -16,11 +16,13 @@ import os
 import random
 import sys
 import time
+from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
 import omnistep
+import omnistep.mujoco
 from omnistep._omnistep import ChartRuns
 
 ROOT = Path(__file__).parents[2]
@@ -76,13 +78,24 @@ def runs_of(chart: omnistep.ClimbChart, **overrides: Any) -> ChartRuns:
     )
 
 
+def verdict(text: str, run: Callable[..., omnistep.Trace] = omnistep.run) -> str:
+    """A run's verdict, `turned` where it climbs turned by more than the chart allows."""
+    try:
+        outcome = run(omnistep.Scenario.from_toml(text), progress=False).outcome
+    except omnistep.SimulationError:
+        return "diverged"
+    climbed = outcome.verdict == "climbed"
+    return outcome.verdict if not climbed or abs(outcome.yaw_error_deg) < 20.0 else "turned"
+
+
 def climbs(text: str) -> bool:
     """Does a run climb, turned by less than the chart allows?"""
-    try:
-        outcome = omnistep.run(omnistep.Scenario.from_toml(text), progress=False).outcome
-    except omnistep.SimulationError:
-        return False
-    return outcome.verdict == "climbed" and abs(outcome.yaw_error_deg) < 20.0
+    return verdict(text) == "climbed"
+
+
+def in_mujoco(text: str) -> str:
+    """The verdict of the same run with MuJoCo's physics."""
+    return verdict(text, omnistep.mujoco.run)
 
 
 def fresh(runs: ChartRuns, cell: Any, count: int, seed: str) -> list[str]:
@@ -134,18 +147,23 @@ def check() -> bool:
 
 
 def engines() -> bool:
-    """Ten cells with both engines."""
+    """Ten cells with both engines and in MuJoCo."""
     good = True
     with ProcessPoolExecutor(os.cpu_count()) as pool:
         for vehicle, side_deg in TEN:
             chart = omnistep.ClimbChart.read(path(vehicle, "traction"))
             (cell,) = (cell for cell in chart.cells if (cell.edge, cell.side_deg) == ("step", side_deg))
-            counts = {}
-            for engine in ("articulated", "rapier"):
-                runs = runs_of(chart, **{"physics.engine": engine})
-                counts[engine] = sum(pool.map(climbs, fresh(runs, cell, 5, f"{vehicle} {side_deg}")))
-            good = good and min(counts.values()) == 5
-            print(f"{vehicle} at {side_deg} deg, {1000 * cell.climbs_m:.1f} mm: {counts} of 5", flush=True)
+            print(f"{vehicle} at {side_deg} deg, {1000 * cell.climbs_m:.1f} mm, of 5:", end="")
+            for engine in ("articulated", "rapier", "mujoco"):
+                runs = runs_of(chart, **({} if engine == "mujoco" else {"physics.engine": engine}))
+                texts = fresh(runs, cell, 5, f"{vehicle} {side_deg}")
+                ended = list(pool.map(in_mujoco if engine == "mujoco" else verdict, texts))
+                others = sorted(set(ended) - {"climbed"})
+                print(
+                    f" {engine} {ended.count('climbed')}", *others and [f"({', '.join(others)})"], end=",", flush=True
+                )
+                good = good and not others
+            print(flush=True)
     return good
 
 

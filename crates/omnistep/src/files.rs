@@ -7,7 +7,9 @@ use std::path::PathBuf;
 use omni_config::{FileKind, Scenario, Source, Study, Vehicle};
 
 use crate::Error;
-use crate::args::{FileKindArg, NewKind};
+#[cfg(feature = "schema")]
+use crate::args::FileKindArg;
+use crate::args::NewKind;
 use crate::output::print;
 use crate::room::{behind_m, obstacle_at_m};
 use crate::{excitation, import_map, robots};
@@ -24,14 +26,6 @@ pub(super) fn schema(kind: FileKindArg, out: &mut dyn Write) -> Result<(), Error
     // Plain data, which can be written.
     let text = serde_json::to_string_pretty(&kind.schema()).unwrap_or_default();
     print(out, &format!("{text}\n"))
-}
-
-#[cfg(not(feature = "schema"))]
-pub(super) fn schema(_: FileKindArg, _: &mut dyn Write) -> Result<(), Error> {
-    Err(Error::NotBuilt {
-        what: "schema",
-        feature: "schema",
-    })
 }
 
 /// Writes `NAME.toml`, unless there is such a file.

@@ -139,11 +139,6 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<u8, Error> {
         }
         #[cfg(feature = "live")]
         Command::Drive(args) => drive::drive(args, out),
-        #[cfg(not(feature = "live"))]
-        Command::Drive(_) => Err(Error::NotBuilt {
-            what: "drive",
-            feature: "live",
-        }),
         Command::MotorBench {
             experiment,
             overrides,
@@ -151,18 +146,8 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<u8, Error> {
         } => motor_bench::motor_bench(&experiment, &overrides, json, out),
         #[cfg(feature = "study")]
         Command::Study(args) => study::study(&args, out),
-        #[cfg(not(feature = "study"))]
-        Command::Study(_) => Err(Error::NotBuilt {
-            what: "study",
-            feature: "study",
-        }),
         #[cfg(feature = "study")]
         Command::Chart(args) => chart::chart(&args, out),
-        #[cfg(not(feature = "study"))]
-        Command::Chart(_) => Err(Error::NotBuilt {
-            what: "chart",
-            feature: "study",
-        }),
         Command::WheelRipple {
             vehicle,
             overrides,
@@ -178,11 +163,6 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<u8, Error> {
             let overrides = args::with_vehicle(vehicle.as_deref(), &overrides)?;
             climb_limits::climb_limits(&scenario, overrides, json, out)
         }
-        #[cfg(not(feature = "climb-limits"))]
-        Command::ClimbLimits { .. } => Err(Error::NotBuilt {
-            what: "climb-limits",
-            feature: "climb-limits",
-        }),
         Command::Replay {
             log,
             policy,
@@ -202,10 +182,36 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<u8, Error> {
             template,
             vehicle,
         } => files::new(kind, &name, template.as_deref(), vehicle.as_deref(), out),
+        #[cfg(feature = "schema")]
         Command::Schema { kind } => files::schema(kind, out),
         Command::List { kind } => list::list(kind, out),
+        #[cfg(not(all(
+            feature = "climb-limits",
+            feature = "live",
+            feature = "schema",
+            feature = "study"
+        )))]
+        other => Err(not_built(&other)),
     };
     done.map(|()| 0)
+}
+
+/// What a command needs that was left out of this program.
+#[cfg(not(all(
+    feature = "climb-limits",
+    feature = "live",
+    feature = "schema",
+    feature = "study"
+)))]
+fn not_built(command: &Command) -> Error {
+    let (what, feature) = match command {
+        Command::Drive(_) => ("drive", "live"),
+        Command::Study(_) => ("study", "study"),
+        Command::Chart(_) => ("chart", "study"),
+        Command::Schema { .. } => ("schema", "schema"),
+        _ => ("climb-limits", "climb-limits"),
+    };
+    Error::NotBuilt { what, feature }
 }
 
 /// `omnistep run --live` and `omnistep run --ros2`.
