@@ -10,6 +10,7 @@ import math
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from os import PathLike
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
@@ -87,36 +88,41 @@ class ClimbChart:
         """Every key of the file."""
         return tomllib.loads(self.text)
 
+    @cached_property
+    def _keys(self) -> dict[str, Any]:
+        """The same, read once."""
+        return self.keys
+
     @property
     def vehicle(self) -> str:
         """The vehicle's name."""
-        return str(self.keys["vehicle"])
+        return str(self._keys["vehicle"])
 
     @property
     def policy(self) -> str:
         """The control law."""
-        return str(self.keys["policy"])
+        return str(self._keys["policy"])
 
     @property
     def friction(self) -> float:
         """Coulomb coefficient between wheels and ground."""
-        return float(self.keys["friction"])
+        return float(self._keys["friction"])
 
     @property
     def speed_m_s(self) -> float:
         """Commanded speed [m/s]."""
-        return float(self.keys["speed_m_s"])
+        return float(self._keys["speed_m_s"])
 
     @property
     def margin(self) -> float:
         """Part of the limit that ``climbs_m`` is."""
-        return float(self.keys["margin"])
+        return float(self._keys["margin"])
 
     @property
     def cells(self) -> list[ChartCell]:
         """The approaches, in the order of edge, skew and side."""
         optional = {"fails_m": None}
-        return [ChartCell(**(optional | cell)) for cell in self.keys["cell"]]
+        return [ChartCell(**(optional | cell)) for cell in self._keys["cell"]]
 
     def climbs_m(self, side_deg: float, *, skew_deg: float = 0.0, edge: str = "step") -> float:
         """Size to plan with [m]: the smallest of the cells around a side and a skew.
@@ -129,7 +135,7 @@ class ClimbChart:
         Returns:
             The size; 0 beyond the sides and skews of the chart.
         """
-        keys = self.keys
+        keys = self._keys
         side_deg = math.remainder(side_deg, 360.0)
         if keys["mirrored"] and side_deg < 0.0:
             side_deg, skew_deg = -side_deg, -skew_deg

@@ -493,9 +493,14 @@ fn known_policy(value: &str, _: &()) -> garde::Result {
     }
     let meant = did_you_mean(value, POLICIES);
     Err(garde::Error::new(format!(
-        "{value:?}{meant}, allowed: {AUTO}, {}",
-        POLICIES.join(", ")
+        "{value:?}{meant}, allowed: {}",
+        known_policies()
     )))
+}
+
+/// What a policy may be called, in a line.
+pub(crate) fn known_policies() -> String {
+    format!("{AUTO}, {}", POLICIES.join(", "))
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ use omni_core::{
     ConfigError, Controller, Coordination, Kinematics, PidConfig, Real, WheelControlConfig, WheelLayout,
 };
 
+use crate::control::known_policies;
 use crate::{Error, Scenario, Vehicle};
 
 /// Calls the generic function `$f` with the wheel count as its last parameter: the one place where a count that is known
@@ -199,7 +200,7 @@ impl Scenario {
         self.control.coordination().ok_or_else(|| Error::UnknownName {
             kind: "policy",
             name: self.control.policy.clone(),
-            known: format!("{}, {}", crate::control::AUTO, crate::POLICIES.join(", ")),
+            known: known_policies(),
         })
     }
 }

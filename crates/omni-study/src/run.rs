@@ -19,6 +19,16 @@ pub struct Computed {
     pub errors: usize,
 }
 
+/// So many threads, or as many as there are cores.
+pub(crate) fn threads(jobs: Option<NonZeroUsize>) -> Result<rayon::ThreadPool, Error> {
+    let count = jobs.map_or(0, NonZeroUsize::get); // 0: as many as there are cores
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(count).build();
+    pool.map_err(|error| Error::Io {
+        path: "threads".into(),
+        source: std::io::Error::other(error),
+    })
+}
+
 /// Computes the rows of `runs` on `jobs` threads (all cores by default) and writes them to `store`, until all are done or
 /// `stop` is set: then runs under way are given up. A row is written as soon as it is done, so that a program that is killed
 /// loses none. Calls `watch` after each row.
@@ -43,12 +53,7 @@ pub(crate) fn compute_into(
     stop: &AtomicBool,
     mut watch: impl FnMut(&Row),
 ) -> Result<Computed, Error> {
-    let threads = jobs.map_or(0, NonZeroUsize::get); // 0: as many as there are cores
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool = pool.map_err(|error| Error::Io {
-        path: "threads".into(),
-        source: std::io::Error::other(error),
-    })?;
+    let pool = threads(jobs)?;
     // Threads wait where writing cannot keep up: what a program that is killed loses stays small.
     let (sender, receiver) = mpsc::sync_channel(2 * pool.current_num_threads());
     std::thread::scope(|scope| {

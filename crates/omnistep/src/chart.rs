@@ -3,10 +3,9 @@
 use std::cell::RefCell;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use comfy_table::Table;
-use indicatif::{ProgressBar, ProgressStyle};
 use omni_config::{MOST_TOML_BYTES, read_regular};
 use omni_study::{Chart, ChartCell, ChartPlan, ChartSetup, Edge};
 
@@ -15,6 +14,7 @@ use crate::args::{ChartArgs, parse_overrides};
 use crate::notices::announce_vehicle;
 use crate::output::{aligned, print, print_path, write_file};
 use crate::signals::stop_flag;
+use crate::study::bar;
 
 /// Makes a chart, or what is missing of one, and prints its table. The file has every finished cell at any time.
 pub(super) fn chart(args: &ChartArgs, out: &mut dyn Write) -> Result<(), Error> {
@@ -32,7 +32,7 @@ pub(super) fn chart(args: &ChartArgs, out: &mut dyn Write) -> Result<(), Error> 
     };
     let missing = plan.missing(&before).count();
     let start = Instant::now();
-    let bar = progress(args, missing);
+    let bar = bar(args.quiet, missing, "{bar:40} {pos}/{len} cells, {eta} left");
     // What went wrong with the file is said as the command's error.
     let unwritten = RefCell::new(None);
     let made = omni_study::chart(&plan, &before, args.jobs, stop_flag(), |chart| {
@@ -112,18 +112,6 @@ fn write(file: &Path, chart: &Chart) -> Result<(), Error> {
         })?;
     }
     write_file(file, &chart.to_toml()?, &[])
-}
-
-fn progress(args: &ChartArgs, cells: usize) -> ProgressBar {
-    if args.quiet || cells == 0 {
-        return ProgressBar::hidden();
-    }
-    let bar = ProgressBar::new(cells as u64);
-    if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} cells, {eta} left") {
-        bar.set_style(style);
-    }
-    bar.enable_steady_tick(Duration::from_millis(500));
-    bar
 }
 
 /// `chugo7 under traction, friction 0.7, 0.3 m/s: ...`.

@@ -62,7 +62,11 @@ pub(super) fn study(args: &StudyArgs, out: &mut dyn Write) -> Result<(), Error> 
     let missing = plan.missing(&found);
     let stop = stop_flag();
     let start = Instant::now();
-    let bar = progress(args, missing.len());
+    let bar = bar(
+        args.quiet,
+        missing.len(),
+        "{bar:40} {pos}/{len} runs, {eta} left {msg}",
+    );
     let mut errors = 0_usize;
     let computed = compute(&missing, &store, args.jobs, stop, |row| {
         if row.error.is_some() {
@@ -196,12 +200,13 @@ fn too_short(plan: &Plan) -> Option<String> {
     ))
 }
 
-fn progress(args: &StudyArgs, runs: usize) -> ProgressBar {
-    if args.quiet || runs == 0 {
+/// A bar of so many steps on standard error; hidden where it was asked for or there is nothing to do.
+pub(crate) fn bar(quiet: bool, steps: usize, template: &str) -> ProgressBar {
+    if quiet || steps == 0 {
         return ProgressBar::hidden();
     }
-    let bar = ProgressBar::new(runs as u64);
-    if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} runs, {eta} left {msg}") {
+    let bar = ProgressBar::new(steps as u64);
+    if let Ok(style) = ProgressStyle::with_template(template) {
         bar.set_style(style);
     }
     bar.enable_steady_tick(Duration::from_millis(500));

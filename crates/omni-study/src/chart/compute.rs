@@ -10,6 +10,7 @@ use super::plan::in_order;
 use super::scan::cell;
 use super::{Chart, ChartPlan};
 use crate::Error;
+use crate::run::threads;
 
 /// Adds to `done` the cells that the plan has and it lacks, on `jobs` threads (all cores by default), until all are there or `stop` is set:
 /// then cells under way are given up. Calls `watch` with the chart after each cell, for it to be kept. The chart is the same for any number of
@@ -27,12 +28,7 @@ pub fn chart(
     done.check_continues(plan)?;
     let mut chart = done.clone();
     let missing: Vec<_> = plan.missing(done).collect();
-    let threads = jobs.map_or(0, NonZeroUsize::get); // 0: as many as there are cores
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool = pool.map_err(|error| Error::Io {
-        path: "threads".into(),
-        source: std::io::Error::other(error),
-    })?;
+    let pool = threads(jobs)?;
     let (sender, receiver) = mpsc::channel();
     // An error sets the flag too: it ends what is under way.
     let failed = std::thread::scope(|scope| {

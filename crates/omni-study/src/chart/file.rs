@@ -122,10 +122,6 @@ impl ChartPlan {
             .filter(|approach| !there.contains(approach));
         missing.copied().collect::<Vec<_>>().into_iter()
     }
-
-    pub(super) fn most_yaw_deg(&self) -> f64 {
-        self.empty().most_yaw_deg
-    }
 }
 
 fn refused(file: &str, key: &str, message: &str) -> Error {

@@ -82,7 +82,7 @@ impl ChartSetup {
 #[derive(Clone, Debug)]
 pub struct ChartPlan {
     level: Scenario,
-    empty: Chart,
+    pub(super) empty: Chart,
     approaches: Vec<Approach>,
     /// From the origin to the farthest rim \[m\].
     reach_m: f64,

@@ -31,7 +31,7 @@ pub(super) fn cell(
     approach: Approach,
     stop: &AtomicBool,
 ) -> Result<Option<ChartCell>, Error> {
-    let (chart, vehicle) = (plan.empty(), plan.level().vehicle());
+    let (chart, vehicle) = (&plan.empty, plan.level().vehicle());
     let mut largest = (approach.edge.largest_mm(vehicle), "largest");
     let is_step = approach.edge == Edge::Step && approach.skew_deg == 0.0;
     let clearance_m = clearance_m(vehicle, approach.side_deg).filter(|_| is_step);
@@ -144,7 +144,7 @@ impl Scan<'_> {
             }
             let turned_deg = outcome.yaw_error_deg.abs();
             // A figure that was not measured is no small one.
-            if turned_deg.is_nan() || turned_deg >= self.plan.most_yaw_deg() {
+            if turned_deg.is_nan() || turned_deg >= self.plan.empty.most_yaw_deg {
                 return Ok(Some(Some("turned".into())));
             }
         }
