@@ -2271,6 +2271,7 @@ class Outcome:
         "stalled",
         "slid_along",
         "unfinished",
+        "arrived",
         "completed",
         "tipped",
         "overspeed",
@@ -2393,6 +2394,9 @@ class Outcome:
     @property
     def path_error_peak_m(self) -> float | None:
         """Largest such distance [m]; None without a path."""
+    @property
+    def arrived_s(self) -> float | None:
+        """Time since which the base was at the end of its path [s]; None where it was not there at the run's end."""
     @property
     def odometry_error_m(self) -> float:
         """Distance of the base's origin from its position by odometry [m], at the end of the crossing or run."""

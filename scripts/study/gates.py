@@ -263,6 +263,11 @@ def safety(rows: pd.DataFrame, draws: int) -> list[Gate]:
         measured += f"; only this {only}, only independent {other}: this is [{often:.2f}, {most:.2f}] of them"
         demand = "not shown to be more often than independent"
         gates.append(Gate("safety", law, demand, measured, whole and often <= 0.5))
+    sound = of(study.safety.with_causes(traction), cause="sound")
+    for law in study.safety.SOUND:
+        beyond = sound[law] > 1.0
+        measured = f"{beyond.sum()} of {len(sound)}"
+        gates.append(Gate("safety", f"{law}, sound draws", "none", measured, whole and not beyond.any()))
     return gates
 
 

@@ -40,6 +40,7 @@ def blocks(rows: pd.DataFrame, dampers: pd.DataFrame, gates: list[Gate]) -> dict
         "situations": study.tables.situations(rows),
         "vehicles": study.tables.vehicles(rows),
         "safety": study.tables.safety(rows),
+        "safety_causes": study.tables.safety_causes(rows),
         "hard": study.tables.hard(rows),
         "price": study.tables.price(rows),
         "bouncing": study.tables.bouncing(rows),

@@ -13,6 +13,7 @@ from random import Random
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 import omnistep
 
@@ -37,6 +38,12 @@ SLOWS_S = 1.0  # after a run-up; the target falls by 4 m/s^2
 LAWS = ["too fast", "back", "rim", "torque", "no number"]
 NEVER = ["torque", "no number"]
 DRAWS = 2000  # of the study
+#: What may mislead the control of a draw: the first that fits.
+CAUSES = ["encoder broken", "noise or counts", "late", "sound"]
+NOISE_PART, COUNT_PART = 0.1, 0.5  # of the command: noise, and the speed of one count a period
+LATE_S = 0.01  # of delay, lag and period together
+#: Of draws that nothing misleads no one may go beyond these.
+SOUND = ["too fast", "back"]
 ROBOTS = Path(__file__).resolve().parent / "robots"
 
 
@@ -105,6 +112,28 @@ def drawn(seed: int) -> dict[str, Any]:
         **labels,
         "keys": keys,
     }
+
+
+def cause(run: dict) -> str:
+    """Which of the causes a draw has."""
+    keys = run["keys"]
+    asked = np.hypot(keys["command.vx_m_s"], keys["command.vy_m_s"])
+    radius_m = min(wheel["radius_m"] for wheel in omnistep.Vehicle(keys["vehicle"]).to_dict()["wheel"])
+    counts, period_s = keys["sensors.encoder_counts"], keys["control.period_s"]
+    count_m_s = 2.0 * np.pi / counts / period_s * radius_m if counts else 0.0
+    if run["broken"]:
+        return "encoder broken"
+    if keys["sensors.encoder_noise_rad_s"] * radius_m >= NOISE_PART * asked or count_m_s >= COUNT_PART * asked:
+        return "noise or counts"
+    # Rounding: a sum of 10 ms is not late.
+    late_s = keys["sensors.delay_s"] + keys["actuators.torque_lag_s"] + period_s
+    return "late" if late_s > LATE_S + 1e-9 else "sound"
+
+
+def with_causes(rows: pd.DataFrame) -> pd.DataFrame:
+    """Rows of draws, and what misleads each."""
+    causes = {seed: cause(drawn(seed)) for seed in rows["seed"].unique()}
+    return rows.assign(cause=rows["seed"].map(causes))
 
 
 def planned(seeds: range) -> list[dict]:

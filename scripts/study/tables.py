@@ -359,18 +359,26 @@ def vehicles(rows: pd.DataFrame) -> str:
 def safety(rows: pd.DataFrame) -> str:
     """Drawn runs beyond each limit: traction control, plain loops on the same draws."""
     here = of(rows, group="safety")
-    lines = []
-    for vehicle in [*study.safety.VEHICLES, "all"]:
-        each = here if vehicle == "all" else of(here, vehicle=vehicle)
-        plain = each["policy"] == "independent"
-        cells = [
-            f"{int((each[~plain][law] > 1).sum())}, {int((each[plain][law] > 1).sum())}"
-            if each[law].notna().any()
-            else "no limit"
-            for law in study.safety.LAWS
-        ]
-        lines.append([vehicle, str(int(plain.sum())), *cells])
-    return table(["vehicle", "draws", *study.safety.LAWS], lines)
+    lines = [_beyond(vehicle, of(here, vehicle=vehicle)) for vehicle in study.safety.VEHICLES]
+    return table(["vehicle", "draws", *study.safety.LAWS], [*lines, _beyond("all", here)])
+
+
+def safety_causes(rows: pd.DataFrame) -> str:
+    """The same by what misleads their control."""
+    here = study.safety.with_causes(of(rows, group="safety"))
+    lines = [_beyond(cause, of(here, cause=cause)) for cause in study.safety.CAUSES]
+    return table(["what is wrong", "draws", *study.safety.LAWS], lines)
+
+
+def _beyond(name: str, rows: pd.DataFrame) -> list[str]:
+    plain = rows["policy"] == "independent"
+    cells = [
+        f"{int((rows[~plain][law] > 1).sum())}, {int((rows[plain][law] > 1).sum())}"
+        if rows[law].notna().any()
+        else "no limit"
+        for law in study.safety.LAWS
+    ]
+    return [name, str(int(plain.sum())), *cells]
 
 
 HARD = {

@@ -7,7 +7,7 @@ use omni_core::BodyTwist;
 use omni_log::{InMemory, RunLog, View};
 use omni_sim::config::{CommandFile, Override, Scenario, WheelModel, builtin_scenarios};
 use omni_sim::controller::AnyController;
-use omni_sim::{Figure, Outcome, Simulation, SteppedRun, control_periods};
+use omni_sim::{Figure, Outcome, Simulation, SteppedRun, Verdict, control_periods};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
@@ -193,6 +193,10 @@ impl Session {
             figures.wheel_model_valid = scenario.beyond_balls().is_none();
             // The commands replace a path.
             (figures.path_error_rms_m, figures.path_error_peak_m) = (None, None);
+            figures.arrived_s = None;
+            if figures.verdict == Verdict::Arrived {
+                figures.verdict = Verdict::Completed;
+            }
         }
         figures
     }

@@ -79,7 +79,7 @@ pub use load::Source;
 pub use log_rates::LogRates;
 pub use motor_bench::{DamperLoad, MotorBench};
 pub use override_key::Override;
-pub use path::{PathChoice, PathFollow, PathPlan, PathPoint, PoseSource, WayKind};
+pub use path::{PathChoice, PathFollow, PathPlan, PathPoint, PathWait, PoseSource, WayKind};
 pub use physics::{Engine, Physics};
 pub use planned_path::PlannedPath;
 pub use regular_file::{MOST_PNG_BYTES, MOST_TOML_BYTES, check_replaceable, open_regular, read_regular};

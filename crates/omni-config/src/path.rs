@@ -9,8 +9,8 @@ use serde::de::{self, Deserializer, IgnoredAny, SeqAccess, Visitor};
 use serde::{Deserialize, Serialize};
 
 use crate::ranges::{
-    self, ACCELERATION_M_S2, ACCELERATION_RAD_S2, FOLLOW_PER_S, JERK_M_S3, JERK_RAD_S3, PATH_TIME_S, PLACE_M,
-    SHARE, SPEED_M_S, SPEED_RAD_S, SWEEP_RAD, TURN_RAD,
+    self, ACCELERATION_M_S2, ACCELERATION_RAD_S2, DISTANCE_ERROR_M, FOLLOW_PER_S, HEADING_ERROR_RAD,
+    JERK_M_S3, JERK_RAD_S3, PATH_TIME_S, PLACE_M, SHARE, SPEED_M_S, SPEED_RAD_S, SWEEP_RAD, TURN_RAD,
 };
 
 /// Names of built-in paths.
@@ -216,6 +216,16 @@ pub struct PathFollow {
     /// Source of the pose; `odometry` by default.
     #[garde(skip)]
     pub pose: PoseSource,
+    /// The path waits for a vehicle that is held up. Without it, the default, its time is the clock's.
+    #[garde(dive)]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub wait: Option<PathWait>,
+    /// A vehicle this near the end of its path has arrived \[m\], 0.001 to 100; 0.05 by default.
+    #[garde(adapt(ranges), range(min = DISTANCE_ERROR_M.min, max = DISTANCE_ERROR_M.max))]
+    pub arrival_m: f64,
+    /// The same of its heading \[rad\], 0.001 to 100; 0.05 by default.
+    #[garde(adapt(ranges), range(min = HEADING_ERROR_RAD.min, max = HEADING_ERROR_RAD.max))]
+    pub arrival_rad: f64,
 }
 
 impl Default for PathFollow {
@@ -226,6 +236,33 @@ impl Default for PathFollow {
             limit_m_s: 0.3,
             limit_rad_s: 1.0,
             pose: PoseSource::Odometry,
+            wait: None,
+            arrival_m: 0.05,
+            arrival_rad: 0.05,
+        }
+    }
+}
+
+/// From which error on a path waits for its vehicle: [`omni_core::path::PathProgress`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[serde(deny_unknown_fields, default)]
+#[non_exhaustive]
+pub struct PathWait {
+    /// A vehicle that is farther than this from its reference slows the path's time down, and at twice that it stands \[m\], 0.001 to 100;
+    /// 0.1 by default. It should be several times the error of a vehicle that is not held up.
+    #[garde(adapt(ranges), range(min = DISTANCE_ERROR_M.min, max = DISTANCE_ERROR_M.max))]
+    pub lag_m: f64,
+    /// The same of its heading \[rad\], 0.001 to 100; 0.3 by default.
+    #[garde(adapt(ranges), range(min = HEADING_ERROR_RAD.min, max = HEADING_ERROR_RAD.max))]
+    pub lag_rad: f64,
+}
+
+impl Default for PathWait {
+    fn default() -> Self {
+        Self {
+            lag_m: 0.1,
+            lag_rad: 0.3,
         }
     }
 }

@@ -1,13 +1,13 @@
 //! A trajectory of omni-core, planned along a scenario's path.
 
 use omni_core::path::{
-    FollowerConfig, HolonomicFollower, PathLimits, PathPiece, PathSegment, PlanarInertia, Trajectory,
-    TrajectoryPlanner, Waypoint,
+    FollowerConfig, HolonomicFollower, PathLimits, PathPiece, PathProgress, PathSegment, PlanarInertia,
+    ProgressConfig, Trajectory, TrajectoryPlanner, Waypoint,
 };
 use omni_core::shaping::MotionLimits;
 use omni_core::{BodyTwist, ConfigError, Kinematics, TorqueLimit};
 
-use crate::path::{PathFollow, PathPlan, PoseSource};
+use crate::path::{PathFollow, PathPlan, PathWait, PoseSource};
 use crate::{Error, Scenario, Vehicle, for_wheel_count, wheel_count_refused};
 
 /// A limit that nothing meets.
@@ -29,6 +29,8 @@ pub struct PlannedPath {
     pieces: Vec<PathPiece<f64>>,
     /// Follows the trajectory.
     pub follower: HolonomicFollower<f64>,
+    /// Makes the trajectory wait for the vehicle; none: it does not.
+    pub progress: Option<PathProgress<f64>>,
     /// Where the follower has its pose from.
     pub pose: PoseSource,
 }
@@ -134,6 +136,15 @@ impl PathFollow {
     }
 }
 
+impl PathWait {
+    fn progress(&self) -> Result<PathProgress<f64>, ConfigError> {
+        PathProgress::new(ProgressConfig {
+            lag_m: self.lag_m,
+            lag_rad: self.lag_rad,
+        })
+    }
+}
+
 impl Scenario {
     /// The path of the scenario's command, planned for its vehicle from where it stands at the start; none of a command without one.
     ///
@@ -187,12 +198,19 @@ impl Scenario {
             .follow
             .follower()
             .map_err(|error| (format!("command.follow.{}", error.parameter), error.to_string()))?;
-        let pose = command.follow.pose;
+        let progress = command.follow.wait.as_ref().map(PathWait::progress).transpose();
+        let progress = progress.map_err(|error| {
+            (
+                format!("command.follow.wait.{}", error.parameter),
+                error.to_string(),
+            )
+        })?;
         Ok(Some(PlannedPath {
             segments,
             pieces,
             follower,
-            pose,
+            progress,
+            pose: command.follow.pose,
         }))
     }
 

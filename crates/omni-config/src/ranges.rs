@@ -142,6 +142,8 @@ pub(crate) const JERK_RAD_S3: Range = range(1e-3, 1e6);
 /// Of what wheels can do, how much a plan may take.
 pub(crate) const SHARE: Range = range(0.05, 1.0);
 pub(crate) const FOLLOW_PER_S: Range = range(0.0, 1e3);
+pub(crate) const DISTANCE_ERROR_M: Range = range(1e-3, 100.0);
+pub(crate) const HEADING_ERROR_RAD: Range = range(1e-3, 100.0);
 pub(crate) const HEADING_RAD: Range = range(0.0, 3.2);
 pub(crate) const OFFSET_M: Range = range(0.0, 100.0);
 /// Messages a second.

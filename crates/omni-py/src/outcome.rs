@@ -273,6 +273,12 @@ impl Outcome {
         self.inner.path_error_peak_m
     }
 
+    /// Time since which the base was at the end of its path [s]; None where it was not there at the run's end.
+    #[getter]
+    fn arrived_s(&self) -> Option<f64> {
+        self.inner.arrived_s
+    }
+
     /// Distance of the base's origin from its position by odometry [m], at the end of the crossing or run.
     #[getter]
     fn odometry_error_m(&self) -> f64 {
@@ -327,6 +333,7 @@ impl Outcome {
         dict.set_item("energy_residual", self.inner.energy_residual)?;
         dict.set_item("path_error_rms_m", self.inner.path_error_rms_m)?;
         dict.set_item("path_error_peak_m", self.inner.path_error_peak_m)?;
+        dict.set_item("arrived_s", self.inner.arrived_s)?;
         dict.set_item("odometry_error_m", self.inner.odometry_error_m)?;
         dict.set_item("final_x_m", self.inner.final_x_m)?;
         dict.set_item("final_y_m", self.inner.final_y_m)?;

@@ -6,7 +6,7 @@ use omni_core::BodyTwist;
 use omni_core::shaping::{HeadingHold, HeadingHoldState};
 use serde::{Deserialize, Serialize};
 
-use crate::config::{Fault, PlannedPath, Scenario};
+use crate::config::{Fault, Scenario};
 use crate::controller::{AnyController, ControlSample};
 use crate::sensed::Sensed;
 use crate::{Error, state_bytes};
@@ -29,8 +29,6 @@ use crate::{Error, state_bytes};
 pub struct ControlLoop {
     hold: Option<Hold>,
     controller: AnyController,
-    /// The path that is followed, whose reference is in the report.
-    path: Option<PlannedPath>,
     /// From when to when no command arrives, and the emergency stop is pressed \[s\].
     lost: Vec<Range<f64>>,
     stopped: Vec<Range<f64>>,
@@ -73,8 +71,6 @@ impl ControlLoop {
         Self {
             hold,
             controller,
-            // It was planned when the scenario was loaded.
-            path: scenario.planned_path().ok().flatten(),
             lost: spans(|fault| matches!(fault, Fault::CommandLost(_))),
             stopped: spans(|fault| matches!(fault, Fault::EmergencyStop(_))),
             period_s: scenario.period_s(),
@@ -117,9 +113,6 @@ impl ControlLoop {
         (readings.new_command, readings.torques_n_m) = (arrived, &memory.torques_n_m);
         let controlled = self.controller.step_readings(&readings, sample);
         sample.asked = asked;
-        // At the end of the period, as what is observed is.
-        let end_s = memory.periods as f64 * self.period_s;
-        sample.report.path = self.path.as_ref().map(|path| path.trajectory().at(end_s).pose);
         memory.torques_n_m.clear();
         memory
             .torques_n_m

@@ -2,14 +2,17 @@
 
 use omni_core::BodyTwist;
 use omni_core::geometry::PlanarPose;
+use omni_core::path::{ProgressState, TrajectorySample};
 
 use crate::Error;
 use crate::config::{PlannedPath, PoseSource, Scenario};
 use crate::observation::Observation;
+use crate::report::PathReport;
 
-/// A path, and who follows it.
+/// A path, who follows it, and how far it has come.
 pub(crate) struct Following {
     path: PlannedPath,
+    state: ProgressState<f64>,
 }
 
 /// The true pose in the plane.
@@ -31,18 +34,54 @@ pub(crate) fn error_of(wanted: &PlanarPose<f64>, seen: &Observation) -> [f64; 2]
 impl Following {
     /// Of a scenario with a path.
     pub(crate) fn new(scenario: &Scenario) -> Result<Option<Self>, Error> {
-        Ok(scenario.planned_path()?.map(|path| Self { path }))
+        let start = |path| Self {
+            path,
+            state: ProgressState::start(),
+        };
+        Ok(scenario.planned_path()?.map(start))
+    }
+
+    /// Goes on to a time \[s\], for a vehicle that looks so: where the path wants it then.
+    pub(crate) fn advance(&mut self, time_s: f64, seen: &Observation) -> PathReport {
+        let mut state = self.state;
+        let pose = self.at(&mut state, time_s, seen).pose;
+        self.state = state;
+        PathReport {
+            pose,
+            waited_s: state.waited_s(),
+        }
     }
 
     /// The twist to command at a time \[s\].
     pub(crate) fn command(&self, time_s: f64, seen: &Observation) -> BodyTwist<f64> {
-        let pose = match self.path.pose {
+        let wanted = self.at(&mut self.state.clone(), time_s, seen);
+        self.path.follower.step(&wanted, &self.pose(seen)).twist
+    }
+
+    /// Where the path wants the vehicle at a time, and how it should move there.
+    fn at(&self, state: &mut ProgressState<f64>, time_s: f64, seen: &Observation) -> TrajectorySample<f64> {
+        let trajectory = self.path.trajectory();
+        match &self.path.progress {
+            Some(progress) => progress.step(state, &trajectory, time_s, &self.pose(seen)),
+            None => trajectory.at(time_s),
+        }
+    }
+
+    /// The pose that is followed with.
+    fn pose(&self, seen: &Observation) -> PlanarPose<f64> {
+        match self.path.pose {
             PoseSource::Truth => true_pose(seen),
             _ => seen.odometry.pose,
-        };
-        self.path
-            .follower
-            .step(&self.path.trajectory().at(time_s), &pose)
-            .twist
+        }
+    }
+
+    /// What it remembers.
+    pub(crate) fn state(&self) -> &ProgressState<f64> {
+        &self.state
+    }
+
+    /// Goes on from what another one remembered.
+    pub(crate) fn restore(&mut self, state: ProgressState<f64>) {
+        self.state = state;
     }
 }

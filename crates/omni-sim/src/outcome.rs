@@ -35,6 +35,8 @@ pub enum Verdict {
     SlidAlong,
     /// The obstacle was not passed, but the vehicle was still on its way: give it more time.
     Unfinished,
+    /// There is no obstacle, and the vehicle is at the end of its path.
+    Arrived,
     /// There is no obstacle, the run went to its end, and none of the others fits.
     Completed,
     /// The base tilted by more than 60 degrees.
@@ -81,6 +83,7 @@ impl Verdict {
             Self::Stalled => "stalled",
             Self::SlidAlong => "slid_along",
             Self::Unfinished => "unfinished",
+            Self::Arrived => "arrived",
             Self::Completed => "completed",
             Self::Tipped => "tipped",
             Self::Overspeed => "overspeed",
@@ -114,6 +117,7 @@ impl Verdict {
             Self::Unfinished => {
                 "The vehicle was still moving when duration_s ended. A longer duration_s shows whether it climbs."
             }
+            Self::Arrived => "There is no obstacle, and the vehicle is at the end of its path.",
             Self::Completed => "There is no obstacle, and the vehicle moved as commanded to the run's end.",
             Self::Tipped => "The base tilted by more than 60 degrees.",
             Self::Overspeed => "For half a second the vehicle was more than 1.5 times as fast as commanded.",
@@ -263,6 +267,9 @@ pub struct Outcome {
     pub path_error_rms_m: Option<f64>,
     /// Largest such distance \[m\]; none without a path.
     pub path_error_peak_m: Option<f64>,
+    /// Since when the base was at the end of its path, and its path over \[s\]; none where it was not there at the run's end.
+    #[serde(default)]
+    pub arrived_s: Option<f64>,
     /// Distance of the base's origin from where its odometry has it \[m\], at the end of the crossing, or of the run on flat ground.
     #[serde(default = "not_measured", deserialize_with = "or_nan")]
     pub odometry_error_m: f64,
@@ -323,6 +330,7 @@ impl Outcome {
             energy_residual: f64::NAN,
             path_error_rms_m: None,
             path_error_peak_m: None,
+            arrived_s: None,
             odometry_error_m: f64::NAN,
             final_x_m: f64::NAN,
             final_y_m: f64::NAN,

@@ -19,8 +19,17 @@ pub struct Report {
     pub traction: Option<TractionReport>,
     /// Of a controller of one's own, in the order of its names; NaN where one is not known.
     pub own: Vec<f64>,
-    /// Where the path that is followed wants the vehicle at the end of the period.
-    pub path: Option<PlanarPose<f64>>,
+    /// Of the path that is followed.
+    pub path: Option<PathReport>,
+}
+
+/// Where a path wants its vehicle at the end of a period.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PathReport {
+    /// The reference pose.
+    pub pose: PlanarPose<f64>,
+    /// For how long the path has waited for the vehicle since the start \[s\].
+    pub waited_s: f64,
 }
 
 /// What a drive reports, here or at the other end of a link.
@@ -124,7 +133,7 @@ const TRACTION: [&str; 13] = [
 ];
 const TRACTION_WHEEL: [&str; 2] = ["traction_slip_rad_s", "traction_contact_n_m"];
 /// Columns of a path that is followed.
-const PATH: [&str; 3] = ["path_x_m", "path_y_m", "path_yaw_rad"];
+const PATH: [&str; 4] = ["path_x_m", "path_y_m", "path_yaw_rad", "path_waited_s"];
 
 /// By their numbers in columns, 0 first.
 const MODES: [DriveMode; 4] = [
@@ -433,8 +442,8 @@ impl ReportColumns {
             values.extend(part.unwrap_or_default().iter().take(length));
             values.resize(end, f64::NAN);
         }
-        if let (true, Some(pose)) = (self.path, &report.path) {
-            values.extend([pose.x_m, pose.y_m, pose.yaw_rad]);
+        if let (true, Some(PathReport { pose, waited_s })) = (self.path, &report.path) {
+            values.extend([pose.x_m, pose.y_m, pose.yaw_rad, *waited_s]);
         }
         values.resize(self.names.len(), f64::NAN);
         values
@@ -453,13 +462,16 @@ impl ReportColumns {
         let (own, path) = rest.split_at(own);
         let wheels = self.wheels.len();
         let path = path
-            .first_chunk()
+            .first_chunk::<4>()
             .filter(|path| !path.iter().any(|part| part.is_nan()));
         Some(Report {
             drive: DriveReport::from_values(of_drive, wheels),
             traction: TractionReport::from_values(of_traction, wheels),
             own: own.to_vec(),
-            path: path.copied().map(pose),
+            path: path.map(|[x_m, y_m, yaw_rad, waited_s]| PathReport {
+                pose: pose([*x_m, *y_m, *yaw_rad]),
+                waited_s: *waited_s,
+            }),
         })
     }
 }
@@ -505,7 +517,10 @@ mod tests {
                     .into(),
             }),
             own: Vec::new(),
-            path: Some(pose([3.0, 4.0, 5.0])),
+            path: Some(PathReport {
+                pose: pose([3.0, 4.0, 5.0]),
+                waited_s: 6.0,
+            }),
         }
     }
 

@@ -38,7 +38,7 @@ pub struct Simulation {
     torques: Vec<f64>,
     command: Command,
     /// Who follows the command's path.
-    following: Option<Following>,
+    pub(crate) following: Option<Following>,
     pub(crate) odometer: Odometer,
 }
 
@@ -116,6 +116,10 @@ impl Simulation {
             .read(self.world.angles_rad(), &self.period.observed, &mut self.sensed);
         self.odometer.read(&self.sensed.wheels_rad_s);
         self.period.observed.odometry = self.odometer.estimate();
+        let time_s = self.world.time_ns() as f64 * 1e-9;
+        if let Some(following) = &mut self.following {
+            self.period.control.report.path = Some(following.advance(time_s, &self.period.observed));
+        }
     }
 
     /// The scenario's own command for the next period, as the vehicle looks now.

@@ -1,14 +1,16 @@
 //! A simulation as bytes and back; it continues bit for bit.
 
+use omni_core::path::ProgressState;
 use serde::{Deserialize, Serialize};
 
 use crate::control_loop::LoopState;
 use crate::controller::AnyController;
+use crate::following::Following;
 use crate::odometry;
 use crate::{Error, Period, Sensed, Simulation, config::Scenario, sensing, state_bytes};
 
 /// The layout of the bytes below: another number, another layout.
-const FORMAT: u32 = 10;
+const FORMAT: u32 = 11;
 
 /// What comes first, so that a wrong file is named rather than misread.
 #[derive(PartialEq, Serialize, Deserialize)]
@@ -40,6 +42,7 @@ struct Saved<'a> {
     period: &'a Period,
     sensed: &'a Sensed,
     odometry: &'a odometry::State,
+    following: Option<&'a ProgressState<f64>>,
 }
 
 #[derive(Deserialize)]
@@ -50,6 +53,7 @@ struct Resumed {
     period: Period,
     sensed: Sensed,
     odometry: odometry::State,
+    following: Option<ProgressState<f64>>,
 }
 
 fn refuse(reason: impl Into<String>) -> Error {
@@ -92,6 +96,7 @@ impl Simulation {
             period: &self.period,
             sensed: &self.sensed,
             odometry: self.odometer.state(),
+            following: self.following.as_ref().map(Following::state),
         };
         let mut bytes = state_bytes::to_bytes(&(Header::of(scenario)?, saved))
             .map_err(|error| refuse(error.to_string()))?;
@@ -182,6 +187,11 @@ impl Simulation {
         simulation.period = resumed.period;
         simulation.sensed = resumed.sensed;
         simulation.odometer.restore(resumed.odometry);
+        match (&mut simulation.following, resumed.following) {
+            (Some(following), Some(state)) => following.restore(state),
+            (None, None) => {}
+            _ => return Err(refuse("it is damaged: a path of another scenario")),
+        }
         Ok(simulation)
     }
 }

@@ -372,7 +372,7 @@ impl TraceBuilder {
         rows.extend(self.report.values(&sample.report));
         if self.report.follows_a_path() {
             let path = sample.report.path.as_ref();
-            rows.extend(path.map_or([f64::NAN; 2], |wanted| error_of(wanted, seen)));
+            rows.extend(path.map_or([f64::NAN; 2], |path| error_of(&path.pose, seen)));
         }
         for signal in WheelSignal::all() {
             let wheels = sample.wheels.iter().zip(&seen.wheels);

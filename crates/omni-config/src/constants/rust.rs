@@ -47,10 +47,16 @@ pub(super) fn source(scenario: &Scenario, values: &Values, digest: u32) -> Strin
     });
     let path = values.path.as_ref().map_or_else(String::new, |path| {
         let trajectory = path.trajectory();
+        let progress = path.progress.as_ref().map_or_else(String::new, |progress| {
+            format!(
+                "/// Makes the trajectory wait for the vehicle.\npub static PROGRESS: omni_core::path::PathProgress<f32> = {};\n",
+                single(progress)
+            )
+        });
         format!(
             "/// The planned trajectory.\npub static TRAJECTORY: omni_core::path::Trajectory<'static, f32> = \
              omni_core::path::Trajectory::new(&[{}], &[{}]);\n\
-             /// Follows the trajectory.\npub static FOLLOWER: omni_core::path::HolonomicFollower<f32> = {};\n",
+             /// Follows the trajectory.\npub static FOLLOWER: omni_core::path::HolonomicFollower<f32> = {};\n{progress}",
             list(trajectory.segments()),
             list(trajectory.pieces()),
             single(&path.follower)

@@ -26,6 +26,11 @@ const ROLLS_PART: f64 = 0.6;
 const BACK_OFF_TIMES: f64 = 4.0;
 /// A vehicle that is stuck for so long after its last try gives up \[s\].
 const GIVES_UP_S: f64 = 1.0;
+/// A vehicle that gives this part of its thrust for so long \[s\], and neither rises nor stands on a slope of so much \[rad\], is
+/// stuck whatever its wheels say: all of them may spin as commanded.
+const VAIN_PART: f64 = 0.5;
+const VAIN_S: f64 = 5.0;
+const LEVEL_RAD: f64 = 0.05;
 /// Where nothing is tried, one that has this part of its commanded speed is not stuck.
 const CREEPS_PART: f64 = 0.5;
 
@@ -181,10 +186,20 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
         if stuck || moves(traction, slow) {
             state.stuck_s = SupervisorState::count(state.stuck_s, self.config.period_s, stuck);
         }
-        if state.stuck_s > R::of(GIVES_UP_S) {
+        if state.stuck_s > R::of(GIVES_UP_S) || self.pushes_in_vain(state, traction) {
             state.start(SupervisorMode::GaveUp);
         }
         TractionTarget::at(state.target_m_s)
+    }
+
+    /// It has pushed hard on the level for long: nothing that moves there needs that. Without an attitude, which tells a slope, it is never said.
+    fn pushes_in_vain(&self, state: &mut SupervisorState<R>, traction: &TractionState<R, N>) -> bool {
+        let level = |angles: [R; 2]| angles.iter().all(|angle| angle.abs() < R::of(LEVEL_RAD));
+        let pushes = traction.thrust_n_m > R::of(VAIN_PART) * traction.largest_motor_n_m
+            && traction.attitude_rad.is_some_and(level)
+            && !rises(traction);
+        state.vain_s = SupervisorState::count(state.vain_s, self.config.period_s, pushes);
+        state.vain_s > R::of(VAIN_S)
     }
 
     /// It pushes with nearly all it has, and neither moves nor rises.
@@ -238,9 +253,10 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
             SupervisorMode::Drive => {
                 let stuck = stuck && state.since_start_s > config.starting_s;
                 state.stuck_s = SupervisorState::count(state.stuck_s, config.period_s, stuck);
-                if state.stuck_s > config.stuck_s && retries_left {
+                let in_vain = self.pushes_in_vain(state, traction);
+                if (state.stuck_s > config.stuck_s || in_vain) && retries_left {
                     state.back_off();
-                } else if state.stuck_s > R::of(GIVES_UP_S) {
+                } else if state.stuck_s > R::of(GIVES_UP_S) || in_vain {
                     state.start(SupervisorMode::GaveUp);
                 }
                 wanted_m_s
@@ -356,8 +372,13 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
 
 /// The vehicle is no slower than this, or one of its wheels climbs.
 fn moves<R: Real, const N: usize>(traction: &TractionState<R, N>, slow_m_s: R) -> bool {
-    let rises = &traction.motion.rise_m_s;
-    traction.speed_m_s.abs() >= slow_m_s || rises.iter().any(|rise| rise.abs() > R::of(CLIMBS_M_S))
+    traction.speed_m_s.abs() >= slow_m_s || rises(traction)
+}
+
+/// One of its wheels climbs.
+fn rises<R: Real, const N: usize>(traction: &TractionState<R, N>) -> bool {
+    let mut speeds = traction.motion.rise_m_s.iter();
+    speeds.any(|rise| rise.abs() > R::of(CLIMBS_M_S))
 }
 
 /// Row of each place along an axis, counted from the largest, and how many rows there are.

@@ -190,7 +190,11 @@ impl Rules for StepClimb {
             | Verdict::RolledOn
             | Verdict::OffCourse
             | Verdict::FellShort => (false, 0.0),
-            Verdict::Stalled | Verdict::SlidAlong | Verdict::Unfinished | Verdict::Completed => (false, 0.0),
+            Verdict::Stalled
+            | Verdict::SlidAlong
+            | Verdict::Unfinished
+            | Verdict::Arrived
+            | Verdict::Completed => (false, 0.0),
         };
         if failed {
             return (worth, ended); // where it is then says nothing

@@ -64,7 +64,7 @@ const POSITION_DIGITS: i32 = 9;
 
 impl Figure {
     /// All, in the order of tables.
-    pub const ALL: [Self; 22] = [
+    pub const ALL: [Self; 23] = [
         Self::new("stalled_at_m", "stalled at x", "m", 2, |o| o.stalled_at_m)
             .says("Where the base stood when the vehicle made no more progress."),
         Self::new("stalled_row", "stalled row", "", 0, |o| o.stalled_row.map(|row| row as f64))
@@ -98,6 +98,8 @@ impl Figure {
             .says("Root mean square of the distance between the base and its reference on the path.").lower(),
         Self::new("path_error_peak_m", "path error, peak", "m", 4, |o| o.path_error_peak_m)
             .says("Largest distance between the base and its reference on the path.").lower(),
+        Self::new("arrived_s", "arrived", "s", 2, |o| o.arrived_s)
+            .says("Since when the vehicle was at the end of its path, from the start of the run.").lower(),
         Self::new("pitch_peak_deg", "peak nose-up", "deg", 1, |o| Some(o.pitch_peak_deg))
             .says("Largest nose-up angle of any body.").lower(),
         Self::new("nose_down_peak_deg", "peak nose-down", "deg", 1, |o| Some(o.nose_down_peak_deg))

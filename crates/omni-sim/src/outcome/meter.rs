@@ -201,7 +201,7 @@ impl Meter {
         self.runaway.push(sample, seen);
         self.lean.push(seen);
         self.gain.push(seen);
-        let path_off_rad = self.whereabouts.push(seen);
+        let path_off_rad = self.whereabouts.push(sample.report.path.as_ref(), seen);
         self.obedience.push(sample, seen, path_off_rad);
         self.heading
             .push(sample.command.wz_rad_s * self.period_s, seen.pose.yaw_rad());
@@ -343,7 +343,9 @@ impl Meter {
         } else if climbed {
             Verdict::Climbed
         } else if self.obstacle.is_none() {
-            if self.progress.stands() {
+            if self.whereabouts.arrived_s().is_some() {
+                Verdict::Arrived
+            } else if self.progress.stands() {
                 Verdict::Stalled
             } else if disobeyed.off_course {
                 Verdict::OffCourse
@@ -413,6 +415,7 @@ impl Meter {
             energy_residual: self.last.residual,
             path_error_rms_m: self.whereabouts.path_error_rms_m(),
             path_error_peak_m: self.whereabouts.path_error_peak_m(),
+            arrived_s: self.whereabouts.arrived_s(),
             odometry_error_m: self.whereabouts.odometry_error_m(),
             final_x_m: pose.x_m,
             final_y_m: pose.y_m,

@@ -3,40 +3,75 @@
 use omni_core::geometry::PlanarPose;
 
 use super::mean::Mean;
-use crate::config::{PlannedPath, Scenario};
+use crate::config::Scenario;
 use crate::following::{error_of, true_pose};
 use crate::observation::Observation;
+use crate::report::PathReport;
 
 /// How far the vehicle was from where it should be, and where it is.
 pub(super) struct PoseErrors {
-    /// The path that is followed, what its errors are on average, and the largest of them.
-    path: Option<(PlannedPath, Mean, f64)>,
+    path: Option<PathErrors>,
     /// Where it was after the last period \[m\]; none before the first.
     last: Option<[f64; 2]>,
     /// The true pose after the last period that counts, and the distance from there to where odometry has it.
     end: Option<(PlanarPose<f64>, f64)>,
 }
 
+/// How far it was from a path.
+struct PathErrors {
+    /// When the path is over if it never waits \[s\], and its last pose.
+    duration_s: f64,
+    end: PlanarPose<f64>,
+    /// The vehicle has arrived within these \[m\], \[rad\].
+    arrival: [f64; 2],
+    errors: Mean,
+    peak_m: f64,
+    /// Since when it is there \[s\].
+    arrived_s: Option<f64>,
+}
+
+impl PathErrors {
+    /// Adds a period; returns how far the heading is off \[rad\].
+    fn push(&mut self, path: &PathReport, seen: &Observation) -> f64 {
+        let [error, off_rad] = error_of(&path.pose, seen);
+        self.errors.add(error);
+        self.peak_m = self.peak_m.max(error);
+        let time_s = seen.time_ns as f64 * 1e-9;
+        let [from_end_m, turned_rad] = error_of(&self.end, seen);
+        let is_there = from_end_m <= self.arrival[0]
+            && turned_rad.abs() <= self.arrival[1]
+            && time_s - path.waited_s >= self.duration_s;
+        self.arrived_s = is_there.then(|| self.arrived_s.unwrap_or(time_s));
+        off_rad
+    }
+}
+
 impl PoseErrors {
     pub(super) fn new(scenario: &Scenario) -> Self {
+        let follow = &scenario.command.follow;
         // It was planned when the scenario was loaded.
-        let path = scenario.planned_path().ok().flatten();
+        let path = scenario.planned_path().ok().flatten().map(|path| {
+            let duration_s = path.trajectory().duration_s();
+            PathErrors {
+                duration_s,
+                end: path.trajectory().at(duration_s).pose,
+                arrival: [follow.arrival_m, follow.arrival_rad],
+                errors: Mean::default(),
+                peak_m: 0.0,
+                arrived_s: None,
+            }
+        });
         Self {
-            path: path.map(|path| (path, Mean::default(), 0.0)),
+            path,
             last: None,
             end: None,
         }
     }
 
     /// Adds a period. Returns how far the heading is off that of the path \[rad\]; 0 without one.
-    pub(super) fn push(&mut self, seen: &Observation) -> f64 {
-        let mut off_rad = 0.0;
-        if let Some((path, errors, peak)) = &mut self.path {
-            let [error, turned_rad] = error_of(&path.trajectory().at(seen.time_ns as f64 * 1e-9).pose, seen);
-            errors.add(error);
-            *peak = peak.max(error);
-            off_rad = turned_rad;
-        }
+    pub(super) fn push(&mut self, path: Option<&PathReport>, seen: &Observation) -> f64 {
+        let both = self.path.as_mut().zip(path);
+        let off_rad = both.map_or(0.0, |(errors, path)| errors.push(path, seen));
         let [x_m, y_m, _] = seen.pose.position_m;
         self.last = Some([x_m, y_m]);
         off_rad
@@ -68,10 +103,15 @@ impl PoseErrors {
     }
 
     pub(super) fn path_error_rms_m(&self) -> Option<f64> {
-        self.path.as_ref().map(|(_, errors, _)| errors.root())
+        self.path.as_ref().map(|path| path.errors.root())
     }
 
     pub(super) fn path_error_peak_m(&self) -> Option<f64> {
-        self.path.as_ref().map(|(_, _, peak)| *peak)
+        self.path.as_ref().map(|path| path.peak_m)
+    }
+
+    /// Since when the vehicle is at the end of its path \[s\]; none where it is not.
+    pub(super) fn arrived_s(&self) -> Option<f64> {
+        self.path.as_ref()?.arrived_s
     }
 }

@@ -58,6 +58,8 @@ pub struct SupervisorState<R> {
     pub(super) in_mode_s: R,
     pub(super) stuck_s: R,
     pub(super) stuck_again_s: R,
+    /// For how long it has pushed in vain.
+    pub(super) vain_s: R,
     pub(super) level_s: R,
     pub(super) back_m: R,
     pub(super) begun: bool,
@@ -88,6 +90,7 @@ impl<R: Real> SupervisorState<R> {
             in_mode_s: R::ZERO,
             stuck_s: R::ZERO,
             stuck_again_s: R::ZERO,
+            vain_s: R::ZERO,
             level_s: R::ZERO,
             back_m: R::ZERO,
             begun: false,
@@ -140,7 +143,7 @@ impl<R: Real> SupervisorState<R> {
     pub(super) fn start(&mut self, mode: SupervisorMode) {
         self.mode = mode;
         (self.in_mode_s, self.back_m) = (R::zero(), R::zero());
-        (self.stuck_s, self.stuck_again_s) = (R::zero(), R::zero());
+        (self.stuck_s, self.stuck_again_s, self.vain_s) = (R::zero(), R::zero(), R::zero());
         self.begun = false;
     }
 

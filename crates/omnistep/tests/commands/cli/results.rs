@@ -8,7 +8,7 @@ use serde_json::Value;
 use super::{omnistep, refused, rows, stdout};
 
 /// Keys that are null where the riser was never reached, and no path is followed.
-const FIGURES: [&str; 23] = [
+const FIGURES: [&str; 24] = [
     "crossing_s",
     "pitch_peak_deg",
     "nose_down_peak_deg",
@@ -28,6 +28,7 @@ const FIGURES: [&str; 23] = [
     "required_friction",
     "path_error_rms_m",
     "path_error_peak_m",
+    "arrived_s",
     "odometry_error_m",
     "final_x_m",
     "final_y_m",

@@ -244,3 +244,38 @@ fn a_vehicle_that_is_stuck_gives_up_where_slip_is_undetermined_too() {
         (SupervisorMode::Drive, SupervisorMode::GaveUp)
     );
 }
+
+/// Of a vehicle whose wheels all spin as commanded: it goes by what they say, and stands.
+#[test]
+fn one_that_pushes_hard_on_the_level_for_long_is_stuck_whatever_its_wheels_say() {
+    let supervisor = supervisor(SupervisorConfig::traction(T));
+    let first = |change: &dyn Fn(&mut TractionState<f64, 7>), mode| {
+        let mut traction = seen([0.0; 3], 0.3, 0.6);
+        traction.attitude_rad = Some([0.0; 2]);
+        change(&mut traction);
+        let mut state = SupervisorState::new();
+        (0..20_000).find(|_| {
+            let _ = supervisor.step(&mut state, &traction);
+            state.mode() == mode
+        })
+    };
+    let back_off = first(&|_| {}, SupervisorMode::BackOff).expect("stuck");
+    // A sum of 5000 periods may be a rounding beyond 5 s.
+    assert!((4999..=5000).contains(&back_off), "{back_off}");
+    // Where slip does not stand out nothing is tried.
+    let gave_up = first(
+        &|traction| traction.slip_observable = false,
+        SupervisorMode::GaveUp,
+    );
+    assert_eq!(gave_up, Some(back_off));
+    // A light push, a climb, a slope, and no attitude, which would tell a slope.
+    let free: [&dyn Fn(&mut TractionState<f64, 7>); 4] = [
+        &|traction| traction.thrust_n_m *= 0.8,
+        &|traction| traction.motion.rise_m_s[3] = 0.05,
+        &|traction| traction.attitude_rad = Some([0.06, 0.0]),
+        &|traction| traction.attitude_rad = None,
+    ];
+    for (k, change) in free.into_iter().enumerate() {
+        assert_eq!(first(change, SupervisorMode::BackOff), None, "{k}");
+    }
+}
