@@ -93,10 +93,7 @@ impl<R: Real> BodyReadings<'_, R> {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
     feature = "serde",
-    serde(bound(
-        serialize = "R: serde::Serialize",
-        deserialize = "R: Real + serde::Deserialize<'de>"
-    ))
+    serde(bound(deserialize = "R: Real + serde::Deserialize<'de>"))
 )]
 pub struct TractionDriveState<R, const N: usize> {
     /// What is around the loops: safe stops end here, faults and the pose are read here.

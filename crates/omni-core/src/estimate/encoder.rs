@@ -68,10 +68,6 @@ constant_struct!(Encoder<R, const WINDOW> { counter: EncoderCounter<R>, velocity
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(
-    feature = "serde",
-    serde(bound(serialize = "R: serde::Serialize", deserialize = "R: serde::Deserialize<'de>"))
-)]
 #[repr(C)]
 pub struct EncoderState<R, const WINDOW: usize = 1> {
     counter: CounterState,

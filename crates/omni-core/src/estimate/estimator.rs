@@ -113,10 +113,6 @@ constant_struct!(Estimator<R, const N> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(
-    feature = "serde",
-    serde(bound(serialize = "R: serde::Serialize", deserialize = "R: serde::Deserialize<'de>"))
-)]
 pub struct EstimatorState<R, const N: usize> {
     x: Sum<R>,
     y: Sum<R>,

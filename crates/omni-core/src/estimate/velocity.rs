@@ -180,10 +180,6 @@ constant_enum!(VelocityLaw<R> { Window { periods, rad_s_per_count }, Edges, Obse
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(
-    feature = "serde",
-    serde(bound(serialize = "R: serde::Serialize", deserialize = "R: serde::Deserialize<'de>"))
-)]
 #[repr(C)]
 pub struct VelocityState<R, const WINDOW: usize = 1> {
     /// Counts of the last readings, round and round, and by how much longer than a period each took \[s\].

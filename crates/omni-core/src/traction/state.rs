@@ -20,10 +20,7 @@ use crate::scalar::is_plausible;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
     feature = "serde",
-    serde(bound(
-        serialize = "R: serde::Serialize",
-        deserialize = "R: Real + serde::Deserialize<'de>"
-    ))
+    serde(bound(deserialize = "R: Real + serde::Deserialize<'de>"))
 )]
 pub struct TractionState<R, const N: usize> {
     /// The last command, its speed \[m/s\], the rates that it asks of the wheels.

@@ -51,10 +51,6 @@ pub struct WheelControlConfig<R, const N: usize> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(
-    feature = "serde",
-    serde(bound(serialize = "R: serde::Serialize", deserialize = "R: serde::Deserialize<'de>"))
-)]
 #[repr(C)]
 pub struct ControlState<R, const N: usize> {
     /// Integral term of each wheel \[N.m\].
@@ -145,10 +141,6 @@ impl<R: Real, const N: usize> ControlState<R, N> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(
-    feature = "serde",
-    serde(bound(serialize = "R: serde::Serialize", deserialize = "R: serde::Deserialize<'de>"))
-)]
 // Not `non_exhaustive`: a frame of omni-link and a struct of C hold it field by field, and have to notice one more.
 #[repr(C)]
 pub struct WheelSample<R, const N: usize> {
