@@ -68,7 +68,8 @@ fn step(engine: &str, model: &str, duration_s: f64) -> Scenario {
     Scenario::load("step", &overrides).expect("built in")
 }
 
-/// What the engines do in the same time: with control, observation and trace, with a log of every period, and with rollers.
+/// What the engines do in the same time: with control, observation and trace, with a log of every
+/// period, and with rollers.
 fn engines(folder: &std::path::Path) {
     let [rapier, own, rollers] = [
         ("rapier", "ball"),

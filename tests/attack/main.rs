@@ -8,7 +8,8 @@
 //! cargo test --test attack -- --seed 7 random drive 5 8 # random inputs 5 and 8 of a seed, one by one
 //! ```
 //!
-//! Started as `qemu-system-arm` it is a firmware with false answers. The last lines are a table; where anything failed the exit code is 1, and each failure names the file that fails again.
+//! Started as `qemu-system-arm` it is a firmware with false answers. The last lines are a table;
+//! where anything failed the exit code is 1, and each failure names the file that fails again.
 #![expect(clippy::unwrap_used, reason = "a campaign that cannot go on fails")]
 #![expect(clippy::print_stdout, reason = "it is a program of its own")]
 

@@ -89,9 +89,9 @@ fn a_snapshot_in_the_middle_of_a_path_resumes_bit_for_bit() {
 }
 
 fn the_torque_ends_after_a_path_whatever_odometry_says() {
-    // Odometry of coarse encoders never says exactly the last pose, and that of a gyro drifts. Counts of single periods are of no use to
-    // loops with 256 counts, so velocities are those of an observer. Wheels without friction would roll on, out of the tolerance: shorted
-    // motors stand.
+    // Odometry of coarse encoders never says exactly the last pose, and that of a gyro drifts.
+    // Counts of single periods are of no use to loops with 256 counts, so velocities are those of an
+    // observer. Wheels without friction would roll on, out of the tolerance: shorted motors stand.
     let shorted = "control.rest.short_windings=true";
     let coarse = "sensors={ encoder_counts = 256, encoder_velocity = { kind = \"observer\", bandwidth_rad_s = 100.0 }, \
                   gyro_noise_rad_s = 0.02, gyro_bias_rad_s = 0.001 }";
@@ -103,7 +103,8 @@ fn the_torque_ends_after_a_path_whatever_odometry_says() {
         let scenario = load(name, &[coarse, shorted, drive]);
         let path = scenario.planned_path().expect("planned").expect("it has a path");
         let end_s = path.trajectory().duration_s();
-        // The vehicle has 2 s to get there, and `control.rest.bleed_s` to release the wheels, after a stop out of 3 cm/s at most.
+        // The vehicle has 2 s to get there, and `control.rest.bleed_s` to release the wheels, after
+        // a stop out of 3 cm/s at most.
         let over_s = end_s + 2.0 + scenario.control.rest.torque_ends_s() + 0.2;
         let scenario = load(
             name,

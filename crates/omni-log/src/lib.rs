@@ -2,10 +2,10 @@
 //!
 //! # In this crate
 //!
-//! [`RunLog`] writes a run while it goes on, [`LogRun`] runs a scenario into one; [`read_log`] and [`LoggedRun`] read
-//! it back, [`replay`] feeds its measurements to the controller again; [`Recording`] makes such a log of what was measured on a
-//! vehicle. With the feature `live`, `run_live` serves a run to
-//! viewers while it goes on, with `ros2` to a ROS 2 graph, too.
+//! [`RunLog`] writes a run while it goes on, [`LogRun`] runs a scenario into one; [`read_log`] and
+//! [`LoggedRun`] read it back, [`replay`] feeds its measurements to the controller again;
+//! [`Recording`] makes such a log of what was measured on a vehicle. With the feature `live`,
+//! `run_live` serves a run to viewers while it goes on, with `ros2` to a ROS 2 graph, too.
 #![forbid(unsafe_code)]
 
 mod base_pose;

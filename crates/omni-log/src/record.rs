@@ -35,7 +35,8 @@ pub struct Record {
 pub trait LogRun<E>: Sized {
     /// Runs into a log of the run's controller. Nothing but the log grows with time.
     ///
-    /// The log is not finished here: [`RunLog::finish`] gives it its name, [`RunLog::leave`] leaves what there is of a run that was stopped.
+    /// The log is not finished here: [`RunLog::finish`] gives it its name, [`RunLog::leave`] leaves
+    /// what there is of a run that was stopped.
     ///
     /// # Errors
     /// As [`Run::outcome`], and [`Error::Log`] where the log cannot be written.

@@ -82,8 +82,8 @@ impl MotorBenchTrace {
 /// Runs the experiment under a policy, torque limited by eq. (13) in four quadrants.
 ///
 /// # Errors
-/// [`config::Error::UnknownName`] for a policy that is not one of [`MOTOR_BENCH_POLICIES`]; [`config::Error::Key`] for gains that are out
-/// of range.
+/// [`config::Error::UnknownName`] for a policy that is not one of [`MOTOR_BENCH_POLICIES`];
+/// [`config::Error::Key`] for gains that are out of range.
 ///
 /// ```
 /// use omni_sim::{config::MotorBench, run_motor_bench};

@@ -77,7 +77,8 @@ pub(super) enum Policies<'a> {
     One(Option<&'a str>),
 }
 
-/// Runs the scenario under some policies with each engine (none: the scenario's own), with the controller in `firmware` if there is one.
+/// Runs the scenario under some policies with each engine (none: the scenario's own), with the
+/// controller in `firmware` if there is one.
 pub(super) fn compare(
     args: &RunArgs,
     policies: Policies<'_>,

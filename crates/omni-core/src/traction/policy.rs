@@ -10,7 +10,8 @@ use crate::policy::{Policy, Readings};
 use crate::shaping::{TwistLimiter, TwistLimiterState};
 use crate::{ConfigError, Real};
 
-/// What a [`TractionPolicy`] remembers: to be kept and given back, [`TractionPolicy::state`], [`TractionPolicy::restore`].
+/// What a [`TractionPolicy`] remembers: to be kept and given back, [`TractionPolicy::state`],
+/// [`TractionPolicy::restore`].
 ///
 /// ```
 /// use omni_core::traction::TractionPolicyState;
@@ -63,8 +64,8 @@ impl<R: Real, const N: usize> TractionPolicyState<R, N> {
 }
 
 impl<R: Real, const N: usize> TractionPolicyState<R, N> {
-    /// A start after a [`ControllerPolicy`](crate::loops::ControllerPolicy) with this state, while the vehicle moves with `twist`:
-    /// its command goes on, and so does a hold at rest.
+    /// A start after a [`ControllerPolicy`](crate::loops::ControllerPolicy) with this state, while
+    /// the vehicle moves with `twist`: its command goes on, and so does a hold at rest.
     ///
     /// ```
     /// use omni_core::shaping::TwistLimiterState;
