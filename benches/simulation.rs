@@ -81,7 +81,7 @@ fn engines(folder: &std::path::Path) {
         let controller = AnyController::new(scenario).expect("a controller");
         let mut log = RunLog::create(folder.join("engine.mcap"), scenario, &controller).expect("writable");
         let run = Run::new(scenario).controller(controller);
-        let run = run.record::<Error>(&mut log).expect("runs");
+        let run = run.log_to::<Error>(&mut log).expect("runs");
         log.finish(&run.outcome).expect("writable");
     };
     let traced = |scenario: &Scenario| drop(run(scenario).expect("runs"));
@@ -145,7 +145,7 @@ fn main() {
         let controller = AnyController::new(&scenario).expect("a controller");
         let mut log = RunLog::create(folder.path().join("x.mcap"), &scenario, &controller).expect("writable");
         let run = Run::new(&scenario).controller(controller);
-        let run = run.record::<Error>(&mut log).expect("runs");
+        let run = run.log_to::<Error>(&mut log).expect("runs");
         log.finish(&run.outcome).expect("writable");
     };
     let [physics, traced, metered, logged] = shortest([

@@ -165,7 +165,7 @@ fn of_files(campaign: &str, target: Target, files: Vec<PathBuf>) -> Row {
                 .file_name()
                 .is_some_and(|name| WHOLE.iter().any(|whole| name == *whole));
             let why = match attempt(target, &data) {
-                Ok(0) if whole => "it is refused: record it anew".into(),
+                Ok(0) if whole => "it is refused: make it anew".into(),
                 Ok(_) => return None,
                 Err(why) => why,
             };

@@ -450,7 +450,7 @@ impl Scenario {
         Ok(())
     }
 
-    /// Gains that the vehicle's file leaves out. What runs and what a log records are then the derived ones.
+    /// Gains that the vehicle's file leaves out. What runs and what a log holds are then the derived ones.
     fn derive_gains(&mut self) -> Result<(), Error> {
         if self.vehicle.gains.is_none() {
             let derived = self.vehicle.derived_gains(self.period_s())?;

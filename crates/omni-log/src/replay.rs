@@ -143,7 +143,7 @@ impl Inputs {
         for (topic, missing) in [(topic::VEHICLE_STATE, of_states), (topic::SENSORS, of_sensors)] {
             if let Some(missing_ns) = missing {
                 let what = format!(
-                    "no {topic} at t = {} s, but replay needs one every control period: record the run without \
+                    "no {topic} at t = {} s, but replay needs one every control period: run it without \
                      log.vehicle_state_hz",
                     missing_ns as f64 / 1e9
                 );

@@ -49,7 +49,7 @@ pub fn run(scenario: &Scenario) -> Result<Trace, Error> {
 /// assert!(ended.is_none() && outcome.work_j > 0.1 && left_m > 0.2);
 /// # Ok::<(), omni_sim::Error>(())
 /// ```
-#[must_use = "`trace`, `outcome`, `log` or `record` runs it"]
+#[must_use = "`trace`, `outcome`, `log` or `log_to` runs it"]
 pub struct Run<'a, E = Error> {
     scenario: &'a Scenario,
     controller: Option<AnyController>,
