@@ -271,9 +271,8 @@ pub fn torque_factor<R: Real, const N: usize>(requested_n_m: &[R; N], ranges: &T
 ///
 /// `requested_n_m`: torque of each wheel for its whole reference. `slopes_n_m`: the part of it that
 /// is proportional to the reference, so that the torque for s times the reference is
-/// `requested - (1 - s) slope`. A wheel without reference (slope
-/// 0) is excluded. Limits on the other side are left to the final clip. Closed form:
-///    `u_i = 1 - (requested - limit) / slope`.
+/// `requested - (1 - s) slope`. A wheel without reference (slope 0) is excluded. Limits on the other
+/// side are left to the final clip. Closed form: `u_i = 1 - (requested - limit) / slope`.
 ///
 /// ```
 /// use omni_core::loops::reference_factor;
