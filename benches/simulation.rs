@@ -68,7 +68,8 @@ fn step(engine: &str, model: &str, duration_s: f64) -> Scenario {
     Scenario::load("step", &overrides).expect("built in")
 }
 
-/// What the engines do in the same time: with control, observation and trace, with a log of every period, and with rollers.
+/// What the engines do in the same time: with control, observation and trace, with a log of every
+/// period, and with rollers.
 fn engines(folder: &std::path::Path) {
     let [rapier, own, rollers] = [
         ("rapier", "ball"),
@@ -80,7 +81,7 @@ fn engines(folder: &std::path::Path) {
         let controller = AnyController::new(scenario).expect("a controller");
         let mut log = RunLog::create(folder.join("engine.mcap"), scenario, &controller).expect("writable");
         let run = Run::new(scenario).controller(controller);
-        let run = run.record::<Error>(&mut log).expect("runs");
+        let run = run.log_to::<Error>(&mut log).expect("runs");
         log.finish(&run.outcome).expect("writable");
     };
     let traced = |scenario: &Scenario| drop(run(scenario).expect("runs"));
@@ -144,7 +145,7 @@ fn main() {
         let controller = AnyController::new(&scenario).expect("a controller");
         let mut log = RunLog::create(folder.path().join("x.mcap"), &scenario, &controller).expect("writable");
         let run = Run::new(&scenario).controller(controller);
-        let run = run.record::<Error>(&mut log).expect("runs");
+        let run = run.log_to::<Error>(&mut log).expect("runs");
         log.finish(&run.outcome).expect("writable");
     };
     let [physics, traced, metered, logged] = shortest([

@@ -53,8 +53,8 @@ fn control<R: Real>(c: &mut Criterion, scalar: &str) {
     group.finish();
 }
 
-/// The shortest time of a call \[s\] over the samples of one benchmark: what the machine needs when nothing disturbs it.
-/// Infinite where the command line asked for other benchmarks only.
+/// The shortest time of a call \[s\] over the samples of one benchmark: what the machine needs when
+/// nothing disturbs it. Infinite where the command line asked for other benchmarks only.
 fn shortest<O>(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, mut call: impl FnMut() -> O) -> f64 {
     let shortest_s = Cell::new(f64::INFINITY);
     group.bench_function(name, |b| {
@@ -71,8 +71,9 @@ fn shortest<O>(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, mut call: i
     shortest_s.get()
 }
 
-/// A whole step, from the command, limited axis by axis, to torques within limits that keep the wheels together, next to as many loops of the
-/// `pid` crate as there are wheels, which know nothing of each other. Prints the ratio of the times.
+/// A whole step, from the command, limited axis by axis, to torques within limits that keep the
+/// wheels together, next to as many loops of the `pid` crate as there are wheels, which know
+/// nothing of each other. Prints the ratio of the times.
 fn against_pid<R: Real + FloatCore, const N: usize>(
     c: &mut Criterion,
     layout: &WheelLayout<R, N>,

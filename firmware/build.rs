@@ -77,7 +77,8 @@ fn traction(name: &str) -> Result<String, Box<dyn Error>> {
     Ok(source[start..].to_owned())
 }
 
-/// Where this computer says that the scenario's path leads; of one without a path, a figure of eight and who follows it as well.
+/// Where this computer says that the scenario's path leads; of one without a path, a figure of
+/// eight and who follows it as well.
 fn path(scenario: &Scenario) -> Result<String, Box<dyn Error>> {
     let Some(path) = scenario.planned_path()? else {
         let eight = Scenario::load("figure_eight", &[])?;

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# The climb chart of every built-in vehicle, its check from fresh starts and with both engines, and its picture; some twenty minutes.
+# The climb chart of every built-in vehicle, its check from fresh starts and with both engines, and
+# its picture; some twenty minutes.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 scripts/tools/venv.sh

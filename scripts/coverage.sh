@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Line coverage of omni-core by its own tests and examples; exit code 1 below COVERAGE_MIN percent (95).
-# Needs LLVM's llvm-profdata and llvm-cov of the compiler's LLVM version: rustup's component llvm-tools, or Debian's llvm-22.
+# Line coverage of omni-core by its own tests and examples; exit code 1 below COVERAGE_MIN percent (95). Needs LLVM's
+# llvm-profdata and llvm-cov of the compiler's LLVM version: rustup's component llvm-tools, or Debian's llvm-22.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 major=$(rustc -vV | sed -n 's/^LLVM version: \([0-9]*\).*/\1/p')

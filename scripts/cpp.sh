@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# The C and C++ package as its users have it: built by CMake and installed, found by CMake and by pkg-config, the example run,
-# the tests passed as a package and as a folder of one's own project, the header compiled by every compiler that is here.
-# OMNISTEP_COMMAND: an `omnistep` that is built already; unset: it is built.
+# The C and C++ package as its users have it: built by CMake and installed, found by CMake and by pkg-config,
+# the example run, the tests passed as a package and as a folder of one's own project, the header compiled by
+# every compiler that is here. OMNISTEP_COMMAND: an `omnistep` that is built already; unset: it is built.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 missing=()

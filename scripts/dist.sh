@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# Builds the release files for Linux on x86_64 and aarch64 into out/dist: wheels for glibc 2.17 or newer, and static programs; and
-# the packages of the C library for microcontrollers, by scripts/archives.sh.
-# Runs 6 s of `flat` with each, aarch64 in QEMU, and compares the logs byte by byte; exit code 1 if they differ. Then searches
-# all files for paths of this machine, and writes SHA256SUMS. Needs Linux on x86_64; to run the files for aarch64 also
-# qemu-user-static and Debian's apt-get. If rustup lacks a target, scripts/tools/embedded-toolchain.sh prepares a toolchain. Prints
-# what it skips; with --required that is an error. The first build takes half an hour or more.
+# Builds the release files for Linux on x86_64 and aarch64 into out/dist: wheels for glibc 2.17 or newer, and static
+# programs; and the packages of the C library for microcontrollers, by scripts/archives.sh. Runs 6 s of `flat` with
+# each, aarch64 in QEMU, and compares the logs byte by byte; exit code 1 if they differ. Then searches all files for
+# paths of this machine, and writes SHA256SUMS. Needs Linux on x86_64; to run the files for aarch64 also
+# qemu-user-static and Debian's apt-get. If rustup lacks a target, scripts/tools/embedded-toolchain.sh prepares a
+# toolchain. Prints what it skips; with --required that is an error. The first build takes half an hour or more.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 required=${1:-}

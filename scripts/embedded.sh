@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Builds omni-core for bare metal: Cortex-M4F, Cortex-M0 (neither floating-point unit nor atomic swap) and a 32-bit RISC-V.
-# Fails where a target cannot be built; none is ever skipped. Where rustup has no such target the first run prepares
-# a toolchain from Debian's packages: about a minute.
+# Builds omni-core for bare metal: Cortex-M4F, Cortex-M0 (neither floating-point unit nor atomic
+# swap) and a 32-bit RISC-V. Fails where a target cannot be built; none is ever skipped. Where rustup
+# has no such target the first run prepares a toolchain from Debian's packages: about a minute.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 targets=(thumbv7em-none-eabihf thumbv6m-none-eabi riscv32imac-unknown-none-elf)

@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
-# Everything about firmware: builds the images and the C library, runs them in QEMU, checks bits and budgets, closes the loop
-# through the emulated processor. `--if-possible`: where a tool is missing, one line that says which, and success; else a
-# missing tool is a failure. Never touches rustup's targets: where they are missing and apt-get is there, a toolchain is
-# prepared from Debian's packages (`--if-possible` only uses one that is there already).
+# Everything about firmware: builds the images and the C library, runs them in QEMU, checks bits and budgets, closes
+# the loop through the emulated processor. `--if-possible`: where a tool is missing, one line that says which, and
+# success; else a missing tool is a failure. Never touches rustup's targets: where they are missing and apt-get is
+# there, a toolchain is prepared from Debian's packages (`--if-possible` only uses one that is there already).
 set -euo pipefail
 cd "$(dirname "$0")/.."
-# What is measured is what lies in firmware/target, built as firmware/.cargo/config.toml says, for the built-in scenario.
+# What is measured is what lies in firmware/target, built as firmware/.cargo/config.toml says, for
+# the built-in scenario.
 unset CARGO_TARGET_DIR CARGO_BUILD_TARGET RUSTFLAGS OMNISTEP_SCENARIO
 if_possible=${1:-}
 missing=()
@@ -35,10 +36,11 @@ for features in "" defmt serde defmt,serde; do
 done
 
 cd firmware
-# Everything for the images is compiled in one folder, so that what build scripts and macros need is compiled once; programs of one
-# name go to folders of their own.
+# Everything for the images is compiled in one folder, so that what build scripts and macros need is
+# compiled once; programs of one name go to folders of their own.
 images() { CARGO_BUILD_BUILD_DIR=$PWD/target/build cargo $toolchain "$@"; } # unquoted: an empty toolchain must vanish
-# First the images of the processor in the loop with a whole Drive, which their scenarios ask for: the last build is of another one.
+# First the images of the processor in the loop with a whole Drive, which their scenarios ask for:
+# the last build is of another one.
 OMNISTEP_SCENARIO=scenarios/drive.toml images build --locked --quiet --release --bin loop
 cp target/thumbv7em-none-eabihf/release/loop target/drive_loop
 OMNISTEP_SCENARIO=scenarios/traction.toml images build --locked --quiet --release --bin loop
@@ -76,7 +78,8 @@ link three_wheels "three three_bench" $c/three
 # In C++ the same, with neither exceptions nor a library of C++.
 arm-none-eabi-g++ $m4 -std=c++17 -fno-exceptions -fno-rtti -I$c/three -c c/example/three_in_cpp.cpp -o $c/three_in_cpp.o
 link three_wheels_in_cpp three_bench $c/three $c/three_in_cpp.o
-# What the steps cost in C, for the report: of a [drive] of defaults, with motors of constant torque and with ones that weaken with speed.
+# What the steps cost in C, for the report: of a [drive] of defaults, with motors of constant torque
+# and with ones that weaken with speed.
 for vehicle in chugo7 mecanum4; do
     mkdir -p $c/$vehicle
     constants flat --set vehicle=$vehicle --set control.policy=scale_references --set drive.discretize=false >$c/$vehicle/constants.h

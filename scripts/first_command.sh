@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# What the first command costs from nothing: builds `omnistep` without optional features into an empty target folder and runs
-# `compare step`. Prints seconds on the clock, CPU seconds, crates, and how much longer everything took to compile than
-# rapier3d, parry3d and nalgebra did in the same build. The same build took 417 to 675 CPU seconds on two slow cores, as
-# neighbours shared them, so no time fails: exit code 1 beyond CRATES, 160, or beyond the ratio SHARE, which no machine
-# changes (4.8: two builds took 4.52 and 4.60 once files of vehicles were checked for what cannot drive). The argument names
-# the folder; target/first if left out.
+# What the first command costs from nothing: builds `omnistep` without optional features into an empty target
+# folder and runs `compare step`. Prints seconds on the clock, CPU seconds, crates, and how much longer
+# everything took to compile than rapier3d, parry3d and nalgebra did in the same build. The same build took 417
+# to 675 CPU seconds on two slow cores, as neighbours shared them, so no time fails: exit code 1 beyond CRATES,
+# 160, or beyond the ratio SHARE, which no machine changes (4.8: two builds took 4.52 and 4.60 once files of
+# vehicles were checked for what cannot drive). The argument names the folder; target/first if left out.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 share=${SHARE:-4.8} most=${CRATES:-160}

@@ -13,6 +13,8 @@ python3 scripts/checks/one_build.py
 python3 scripts/docs/design_tables.py --check
 python3 scripts/docs/wheel_signals.py --check
 scripts/tools/venv.sh
+.venv/bin/python scripts/checks/comment_width.py --self-test
+.venv/bin/python scripts/checks/comment_width.py
 .venv/bin/python scripts/checks/circles.py --self-test
 .venv/bin/python scripts/checks/circles.py
 .venv/bin/ruff check python scripts benches tests

@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
-# Packages every crate that is to be published, without uploading any, and lists each package's files and size; --publish
-# uploads those that crates.io does not have, in the order in which they need one another (scripts/release/publish.py). It was never run.
-# Fails where a package lacks its README or a licence. Needs the registry's index, as any first build does.
+# Packages every crate that is to be published, without uploading any, and lists each package's
+# files and size; --publish uploads those that crates.io does not have, in the order in which they
+# need one another (scripts/release/publish.py). It was never run. Fails where a package lacks its
+# README or a licence. Needs the registry's index, as any first build does.
 #
-# --verify also builds each package from nothing but what is in it, as publishing does: for a release. The first time that
-# takes some ten minutes of one core, because packages do not know the workspace's profiles and every dependency is
-# compiled anew; without it six seconds.
+# --verify also builds each package from nothing but what is in it, as publishing does: for a
+# release. The first time that takes some ten minutes of one core, because packages do not know the
+# workspace's profiles and every dependency is compiled anew; without it six seconds.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 case "$*" in

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Builds the playground, a page without a server's help, into out/playground: the simulation for WebAssembly, and web/playground with the player
-# (esbuild and three.js from npm). Its size is at most 2 MB compressed. With --if-possible: skips, and says so, where a tool is missing.
+# Builds the playground, a page without a server's help, into out/playground: the simulation for
+# WebAssembly, and web/playground with the player (esbuild and three.js from npm). Its size is at
+# most 2 MB compressed. With --if-possible: skips, and says so, where a tool is missing.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 possible=${1:-}

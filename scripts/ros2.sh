@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# `omnistep run --ros2` watched, steered and troubled by foreign implementations of DDS, Cyclone DDS and Fast DDS, in a network
-# of their own that nothing leaves. What cannot be tried for want of a tool is said; with ROS2=required a tool that can be
-# installed has to be there, as in .ci/run. ROS2_SOAK_S: seconds of the test that looks for leaks, 20 unless set. OMNISTEP: another program than the package's.
-# Further arguments go to pytest.
+# `omnistep run --ros2` watched, steered and troubled by foreign implementations of DDS, Cyclone DDS and Fast DDS,
+# in a network of their own that nothing leaves. What cannot be tried for want of a tool is said; with
+# ROS2=required a tool that can be installed has to be there, as in .ci/run. ROS2_SOAK_S: seconds of the test that
+# looks for leaks, 20 unless set. OMNISTEP: another program than the package's. Further arguments go to pytest.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 lacking() { # what cannot be tried, what is missing

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Compares what the crates show with their last release (the newest tag v*, or the commit in BASELINE) by cargo-semver-checks: a
-# change that breaks users without a new version is an error. Where there is no release yet, says so, and nothing is compared.
+# Compares what the crates show with their last release (the newest tag v*, or the commit in
+# BASELINE) by cargo-semver-checks: a change that breaks users without a new version is an error.
+# Where there is no release yet, says so, and nothing is compared.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 baseline=${BASELINE:-$(git describe --tags --abbrev=0 --match 'v*' 2>/dev/null || true)}

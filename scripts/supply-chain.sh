@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Licences, duplicates and sources of every Rust dependency, as deny.toml has them; known vulnerabilities too where the database
-# can be reached.
+# Licences, duplicates and sources of every Rust dependency, as deny.toml has them; known
+# vulnerabilities too where the database can be reached.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 version=0.20.2

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# The tests, then what takes longer: release files for Linux, wheels of rollers, faults of the drive, intervals of identify, videos, ten minutes on ROS 2, ensembles around the
-# torque threshold and the benchmarks.
+# The tests, then what takes longer: release files for Linux, wheels of rollers, faults of the drive, intervals
+# of identify, videos, ten minutes on ROS 2, ensembles around the torque threshold and the benchmarks.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 scripts/test.sh
@@ -12,10 +12,11 @@ scripts/aarch64.sh --if-possible
 scripts/dist.sh
 ROS2_SOAK_S=600 scripts/ros2.sh # ten minutes of readers that come and go
 cargo test --release --test physics -- --ignored
-cargo run --locked --quiet --release --example gear_friction_energy 50 # 230 runs: energy closes where gears have friction
+cargo run --locked --quiet --release --example gear_friction_energy 50 # 230 runs: energy closes
 python3 scripts/measure/drive_campaign.py --check # 300 runs with random faults, and their table in docs/drive.md
 .venv/bin/python scripts/mujoco/gate.py --map # the simulation and MuJoCo side by side: docs/mujoco.md
-# 2800 identifications: intervals hold the truth in 90 to 99 % (or one log of 200 more) for each number of counts and noise, as in docs/own-robot.md.
+# 2800 identifications: intervals hold the truth in 90 to 99 % (or one log of 200 more) for each
+# number of counts and noise, as in docs/own-robot.md.
 OPENBLAS_NUM_THREADS=1 .venv/bin/python scripts/measure/identify_coverage.py --check
 # 200 seeds of each of these intervals, of which `make test` takes 40.
 COVERAGE_SEEDS=200 .venv/bin/python -m pytest python/tests/test_identify.py python/tests/test_calibrate.py -k cover_the_truth

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Every Rust and Python test, and the checks that the documents name only what exists and that public items have examples.
+# Every Rust and Python test, and the checks that the documents name only what exists and that
+# public items have examples.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 unset CARGO_BUILD_TARGET # where the examples are looked for

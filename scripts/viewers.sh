@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Opens a log of every scenario with foreign readers (Python's mcap and rosbags, npm's @mcap/core), serves a live run to a
-# client, shows reports in headless Chromium, drives a run on its page there and one in the playground, whose module's logs are compared with
-# the native ones. With --if-possible: skips, and says so, what a missing tool asks for.
+# Opens a log of every scenario with foreign readers (Python's mcap and rosbags, npm's @mcap/core), serves a live run to
+# a client, shows reports in headless Chromium, drives a run on its page there and one in the playground, whose module's
+# logs are compared with the native ones. With --if-possible: skips, and says so, what a missing tool asks for.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 possible=${1:-}

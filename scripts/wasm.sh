@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
-# Builds the simulation for WebAssembly (wasm32-unknown-unknown), runs the first seconds of every built-in scenario in node and
-# natively, and compares poses and traces: equal in every bit, or exit code 1. Where rustup has no such target the first run
-# prepares a toolchain from Debian's packages. With --if-possible: skips, and says so, where node or the toolchain is missing.
-# The native runs are those of the Python package in .venv, and the last poses are compared; with --whole they are those of the
-# same program built natively, which takes some minutes more, and whole traces are compared too.
+# Builds the simulation for WebAssembly (wasm32-unknown-unknown), runs the first seconds of every
+# built-in scenario in node and natively, and compares poses and traces: equal in every bit, or exit
+# code 1. Where rustup has no such target the first run prepares a toolchain from Debian's packages.
+# With --if-possible: skips, and says so, where node or the toolchain is missing. The native runs are
+# those of the Python package in .venv, and the last poses are compared; with --whole they are those of
+# the same program built natively, which takes some minutes more, and whole traces are compared too.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 unset CARGO_BUILD_TARGET # where the native program is looked for

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Bundles web/player with three.js into the Python package: python/omnistep/assets/player.js. With --check: builds it aside and says whether the
-# committed one is the same in every byte. With --if-possible: skips, and says so, where node or npm is missing.
+# Bundles web/player with three.js into the Python package: python/omnistep/assets/player.js.
+# With --check: builds it aside and says whether the committed one is the same in every byte.
+# With --if-possible: skips, and says so, where node or npm is missing.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 built=python/omnistep/assets/player.js

@@ -1,5 +1,5 @@
-//! `include/omnistep.h` from the sources. The header is part of the repository, so that who reads it needs no Rust: here it
-//! is only compared, and written where OMNISTEP_WRITE_HEADER is set.
+//! `include/omnistep.h` from the sources. The header is part of the repository, so that who reads
+//! it needs no Rust: here it is only compared, and written where OMNISTEP_WRITE_HEADER is set.
 
 use std::env;
 use std::error::Error;
@@ -25,8 +25,8 @@ const KINDS: [(&str, &str); 2] = [
 struct Count {
     n: usize,
     name: &'static str,
-    /// States: the name of their size in the template, their name in Rust and behind `omniN_` in C, and words of 32 bits. On a 32-bit
-    /// processor these are as many as here, which `FITS` of `src/memory.rs` checks.
+    /// States: the name of their size in the template, their name in Rust and behind `omniN_` in C, and words
+    /// of 32 bits. On a 32-bit processor these are as many as here, which `FITS` of `src/memory.rs` checks.
     words: [(&'static str, &'static str, &'static str, usize); 3],
 }
 

@@ -1,7 +1,7 @@
 //! Instructions between two points, counted by the emulated processor itself.
 //!
-//! Under `-icount` every instruction takes the same emulated time, so a timer is an instruction counter that repeats exactly.
-//! Instructions are not cycles: on silicon a Cortex-M4F takes 1 to 14 cycles for one of them.
+//! Under `-icount` every instruction takes the same emulated time, so a timer is an instruction counter that
+//! repeats exactly. Instructions are not cycles: on silicon a Cortex-M4F takes 1 to 14 cycles for one of them.
 
 /// Instructions that `nops` executes, more or less the few of its call.
 const NOPS: u32 = 1024;

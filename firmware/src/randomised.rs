@@ -1,5 +1,6 @@
-//! 10,000 steps of a controller under random commands, loads and broken readings, as one number: the same on every machine,
-//! bit for bit, or something computes differently. Included by the build script too, which says what the number should be.
+//! 10,000 steps of a controller under random commands, loads and broken readings, as one number:
+//! the same on every machine, bit for bit, or something computes differently. Included by the build
+//! script too, which says what the number should be.
 
 use omni_core::estimate::{Odometry, OdometryState};
 use omni_core::loops::ControlSample;
@@ -65,7 +66,8 @@ impl Memory {
     }
 }
 
-/// The hash of every signal of `steps` steps. `step` makes one from the memory, the command and the measured velocities.
+/// The hash of every signal of `steps` steps. `step` makes one from the memory, the command and the
+/// measured velocities.
 pub fn hash(steps: u32, mut step: impl FnMut(&mut Memory, &BodyTwist<f32>, &WheelVelocities<f32, 7>)) -> u32 {
     let mut random = Random(0x9e37_79b9);
     let mut hash = 0x811c_9dc5;

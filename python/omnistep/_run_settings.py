@@ -23,7 +23,7 @@ def of_runs(logs: Sequence[Log]) -> tuple[dict[str, str], dict[str, list[str]]]:
     """Return the settings that all runs share, and those that differ, with a text for each run.
 
     Other numbers of the ground are there only where they differ between runs on the same kind of ground. What a run
-    does not have is "-". A recorded log was not simulated: it has none.
+    does not have is "-". A recording was not simulated: it has none.
     """
     scenarios = [{} if log.recorded else tomllib.loads(log.scenario_toml) for log in logs]
     one_kind = len({scenario.get("terrain", {}).get("kind") for scenario in scenarios}) == 1

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# Fuzzes one of toml, height_map, log, link, drive, trace for so many seconds (60): scripts/attack/fuzz.sh drive 600.
-# On stable Rust: the compiler's coverage pass is an LLVM pass as any other, and libFuzzer is part of libfuzzer-sys. What is
-# found goes on in out/fuzz/TARGET; an input that fails is out/fuzz/TARGET-crash-*, and
-# `cargo test --test attack -- TARGET FILE` runs it again. Mend it, then copy it to fuzz/corpus/TARGET.
+# Fuzzes one of toml, height_map, log, link, drive, trace for so many seconds (60): scripts/attack/fuzz.sh
+# drive 600. On stable Rust: the compiler's coverage pass is an LLVM pass as any other, and libFuzzer is part
+# of libfuzzer-sys. What is found goes on in out/fuzz/TARGET; an input that fails is out/fuzz/TARGET-crash-*,
+# and `cargo test --test attack -- TARGET FILE` runs it again. Mend it, then copy it to fuzz/corpus/TARGET.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 target=${1:?toml, height_map, log, link, drive or trace}

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Processor instructions of one physics step of the articulated engine on its way over the built-in step, counted by valgrind: the same
-# on a busy machine as on an idle one. Twice as many steps in the same simulated time cost twice the physics and nothing else more, so
-# the difference is the steps' own. Exit code 1 above the budgets.
+# Processor instructions of one physics step of the articulated engine on its way over the built-in step, counted
+# by valgrind: the same on a busy machine as on an idle one. Twice as many steps in the same simulated time cost
+# twice the physics and nothing else more, so the difference is the steps' own. Exit code 1 above the budgets.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 command -v valgrind >/dev/null || { echo "valgrind is needed; on Debian or Ubuntu: apt install valgrind" >&2; exit 1; }

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Prints the folder of the tools that build the release files (python/requirements-build.txt, by hash). Installs them into
-# out/tools/build if they are missing. The folder is always the same, because Cargo compiles anew if the interpreter's path changes.
+# Prints the folder of the tools that build the release files (python/requirements-build.txt, by
+# hash). Installs them into out/tools/build if they are missing. The folder is always the same,
+# because Cargo compiles anew if the interpreter's path changes.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 folder=$PWD/out/tools/build

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# The source distribution holds all it needs: built and installed from the archive alone, with nothing but a Rust toolchain,
-# and run outside the source tree. Takes as long as a first build. scripts/release/sdist.sh FOLDER puts it there then.
+# The source distribution holds all it needs: built and installed from the archive alone, with
+# nothing but a Rust toolchain, and run outside the source tree. Takes as long as a first build.
+# scripts/release/sdist.sh FOLDER puts it there then.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 [ $# = 0 ] || { mkdir -p "$1"; kept=$(cd "$1" && pwd); }

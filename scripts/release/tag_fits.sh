@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Is a tag (v1.2.3) the version that every file says, and do the texts speak of a release? Names each file that differs; exit
-# code 1 if one does.
+# Is a tag (v1.2.3) the version that every file says, and do the texts speak of a release? Names
+# each file that differs; exit code 1 if one does.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 tag=${1:?usage: scripts/release/tag_fits.sh TAG}

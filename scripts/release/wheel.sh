@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# Builds the wheel that is published into out/dist, installs it alone in an environment of its own, and runs a scenario outside
-# the source tree. On Linux Zig links it, so that it runs on every distribution with glibc 2.17 or newer; auditwheel checks
-# that. PYTHON chooses the interpreter; one wheel is for 3.11 and all newer ones. scripts/release/wheel.sh TARGET builds for one of
-# Rust's targets, and runs nothing.
+# Builds the wheel that is published into out/dist, installs it alone in an environment of its own, and
+# runs a scenario outside the source tree. On Linux Zig links it, so that it runs on every distribution
+# with glibc 2.17 or newer; auditwheel checks that. PYTHON chooses the interpreter; one wheel is for 3.11
+# and all newer ones. scripts/release/wheel.sh TARGET builds for one of Rust's targets, and runs nothing.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 target=${1:-}

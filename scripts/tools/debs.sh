@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Unpacks Debian packages of another processor into a folder, with their dependencies: scripts/tools/debs.sh arm64 FOLDER PACKAGE...
-# With --alone after the folder, without dependencies. It installs nothing and does not change this machine's apt.
+# Unpacks Debian packages of another processor into a folder, with their dependencies:
+# scripts/tools/debs.sh arm64 FOLDER PACKAGE... With --alone after the folder, without dependencies.
+# It installs nothing and does not change this machine's apt.
 set -euo pipefail
 [ $# -ge 3 ] || { echo "usage: $0 ARCHITECTURE FOLDER [--alone] PACKAGE..." >&2; exit 2; }
 architecture=$1 folder=$2

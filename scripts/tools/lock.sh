@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Writes python/requirements-*.txt anew: the newest tools within the ranges of pyproject.toml, with hashes, for Python 3.11 on
-# Linux (x86-64, glibc 2.35 or newer), which is what scripts/tools/venv.sh uses them on; and what builds wheels, for every system.
+# Writes python/requirements-*.txt anew: the newest tools within the ranges of pyproject.toml, with
+# hashes, for Python 3.11 on Linux (x86-64, glibc 2.35 or newer), which is what
+# scripts/tools/venv.sh uses them on; and what builds wheels, for every system.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 work=$(mktemp -d)
@@ -22,7 +23,8 @@ lock() { # its name, what uv takes
 for extra in test docs; do
     lock $extra pyproject.toml "$work/build.in" --extra $extra --python-platform x86_64-manylinux_2_36
 done
-# What builds the published wheels and programs, on every system; Zig links those for Linux, auditwheel checks the wheels.
+# What builds the published wheels and programs, on every system; Zig links those for Linux,
+# auditwheel checks the wheels.
 for tool in "auditwheel>=6.8,<7" "cargo-zigbuild>=0.24,<1" "ziglang>=0.15,<1"; do
     echo "$tool; sys_platform == 'linux'" >>"$work/build.in"
 done

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# Makes the virtual environment .venv with the extension built from this tree and everything the Python tests need.
-# Prints nothing but errors and one line a step. PYTHON chooses the interpreter, 3.11 or newer; EXTRA=docs installs what
-# the site needs instead of what the tests need. What the wheel is made of is summed up in .venv: while nothing of it has
-# changed, nothing is built or installed again.
+# Makes the virtual environment .venv with the extension built from this tree and everything the Python
+# tests need. Prints nothing but errors and one line a step. PYTHON chooses the interpreter, 3.11 or
+# newer; EXTRA=docs installs what the site needs instead of what the tests need. What the wheel is made
+# of is summed up in .venv: while nothing of it has changed, nothing is built or installed again.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 python=${PYTHON:-python3}

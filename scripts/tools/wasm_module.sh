@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Builds the simulation for WebAssembly (wasm32-unknown-unknown) with the profile in PROFILE, `release` or `quick`, and prints where the module is.
-# Where rustup has no such target the first run prepares a toolchain from Debian's packages; with --if-possible it does not. Exit code 3 where the
-# toolchain is missing.
+# Builds the simulation for WebAssembly (wasm32-unknown-unknown) with the profile in PROFILE, `release` or
+# `quick`, and prints where the module is. Where rustup has no such target the first run prepares a toolchain
+# from Debian's packages; with --if-possible it does not. Exit code 3 where the toolchain is missing.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 unset CARGO_BUILD_TARGET # where the native program is looked for

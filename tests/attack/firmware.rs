@@ -1,5 +1,5 @@
-//! Started as `qemu-system-arm`: a firmware of the scenario `flat`, with the `[drive]` of the environment's `OMNISTEP_DRIVE` where it has
-//! one, that answers falsely as `OMNISTEP_LIE` says.
+//! Started as `qemu-system-arm`: a firmware of the scenario `flat`, with the `[drive]` of the
+//! environment's `OMNISTEP_DRIVE` where it has one, that answers falsely as `OMNISTEP_LIE` says.
 
 use std::io::{Read as _, Write as _};
 

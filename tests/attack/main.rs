@@ -8,7 +8,8 @@
 //! cargo test --test attack -- --seed 7 random drive 5 8 # random inputs 5 and 8 of a seed, one by one
 //! ```
 //!
-//! Started as `qemu-system-arm` it is a firmware with false answers. The last lines are a table; where anything failed the exit code is 1, and each failure names the file that fails again.
+//! Started as `qemu-system-arm` it is a firmware with false answers. The last lines are a table;
+//! where anything failed the exit code is 1, and each failure names the file that fails again.
 #![expect(clippy::unwrap_used, reason = "a campaign that cannot go on fails")]
 #![expect(clippy::print_stdout, reason = "it is a program of its own")]
 
@@ -164,7 +165,7 @@ fn of_files(campaign: &str, target: Target, files: Vec<PathBuf>) -> Row {
                 .file_name()
                 .is_some_and(|name| WHOLE.iter().any(|whole| name == *whole));
             let why = match attempt(target, &data) {
-                Ok(0) if whole => "it is refused: record it anew".into(),
+                Ok(0) if whole => "it is refused: make it anew".into(),
                 Ok(_) => return None,
                 Err(why) => why,
             };

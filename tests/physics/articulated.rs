@@ -88,8 +88,8 @@ fn every_built_in_scenario_is_passed_on_rollers() {
 
 #[test]
 fn contacts_whose_friction_pushes_them_into_the_ground_settle() {
-    // The middle wheel between the riser and the ground, at a friction of 0.85: push and friction follow each other in a circle. It took
-    // one step in a hundred until t = 3.85 s, and the run ended with an error.
+    // The middle wheel between the riser and the ground, at a friction of 0.85: push and friction follow each
+    // other in a circle. It took one step in a hundred until t = 3.85 s, and the run ended with an error.
     let keys = [
         "seed=7103",
         "control.policy=scale_references",
@@ -111,8 +111,9 @@ fn scenario_is_level(name: &str) -> bool {
 
 #[test]
 fn friction_in_the_bearings_takes_from_the_vehicle_what_it_takes_from_rollers() {
-    // Coasting sideways on rollers that turn with the ground: m' v' = -4 d v / rho^2 for the rollers in touch, one a wheel, of the five
-    // wheels that roll ahead; the two that roll sideways turn with the way, and are driven by nothing.
+    // Coasting sideways on rollers that turn with the ground: m' v' = -4 d v / rho^2 for the
+    // rollers in touch, one a wheel, of the five wheels that roll ahead; the two that roll sideways
+    // turn with the way, and are driven by nothing.
     let damping = 2e-6;
     let key = format!("vehicle.rollers.friction_n_m_s_rad={damping}");
     let lost_j = |keys: &[&str]| {

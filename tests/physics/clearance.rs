@@ -17,7 +17,8 @@ fn outcome(name: &str, keys: &[&str]) -> Outcome {
     *run(&scenario(name, keys)).expect("runs").outcome()
 }
 
-/// Over an edge of 16 mm, which its wheels of 76 mm climb. Its platform is 0.60 m long and begins 0.30 m ahead of the origin.
+/// Over an edge of 16 mm, which its wheels of 76 mm climb. Its platform is 0.60 m long and begins
+/// 0.30 m ahead of the origin.
 const LOW: [&str; 5] = [
     "vehicle=mecanum4",
     "physics.wheel_model=rollers",
@@ -58,7 +59,8 @@ fn what_is_said_of_a_body_changes_no_bit_of_a_run() {
     assert_eq!(last(&[]), last(&["vehicle.body.0.clearance_m=0.005"]));
 }
 
-/// With more clearance than the edge is high it passes: the platform overhangs the rear wheels by 5 cm of 50, so it is 1.6 mm lower there.
+/// With more clearance than the edge is high it passes: the platform overhangs the rear wheels by 5
+/// cm of 50, so it is 1.6 mm lower there.
 fn a_platform_above_the_edge_does_not_touch_it() {
     let free = outcome("step", &[&LOW[..], &["vehicle.body.0.clearance_m=0.02"]].concat());
     assert_eq!(free.verdict, Verdict::Climbed, "{free:?}");
@@ -103,9 +105,10 @@ fn a_narrow_bar_between_the_wheels_is_found() {
     );
 }
 
-/// The box of the front frame of `chugo7` would be 3 cm above the ground. The frame is lifted by 5 cm in front and stands on its hinge 0.30 m
-/// behind: it would be lower than the edge from 0.12 m ahead of the hinge on, and wheel 4 lifts the hinge only at 0.064 m.
-/// tests/physics/terrain.rs says that with the clearances of its file every built-in scenario is passed.
+/// The box of the front frame of `chugo7` would be 3 cm above the ground. The frame is lifted by 5
+/// cm in front and stands on its hinge 0.30 m behind: it would be lower than the edge from 0.12 m
+/// ahead of the hinge on, and wheel 4 lifts the hinge only at 0.064 m. tests/physics/terrain.rs
+/// says that with the clearances of its file every built-in scenario is passed.
 fn frames_as_low_as_their_inertia_boxes_would_touch_the_step() {
     let low = outcome(
         "step",

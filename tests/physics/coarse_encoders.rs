@@ -20,7 +20,8 @@ fn drive(scenario: &str, velocity: Option<&str>, more: &[&str]) -> Trace {
     run(&load(scenario, &overrides).expect("valid")).expect("runs")
 }
 
-/// Root mean square of what is read of a wheel beyond how it turned at the end of the period before \[rad/s\], in some rows.
+/// Root mean square of what is read of a wheel beyond how it turned at the end of the period before
+/// \[rad/s\], in some rows.
 fn noise_rad_s(trace: &Trace, rows: std::ops::Range<usize>) -> f64 {
     let read = trace.wheel("measured_rad_s", 3).expect("a signal");
     let rim = trace.wheel("rim_m_s", 3).expect("a signal");
@@ -39,7 +40,8 @@ fn the_noise_of_a_steady_velocity_falls_as_the_estimators_say() {
     let keys = [&SOFT[..], &["duration_s=3.0"]].concat();
     let noise = |velocity| noise_rad_s(&drive("flat", velocity, &keys), 2000..3000);
     let plain = noise(None);
-    // At 4.5 rad/s a count comes every 3.8 periods: zeros and 17.5 rad/s, whose deviation is the root of their product, 7.7 rad/s.
+    // At 4.5 rad/s a count comes every 3.8 periods: zeros and 17.5 rad/s, whose deviation is the
+    // root of their product, 7.7 rad/s.
     let expected = (4.545_f64 * (ONE_RAD_S - 4.545)).sqrt();
     assert!((plain / expected - 1.0).abs() < 0.1, "{plain} rad/s, {expected}");
     let window = noise(Some("{ kind = \"window\", periods = 16 }"));
@@ -98,7 +100,8 @@ fn a_step_that_bare_counts_do_not_climb_is_climbed_with_every_estimator() {
     ] {
         let trace = drive("step", Some(velocity), &keys);
         assert!(trace.outcome().climbed, "{velocity}");
-        // A window of 8 leaves an eighth of a count, evenly spread: 2.2 rad/s over the root of 6 is 0.9, of the 7.8 that bare counts have.
+        // A window of 8 leaves an eighth of a count, evenly spread: 2.2 rad/s over the root of 6 is
+        // 0.9, of the 7.8 that bare counts have.
         let noise = noise_rad_s(&trace, 200..1000);
         assert!(noise < early / 8.0, "{velocity}: {noise} rad/s of {early}");
     }

@@ -47,7 +47,8 @@ fn every_vehicle_follows_a_step_of_the_command_with_an_overshoot_below_a_sixth_a
             // ball model adds to the inertia, up to a tenth, damps a little less: a sixth at most.
             assert!(peak < 1.0 + 1.0 / 6.0, "{vehicle}, axis {axis}: {peak}");
             assert!(peak > 1.0, "{vehicle}, axis {axis}: {peak}: there is an integral");
-            // After 16 time constants T the loop's error, e^(-t / 2T) (1 - t / 2T), is 0.0023; contacts creep by a little more.
+            // After 16 time constants T the loop's error, e^(-t / 2T) (1 - t / 2T), is 0.0023;
+            // contacts creep by a little more.
             let late = &twist[constants(16.0)..];
             let settled = late.iter().map(|v| (v / size - 1.0).abs()).fold(0.0, f64::max);
             assert!(settled < 0.01, "{vehicle}, axis {axis}: off by {settled}");

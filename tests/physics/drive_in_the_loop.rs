@@ -1,4 +1,4 @@
-//! What firmware's whole step does in the simulation: time-out, faults, safe stop, pose; and a campaign of random faults.
+//! What firmware's whole step does in the simulation: time-out, faults, safe stop, pose; a campaign of random faults.
 
 use omni_core::shaping::CommandStatus;
 use omni_core::{BodyTwist, DriveInput, DriveState, WheelVelocities};
@@ -62,7 +62,8 @@ fn a_drive_does_in_the_loop_what_it_does_by_hand() {
         (report.pose.x_m - x).abs() < 0.002 && (report.pose.y_m - y).abs() < 0.002,
         "{report:?}, {x}, {y}"
     );
-    // Its deviation grows with the way: 0.02 rad per root of rad, 4 rad, 66 mm, shared by the wheels that roll: millimetres.
+    // Its deviation grows with the way: 0.02 rad per root of rad, 4 rad, 66 mm, shared by the
+    // wheels that roll: millimetres.
     let [deviation_m, ..] = report.deviations.expect("it runs here");
     assert!((1e-4..0.01).contains(&deviation_m), "{report:?}");
 }
@@ -125,8 +126,8 @@ fn too_few_wheels_are_a_safe_stop_that_lasts_and_the_shorted_motor_takes_its_slo
     );
     assert_eq!(column(&trace, "drive_brake_2")[stopped], 1.0);
     assert_eq!(column(&trace, "drive_brake_1")[stopped], 0.0); // its readings are accepted, and it brakes by its loop
-    // The one motion that two wheels at rest leave has nothing to brake it but the third one's shorted motor, and all are when the torque
-    // has ended: 0.03 N.m.s/rad.
+    // The one motion that two wheels at rest leave has nothing to brake it but the third one's
+    // shorted motor, and all are when the torque has ended: 0.03 N.m.s/rad.
     let squares: f64 = (0..3)
         .map(|wheel| {
             let rim = trace.wheel("rim_m_s", wheel).expect("a signal");
@@ -154,7 +155,8 @@ fn an_emergency_stop_brakes_at_its_own_deceleration_and_commands_after_its_relea
     let trace = run(&scenario(&[pressed, "drive.stop_m_s2=1.0"])).expect("runs");
     assert_eq!(column(&trace, "drive_mode")[1500..2499], [3.0; 999]);
     let speed = column(&trace, "twist_vx_m_s");
-    // 0.3 m/s at 1 m/s^2: half of it is left after 0.15 s, nothing after 0.3 s; the loops lag some 40 ms behind, which is 0.04 m/s.
+    // 0.3 m/s at 1 m/s^2: half of it is left after 0.15 s, nothing after 0.3 s; the loops lag some
+    // 40 ms behind, which is 0.04 m/s.
     assert!((0.15..0.21).contains(&speed[1650]), "{}", speed[1650]);
     // What the integrals hold lets it roll back a little; half a second after the command is rest they are gone.
     let standing = &speed[2400..2499];
@@ -206,7 +208,8 @@ fn a_drive_goes_on_from_a_snapshot_bit_for_bit() {
     assert_eq!(report.command, Some(CommandStatus::TimedOut)); // on the way
 }
 
-/// Drives ahead, then turns too; in between one wheel's encoder fails. The wheels that were called faulty, and when \[s\].
+/// Drives ahead, then turns too; in between one wheel's encoder fails. The wheels that were called
+/// faulty, and when \[s\].
 fn faulty(vehicle: &str, wheel: &str, keys: &[&str]) -> Vec<(String, f64)> {
     let vehicle = format!("vehicle={vehicle}");
     let then = "command.then=[{at_s=1.6,vx_m_s=0.25,vy_m_s=0.1,wz_rad_s=0.3}]";
@@ -242,8 +245,8 @@ fn dead_and_toggling_encoders_are_found_on_every_vehicle() {
                         "duration_s=4",
                     ];
                     let found = faulty(vehicle, wheel, &keys);
-                    // 0.1 s of standing, 0.1 s of evidence where what the others say changes or half the torque acts, and else ten times
-                    // as much; or as soon as traction control leaves it out.
+                    // 0.1 s of standing, 0.1 s of evidence where what the others say changes or half the
+                    // torque acts, and else ten times as much; or as soon as traction control leaves it out.
                     assert!(
                         found.iter().any(|(_, time_s)| (1.5..2.8).contains(time_s)),
                         "{vehicle} {kind} {velocity} {policy}: {found:?}"
@@ -268,8 +271,8 @@ fn blamed(keys: &[&str]) -> Vec<(String, f64)> {
 }
 
 fn a_dead_encoder_is_found_at_a_crawl_where_the_others_show_less_than_stuck_rad_s() {
-    // 0.26, 0.45 and 0.4 rad/s and, with `scale_references`, down to a third of that: 1 rad takes 8 s at most, and the integral 1 s to half of the
-    // stall torque.
+    // 0.26, 0.45 and 0.4 rad/s and, with `scale_references`, down to a third of that: 1 rad takes 8
+    // s at most, and the integral 1 s to half of the stall torque.
     for (vehicle, wheel, vx, policy) in [
         ("mecanum4", "front_left", "0.02", "independent"),
         ("chugo7", "5", "0.03", "independent"),
@@ -337,7 +340,8 @@ fn a_drive_without_a_table_of_faults_finds_a_dead_encoder_on_every_vehicle() {
 }
 
 fn a_reading_that_is_frozen_near_its_reference_is_found_on_three_wheels_once_its_motor_pulls_hard() {
-    // On the way up: 0.83 of the reference, which the integral of 0.8 N.m/rad takes some 0.6 s to half of the stall torque for.
+    // On the way up: 0.83 of the reference, which the integral of 0.8 N.m/rad takes some 0.6 s to
+    // half of the stall torque for.
     let found = blamed(&[
         "vehicle=omni3",
         "command={ vx_m_s = 0.25, vy_m_s = 0.1, ramp_s = 0.3 }",
@@ -367,7 +371,8 @@ fn coarse_encoders_read_slowly_make_no_sound_wheel_faulty() {
     }
 }
 
-/// Three wheels, of which one stands before a wall: it pushes for a while, as a vehicle at a step has to, and is then stopped; see docs/failures.md.
+/// Three wheels, of which one stands before a wall: it pushes for a while, as a vehicle at a step
+/// has to, and is then stopped; see docs/failures.md.
 fn a_vehicle_that_pushes_in_vain_is_stopped_where_a_dead_encoder_would_look_the_same() {
     // With a grip that the motors cannot break.
     let wall = "terrain={kind='step',start_x_m=0.35,height_m=0.2,friction=2.0}";
@@ -439,8 +444,8 @@ fn no_run_that_pushes_after_a_stop_or_goes_against_its_command_is_called_driven_
     }
 }
 
-/// A figure of eight of two circles of 0.5 m radius, at 0.25 m/s, heading held by a gyro, with one wheel lost on the way: how far from the
-/// commanded path the vehicle comes \[m\].
+/// A figure of eight of two circles of 0.5 m radius, at 0.25 m/s, heading held by a gyro, with one
+/// wheel lost on the way: how far from the commanded path the vehicle comes \[m\].
 fn off_the_figure_of_eight(vehicle: &str, lost: &str) -> f64 {
     let circle_s = std::f64::consts::TAU * 0.5 / 0.25;
     let fault = format!("fault=[{{kind='wheel_lost',wheel='{lost}',from_s=2.0}}]");

@@ -34,8 +34,8 @@ macro_rules! on_both_engines {
 }
 pub(crate) use on_both_engines;
 
-/// The same where control, sensors or motors are the subject, whose code is one for both: on rapier, which takes ten times as long,
-/// in `make test-full` only.
+/// The same where control, sensors or motors are the subject, whose code is one for both: on
+/// rapier, which takes ten times as long, in `make test-full` only.
 macro_rules! on_the_fast_engine {
     ($($test:ident,)+) => {
         crate::engines::on_each_engine! {

@@ -1,7 +1,8 @@
 //! The estimator of `omni-core` on the plant: is it off by as much as it says, and less than the wheels alone are?
 //!
-//! Errors are those of the pose in the plane, which is what the filter models, against the simulation's own. Sensors have the noise of
-//! the scenario; the accelerometer, which has none there, gets its own here. Settings were found on seeds below 100.
+//! Errors are those of the pose in the plane, which is what the filter models, against the
+//! simulation's own. Sensors have the noise of the scenario; the accelerometer, which has none
+//! there, gets its own here. Settings were found on seeds below 100.
 
 use omni_core::estimate::{
     Estimator, EstimatorConfig, EstimatorInput, EstimatorState, Odometry, OdometryState, PoseCovariance,
@@ -18,12 +19,14 @@ const SEEDS: u64 = 24;
 const BAND: [f64; 2] = [0.70, 1.352];
 /// Of the middle 99.9 %: of every tenth of a second of eight drives.
 const AT_WORST: [f64; 2] = [0.541, 1.640];
-/// The middle 95 % of the innovations of 24 vehicles with seven wheels, and with four, in one period: chi-squares of 168 and of 96 over their
-/// number. Of a mean over a drive it is the band if one period's innovations were those of all others, which is the most that they can have in
-/// common: were they independent it would be fifty times narrower. Slip makes them common for parts of a second.
+/// The middle 95 % of the innovations of 24 vehicles with seven wheels, and with four, in one period:
+/// chi-squares of 168 and of 96 over their number. Of a mean over a drive it is the band if one
+/// period's innovations were those of all others, which is the most that they can have in common: were
+/// they independent it would be fifty times narrower. Slip makes them common for parts of a second.
 const SEVEN: [f64; 2] = [0.797, 1.225];
 const FOUR: [f64; 2] = [0.737, 1.303];
-/// The middle 95 % of a chi-square of 24 over 24: of what the bias is off by at the end, which all of a drive has in common.
+/// The middle 95 % of a chi-square of 24 over 24: of what the bias is off by at the end, which all
+/// of a drive has in common.
 const OF_BIAS: [f64; 2] = [0.517, 1.640];
 /// Known this well at the start \[m, rad\].
 const START: f64 = 2e-3;
@@ -37,7 +40,8 @@ fn normal(rng: &mut ChaCha8Rng) -> f64 {
         - 6.0
 }
 
-/// Half a second of rest, then as fast as commanded at once, a stop, and sideways in a turn: wheels slip on every start.
+/// Half a second of rest, then as fast as commanded at once, a stop, and sideways in a turn: wheels
+/// slip on every start.
 fn excitation(t: f64) -> [f64; 3] {
     match t {
         t if t < 0.5 => [0.0; 3],
@@ -256,7 +260,8 @@ fn judged<R: Real, const N: usize>(name: &str, way: &Drive, vehicle: &str, nis: 
         (nis[0]..nis[1]).contains(&innovations),
         "{name}: NIS {innovations}"
     );
-    // Half a second of rest teaches it to a twentieth of the 0.02 rad/s of the start, and it is off by as much as it says.
+    // Half a second of rest teaches it to a twentieth of the 0.02 rad/s of the start, and it is off
+    // by as much as it says.
     assert!(bias < 1e-3, "{name}: bias {bias}");
     assert!(
         (OF_BIAS[0]..OF_BIAS[1]).contains(&by_said),

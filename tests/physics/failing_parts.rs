@@ -169,8 +169,8 @@ fn by_every_method_the_velocity_of_a_dead_encoder_falls_and_is_finite() {
 }
 
 fn encoders_start_at_a_place_within_a_count_that_the_seed_and_nothing_else_draws() {
-    // 64 counts a turn: a wheel that starts to turn passes its first edge after a part of a count that is drawn evenly. What a counter
-    // has then counted beyond the way is even about 0, and does not depend on the wheel before.
+    // 64 counts a turn: a wheel that starts to turn passes its first edge after a part of a count that is drawn
+    // evenly. What a counter has then counted beyond the way is even about 0, and does not depend on the wheel before.
     let counts = 64.0;
     let errors = |seed: u64, extra: &str| {
         let seed = format!("seed={seed}");
@@ -203,8 +203,9 @@ fn encoders_start_at_a_place_within_a_count_that_the_seed_and_nothing_else_draws
         .collect();
     let n = drawn.len() as f64;
     let mean = drawn.iter().sum::<f64>() / n;
-    // An error of a whole count times (1 - p) or -p of it, p the part of a count that the way ends with: half a count at most, in the mean
-    // of 200 half of that over the root of 200, 0.035; four times that. (All on an edge: -p, the same of every wheel and seed.)
+    // An error of a whole count times (1 - p) or -p of it, p the part of a count that the way ends
+    // with: half a count at most, in the mean of 200 half of that over the root of 200, 0.035; four
+    // times that. (All on an edge: -p, the same of every wheel and seed.)
     assert!(mean.abs() < 0.14, "{mean} counts");
     assert!(drawn.iter().all(|error| error.abs() < 1.0), "{drawn:?}");
     assert_eq!(
@@ -235,7 +236,8 @@ fn grip(trace: &Trace, rows: std::ops::Range<usize>) -> f64 {
 }
 
 fn a_patch_that_moves_with_the_vehicle_takes_its_grip_from_its_time_on_and_one_that_rests_is_left() {
-    // The vehicle goes to and fro at up to 0.6 m/s; a sheet of ice of 4 m goes with it from 1 s to 3 s. Braking takes 0.1 of its weight.
+    // The vehicle goes to and fro at up to 0.6 m/s; a sheet of ice of 4 m goes with it from 1 s to
+    // 3 s. Braking takes 0.1 of its weight.
     let common = [
         "command.vx_m_s=0.6",
         "command.ramp_s=0.3",

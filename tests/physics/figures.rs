@@ -14,8 +14,8 @@ fn load(name: &str, overrides: &[&str]) -> Scenario {
 }
 
 fn free_acceleration_is_torque_over_mass_and_the_inertia_of_what_turns() {
-    // 0.3 N.m on wheels 1, 3, 4, 5, 7 from rest, as they roll: (m + 5 I / r^2) v' = 5 tau / r. rapier's balls turn across their
-    // rolling direction too, all seven.
+    // 0.3 N.m on wheels 1, 3, 4, 5, 7 from rest, as they roll: (m + 5 I / r^2) v' = 5 tau / r.
+    // rapier's balls turn across their rolling direction too, all seven.
     let turning = if engine() == Engine::Rapier { 7.0 } else { 5.0 };
     let mut simulation = Simulation::new(&load("flat", &[])).expect("valid");
     for _ in 0..1000 {
@@ -56,8 +56,8 @@ fn coasting_keeps_the_kinetic_energy_within_a_ten_thousandth_of_a_joule() {
 }
 
 fn a_body_on_a_hinge_swings_with_the_period_of_a_physical_pendulum() {
-    // A body of 0.5 kg hangs 0.2 m under a hinge, 0.02 m off its rest: it swings by 0.1 rad about it. The vehicle under it has
-    // no torque and rolls freely: a pendulum on a cart.
+    // A body of 0.5 kg hangs 0.2 m under a hinge, 0.02 m off its rest: it swings by 0.1 rad about
+    // it. The vehicle under it has no torque and rolls freely: a pendulum on a cart.
     let text = omni_sim::config::FileKind::Vehicle
         .template("omni3")
         .expect("built in");
@@ -80,8 +80,8 @@ damping_n_m_s_rad = 0.0
     let base = Vehicle::load("omni3").expect("built in").body[0].name.clone();
     let text = format!("{text}{}", hanging.replace("BASE", &base));
     let vehicle = Vehicle::from_source(&Source::text("pendulum", &*text), &[]).expect("valid");
-    // A wheel adds I / r^2 to what has to move, by the square of the cosine to its rolling direction: it turns, and pushes, that much
-    // less. rapier's balls roll in every direction.
+    // A wheel adds I / r^2 to what has to move, by the square of the cosine to its rolling
+    // direction: it turns, and pushes, that much less. rapier's balls roll in every direction.
     let turning = |wheel: &omni_sim::config::WheelSpec| match engine() {
         Engine::Rapier => 1.0,
         _ => wheel.rolling_direction[0] * wheel.rolling_direction[0],
@@ -131,7 +131,8 @@ damping_n_m_s_rad = 0.0
     let taken: f64 = rate[500..].iter().map(|r| 0.01 * r * r * 1e-3).sum();
     let loss = damped.column("joint_loss_j").expect("a column");
     let booked = loss[rate.len() - 1] - loss[499];
-    // Sums of rates at the ends of periods of 1 ms against steps of half of that: a hundredth of a swing of 0.9 s, squared.
+    // Sums of rates at the ends of periods of 1 ms against steps of half of that: a hundredth of a
+    // swing of 0.9 s, squared.
     assert!(
         taken > 1e-3 && (booked / taken - 1.0).abs() < 0.01,
         "{booked} J booked, {taken} J"
@@ -170,9 +171,8 @@ fn crossing(policy: &str, step_us: u64, runs: u32) -> f64 {
     climbed.iter().sum::<f64>() / climbed.len() as f64
 }
 
-/// Single climbs are chaotic: the unperturbed one takes 2.57, 2.48 and 2.49 s. A mean says what the step does; that of 24 is uncertain
-/// by 0.1 to 0.5 %, that of 6 by 0.3 %
-/// (`independent`).
+/// Single climbs are chaotic: the unperturbed one takes 2.57, 2.48 and 2.49 s. A mean says what the
+/// step does; that of 24 is uncertain by 0.1 to 0.5 %, that of 6 by 0.3 % (`independent`).
 fn crossing_time_agrees(policy: &str, runs: u32) {
     let [coarse, default, fine] = [1000, 500, 250].map(|step_us| crossing(policy, step_us, runs));
     for other in [coarse, fine] {

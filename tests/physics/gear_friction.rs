@@ -32,8 +32,8 @@ fn scenario(keys: &[&str], gear: f64) -> Scenario {
 /// What a vehicle that stands may creep with \[m/s\].
 fn creep_m_s() -> f64 {
     match engine() {
-        // What its iterations leave of the 5 mm/s that gravity gives in a physics step: less than a two-thousandth, and less with more of
-        // them, as the test below has it.
+        // What its iterations leave of the 5 mm/s that gravity gives in a physics step: less than a
+        // two-thousandth, and less with more of them, as the test below has it.
         Engine::Rapier => 2e-6,
         // A wheel creeps by a millionth of what its friction alone would make in a step: 0.03 rad/s on 76 mm, 2 nm/s.
         _ => 1e-8,
@@ -101,7 +101,8 @@ fn a_wheel_at_rest_stays_at_rest_under_less_than_its_friction_and_starts_beyond(
             simulation.step_torques(&[torque; 4]).expect("finite");
         }
         let moved = x_m(&simulation) - start;
-        // Contacts and friction are held by iterations: micrometres in a second, of the 10 cm that 0.192 N.m would make.
+        // Contacts and friction are held by iterations: micrometres in a second, of the 10 cm that
+        // 0.192 N.m would make.
         assert!(moved.abs() < 5e-6, "{torque} N.m: {moved} m");
     }
     let before = x_m(&simulation);
@@ -286,8 +287,9 @@ fn a_snapshot_of_a_vehicle_with_friction_goes_on_bit_for_bit() {
 }
 
 fn energy_closes_over_the_step_whatever_gears_take() {
-    // Balls and rollers, with much and with little friction: stick and slip of gears and contacts in all combinations, and some thousand
-    // steps that need sweeps. The first of each was off by a percent and more when an impulse on one wheel left the others' spins behind.
+    // Balls and rollers, with much and with little friction: stick and slip of gears and contacts
+    // in all combinations, and some thousand steps that need sweeps. The first of each was off by a
+    // percent and more when an impulse on one wheel left the others' spins behind.
     let runs: &[_] = match engine() {
         // Rollers take rapier a minute.
         Engine::Rapier => &[(8802, "independent", "ball", 0.2, 0.8)],
@@ -299,7 +301,8 @@ fn energy_closes_over_the_step_whatever_gears_take() {
             (8803, "independent", "rollers", 0.2, 0.8),
         ],
     };
-    // Contacts begin within a step: rollers of the articulated engine leave 3e-5 without friction too, rapier's balls 9e-6.
+    // Contacts begin within a step: rollers of the articulated engine leave 3e-5 without friction
+    // too, rapier's balls 9e-6.
     let most = 1e-4;
     for (seed, policy, wheels, friction, efficiency) in runs {
         let keys = [

@@ -31,8 +31,9 @@ fn spread(values: &[f64]) -> (f64, f64) {
 }
 
 fn encoder_counts_quantise_the_velocity_and_lose_no_way() {
-    // 4096 counts a turn: one count a period of 1 ms is 1.534 rad/s; at 0.3 m/s, 4.545 rad/s, readings are two, three or four of them.
-    // 537.7, a common gear motor's: a count comes every third period, and gains that ask for the motor's torque at each would make wheels slip.
+    // 4096 counts a turn: one count a period of 1 ms is 1.534 rad/s; at 0.3 m/s, 4.545 rad/s,
+    // readings are two, three or four of them. 537.7, a common gear motor's: a count comes every
+    // third period, and gains that ask for the motor's torque at each would make wheels slip.
     let gentle = ["vehicle.gains.kp_n_m_s_rad=0.02", "vehicle.gains.ki_n_m_rad=0.05"];
     for (per_turn, gains, missing) in [(4096.0, &[][..], 1.0), (537.7, &gentle, 3.0)] {
         let counts = format!("sensors.encoder_counts={per_turn}");
@@ -46,7 +47,8 @@ fn encoder_counts_quantise_the_velocity_and_lose_no_way() {
                 "{reading} rad/s is {counts} counts"
             );
         }
-        // Summed, the counts are the way: one count at most is missing, and at a gentle start two, which are those of a wheel at rest.
+        // Summed, the counts are the way: one count at most is missing, and at a gentle start two,
+        // which are those of a wheel at rest.
         let way: f64 = read.iter().sum::<f64>() * 1e-3 * 0.066;
         // The reading of a period is of the one before.
         let x = trace.column("pose_x_m").expect("a column")[trace.rows() - 2];
@@ -84,7 +86,8 @@ fn encoder_and_gyro_noise_have_the_deviation_asked_for_and_the_seed_alone_change
         (encoder, gyro)
     };
     let (encoder, gyro) = readings("seed=1");
-    // 3000 readings: the deviation is known to 1 / sqrt(6000) = 1.3 %, the mean to 1 / sqrt(3000) of it; four times each.
+    // 3000 readings: the deviation is known to 1 / sqrt(6000) = 1.3 %, the mean to 1 / sqrt(3000)
+    // of it; four times each.
     let (mean, deviation) = spread(&encoder);
     assert!(
         (deviation / 0.2 - 1.0).abs() < 0.052 && mean.abs() < 0.015,
@@ -123,7 +126,8 @@ fn torque_follows_its_command_with_the_time_constant_of_the_lag() {
             .expect("finite");
         acted.push(simulation.observation().wheels[0].torque_n_m);
     }
-    // The mean over period k: the integral of 0.1 (1 - exp(-t / 20 ms)). What it was at the ends of steps would act half a step early.
+    // The mean over period k: the integral of 0.1 (1 - exp(-t / 20 ms)). What it was at the ends of
+    // steps would act half a step early.
     for (k, torque) in acted.iter().enumerate() {
         let gap = |ms: usize| 0.1 * 20.0 * (-(ms as f64) / 20.0).exp();
         let expected = 0.1 - (gap(k) - gap(k + 1));
@@ -135,7 +139,8 @@ fn torque_follows_its_command_with_the_time_constant_of_the_lag() {
 }
 
 fn velocity_and_counted_angle_follow_the_torque_by_the_lag_and_agree_with_each_other() {
-    // A constant torque: after t the velocity is a t, with a lag T a (t - T), and the angles are the integrals of these.
+    // A constant torque: after t the velocity is a t, with a lag T a (t - T), and the angles are
+    // the integrals of these.
     let (lag_s, count_rad) = (0.01, std::f64::consts::TAU / 1e7);
     let turn = |lag: f64, step_us: u64| {
         let keys = [
@@ -155,7 +160,8 @@ fn velocity_and_counted_angle_follow_the_torque_by_the_lag_and_agree_with_each_o
             integral += 0.5 * (before + ideal.measured_rad_s()[0]) * 1e-3;
         }
         let velocity = ideal.measured_rad_s()[0];
-        // The angle is the velocity's integral: to a count, and what a lag curves within a period, T times that of the last one.
+        // The angle is the velocity's integral: to a count, and what a lag curves within a period,
+        // T times that of the last one.
         let most = 2.0 * count_rad + 1e-5 * velocity;
         assert!((angle - integral).abs() < most, "{angle} rad, {integral} rad");
         (velocity, angle)
@@ -163,7 +169,8 @@ fn velocity_and_counted_angle_follow_the_torque_by_the_lag_and_agree_with_each_o
     for step_us in [1000, 500, 125] {
         let ((prompt, prompt_rad), (late, late_rad)) = (turn(0.0, step_us), turn(lag_s, step_us));
         let per_s = prompt / 0.2;
-        // Twenty lags after the start; contacts that settle leave 10 us. A torque of the ends of steps would be half a step ahead.
+        // Twenty lags after the start; contacts that settle leave 10 us. A torque of the ends of
+        // steps would be half a step ahead.
         let by_velocity = (prompt - late) / per_s;
         let by_angle = (prompt_rad - late_rad) / per_s / (0.2 - lag_s);
         for lag in [by_velocity, by_angle] {
@@ -173,7 +180,8 @@ fn velocity_and_counted_angle_follow_the_torque_by_the_lag_and_agree_with_each_o
 }
 
 fn a_sagging_supply_gives_the_torque_where_limit_and_load_meet() {
-    // All seven motors are asked for their stall torque T: each gives T (1 - s t / T), with t what each gives: t = T / (1 + s).
+    // All seven motors are asked for their stall torque T: each gives T (1 - s t / T), with t what
+    // each gives: t = T / (1 + s).
     let mut simulation = Simulation::new(&scenario(&[
         "actuators.voltage_sag=0.3",
         "terrain.friction=0",
@@ -254,7 +262,7 @@ fn a_load_added_shows_in_the_row_loads_by_its_lever() {
     let trace = drive(&[fault, "command.vx_m_s=0", "duration_s=3.0"]);
     let front = trace.column("row_1_load_n").expect("a column");
     let gained = front[2999] - front[900];
-    assert!((gained - 2.5 * 9.81).abs() < 0.2, "{gained} N"); // contacts of 200 Hz give by micrometres: under a hundredth
+    assert!((gained - 2.5 * 9.81).abs() < 0.2, "{gained} N"); // contacts of 200 Hz give by micrometres
     let total: f64 = (1..=3)
         .map(|row| last(&trace, &format!("row_{row}_load_n")))
         .sum();
@@ -292,7 +300,8 @@ fn heading_hold_brings_back_the_heading_that_a_push_took_and_wheels_do_not_notic
         held_end < 0.1 * free_end,
         "{held_end} rad held, {free_end} rad free"
     );
-    // A gyro's bias counts as motion: after 2 s of it the heading is off by the bias times the time, less one time constant.
+    // A gyro's bias counts as motion: after 2 s of it the heading is off by the bias times the
+    // time, less one time constant.
     let biased = drive(&[
         hold,
         "sensors.gyro_bias_rad_s=0.02",
@@ -371,9 +380,9 @@ fn bad_keys_name_themselves() {
     }
 }
 
-/// What is off by more than 5 % of the 0.3 m/s asked for, over the second half of 8 s: until then the integrals have found
-/// the torque that single counts ask for beyond the limit. What the wheels count, and the vehicle itself; not that under noise,
-/// whose own mean over 4 s no loop can distinguish from motion.
+/// What is off by more than 5 % of the 0.3 m/s asked for, over the second half of 8 s: until then the
+/// integrals have found the torque that single counts ask for beyond the limit. What the wheels count, and
+/// the vehicle itself; not that under noise, whose own mean over 4 s no loop can distinguish from motion.
 fn off_by_5_percent(vehicle: &str, policy: &str, precision: &str, sensors: &str) -> Vec<String> {
     let trace = drive(&[
         &format!("vehicle={vehicle}"),
@@ -396,8 +405,9 @@ fn off_by_5_percent(vehicle: &str, policy: &str, precision: &str, sensors: &str)
 }
 
 fn coarse_and_noisy_encoders_leave_the_mean_speed_within_5_percent() {
-    // omni-core's own test has every policy, resolution and noise on a plant without slip; here are those that ran away
-    // worst, on wheels that slip. One count of 64 reads as 98 rad/s, of which kp makes more than any of these motors has.
+    // omni-core's own test has every policy, resolution and noise on a plant without slip; here are
+    // those that ran away worst, on wheels that slip. One count of 64 reads as 98 rad/s, of which
+    // kp makes more than any of these motors has.
     let mut off = Vec::new();
     for vehicle in ["chugo7", "omni3", "mecanum4"] {
         for (policy, precision, sensors) in [

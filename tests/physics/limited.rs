@@ -42,7 +42,8 @@ fn wheels_on_ice_at_a_step_are_limited_by_friction() {
     }
 }
 
-/// On its way, it needs some seconds more. And a loop without an integral that gives a twentieth of the torque: no wheel slips, no motor is at its limit.
+/// On its way, it needs some seconds more. And a loop without an integral that gives a twentieth of
+/// the torque: no wheel slips, no motor is at its limit.
 fn too_little_time_and_a_loop_that_has_not_brought_up_the_torque_are_limited_by_time() {
     let short = at_the_step(&["duration_s=1.5"]);
     assert_eq!(

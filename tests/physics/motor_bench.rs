@@ -17,8 +17,8 @@ fn spread([a, b, c]: [f64; 3]) -> f64 {
 #[test]
 fn with_scaled_references_wheels_converge_on_the_speed_that_the_most_loaded_one_can_hold() {
     let trace = run("scale_references", 0.0);
-    // Speeds at which the load's torque equals eq. (13), friction 0: B 91.999, C 76.891, A 96.751 rpm. 0.2 rpm covers the
-    // end of the transient (at 54 s wheel B, just unloaded, is 0.08 rpm above).
+    // Speeds at which the load's torque equals eq. (13), friction 0: B 91.999, C 76.891, A 96.751 rpm.
+    // 0.2 rpm covers the end of the transient (at 54 s wheel B, just unloaded, is 0.08 rpm above).
     for (time_s, rpm) in [
         (4.0, 100.0),
         (13.0, 100.0),
@@ -86,7 +86,8 @@ fn friction_of_2e_4_gives_back_the_table_checked_by_two_independent_programs() {
         let trace = run(policy, 2e-4);
         for (time_s, expected) in times.into_iter().zip(table) {
             for (got, expected) in trace.speeds_at(time_s).iter().zip(expected) {
-                // The table is rounded to 0.1; at 59.9 s wheel B is falling at 25 rpm/s, 0.06 rpm in a few milliseconds.
+                // The table is rounded to 0.1; at 59.9 s wheel B is falling at 25 rpm/s, 0.06 rpm
+                // in a few milliseconds.
                 assert!(
                     (got - expected).abs() < 0.12,
                     "{policy} at {time_s} s: {got}, expected {expected}"

@@ -1,4 +1,4 @@
-//! A motor's torque-speed line at the speed that its wheel truly has, whatever the controller reads and however long it holds a torque.
+//! A motor's torque-speed line at its wheel's true speed, whatever the controller reads and however long torque holds.
 
 use omni_core::BodyTwist;
 use omni_sim::config::{Engine, Override, Scenario};
@@ -66,15 +66,16 @@ fn a_motor_gives_no_more_than_its_drive_lets_it_and_comes_to_its_no_load_speed()
             .map(|(simulation, torque)| turned(simulation, [torque, -torque, -torque, torque], 1));
         assert_eq!(beyond, at, "period {k}");
     }
-    // The line ends where it did: 1 N.m is left up to 20 rad/s, 70 ms; then J over the slope, 35 ms, is passed forty times.
+    // The line ends where it did: 1 N.m is left up to 20 rad/s, 70 ms; then J over the slope, 35
+    // ms, is passed forty times.
     let speed = limited.measured_rad_s()[0];
     assert!((speed / NO_LOAD_RAD_S - 1.0).abs() < 1e-3, "{speed} rad/s");
 }
 
 fn without_load_a_motor_comes_to_its_no_load_speed_and_stays_there() {
-    // Also with a line that is too steep for the wheel and the step: 3 N.m over 0.3 rad/s is 10 N.m.s/rad, and J / dt is 7. That wheel
-    // gets there in one step, in which the platform gives way to four of them: 4 times 0.0035 of its 0.33 kg.m^2, less what contacts hold.
-    // Of the others a thousandth is left, as the platform swings.
+    // Also with a line that is too steep for the wheel and the step: 3 N.m over 0.3 rad/s is 10 N.m.s/rad, and J /
+    // dt is 7. That wheel gets there in one step, in which the platform gives way to four of them: 4 times 0.0035
+    // of its 0.33 kg.m^2, less what contacts hold. Of the others a thousandth is left, as the platform swings.
     for (slope, steps) in [("0.1", "500"), ("0.1", "1000"), ("10.0", "500"), ("0.1", "125")] {
         let no_load = STALL_N_M / slope.parse::<f64>().expect("a number");
         let slope = format!("vehicle.motor.slope_n_m_s_rad={slope}");
@@ -98,7 +99,8 @@ fn without_load_a_motor_comes_to_its_no_load_speed_and_stays_there() {
 }
 
 fn a_torque_held_for_good_settles_where_the_line_meets_the_load() {
-    // Behind a gear of efficiency 0.8, with a part p of the torque and v of the voltage: 0.8 p (3 v - 0.1 w) = 0.2 + 0.02 w.
+    // Behind a gear of efficiency 0.8, with a part p of the torque and v of the voltage: 0.8 p (3
+    // v - 0.1 w) = 0.2 + 0.02 w.
     let cases = [
         ("", 22.0),
         (
@@ -133,7 +135,8 @@ fn a_torque_held_for_good_settles_where_the_line_meets_the_load() {
 }
 
 fn a_wheel_beyond_its_no_load_speed_is_braked_with_the_stall_torque_and_driven_with_none() {
-    // Free wheels at 30 rad/s; then the supply falls to a half, and 15 rad/s is as fast as it drives, 1.5 N.m all that it brakes with.
+    // Free wheels at 30 rad/s; then the supply falls to a half, and 15 rad/s is as fast as it
+    // drives, 1.5 N.m all that it brakes with.
     let fault = r#"fault=[{ kind = "supply_sag", part = 0.5, from_s = 1.0 }]"#;
     let free = scenario(&["terrain.friction=0", fault]);
     let mut simulation = Simulation::new(&free).expect("valid");
@@ -159,7 +162,8 @@ fn a_wheel_beyond_its_no_load_speed_is_braked_with_the_stall_torque_and_driven_w
 }
 
 fn with_ideal_encoders_a_run_within_the_line_is_as_without_one() {
-    // What the controller's limit lets through at the start of a period, the plant's lets through too: the same torque, in every bit.
+    // What the controller's limit lets through at the start of a period, the plant's lets through
+    // too: the same torque, in every bit.
     let trace = run(&scenario(&["duration_s=3.0", "command.vx_m_s=0.5"])).expect("runs");
     for wheel in 0..4 {
         let (commanded, acted) = (

@@ -26,8 +26,8 @@ fn last(trace: &Trace, name: &str) -> f64 {
 }
 
 fn where_wheels_roll_odometry_is_the_truth() {
-    // Contacts creep: a wheel that is driven or braked turns a little more or less than it rolls, by parts of ten thousand of the way here. A
-    // thousandth of it is more than creep, and far less than slip.
+    // Contacts creep: a wheel that is driven or braked turns a little more or less than it rolls, by parts
+    // of ten thousand of the way here. A thousandth of it is more than creep, and far less than slip.
     for (name, way_m) in [("flat", 1.15), ("square", 4.0), ("figure_eight", 6.0)] {
         let run = trace(name, &[]);
         let error_m = run.outcome().odometry_error_m;
@@ -91,8 +91,8 @@ fn the_covariance_begins_at_nothing_and_grows_as_the_core_says() {
         );
         assert!(variances[run.rows() - 1] > 0.0, "{name}");
     }
-    // Straight ahead every wheel turns by s / r, is good for a quarter of the way, and off by k^2 s / r: r k^2 s / 4, and residuals of wheels
-    // that do not turn quite alike, here less than a fiftieth of it.
+    // Straight ahead every wheel turns by s / r, is good for a quarter of the way, and off by k^2 s / r:
+    // r k^2 s / 4, and residuals of wheels that do not turn quite alike, here less than a fiftieth of it.
     let k = 0.02;
     let radius_m = load("flat", &["vehicle=mecanum4"]).vehicle().wheel[0].radius_m;
     let expected_m2 = radius_m * k * k * last(&run, "odom_x_m") / 4.0;
@@ -157,7 +157,8 @@ fn a_drives_own_pose_is_the_odometry() {
 }
 
 fn a_wheel_without_a_reading_is_excluded() {
-    // Six of seven wheels determine the motion as well. If a period without a reading were one without motion, half the way would be missing.
+    // Six of seven wheels determine the motion as well. If a period without a reading were one
+    // without motion, half the way would be missing.
     let silent = "fault=[{ kind = \"encoder_silent\", wheel = \"5\", from_s = 1.0, until_s = 3.0 }]";
     let run = trace("flat", &[silent, "duration_s=3.5"]);
     let way_m = last(&run, "pose_x_m");
@@ -170,7 +171,8 @@ fn a_wheel_without_a_reading_is_excluded() {
 }
 
 fn while_too_few_wheels_determine_the_motion_the_true_pose_stays_inside() {
-    // Two wheels of three do not determine it, from 1.0 to 2.0 s; the vehicle drives on, by loops that know nothing of it or in a safe stop.
+    // Two wheels of three do not determine it, from 1.0 to 2.0 s; the vehicle drives on, by loops
+    // that know nothing of it or in a safe stop.
     let silent = "fault=[{ kind = \"encoder_silent\", wheel = \"1\", from_s = 1.0, until_s = 2.0 }]";
     for more in [None, Some("drive={}")] {
         let keys = ["vehicle=omni3", silent, "duration_s=3.0", "command.wz_rad_s=0.4"];
@@ -189,8 +191,8 @@ fn while_too_few_wheels_determine_the_motion_the_true_pose_stays_inside() {
             ];
             let variances = ["odom_var_x_m2", "odom_var_y_m2", "odom_var_yaw_rad2"].map(|name| of(name)[row]);
             for (error, variance) in error.iter().zip(variances) {
-                // As far as a vehicle at its top speed comes is one deviation; loops overshoot. Of odometry by wheels three, and a millimetre of creep
-                // and of a period by which a drive is late.
+                // As far as a vehicle at its top speed comes is one deviation; loops overshoot. Of odometry
+                // by wheels three, and a millimetre of creep and of a period by which a drive is late.
                 let inside = 3.0 * variance.sqrt() + 1e-3;
                 assert!(error.abs() < inside, "{more:?}, {time_s} s: {error}, {inside}");
             }

@@ -37,7 +37,8 @@ fn each_vehicle_follows_every_direction_on_flat_ground() {
                 .zip(command)
             {
                 let got = last(&trace, column);
-                // The integral has settled (10 time constants); creep of contacts and the circle's centripetal slip stay.
+                // The integral has settled (10 time constants); creep of contacts and the circle's
+                // centripetal slip stay.
                 assert!(
                     (got - wanted).abs() < 0.005,
                     "{vehicle} {command:?}: {column} {got}"
@@ -78,7 +79,8 @@ fn assert_trace_loads(vehicle: &str, trace: &Trace, expected_n: &[f64]) {
 }
 
 fn three_wheels_carry_what_the_moment_balance_says() {
-    // Wheels at 0.18 m and 0, 120, 240 degrees: n1 0.18 - (n2 + n3) 0.09 = 6 g 0.02 with n1 + n2 + n3 = 6 g, and their own 0.4 g.
+    // Wheels at 0.18 m and 0, 120, 240 degrees: n1 0.18 - (n2 + n3) 0.09 = 6 g 0.02 with n1 + n2 +
+    // n3 = 6 g, and their own 0.4 g.
     let (g, base, own) = (9.81, 6.0, 0.4);
     let ahead = base * g * (0.02 + 0.09) / 0.27;
     let behind = (base * g - ahead) / 2.0;
@@ -90,8 +92,8 @@ fn four_wheels_under_a_symmetric_platform_carry_a_quarter_each() {
 }
 
 fn a_rocker_bogie_shares_its_weight_as_its_levers_say() {
-    // A bogie's hinge is midway between its wheels and its own weight is there: both carry n. The whole vehicle, 16 kg, about
-    // y at x = 0: 2 f 0.30 - 4 n 0.15 = g (8 x 0.02 + 2 x 1.2 x 0.10 - 2 x 1.0 x 0.15), and 2 f + 4 n = 16 g.
+    // A bogie's hinge is midway between its wheels and its own weight is there: both carry n. The whole vehicle, 16 kg,
+    // about y at x = 0: 2 f 0.30 - 4 n 0.15 = g (8 x 0.02 + 2 x 1.2 x 0.10 - 2 x 1.0 x 0.15), and 2 f + 4 n = 16 g.
     let (g, moment) = (9.81, 9.81 * (0.16 + 0.24 - 0.30));
     let n = (16.0 * g - moment / 0.30) / 6.0;
     let front = n + moment / 0.60;
@@ -99,7 +101,8 @@ fn a_rocker_bogie_shares_its_weight_as_its_levers_say() {
 }
 
 fn loads_that_check_prints_are_those_that_the_ground_gives() {
-    // Balance alone, and where it leaves the loads open equally stiff contacts: what is simulated. Half a per cent as above.
+    // Balance alone, and where it leaves the loads open equally stiff contacts: what is simulated.
+    // Half a per cent as above.
     for vehicle in ["chugo7", "omni3", "mecanum4", "rocker_bogie6"] {
         let (scenario, _) = drive(vehicle, [0.0; 3], 0.01);
         let loads = scenario.vehicle().static_loads_n(9.81).expect("it stands");
@@ -124,8 +127,8 @@ fn assert_shared(keys: &[(&str, f64)], expected_n: [f64; 3]) {
 }
 
 fn a_preload_moves_the_load_of_a_row_by_two_thirds_of_itself() {
-    // The front row carries 64.746 N on wheels 5, 6, 7, alike: a third each. Wheel 6 is mounted lower by p / k, and the row sinks
-    // less for it: it gets p - p / 3 more.
+    // The front row carries 64.746 N on wheels 5, 6, 7, alike: a third each. Wheel 6 is mounted
+    // lower by p / k, and the row sinks less for it: it gets p - p / 3 more.
     let row = 9.81 * (6.0 * 0.18 + 3.0 * 0.30) / 0.30;
     let preload = -12.0;
     let outer = row / 3.0 - preload / 3.0;
@@ -155,9 +158,10 @@ fn a_softer_contact_takes_less_of_its_row() {
 }
 
 fn mecanum_wheels_accelerate_a_vehicle_as_their_rollers_angle_says() {
-    // Each wheel at its limit pushes with tau / (r cos 45) along its roller, tau / r of it forward: 4 tau / r in all. What
-    // is accelerated is the mass and the wheels' inertia at the rim, which move with v / r. rapier's balls add their cost: a
-    // ball spins freely across the push too, with an inertia of I / cos^2 of 45 degrees, as much again as the wheel's own.
+    // Each wheel at its limit pushes with tau / (r cos 45) along its roller, tau / r of it forward:
+    // 4 tau / r in all. What is accelerated is the mass and the wheels' inertia at the rim, which
+    // move with v / r. rapier's balls add their cost: a ball spins freely across the push too, with
+    // an inertia of I / cos^2 of 45 degrees, as much again as the wheel's own.
     let turning = if engine() == Engine::Rapier { 2.0 } else { 1.0 };
     let (limit, r) = (0.5, 0.076);
     let overrides = [

@@ -89,9 +89,9 @@ fn a_snapshot_in_the_middle_of_a_path_resumes_bit_for_bit() {
 }
 
 fn the_torque_ends_after_a_path_whatever_odometry_says() {
-    // Odometry of coarse encoders never says exactly the last pose, and that of a gyro drifts. Counts of single periods are of no use to
-    // loops with 256 counts, so velocities are those of an observer. Wheels without friction would roll on, out of the tolerance: shorted
-    // motors stand.
+    // Odometry of coarse encoders never says exactly the last pose, and that of a gyro drifts.
+    // Counts of single periods are of no use to loops with 256 counts, so velocities are those of an
+    // observer. Wheels without friction would roll on, out of the tolerance: shorted motors stand.
     let shorted = "control.rest.short_windings=true";
     let coarse = "sensors={ encoder_counts = 256, encoder_velocity = { kind = \"observer\", bandwidth_rad_s = 100.0 }, \
                   gyro_noise_rad_s = 0.02, gyro_bias_rad_s = 0.001 }";
@@ -103,7 +103,8 @@ fn the_torque_ends_after_a_path_whatever_odometry_says() {
         let scenario = load(name, &[coarse, shorted, drive]);
         let path = scenario.planned_path().expect("planned").expect("it has a path");
         let end_s = path.trajectory().duration_s();
-        // The vehicle has 2 s to get there, and `control.rest.bleed_s` to release the wheels, after a stop out of 3 cm/s at most.
+        // The vehicle has 2 s to get there, and `control.rest.bleed_s` to release the wheels, after
+        // a stop out of 3 cm/s at most.
         let over_s = end_s + 2.0 + scenario.control.rest.torque_ends_s() + 0.2;
         let scenario = load(
             name,
@@ -180,7 +181,8 @@ fn a_path_waits_for_a_vehicle_that_is_held_up() {
     let [waits, does_not] = [WAITS, "name=\"clock\""].map(|wait| over_the_step("traction", wait));
     let error = |trace: &Trace| trace.outcome().path_error_peak_m.expect("it has a path");
     assert_eq!(waits.outcome().verdict, Verdict::Climbed);
-    // It stands at twice the lag of 0.1 m, after 0.2 s in which it slows down from 0.3 m/s, and backing off goes the other way by 0.25 m.
+    // It stands at twice the lag of 0.1 m, after 0.2 s in which it slows down from 0.3 m/s, and
+    // backing off goes the other way by 0.25 m.
     assert!(error(&waits) < 0.2 + 0.03 + 0.25, "{}", error(&waits));
     assert!(
         error(&does_not) > error(&waits) + 0.1,

@@ -1,4 +1,6 @@
-//! What a rim does against the world while the frame that carries its wheel turns (docs/derivations.md, What a carrier's turning does to a rim).
+//! What a rim does against the world while the frame that carries its wheel turns.
+//!
+//! docs/derivations.md: What a carrier's turning does to a rim.
 
 use omni_sim::config::Override;
 use omni_sim::{Trace, run};
@@ -25,8 +27,8 @@ fn up_the_ramp(overrides: &[&str]) -> Trace {
     run(&load("ramp", &overrides).expect("valid")).expect("runs")
 }
 
-/// Means of a wheel's slip, and of what it would be were the encoder's reading the rim's whole turning, each the way the wheel moves,
-/// over the rows where the vehicle's origin is between two places \[m/s\].
+/// Means of a wheel's slip, and of what it would be were the encoder's reading the rim's whole turning,
+/// each the way the wheel moves, over the rows where the vehicle's origin is between two places \[m/s\].
 fn slips(trace: &Trace, between_m: [f64; 2], wheel: usize, way_per_rad: f64) -> [f64; 2] {
     let x = trace.column("pose_x_m").expect("a column");
     let signal = |name: &str| trace.wheel(name, wheel).expect("a signal");
@@ -49,8 +51,8 @@ fn slips(trace: &Trace, between_m: [f64; 2], wheel: usize, way_per_rad: f64) -> 
 }
 
 fn a_wheel_that_rolls_on_a_frame_that_pitches_does_not_slip() {
-    // The front row is on the slope, which starts at 0.7 m, and the middle row, R1 = 0.3 m behind, before it: the front frame pitches
-    // by v tan(slope) / R1.
+    // The front row is on the slope, which starts at 0.7 m, and the middle row, R1 = 0.3 m behind,
+    // before it: the front frame pitches by v tan(slope) / R1.
     let (trace, between_m, radius_m) = (up_the_ramp(&[]), [0.5, 0.65], 0.066);
     let pitch_rate = SPEED_M_S * SLOPE.tan() / 0.3;
     let taken = radius_m * pitch_rate; // 6.6 mm/s, a slip of 2 %
@@ -80,12 +82,13 @@ fn a_mecanum_wheel_that_rolls_on_a_platform_that_pitches_or_rolls_does_not_slip(
         "command.vx_m_s=0",
         "command.vy_m_s=-0.3",
     ];
-    // The wheels that follow, still on the level: on a slope a ball is not quite a mecanum wheel. The origin is at 0.6 m: the wheels
-    // ahead, 0.25 m and 0.2 m, are on the slope.
+    // The wheels that follow, still on the level: on a slope a ball is not quite a mecanum wheel.
+    // The origin is at 0.6 m: the wheels ahead, 0.25 m and 0.2 m, are on the slope.
     for (keys, lever_m, following) in [(&sideways[..1], 0.5, [2, 3]), (&sideways[..], 0.4, [0, 2])] {
         let trace = up_the_ramp(keys);
         let rate = SPEED_M_S * SLOPE.tan() / lever_m;
-        // The roller's axis stands at 45 degrees: of pitching or rolling as much goes across the push as the cosine says, once.
+        // The roller's axis stands at 45 degrees: of pitching or rolling as much goes across the
+        // push as the cosine says, once.
         let taken = radius_m * cos * rate;
         for wheel in following {
             let [slip, by_encoder] = slips(&trace, [0.55, 0.65], wheel, radius_m * cos);
@@ -94,7 +97,8 @@ fn a_mecanum_wheel_that_rolls_on_a_platform_that_pitches_or_rolls_does_not_slip(
                 slip.abs() < 0.2 * taken,
                 "wheel {wheel}: {slip} m/s of {taken} m/s"
             );
-            // Sideways the climb takes a twentieth of the speed; and the cosines of slope and lean. The cosine twice would be 0.29 off.
+            // Sideways the climb takes a twentieth of the speed; and the cosines of slope and lean.
+            // The cosine twice would be 0.29 off.
             let counted = by_encoder - slip;
             assert!(
                 (counted / taken - 1.0).abs() < 0.08,
@@ -106,8 +110,8 @@ fn a_mecanum_wheel_that_rolls_on_a_platform_that_pitches_or_rolls_does_not_slip(
 
 fn what_links_make_of_rolling_wheels_is_in_the_spread_and_not_in_the_linkage_spread() {
     let outcome = *up_the_ramp(&[]).outcome();
-    // While the front frame rises two of five wheels read 2.2 % more: a deviation of 0.022 sqrt(0.4 0.6) = 0.011. That is about a
-    // third of the time from the foot on; the square root of it is 0.6.
+    // While the front frame rises two of five wheels read 2.2 % more: a deviation of 0.022 sqrt(0.4
+    // 0.6) = 0.011. That is about a third of the time from the foot on; the square root of it is 0.6.
     assert!(
         (0.005..0.009).contains(&outcome.speed_ratio_std),
         "{}",
@@ -132,7 +136,8 @@ fn the_realised_reference_is_the_commanded_one_but_where_a_policy_reduces_it() {
             "{policy}"
         );
     }
-    // At the riser and at its stall all references are reduced together, and wheels follow the reduced ones: 0.50 instead of 0.73.
+    // At the riser and at its stall all references are reduced together, and wheels follow the
+    // reduced ones: 0.50 instead of 0.73.
     let outcome = climb("scale_references");
     let (realised, commanded) = (outcome.speed_error_realised_rms, outcome.speed_error_rms);
     assert!(realised < 0.9 * commanded, "{realised}, {commanded}");

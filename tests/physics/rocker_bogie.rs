@@ -9,8 +9,8 @@ use crate::engines::{load, on_both_engines};
 
 const HEIGHT_M: f64 = 0.02;
 const AT_M: f64 = 0.45;
-/// Links of one side in the vehicle file \[m\], x and z: hinge of the bogie, wheels' axles. (Where the rocker's own hinge is does
-/// not matter to the angles.)
+/// Links of one side in the vehicle file \[m\], x and z: hinge of the bogie, wheels' axles. (Where
+/// the rocker's own hinge is does not matter to the angles.)
 const BOGIE: [f64; 2] = [-0.15, 0.08];
 const AXLES: [[f64; 2]; 3] = [[0.30, 0.07], [0.0, 0.07], [-0.30, 0.07]];
 
@@ -29,7 +29,8 @@ fn on_a_step() -> Simulation {
     Simulation::new(&scenario(1.0)).expect("valid")
 }
 
-/// Drives along the world's x until so many wheels, sorted by what leads, are `past_m` behind the riser; then stops for a while.
+/// Drives along the world's x until so many wheels, sorted by what leads, are `past_m` behind the
+/// riser; then stops for a while.
 fn advance(simulation: &mut Simulation, wheels: usize, past_m: f64) {
     let mut periods = 0;
     loop {
@@ -80,14 +81,16 @@ fn links(heights: [f64; 3]) -> (f64, f64) {
     // The bogie turns by what its wheels differ; its hinge is midway, a little above the line of the axles.
     let bogie = ((middle - rear) / (AXLES[1][0] - AXLES[2][0])).asin();
     let hinge = (middle + rear) / 2.0 + (BOGIE[1] - AXLES[1][1]) * (bogie.cos() - 1.0);
-    // The rocker carries the front axle at (along, up) from the bogie's hinge: along sin + up cos = rise, solved for the angle.
+    // The rocker carries the front axle at (along, up) from the bogie's hinge: along sin + up cos =
+    // rise, solved for the angle.
     let (along, up) = (AXLES[0][0] - BOGIE[0], AXLES[0][1] - BOGIE[1]);
     let rise = front - hinge + up;
     let rocker = (rise / along.hypot(up)).asin() - up.atan2(along);
     (rocker, bogie)
 }
 
-/// Hinge angles and the body's pitch against the links, for the wheels (left front to rear, right front to rear) that are up.
+/// Hinge angles and the body's pitch against the links, for the wheels (left front to rear, right
+/// front to rear) that are up.
 fn assert_stance(simulation: &Simulation, up: [bool; 6]) {
     let seen = simulation.observation();
     // The file's order is front left, front right, middle left, ...

@@ -48,8 +48,8 @@ fn driven(vehicle: &str, command: [f64; 3], duration_s: f64, rows: usize) -> [[f
 fn forward_command_is_followed_by_seven_roller_wheels() {
     // A roller takes 0.115 s to pass at 0.3 m/s, so 0.46 s average over whole rollers.
     let [twist, encoders] = driven("chugo7", [0.3, 0.0, 0.0], 1.5, 460);
-    // Rollers that pass shake the vehicle by a millimetre a second, which averages to less than a thousandth of its speed; the
-    // encoders do not measure more than that either.
+    // Rollers that pass shake the vehicle by a millimetre a second, which averages to less than a
+    // thousandth of its speed; the encoders do not measure more than that either.
     assert!(
         (twist[0] / encoders[0] - 1.0).abs() < 1e-3,
         "{twist:?}, encoders {encoders:?}"
@@ -62,8 +62,8 @@ fn every_direction_is_followed_by_three_double_wheels() {
     for command in [[0.3, 0.0, 0.0], [0.0, 0.3, 0.0], [0.0, 0.0, 0.8]] {
         let [twist, encoders] = driven("omni3", command, 2.0, 700);
         for axis in 0..3 {
-            // The rows' contacts are 9 mm to either side of a wheel's middle and change between rollers: forces off the middle turn
-            // the vehicle by milliradians a second for as long as a roller is down.
+            // The rows' contacts are 9 mm to either side of a wheel's middle and change between rollers:
+            // forces off the middle turn the vehicle by milliradians a second for as long as a roller is down.
             let allowed = if axis == 2 { 0.01 } else { 0.002 };
             let error = twist[axis] - encoders[axis];
             assert!(
@@ -75,8 +75,9 @@ fn every_direction_is_followed_by_three_double_wheels() {
 }
 
 fn mecanum_rollers_lose_sideways_what_their_tilt_takes() {
-    // A roller on its way past the ground is tilted by up to pi / N: its axis, seen from above, is then at tan(g) / cos(tilt)
-    // to the rolling direction. Forward nothing changes; sideways v = w r / tan, times the mean of that cosine, and yaw has both.
+    // A roller on its way past the ground is tilted by up to pi / N: its axis, seen from above, is
+    // then at tan(g) / cos(tilt) to the rolling direction. Forward nothing changes; sideways v = w
+    // r / tan, times the mean of that cosine, and yaw has both.
     let half = PI / 9.0;
     let (mean_cos, mean_inverse) = (half.sin() / half, ((PI / 4.0 + half / 2.0).tan()).ln() / half);
     let yaw = 0.45 / (0.2 + 0.25 * mean_inverse);
@@ -85,7 +86,8 @@ fn mecanum_rollers_lose_sideways_what_their_tilt_takes() {
         (1, [0.0, 0.3, 0.0], mean_cos, 0.003),
         (2, [0.0, 0.0, 0.6], yaw, 0.004),
     ] {
-        // 0.53 s: three rollers a wheel at 0.3 m/s, all wheels' rollers in step; with 0.45 m for yaw it is two and a half.
+        // 0.53 s: three rollers a wheel at 0.3 m/s, all wheels' rollers in step; with 0.45 m for
+        // yaw it is two and a half.
         let [twist, encoders] = driven("mecanum4", command, 2.0, 531);
         let ratio = twist[axis] / encoders[axis];
         assert!(
@@ -128,7 +130,8 @@ fn static_row_loads_follow_from_the_moment_balance_with_rollers() {
 }
 
 fn free_acceleration_is_that_of_five_turning_wheels() {
-    // 0.3 N.m on wheels 1, 3, 4, 5, 7 as they roll. Wheels 2 and 6 stand still on their rollers, which is what balls cannot do.
+    // 0.3 N.m on wheels 1, 3, 4, 5, 7 as they roll. Wheels 2 and 6 stand still on their rollers,
+    // which is what balls cannot do.
     let mut simulation = at_rest(100);
     let mut torques = [0.0; 7];
     for (torque, rolls) in torques.iter_mut().zip([1.0, 0.0, -1.0, 1.0, 1.0, 0.0, -1.0]) {
@@ -149,8 +152,8 @@ fn free_acceleration_is_that_of_five_turning_wheels() {
 }
 
 fn axle_rises_and_sinks_over_the_rollers_as_their_geometry_says() {
-    // Three wheels under a vehicle that spins. Straight rollers in one row, so that there is something to see; slowly, so that
-    // nothing leaves the ground.
+    // Three wheels under a vehicle that spins. Straight rollers in one row, so that there is
+    // something to see; slowly, so that nothing leaves the ground.
     let single = scenario(
         "flat",
         &[
@@ -262,7 +265,8 @@ fn rollers_take_as_long_over_the_step_as_balls() {
     };
     let ball = crossing("ball").expect("balls climb");
     let rollers = crossing("rollers").expect("rollers climb");
-    // Two wheels in seven do not turn: less inertia. Rollers catch on the edge and slip off it: that costs more (docs/physics.md).
+    // Two wheels in seven do not turn: less inertia. Rollers catch on the edge and slip off it:
+    // that costs more (docs/physics.md).
     let ratio = rollers / ball;
     assert!(
         (1.0..1.25).contains(&ratio),
@@ -270,7 +274,8 @@ fn rollers_take_as_long_over_the_step_as_balls() {
     );
 }
 
-/// Of runs of the study `wheel_models`: torque limit, friction, and the share of them that climbed on balls and on rollers.
+/// Of runs of the study `wheel_models`: torque limit, friction, and the share of them that climbed
+/// on balls and on rollers.
 fn climbed(of: impl Fn(&Run) -> bool) -> Vec<([f64; 2], [f64; 2])> {
     let grid = Study::load("wheel_models").expect("built in");
     let plan = Plan::new(&grid, &[]).expect("valid");

@@ -76,8 +76,8 @@ fn a_snapshot_of_another_scenario_or_a_damaged_one_is_refused_by_name() {
     );
 }
 
-/// Every bit that is flipped is noticed: of 3000 in every engine none is resumed. CRC-32 finds any single one, and whatever is cut off or
-/// in another place but for one in 4e9.
+/// Every bit that is flipped is noticed: of 3000 in every engine none is resumed. CRC-32 finds any
+/// single one, and whatever is cut off or in another place but for one in 4e9.
 fn no_damaged_snapshot_is_resumed() {
     let scenario = scenario();
     let mut simulation = Simulation::new(&scenario).expect("valid");

@@ -8,8 +8,8 @@ use crate::engines::{load, on_both_engines};
 
 const G: f64 = 9.81;
 
-/// The vehicle after one second at rest on flat ground. Its loops hold it: released, wheels without friction would roll on by what is left
-/// of settling.
+/// The vehicle after one second at rest on flat ground. Its loops hold it: released, wheels without
+/// friction would roll on by what is left of settling.
 fn at_rest() -> Simulation {
     let hold = [("hold_s", 60.0), ("hold_torque_squared_n2m2s", 1e6)];
     let hold = hold.map(|(key, value)| Override::new(format!("control.rest.{key}"), value));

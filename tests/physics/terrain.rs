@@ -64,8 +64,9 @@ fn every_built_in_scenario_ends_on_its_level_and_its_energy_book_closes_within_a
 }
 
 fn a_run_is_in_every_bit_the_beginning_of_the_same_run_made_longer() {
-    // A box's size rounds coordinates in it, so a ground that grows with the time that a run may take would change the run. Boxes
-    // of twice these times at this speed, and 200 m, round the place of the edge to an odd unit and to an even one.
+    // A box's size rounds coordinates in it, so a ground that grows with the time that a run may
+    // take would change the run. Boxes of twice these times at this speed, and 200 m, round the
+    // place of the edge to an odd unit and to an even one.
     for name in [
         "step",
         "step_down",
@@ -167,12 +168,13 @@ fn a_ditch_lets_a_wheel_sink_between_its_edges() {
 }
 
 fn a_half_step_turns_the_roll_hinge_by_its_slope_between_the_wheels() {
-    // Without a heading held the left wheels' longer way turns the vehicle by 20 degrees, and the rear row misses the step.
+    // Without a heading held the left wheels' longer way turns the vehicle by 20 degrees, and the
+    // rear row misses the step.
     let hold = "heading_hold={ gain_per_s = 3.0, limit_rad_s = 0.5 }";
     let trace = drive("half_step", &["command.vx_m_s=0.15", "duration_s=12.0", hold]);
     assert_eq!(trace.outcome().verdict, Verdict::Climbed);
-    // Left and right wheels are 0.46 m apart; wheels 2 and 6 roll at y = 0, beside the step, and hang in the air. With the front row
-    // up on the left and the rear row still down, the hinge has all of it.
+    // Left and right wheels are 0.46 m apart; wheels 2 and 6 roll at y = 0, beside the step, and hang in
+    // the air. With the front row up on the left and the rear row still down, the hinge has all of it.
     let expected = (0.03_f64 / 0.46).asin();
     let roll = trace.column("hinge_roll_angle_rad").expect("a column");
     let most = roll.iter().fold(0.0_f64, |m, a| m.max(a.abs()));
@@ -266,7 +268,8 @@ fn rough_ground_has_the_deviation_asked_for_inside_and_none_at_its_borders() {
         .collect();
     let heights = omni_sim::ground_heights_m(&scenario, &places);
     let square: f64 = heights.iter().map(|h| h * h).sum::<f64>() / heights.len() as f64;
-    // 17 m hold some 20 of the longest waves each way, some 400 patches that vary by themselves: 1 / sqrt(800), three times.
+    // 17 m hold some 20 of the longest waves each way, some 400 patches that vary by themselves: 1
+    // / sqrt(800), three times.
     assert!(
         (square.sqrt() / 0.02 - 1.0).abs() < 0.11,
         "{} m rms",

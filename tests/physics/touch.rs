@@ -41,7 +41,8 @@ fn a_row_stalls_below_the_torque_of_statics_and_lifts_above_it() {
         .expect("valid")
         .expect("rigid, on two rows");
     let [front, rear] = [0, 1].map(|row: usize| rows[row].torque_n_m);
-    // 3 %: what statics leaves out, as the run-up, the vehicle's lean of 2 degrees, and contacts that give by half a millimetre.
+    // 3 %: what statics leaves out, as the run-up, the vehicle's lean of 2 degrees, and contacts
+    // that give by half a millimetre.
     assert_eq!(stalls_at(0.97 * front), Some(1), "the front row below {front}");
     assert_eq!(
         stalls_at(1.03 * front),

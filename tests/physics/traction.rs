@@ -1,4 +1,5 @@
-//! Traction control over steps, on every ground and every vehicle that it is for: short ensembles. The long ones are `make study`.
+//! Traction control over steps, on every ground and vehicle that it is for: short ensembles.
+//! `make study` has long ones.
 
 use omni_core::linkage::Attitude;
 use omni_sim::config::{Override, Scenario};
@@ -54,7 +55,8 @@ const CELLS: [[f64; 2]; 12] = [
     [0.85, 2.2],
 ];
 
-/// The gate of `make study` over 48 runs, here over the cells once: it climbs wherever plain PID does, and keeps the wheels together.
+/// The gate of `make study` over 48 runs, here over the cells once: it climbs wherever plain PID
+/// does, and keeps the wheels together.
 #[test]
 fn it_climbs_wherever_plain_loops_do_with_about_half_the_spread_and_less_heat_and_slip() {
     let (mut climbed, mut plain) = (0, 0);
@@ -93,8 +95,8 @@ fn on_rapier_it_climbs_where_plain_loops_do_not() {
         });
         climbed.count()
     };
-    // These two cells are the hardest of `make study`. Of 192 runs with seeds of their own 170 climbed, 0.885 (0.83 to 0.93):
-    // with that fewer than 12 of 16 are one in a hundred. Plain loops climbed none.
+    // These two cells are the hardest of `make study`. Of 192 runs with seeds of their own 170 climbed,
+    // 0.885 (0.83 to 0.93): with that fewer than 12 of 16 are one in a hundred. Plain loops climbed none.
     let (traction, independent) = (climbs("traction", 51..59), climbs("independent", 51..53));
     assert!(
         traction >= 12 && independent <= 1,
@@ -201,7 +203,8 @@ fn every_vehicle_goes_ahead_sideways_diagonally_and_turns_as_commanded() {
                 column.iter().sum::<f64>() / column.len() as f64
             };
             let got = ["twist_vx_m_s", "twist_vy_m_s", "twist_wz_rad_s"].map(mean);
-            // What is across the way is held by slip control alone: free zone and width of slip, 4 and 22 mm/s of a rim.
+            // What is across the way is held by slip control alone: free zone and width of slip, 4
+            // and 22 mm/s of a rim.
             for (got, (asked, allowed)) in got.iter().zip([(vx, 0.026), (vy, 0.026), (wz, 0.05)]) {
                 assert!(
                     (got - asked).abs() < allowed,
@@ -212,7 +215,8 @@ fn every_vehicle_goes_ahead_sideways_diagonally_and_turns_as_commanded() {
     }
 }
 
-/// The linkage against the simulation's own geometry: heights and rises of wheels, on a climb where the bodies pitch by 10 degrees.
+/// The linkage against the simulation's own geometry: heights and rises of wheels, on a climb where
+/// the bodies pitch by 10 degrees.
 #[test]
 fn the_linkage_knows_how_high_the_wheels_stand_and_how_fast_they_rise() {
     for vehicle in ["chugo7", "rocker_bogie6"] {
@@ -267,9 +271,11 @@ fn compare_linkage<const N: usize>(scenario: &Scenario) {
         before = Some(heights);
     }
     assert!(highest > 0.025, "{highest}"); // it climbed
-    // Angles across each other up to 0.1 rad, arms of 0.4 m: half a per cent of the height of the step, and joints that give.
+    // Angles across each other up to 0.1 rad, arms of 0.4 m: half a per cent of the height of the
+    // step, and joints that give.
     assert!(worst < 0.002, "{worst}");
-    // Rates at the end of a period against a difference over it: impacts last a few periods. A tenth in the mean square.
+    // Rates at the end of a period against a difference over it: impacts last a few periods. A
+    // tenth in the mean square.
     assert!(worst_rise < 0.05 * rises, "{worst_rise} {rises}");
 }
 
@@ -329,7 +335,8 @@ fn what_it_cannot_go_with_is_refused_by_name() {
     );
 }
 
-/// A default must not be worse where there is nothing to climb: starts, turns and reversals, with gyros as cheap as they are sold.
+/// A default must not be worse where there is nothing to climb: starts, turns and reversals, with
+/// gyros as cheap as they are sold.
 #[test]
 fn on_level_ground_it_is_plain_loops_whatever_is_commanded() {
     let aside = "command.vy_m_s=0.2";
@@ -367,7 +374,8 @@ fn on_level_ground_it_is_plain_loops_whatever_is_commanded() {
                 (part - 1.0).abs() < 0.03,
                 "{vehicle}, {keys:?}: {part} of the heat"
             );
-            // A millimetre and a milliradian: what the same loops end within whose torque is limited in another place of the sum.
+            // A millimetre and a milliradian: what the same loops end within whose torque is
+            // limited in another place of the sum.
             for (a, b) in end(&traction).into_iter().zip(end(&plain)) {
                 assert!((a - b).abs() < 1e-3, "{vehicle}, {keys:?}: {a} instead of {b}");
             }

@@ -1,4 +1,4 @@
-//! Traction control inside the firmware's whole step: what the drive is for holds under it, and it climbs as it does alone.
+//! Traction control inside the firmware's whole step: what the drive is for holds, and it climbs as it does alone.
 
 use omni_sim::config::{Engine, Override, Scenario};
 use omni_sim::{Trace, run};
@@ -50,7 +50,8 @@ fn in_a_drive_it_climbs_as_it_does_alone() {
 }
 
 fn an_emergency_stop_on_the_riser_ends_without_torque_and_nothing_is_tried() {
-    // At 1.4 s the front wheels are on the riser. Half a second after the reference has come to rest (0.15 s) no torque is left.
+    // At 1.4 s the front wheels are on the riser. Half a second after the reference has come to
+    // rest (0.15 s) no torque is left.
     let stop = "fault=[{kind='emergency_stop',from_s=1.4}]";
     let trace = run(&scenario(&[stop, "stop_when_done=false", "duration_s=5"])).expect("runs");
     assert!(

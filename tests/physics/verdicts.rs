@@ -1,4 +1,4 @@
-//! What is no drive is not called one: runaways, disobedience, leans and physics that gain energy have verdicts of their own.
+//! What is no drive is not called one: runaways, disobedience, leans and gained energy have verdicts of their own.
 
 use omni_core::{Policy, Readings};
 use omni_sim::config::{FileKind, Override, Scenario};
@@ -33,7 +33,8 @@ fn a_vehicle_that_rolls_away_without_motors_ran_away_and_one_that_is_braked_in_t
     assert_eq!(failing(", until_s = 6.3"), Verdict::Unfinished);
 }
 
-/// The same slope and the same failure, 1.16 m/s at the most: half as fast again as the farthest wheel at the commanded 2 rad/s is more.
+/// The same slope and the same failure, 1.16 m/s at the most: half as fast again as the farthest
+/// wheel at the commanded 2 rad/s is more.
 fn a_vehicle_that_is_commanded_to_turn_and_slides_off_ran_away() {
     let faults: Vec<_> = (1..=7)
         .map(|wheel| format!("{{ kind = \"wheel_lost\", wheel = \"{wheel}\", from_s = 4.0 }}"))
@@ -45,7 +46,8 @@ fn a_vehicle_that_is_commanded_to_turn_and_slides_off_ran_away() {
 }
 
 fn hills_that_turn_a_vehicle_are_no_runaway_under_any_policy() {
-    // Down the hills it goes at 0.4 to 0.5 m/s and turns by 0.24 to 0.46 rad/s; the sum of both was above the bound under shared_integral.
+    // Down the hills it goes at 0.4 to 0.5 m/s and turns by 0.24 to 0.46 rad/s; the sum of both was
+    // above the bound under shared_integral.
     for policy in [
         "independent",
         "scale_torques",
@@ -61,7 +63,8 @@ fn hills_that_turn_a_vehicle_are_no_runaway_under_any_policy() {
     }
 }
 
-/// 10 kg half a metre behind its hinge lift the front frame's wheels off the ground, up to the hinge's stop at 0.9 rad: 52 degrees.
+/// 10 kg half a metre behind its hinge lift the front frame's wheels off the ground, up to the
+/// hinge's stop at 0.9 rad: 52 degrees.
 fn a_frame_that_stands_at_its_stop_on_flat_ground_leaned_and_did_not_drive() {
     let load = "fault=[{ kind = \"load_added\", body = \"front\", mass_kg = 10.0, at_m = [-0.5, 0.0, 0.3], from_s = 1.0 }]";
     let leaning = outcome("flat", &[load]);
@@ -69,7 +72,8 @@ fn a_frame_that_stands_at_its_stop_on_flat_ground_leaned_and_did_not_drive() {
     assert_eq!(leaning.verdict, Verdict::Tilted);
 }
 
-/// Every wheel of chugo7 towards a speed of the vehicle ahead \[m/s\], whatever is commanded, with at most so much torque \[N.m\].
+/// Every wheel of chugo7 towards a speed of the vehicle ahead \[m/s\], whatever is commanded, with
+/// at most so much torque \[N.m\].
 struct Heedless {
     ahead_m_s: f64,
     most_n_m: f64,
@@ -142,8 +146,8 @@ fn a_vehicle_that_covers_less_than_half_of_its_way_fell_short_and_one_that_turns
     );
 }
 
-/// Sensors that are wrong: encoder noise, a gyro's zero. Whatever a policy makes of them, a vehicle that ends behind its start went the
-/// wrong way or ran away.
+/// Sensors that are wrong: encoder noise, a gyro's zero. Whatever a policy makes of them, a vehicle
+/// that ends behind its start went the wrong way or ran away.
 fn a_vehicle_that_wrong_sensors_drive_back_is_not_called_driven() {
     for (vehicle, sensors) in [
         ("rocker_bogie6", "sensors.encoder_noise_rad_s=1.0"),
@@ -163,7 +167,8 @@ fn a_vehicle_that_wrong_sensors_drive_back_is_not_called_driven() {
 /// 0.08 m/s are below what running away begins with.
 fn motors_that_drive_on_after_a_command_of_rest_are_named() {
     let rest = "command.then=[{ at_s = 1.0, vx_m_s = 0.0, vy_m_s = 0.0, wz_rad_s = 0.0 }]";
-    // Where nothing takes energy, a vehicle rolls on without work: here a wheel is dragged, and takes 0.1 N.m s x (1.2 rad/s)^2 = 0.15 W.
+    // Where nothing takes energy, a vehicle rolls on without work: here a wheel is dragged, and
+    // takes 0.1 N.m s x (1.2 rad/s)^2 = 0.15 W.
     let drag = "fault=[{ kind = \"wheel_drag\", wheel = \"4\", damper_n_m_s_rad = 0.1, from_s = 0.0 }]";
     let on = heedless(0.08, &["command.vx_m_s=0.08", rest, drag]);
     assert_eq!(on.verdict, Verdict::DroveOn, "{on:?}");
@@ -171,8 +176,8 @@ fn motors_that_drive_on_after_a_command_of_rest_are_named() {
     assert_eq!(obeyed.verdict, Verdict::Completed, "{obeyed:?}");
 }
 
-/// Flat ground and wheels without friction take nothing of 0.08 m/s. The same with a wheel that is dragged with 1 N.m s: 230 N s/m of
-/// 20 kg, so that a tenth of the speed is left after 0.2 s.
+/// Flat ground and wheels without friction take nothing of 0.08 m/s. The same with a wheel that is
+/// dragged with 1 N.m s: 230 N s/m of 20 kg, so that a tenth of the speed is left after 0.2 s.
 fn a_vehicle_that_coasts_past_a_stop_rolls_on_and_one_that_comes_to_a_stand_does_not() {
     let rest = "command.then=[{ at_s = 1.0, vx_m_s = 0.0, vy_m_s = 0.0, wz_rad_s = 0.0 }]";
     let coasting = |drag: &str| {
@@ -205,7 +210,8 @@ fn a_vehicle_that_is_held_on_flat_ground_stalled_and_the_time_at_full_torque_is_
     );
     assert!(held.stalled_at_m.is_some_and(|x| x.abs() < 0.01), "{held:?}");
     let from_s = held.stall_from_s.expect("it stalled");
-    // The command is there after 0.3 s; to 90 % of 2 N.m the loop's terms then take less than a second. From there to the end.
+    // The command is there after 0.3 s; to 90 % of 2 N.m the loop's terms then take less than a
+    // second. From there to the end.
     assert!(from_s > 0.1 && from_s < 1.3, "{held:?}");
     assert!((from_s + held.stall_s - 4.0).abs() < 1e-9, "{held:?}");
     // A climb pushes for a moment.
@@ -246,7 +252,8 @@ fn traction_control_that_backs_off_for_another_try_does_not_go_the_wrong_way() {
     assert_ne!(tried.verdict, Verdict::WrongWay, "{tried:?}");
 }
 
-/// A riser turns a mecanum vehicle square that meets it askew, and its rollers then carry it along the riser at its full speed.
+/// A riser turns a mecanum vehicle square that meets it askew, and its rollers then carry it along
+/// the riser at its full speed.
 fn a_mecanum_vehicle_that_meets_a_riser_askew_slides_along_it_and_is_not_on_its_way() {
     let askew = |heading_rad: &str| {
         outcome(

@@ -1,7 +1,8 @@
 //! The functions that a page calls. Numbers go in and out; texts and bytes lie in the memory.
 //!
-//! What returns a length says how many bytes lie at [`text`] until the next call. A negative number is an error: its absolute value is the length of
-//! one line of text there. Whatever a page gives, a function returns. No name is one of C's library: those would stand in its place.
+//! What returns a length says how many bytes lie at [`text`] until the next call. A negative number
+//! is an error: its absolute value is the length of one line of text there. Whatever a page gives,
+//! a function returns. No name is one of C's library: those would stand in its place.
 
 use std::cell::{Cell, RefCell};
 

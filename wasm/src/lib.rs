@@ -24,8 +24,9 @@ const PHYSICS: [(&str, &str, &str); 3] = [
     ("articulated", "rollers", "-articulated-rollers"),
 ];
 
-/// The first `duration_s` \[s\] of every built-in scenario with every engine, a line each: name, control periods, the last pose (x, y, z and the
-/// quaternion's x, y, z, w) as hexadecimal bits of `f64`, and a digest of all bits of the whole trace. They are stepped as a page steps them.
+/// The first `duration_s` \[s\] of every built-in scenario with every engine, a line each: name,
+/// control periods, the last pose (x, y, z and the quaternion's x, y, z, w) as hexadecimal bits of
+/// `f64`, and a digest of all bits of the whole trace. They are stepped as a page steps them.
 ///
 /// # Errors
 /// Those of the simulation.

@@ -4,7 +4,8 @@ use omni_sim::Figure;
 use omni_sim::config::{Engine, POLICIES, Scenario, Vehicle, builtin_scenarios, builtin_vehicles};
 use serde_json::{Value, json};
 
-/// Scenarios with what can be chosen of each, vehicles, policies, engines, wheel models, and what the figures mean: a JSON object.
+/// Scenarios with what can be chosen of each, vehicles, policies, engines, wheel models, and what
+/// the figures mean: a JSON object.
 pub fn offer() -> Result<String, String> {
     let scenarios: Result<Vec<_>, _> = builtin_scenarios().into_iter().map(scenario).collect();
     let vehicles: Result<Vec<_>, _> = builtin_vehicles().into_iter().map(vehicle).collect();

@@ -101,8 +101,8 @@ impl Session {
         format!(r#"{{"settings":{settings},"scene":{}}}"#, self.view.scene())
     }
 
-    /// Goes on for some control periods, with a command or with the scenario's own, and says how many it went: fewer where the scenario's
-    /// command has ended, or the physics failed.
+    /// Goes on for some control periods, with a command or with the scenario's own, and says how
+    /// many it went: fewer where the scenario's command has ended, or the physics failed.
     pub fn advance(&mut self, periods: u32, command: Option<[f64; 3]>) -> Result<u32, String> {
         if let Some(twist) = command {
             check(twist)?;
@@ -142,7 +142,8 @@ impl Session {
         self.view.state(self.run.simulation())
     }
 
-    /// The figures until now, why the physics failed, and how tables show each figure: its text and whether they need it, by key.
+    /// The figures until now, why the physics failed, and how tables show each figure: its text and
+    /// whether they need it, by key.
     pub fn outcome(&self) -> String {
         let outcome = self.figures();
         let shown = |figure: &Figure| (figure.key, (figure.shown(&outcome), figure.is_of(&outcome)));

@@ -25,7 +25,8 @@ const NO_DEFICIT: f64 = 1e-9;
 pub enum Verdict {
     /// The torque suffices at any speed, as slow as one likes.
     Torque,
-    /// The torque does not suffice, the run-up makes up for it even where the impact leaves no more than the motion along the path.
+    /// The torque does not suffice, the run-up makes up for it even where the impact leaves no more
+    /// than the motion along the path.
     RunUp,
     /// Not excluded: it depends on what the impact leaves.
     Open,
@@ -58,7 +59,8 @@ pub struct RowLimits {
     pub row: &'static str,
     /// Names of its wheels, in the vehicle's order.
     pub wheels: Vec<String>,
-    /// Least torque of an actuator that lifts it as slowly as one likes \[N.m\]; infinite where none does, and null in JSON.
+    /// Least torque of an actuator that lifts it as slowly as one likes \[N.m\]; infinite where
+    /// none does, and null in JSON.
     pub least_torque_n_m: f64,
     /// Energy that the torque given lacks, from first touch to the worst point of the path \[J\]; 0 where it suffices.
     pub deficit_j: f64,
@@ -70,8 +72,8 @@ pub struct RowLimits {
     pub kept_on_path: f64,
     /// Below this run-up the row does not climb, whatever the impact leaves \[m/s\].
     pub run_up_m_s: f64,
-    /// From this run-up on the energy suffices where the impact leaves the motion along the path \[m/s\]; infinite where it leaves
-    /// none.
+    /// From this run-up on the energy suffices where the impact leaves the motion along the path
+    /// \[m/s\]; infinite where it leaves none.
     pub path_run_up_m_s: f64,
     /// With the torque and at the speed given.
     pub verdict: Verdict,
@@ -106,8 +108,8 @@ impl ClimbLimits {
         self.rows.iter().all(|row| row.verdict != Verdict::Impossible)
     }
 
-    /// Index of the row that decides, from 0 at the front: the one that needs the most run-up; where none needs any, the most
-    /// torque.
+    /// Index of the row that decides, from 0 at the front: the one that needs the most run-up;
+    /// where none needs any, the most torque.
     ///
     /// ```
     /// let step = omni_config::Scenario::load("step", &[])?;
@@ -126,11 +128,12 @@ impl ClimbLimits {
         most
     }
 
-    /// The limits of a scenario: its vehicle, its step, its motors' torque at rest, and the fastest that it is commanded to drive ahead.
+    /// The limits of a scenario: its vehicle, its step, its motors' torque at rest, and the fastest
+    /// that it is commanded to drive ahead.
     ///
     /// # Errors
-    /// [`Error::Config`] for a scenario without a plain step, with patches of other friction, that meets it with another heading
-    /// than 0, or is commanded to go aside or to turn; and as [`Linkage::climb_limits`].
+    /// [`Error::Config`] for a scenario without a plain step, with patches of other friction, that meets it
+    /// with another heading than 0, or is commanded to go aside or to turn; and as [`Linkage::climb_limits`].
     ///
     /// ```
     /// use omni_config::{Override, Scenario};
@@ -216,12 +219,13 @@ impl ClimbLimits {
 }
 
 impl Linkage {
-    /// What the climb of a step takes, beside the torque of each actuator \[N.m\], 0 or more, and the speed at which each row meets
-    /// the edge \[m/s\], 0 or more.
+    /// What the climb of a step takes, beside the torque of each actuator \[N.m\], 0 or more, and
+    /// the speed at which each row meets the edge \[m/s\], 0 or more.
     ///
     /// # Errors
-    /// [`Error::Argument`] for a torque or speed that is negative or not finite, and a step as high as a wheel's radius or higher;
-    /// [`Error::Vehicle`] where the linkage does not reach so high, meets its stop, or another row is at the edge meanwhile.
+    /// [`Error::Argument`] for a torque or speed that is negative or not finite, and a step as high
+    /// as a wheel's radius or higher; [`Error::Vehicle`] where the linkage does not reach so high,
+    /// meets its stop, or another row is at the edge meanwhile.
     ///
     /// ```
     /// use omni_bound::{Linkage, Step, Verdict};
@@ -322,7 +326,8 @@ impl Linkage {
     ) -> Result<f64, Error> {
         let (mut energy, mut lowest, mut before) = (0.0_f64, 0.0_f64, None::<f64>);
         for posture in path {
-            // Where no forces keep all rows on the ground the vehicle goes another way: that bit of the path is given away.
+            // Where no forces keep all rows on the ground the vehicle goes another way: that bit of
+            // the path is given away.
             let fastest = best(self, step, row, posture, Ask::Acceleration(torque))?;
             let gain = self.path_inertia(posture) * fastest.unwrap_or(0.0);
             if let Some(before) = before {

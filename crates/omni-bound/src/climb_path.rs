@@ -9,8 +9,8 @@ pub(crate) struct Moving {
     pub(crate) rate: [f64; 2],
 }
 
-/// The vehicle at one point of the path of one row. The path's coordinate is the angle by which the climbing wheels' centre has
-/// gone about the edge \[rad\].
+/// The vehicle at one point of the path of one row. The path's coordinate is the angle by which the
+/// climbing wheels' centre has gone about the edge \[rad\].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Posture {
     /// Axles, the front row first.
@@ -68,7 +68,8 @@ fn point(hinge: Moving, arm: [f64; 2], (angle, rate): (f64, f64)) -> Moving {
     }
 }
 
-/// The angle that lifts an arm's end by `rise` \[m\] above its other end, and how fast it grows with `rate`, of the rise.
+/// The angle that lifts an arm's end by `rise` \[m\] above its other end, and how fast it grows
+/// with `rate`, of the rise.
 fn lifted(arm: [f64; 2], rise: f64, rate: f64) -> Option<(f64, f64)> {
     let sin = rise / arm[0].hypot(arm[1]);
     if sin.abs() >= 1.0 {

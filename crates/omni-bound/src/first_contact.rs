@@ -17,12 +17,14 @@ pub struct RowTouch {
     pub torque_n_m: f64,
 }
 
-/// The least torque with which each row of wheels of a rigid vehicle leaves the ground where it touches a step, the front row first. `None`
-/// for a vehicle with hinges or another number of rows than two, and where a wheel is no higher than the step.
+/// The least torque with which each row of wheels of a rigid vehicle leaves the ground where it
+/// touches a step, the front row first. `None` for a vehicle with hinges or another number of rows
+/// than two, and where a wheel is no higher than the step.
 ///
-/// Plane statics (docs/derivations.md): the row's load is held about the axle by its own actuators and by the push of the other row, which
-/// friction limits; the push lowers the load of the front row, because it acts below the edge. The friction of the wheels that climb is not
-/// asked for, nor what comes after first touch, so it says what is too weak, not what suffices.
+/// Plane statics (docs/derivations.md): the row's load is held about the axle by its own actuators
+/// and by the push of the other row, which friction limits; the push lowers the load of the front
+/// row, because it acts below the edge. The friction of the wheels that climb is not asked for, nor
+/// what comes after first touch, so it says what is too weak, not what suffices.
 ///
 /// # Errors
 /// As [`Vehicle::pushes_ahead`]; a loaded vehicle has been checked.
@@ -62,8 +64,8 @@ pub fn touch(vehicle: &Vehicle, step: &Step) -> Result<Option<Vec<RowTouch>>, Er
             return None;
         }
         let ahead = (radius * radius - down * down).sqrt();
-        // The load N of the edge is (weight * lever - push * drop) / span, about where the other row stands; a rear row climbs while the front
-        // row stands as high as the edge.
+        // The load N of the edge is (weight * lever - push * drop) / span, about where the other
+        // row stands; a rear row climbs while the front row stands as high as the edge.
         let (lever, span, drop) = if is_front {
             (centre_m - other.x_m, apart_m + ahead, step.height_m)
         } else {

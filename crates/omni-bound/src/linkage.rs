@@ -32,18 +32,19 @@ pub(crate) struct WheelRow {
     pub(crate) radius_m: f64,
     /// Part of its load that wheels across the way carry on level ground, 0 to less than 1.
     pub(crate) crosswise: f64,
-    /// Torque of all its wheels about the axle for each N.m of an actuator: the sum of 1 / gear over those that roll along the way.
+    /// Torque of all its wheels about the axle for each N.m of an actuator: the sum of 1 / gear
+    /// over those that roll along the way.
     pub(crate) torques: f64,
     /// Inertia of the wheels that roll along the way, about their axles \[kg.m^2\].
     pub(crate) spin_kg_m2: f64,
 }
 
-/// A vehicle in the plane of its climb: two frames on one hinge across the way, three rows of wheels, two rows on one frame and
-/// one on the other.
+/// A vehicle in the plane of its climb: two frames on one hinge across the way, three rows of
+/// wheels, two rows on one frame and one on the other.
 ///
-/// Masses, centres of mass, inertias, places, radii and gears are the vehicle file's. Bodies that only hinges along the way or
-/// upright join are one frame: straight ahead these do not turn. Hinges have no dampers here, which makes climbs easier. Wheels of a
-/// row that stands on level ground share its load by the stiffness of their contacts.
+/// Masses, centres of mass, inertias, places, radii and gears are the vehicle file's. Bodies that only hinges along
+/// the way or upright join are one frame: straight ahead these do not turn. Hinges have no dampers here, which makes
+/// climbs easier. Wheels of a row that stands on level ground share its load by the stiffness of their contacts.
 ///
 /// ```
 /// use omni_bound::{Linkage, Step};
@@ -70,9 +71,9 @@ impl Linkage {
     /// The linkage of a vehicle.
     ///
     /// # Errors
-    /// [`Error::Vehicle`] for a vehicle that is no such linkage: not exactly one hinge across the way, hinges that are oblique,
-    /// couplings, other than three rows, a row on two frames or of unlike radii, three rows on one frame, wheels that roll
-    /// neither along nor across the way, rows without a wheel along it.
+    /// [`Error::Vehicle`] for a vehicle that is no such linkage: not exactly one hinge across the way, hinges
+    /// that are oblique, couplings, other than three rows, a row on two frames or of unlike radii, three rows
+    /// on one frame, wheels that roll neither along nor across the way, rows without a wheel along it.
     ///
     /// ```
     /// let mecanum4 = omni_config::Vehicle::load("mecanum4")?;
@@ -162,7 +163,8 @@ impl Linkage {
         self.frames.iter().map(|frame| frame.mass_kg).sum()
     }
 
-    /// What has to be moved where it drives on level ground \[kg\]: its mass, and that of turning wheels at their rims, I / r^2.
+    /// What has to be moved where it drives on level ground \[kg\]: its mass, and that of turning
+    /// wheels at their rims, I / r^2.
     #[must_use]
     pub fn driving_mass_kg(&self) -> f64 {
         let rims = self.rows.iter().map(|row| row.spin_kg_m2 / row.radius_m.powi(2));

@@ -63,8 +63,8 @@ fn run_ups_by_the_momentum_of_the_study_are_the_study_s() {
     for (friction, torque, expected) in table {
         let rows = limits_of(0.05, friction, torque).rows;
         for (row, expected) in rows.iter().zip(expected) {
-            // 3 % and 0.01 m/s: the study's inertia along the path is that 0.1 mm up the edge, 1.4 % less, its path has 25 points, its middle
-            // block no inertia and its wheels no angular momentum; rounded to 0.01 m/s.
+            // 3 % and 0.01 m/s: the study's inertia along the path is that 0.1 mm up the edge, 1.4 % less, its path
+            // has 25 points, its middle block no inertia and its wheels no angular momentum; rounded to 0.01 m/s.
             let found = by_momentum(row);
             let near = (found - expected).abs() < 0.03 * expected + 0.01;
             assert!(
@@ -196,8 +196,8 @@ fn just_enough_torque_leaves_no_deficit_and_a_hair_less_leaves_little() {
     for row in 0..3 {
         let torque = enough[row].least_torque_n_m;
         let less = &limits_of(0.05, 0.85, 0.99 * torque).rows[row];
-        // Two ways to the same torque: where the balance at rest just fails, the path slows down only just. 1 % of the torque is less than
-        // 1 % of the lift's energy, and that only where the torque fails at all.
+        // Two ways to the same torque: where the balance at rest just fails, the path slows down only just. 1
+        // % of the torque is less than 1 % of the lift's energy, and that only where the torque fails at all.
         assert!(
             less.deficit_j > 0.0 && less.deficit_j < 1e-2 * 20.0 * 9.81 * 0.05,
             "{less:?}"

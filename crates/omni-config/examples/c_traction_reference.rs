@@ -1,5 +1,5 @@
-//! The steps of firmware/c/example/traction.c on this computer: the C program has to print the same hash. Its argument is the scenario that
-//! the constants are of.
+//! The steps of firmware/c/example/traction.c on this computer: the C program has to print the same
+//! hash. Its argument is the scenario that the constants are of.
 
 mod fnv;
 

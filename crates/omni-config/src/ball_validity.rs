@@ -1,11 +1,11 @@
 //! Where a ball represents a wheel with rollers, and where it does not.
 //!
-//! A ball of the wheel's radius is the wheel where the ground's normal is at right angles to two axes: the axle, because only there
-//! does the rim reach as far as the ball, and the ball's driven axis, because a ball is free to spin about a normal that leans
-//! towards it: the motor then turns the ball on the spot instead of pushing. For an omni wheel the two are one, so a ball is the
-//! wheel wherever the normal lies in the wheel's own plane: over any edge straight ahead. For a mecanum wheel they are a roller
-//! angle apart, and only what is level under the wheel is at right angles to both. A ball of a roller's radius is the wheel across
-//! its push, as long as nothing asks it to push.
+//! A ball of the wheel's radius is the wheel where the ground's normal is at right angles to two axes: the axle,
+//! because only there does the rim reach as far as the ball, and the ball's driven axis, because a ball is free to
+//! spin about a normal that leans towards it: the motor then turns the ball on the spot instead of pushing. For an
+//! omni wheel the two are one, so a ball is the wheel wherever the normal lies in the wheel's own plane: over any edge
+//! straight ahead. For a mecanum wheel they are a roller angle apart, and only what is level under the wheel is at
+//! right angles to both. A ball of a roller's radius is the wheel across its push, as long as nothing asks it to push.
 
 #[cfg(test)]
 mod tests;
@@ -15,8 +15,8 @@ use std::fmt;
 
 use crate::{CommandFrame, Scenario, Terrain, Vehicle, WheelContact, WheelModel, WheelSpec};
 
-/// How far the ground's normal may lean out of the plane in which a ball is a wheel \[rad\]: 10 degrees. Of a blocked ball's torque
-/// 98.5 % still push then, and the ball turns with 3 % of what the torque would give a free one.
+/// How far the ground's normal may lean out of the plane in which a ball is a wheel \[rad\]: 10 degrees. Of a blocked
+/// ball's torque 98.5 % still push then, and the ball turns with 3 % of what the torque would give a free one.
 pub const BALL_LEAN_RAD: f64 = 10.0 * PI / 180.0;
 
 /// A wheel whose ball is not the wheel it stands for.
@@ -25,7 +25,8 @@ pub const BALL_LEAN_RAD: f64 = 10.0 * PI / 180.0;
 pub struct BeyondBall {
     /// Its name.
     pub wheel: String,
-    /// How far the ground's normal leans there out of the plane in which the ball is the wheel \[rad\], more than [`BALL_LEAN_RAD`].
+    /// How far the ground's normal leans there out of the plane in which the ball is the wheel
+    /// \[rad\], more than [`BALL_LEAN_RAD`].
     pub lean_rad: f64,
 }
 
@@ -62,11 +63,13 @@ impl Fan {
 }
 
 impl Scenario {
-    /// The wheel whose ball stands least for it on this ground, where one does not: the normal leans by more than
-    /// [`BALL_LEAN_RAD`] out of the plane in which that ball is the wheel. None where all balls do, and for wheels of rollers.
+    /// The wheel whose ball stands least for it on this ground, where one does not: the normal
+    /// leans by more than [`BALL_LEAN_RAD`] out of the plane in which that ball is the wheel. None
+    /// where all balls do, and for wheels of rollers.
     ///
-    /// From the wheels' directions and roller angles, the directions in which the vehicle looks and is commanded to go, and the ground's steepest
-    /// normal; a command that turns meets an obstacle at any angle. How a run went is not looked at.
+    /// From the wheels' directions and roller angles, the directions in which the vehicle looks and
+    /// is commanded to go, and the ground's steepest normal; a command that turns meets an obstacle
+    /// at any angle. How a run went is not looked at.
     ///
     /// ```
     /// use omni_config::{Override, Scenario};
@@ -141,8 +144,8 @@ impl Scenario {
 }
 
 impl Vehicle {
-    /// The wheel whose ball stands least for it at an upright edge straight ahead, driven forward, where one does not: see
-    /// [`Scenario::beyond_balls`]. None too where wheels are rollers by their own `contact`.
+    /// The wheel whose ball stands least for it at an upright edge straight ahead, driven forward, where one
+    /// does not: see [`Scenario::beyond_balls`]. None too where wheels are rollers by their own `contact`.
     ///
     /// ```
     /// use omni_config::Vehicle;
@@ -200,11 +203,12 @@ fn worst(wheels: impl Iterator<Item = BeyondBall>) -> Option<BeyondBall> {
 }
 
 impl Terrain {
-    /// Sine of the largest angle between the vertical and the normal where a ball of this radius \[m\] meets the ground: of normals
-    /// along world x, and of those along y.
+    /// Sine of the largest angle between the vertical and the normal where a ball of this radius
+    /// \[m\] meets the ground: of normals along world x, and of those along y.
     ///
-    /// An edge meets it where it is as high; a bar where the two touch; of a random surface twice the root mean square of the
-    /// slope, which 95 in 100 places do not exceed; of a picture the steepest slope over a quarter of the radius.
+    /// An edge meets it where it is as high; a bar where the two touch; of a random surface twice
+    /// the root mean square of the slope, which 95 in 100 places do not exceed; of a picture the
+    /// steepest slope over a quarter of the radius.
     fn steepest(&self, radius_m: f64) -> [f64; 2] {
         let sine_of_cosine = |cosine: f64| (1.0 - cosine * cosine).max(0.0).sqrt();
         let edge = |height: f64| sine_of_cosine((1.0 - height / radius_m).max(0.0));
@@ -228,8 +232,8 @@ impl Terrain {
             Self::Rough {
                 rms_m, wavelength_m, ..
             } => {
-                // Waves of one to four wavelengths, evenly: the mean of the squared wave number is a quarter of the largest,
-                // and half of that is along either axis.
+                // Waves of one to four wavelengths, evenly: the mean of the squared wave number is
+                // a quarter of the largest, and half of that is along either axis.
                 let slope = rms_m * (TAU / wavelength_m) / 8.0_f64.sqrt();
                 [of_slope(2.0 * slope); 2]
             }

@@ -38,12 +38,13 @@ pub enum CommandFrame {
     /// The vehicle's axes: forward is along its heading.
     #[default]
     Body,
-    /// The world's axes: forward is towards the obstacle, whatever the heading. The command is rotated by the true heading.
+    /// The world's axes: forward is towards the obstacle, whatever the heading. The command is
+    /// rotated by the true heading.
     World,
 }
 
-/// A twist that is reached on a ramp, with later twists; or a path to follow; or a table of twists. With a path or a table the twist is
-/// left out.
+/// A twist that is reached on a ramp, with later twists; or a path to follow; or a table of twists.
+/// With a path or a table the twist is left out.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -89,8 +90,8 @@ pub struct Command {
     #[serde(default, skip_serializing_if = "is_default")]
     #[garde(dive)]
     pub follow: PathFollow,
-    /// A CSV file with columns `time_s`, `vx_m_s`, `vy_m_s`, `wz_rad_s`, relative to this file. Its twists are commanded instead, each from its time
-    /// until the next time.
+    /// A CSV file with columns `time_s`, `vx_m_s`, `vy_m_s`, `wz_rad_s`, relative to this file. Its
+    /// twists are commanded instead, each from its time until the next time.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[garde(skip)]
     #[cfg_attr(feature = "schema", schemars(with = "Option<String>"))]
@@ -150,9 +151,9 @@ impl Command {
         self.path.is_some() || self.file.is_some()
     }
 
-    /// The twist commanded at a time \[s\], in the command's own frame: at rest up to 0, the whole of it from `ramp_s` on, then
-    /// the others, each from where the one before was; or what the table of twists says. None of a path: what follows it depends on where the
-    /// vehicle is.
+    /// The twist commanded at a time \[s\], in the command's own frame: at rest up to 0, the whole
+    /// of it from `ramp_s` on, then the others, each from where the one before was; or what the
+    /// table of twists says. None of a path: what follows it depends on where the vehicle is.
     ///
     /// ```
     /// use omni_config::{Override, Scenario};
@@ -243,7 +244,8 @@ impl Command {
         later.fold(own, f64::max)
     }
 
-    /// Largest parts that are ever commanded, forward, sideways \[m/s\] and about \[rad/s\], in either direction; of a path 0.
+    /// Largest parts that are ever commanded, forward, sideways \[m/s\] and about \[rad/s\], in
+    /// either direction; of a path 0.
     pub(crate) fn largest(&self) -> [f64; 3] {
         self.twists().fold([0.0; 3], |most, twist| {
             [0, 1, 2].map(|axis| twist[axis].abs().max(most[axis]))
@@ -265,7 +267,8 @@ impl Command {
             .chain([[self.vx_m_s, self.vy_m_s, self.wz_rad_s]])
     }
 
-    /// The key and what is wrong with it, where the times do not ascend, or where there is more than one of a twist, a path and a table.
+    /// The key and what is wrong with it, where the times do not ascend, or where there is more
+    /// than one of a twist, a path and a table.
     pub(crate) fn refusal(&self) -> Option<(String, String)> {
         if self.path.is_some() && self.file.is_some() {
             let message = "a table of twists, allowed: only without command.path".to_owned();

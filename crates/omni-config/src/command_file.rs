@@ -39,8 +39,8 @@ pub struct CommandFile {
 }
 
 impl CommandFile {
-    /// The table in the bytes of a CSV file: a first line `time_s,vx_m_s,vy_m_s,wz_rad_s`, then 1 to 100000 rows whose times \[s\] ascend. What a row
-    /// says holds until the next one's time.
+    /// The table in the bytes of a CSV file: a first line `time_s,vx_m_s,vy_m_s,wz_rad_s`, then 1
+    /// to 100000 rows whose times \[s\] ascend. What a row says holds until the next one's time.
     ///
     /// # Errors
     /// What is wrong with it, with the line.

@@ -42,12 +42,12 @@ pub enum Language {
 impl Scenario {
     /// The controller's constants in `f32`, as source.
     ///
-    /// In Rust: `VEHICLE`, `POLICY`, `WHEELS`, `HINGES`, `PERIOD_US`, [`Scenario::constants_digest`] as `DIGEST`, and `CONTROLLER`,
-    /// `LIMITER`, `ODOMETRY`, `MOTORS`, to be used as any other, `DRIVE` where the scenario has a `[drive]` (under traction control an
-    /// [`omni_core::drive::TractionDrive`]), `TRACTION` and `SUPERVISOR` where its policy is traction control, `ENCODER` where it has
-    /// `sensors.encoder_counts`, `TRAJECTORY` and `FOLLOWER` where its command is a path. In C the same in `OMNI_...`, but for the odometry
-    /// by itself. Traction control is in `OMNI_DRIVE` only, which is then there without a `[drive]` too. [`Scenario::estimator`] is
-    /// `OMNI_ESTIMATOR`.
+    /// In Rust: `VEHICLE`, `POLICY`, `WHEELS`, `HINGES`, `PERIOD_US`, [`Scenario::constants_digest`] as `DIGEST`, and
+    /// `CONTROLLER`, `LIMITER`, `ODOMETRY`, `MOTORS`, to be used as any other, `DRIVE` where the scenario has a
+    /// `[drive]` (under traction control an [`omni_core::drive::TractionDrive`]), `TRACTION` and `SUPERVISOR` where
+    /// its policy is traction control, `ENCODER` where it has `sensors.encoder_counts`, `TRAJECTORY` and `FOLLOWER`
+    /// where its command is a path. In C the same in `OMNI_...`, but for the odometry by itself. Traction control is
+    /// in `OMNI_DRIVE` only, which is then there without a `[drive]` too. [`Scenario::estimator`] is `OMNI_ESTIMATOR`.
     ///
     /// # Errors
     /// As [`Scenario::controller`].
@@ -68,8 +68,8 @@ impl Scenario {
         }
     }
 
-    /// CRC-32 of the constants: two controllers with the same digest do the same. Firmware says it when it is asked whose
-    /// controller it has.
+    /// CRC-32 of the constants: two controllers with the same digest do the same. Firmware says it
+    /// when it is asked whose controller it has.
     ///
     /// # Errors
     /// As [`Scenario::controller`].

@@ -159,9 +159,9 @@ fn check(
 #[serde(deny_unknown_fields, default)]
 #[non_exhaustive]
 pub struct Control {
-    /// Name of a policy, one of [`POLICIES`]. If left out, or `"auto"`: traction control with the sensors that there are, or
-    /// `scale_references` where that would be refused; a scenario that was read has the name of what was chosen, and
-    /// [`crate::Scenario::auto_policy`] says why.
+    /// Name of a policy, one of [`POLICIES`]. If left out, or `"auto"`: traction control with the
+    /// sensors that there are, or `scale_references` where that would be refused; a scenario that
+    /// was read has the name of what was chosen, and [`crate::Scenario::auto_policy`] says why.
     #[garde(custom(known_policy))]
     #[cfg_attr(feature = "schema", schemars(extend("enum" = [&[AUTO], &POLICIES[..]].concat())))]
     pub policy: String,
@@ -173,12 +173,13 @@ pub struct Control {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[garde(skip)]
     pub integral: Option<IntegralLaw>,
-    /// Anti-windup, `none` if left out. With references that are scaled: `conditioned` if left out, or `clamp` in addition.
+    /// Anti-windup, `none` if left out. With references that are scaled: `conditioned` if left out,
+    /// or `clamp` in addition.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[garde(dive)]
     pub anti_windup: Option<AntiWindupLaw>,
-    /// Integral zone \[rad/s\], 0 to 1e6: errors up to this are integrated, larger ones set the integrals to 0; every error
-    /// counts if left out.
+    /// Integral zone \[rad/s\], 0 to 1e6: errors up to this are integrated, larger ones set the
+    /// integrals to 0; every error counts if left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[garde(adapt(ranges), range(min = ZONE_RAD_S.min, max = ZONE_RAD_S.max))]
     pub integral_zone_rad_s: Option<f64>,
@@ -186,7 +187,8 @@ pub struct Control {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[garde(adapt(ranges), range(min = WINDUP_N_M.min, max = WINDUP_N_M.max))]
     pub proportional_limit_n_m: Option<f64>,
-    /// Retries at each row of wheels with `traction` and `traction_runup`, 0 to 100; 8 if left out. With 0 a stuck vehicle stays stuck.
+    /// Retries at each row of wheels with `traction` and `traction_runup`, 0 to 100; 8 if left out.
+    /// With 0 a stuck vehicle stays stuck.
     #[serde(
         skip_serializing_if = "Option::is_none",
         deserialize_with = "crate::integers::max_retries"
@@ -228,7 +230,8 @@ impl Default for Control {
     }
 }
 
-/// Names of every policy: the presets of [`Coordination`], then those of traction control ([`omni_core::traction::Traction`]), the best last.
+/// Names of every policy: the presets of [`Coordination`], then those of traction control
+/// ([`omni_core::traction::Traction`]), the best last.
 ///
 /// ```
 /// assert_eq!(omni_config::POLICIES.last(), Some(&"traction"));
@@ -260,7 +263,8 @@ pub struct AutoPolicy {
     pub policy: &'static str,
     /// Why it is not traction control, in a clause; none where it is.
     pub because: Option<String>,
-    /// What traction control does without, a line each, as of [`Scenario::traction_notes`](crate::Scenario::traction_notes).
+    /// What traction control does without, a line each, as of
+    /// [`Scenario::traction_notes`](crate::Scenario::traction_notes).
     pub without: Vec<String>,
 }
 
@@ -403,8 +407,8 @@ impl Control {
         }
     }
 
-    /// What the wheels' loops do together; none where the policy is unknown. Traction control has no such loops: asked for
-    /// them all the same, for their kinematics, it yields loops that are each on their own.
+    /// What the wheels' loops do together; none where the policy is unknown. Traction control has no such
+    /// loops: asked for them all the same, for their kinematics, it yields loops that are each on their own.
     pub(crate) fn coordination<R: Real>(&self) -> Option<Coordination<R>> {
         if self.traction().is_some() {
             return Some(Coordination::independent());

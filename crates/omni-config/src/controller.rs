@@ -9,9 +9,9 @@ use omni_core::{
 use crate::control::known_policies;
 use crate::{Error, Scenario, Vehicle};
 
-/// Calls the generic function `$f` with the wheel count as its last parameter: the one place where a count that is known
-/// at run time becomes the const generic of omni-core. Vehicles have 3 to 8 wheels; `$otherwise` is the result for any
-/// other count.
+/// Calls the generic function `$f` with the wheel count as its last parameter: the one place where
+/// a count that is known at run time becomes the const generic of omni-core. Vehicles have 3 to 8
+/// wheels; `$otherwise` is the result for any other count.
 ///
 /// ```
 /// fn twice<const N: usize>(plus: usize) -> Option<usize> {
@@ -42,8 +42,8 @@ pub fn wheel_count_refused(count: usize) -> ConfigError {
 }
 
 impl Scenario {
-    /// An estimator of pose and velocity for the scenario's vehicle, with the noise of [`EstimatorConfig::new`], in the scalar
-    /// `R`.
+    /// An estimator of pose and velocity for the scenario's vehicle, with the noise of
+    /// [`EstimatorConfig::new`], in the scalar `R`.
     ///
     /// # Errors
     /// [`Error::Key`] where the control period is longer than 0.3 s, or where `N` is not the number of wheels.
@@ -85,7 +85,8 @@ impl Scenario {
         build().map_err(|error| self.vehicle().refuse(&error))
     }
 
-    /// What a controller of the scenario's vehicle is configured with, to be put into a [`omni_core::DriveConfig`], say.
+    /// What a controller of the scenario's vehicle is configured with, to be put into a
+    /// [`omni_core::DriveConfig`], say.
     ///
     /// # Errors
     /// As [`Scenario::controller`].
@@ -151,8 +152,8 @@ impl Scenario {
         self.control.period_us as f64 * 1e-6
     }
 
-    /// What one count of the encoders makes of a reading, where that is more than the motor can give: at such a resolution the
-    /// torques jump from limit to limit.
+    /// What one count of the encoders makes of a reading, where that is more than the motor can
+    /// give: at such a resolution the torques jump from limit to limit.
     ///
     /// # Errors
     /// As [`Scenario::wheel_control`].

@@ -6,13 +6,14 @@ use crate::digits::digits;
 use crate::ranges::{Bounded, GAIN};
 use crate::{Error, Gains, Vehicle};
 
-/// How soon a wheel follows, unless something below asks for more time \[s\]: at once for a person who drives, and twenty times
-/// slower than contacts of 200 Hz, which are then stiff.
+/// How soon a wheel follows, unless something below asks for more time \[s\]: at once for a person
+/// who drives, and twenty times slower than contacts of 200 Hz, which are then stiff.
 const SHORTEST_S: f64 = 0.1;
-/// Control periods of the shortest time constant: the loop's delay of one and a half periods then costs 9 degrees of phase.
+/// Control periods of the shortest time constant: the loop's delay of one and a half periods then
+/// costs 9 degrees of phase.
 const PERIODS: f64 = 10.0;
-/// Stall torques that an error of the whole speed asks for at most: beyond one it is clipped anyway, and two is reached by the
-/// kick at the start only.
+/// Stall torques that an error of the whole speed asks for at most: beyond one it is clipped
+/// anyway, and two is reached by the kick at the start only.
 const STALL_TORQUES: f64 = 2.0;
 /// Of the speed error of a wheel in the air, how much a control period may take away at most: above 1 it would swing.
 const SHARE_OF_A_FREE_WHEEL: f64 = 0.5;
@@ -56,10 +57,10 @@ impl Vehicle {
 
     /// Gains from masses, motor and control period \[s\], whatever the file gives (docs/physics.md derives them).
     ///
-    /// With the wheels' velocities `A x` for a twist `x` and the same loop C on every wheel, the vehicle obeys
-    /// `M x' = A^T C A (u - x)`: three loops, each with an inertia J that is an eigenvalue of `(A^T A)^-1 M`. For the largest:
-    /// `kp = J / T`, `ki = kp / (4 T)`, critically damped; the other two are damped more. T is 0.1 s, or longer if the control
-    /// period, the motor or a wheel in the air wants it.
+    /// With the wheels' velocities `A x` for a twist `x` and the same loop C on every wheel, the vehicle
+    /// obeys `M x' = A^T C A (u - x)`: three loops, each with an inertia J that is an eigenvalue of
+    /// `(A^T A)^-1 M`. For the largest: `kp = J / T`, `ki = kp / (4 T)`, critically damped; the other two are
+    /// damped more. T is 0.1 s, or longer if the control period, the motor or a wheel in the air wants it.
     ///
     /// # Errors
     /// As [`Vehicle::condition_number`]; [`Error::Key`] where kp would be beyond 1e6.
@@ -123,7 +124,7 @@ impl Vehicle {
     /// The largest inertia that a loop moves, `rows` being the actuators' velocities per unit of twist.
     fn largest_inertia(&self, rows: &[[f64; 3]]) -> f64 {
         let mut squares = Matrix3::zeros(); // A^T A
-        let mut mass = Matrix3::zeros(); // M: of the vehicle as one rigid body about its origin, and of its turning wheels
+        let mut mass = Matrix3::zeros(); // M: of the vehicle as one rigid body about its origin, and its turning wheels
         for (row, wheel) in rows.iter().zip(&self.wheel) {
             let square = Vector3::from(*row) * Vector3::from(*row).transpose();
             squares += square;
@@ -150,7 +151,8 @@ impl Vehicle {
         Ok(self.full_speed_rad_s(&self.actuators()?.0))
     }
 
-    /// The fastest that an actuator is meant to turn \[rad/s\]: where a limit of one axis is reached, but no faster than the motor.
+    /// The fastest that an actuator is meant to turn \[rad/s\]: where a limit of one axis is
+    /// reached, but no faster than the motor.
     fn full_speed_rad_s(&self, rows: &[[f64; 3]]) -> Option<f64> {
         let commanded = self.limits.map(|limits| {
             let limit = limits.speeds();

@@ -10,7 +10,8 @@ use crate::ranges::{
     RESIDUAL_GAIN, STALL_TORQUE_N_M, THRESHOLD_RAD_S, TIME_S, WHEEL_NOISE,
 };
 
-/// omni-core's `Drive` in the loop: what firmware runs instead of the bare loops. A table without keys has every default.
+/// omni-core's `Drive` in the loop: what firmware runs instead of the bare loops. A table without
+/// keys has every default.
 ///
 /// ```
 /// use omni_config::{Override, Scenario};
@@ -38,11 +39,13 @@ pub struct Drive {
     /// The same for the yaw rate \[rad/s^2\], 0.001 to 1e5; 8 by default.
     #[garde(adapt(ranges), range(min = ACCELERATION_RAD_S2.min, max = ACCELERATION_RAD_S2.max))]
     pub stop_rad_s2: f64,
-    /// When the vehicle moves again after an emergency stop, a safe stop or a time-out, and after the start: `at_once` with the next command,
-    /// `neutral` with the next one after a command of rest, 0 in every component. `at_once` by default.
+    /// When the vehicle moves again after an emergency stop, a safe stop or a time-out, and after
+    /// the start: `at_once` with the next command, `neutral` with the next one after a command of
+    /// rest, 0 in every component. `at_once` by default.
     #[garde(skip)]
     pub restart: DriveRestart,
-    /// Control periods with too few usable wheels for the motion before the vehicle is stopped, 0 to 65534; 10 by default.
+    /// Control periods with too few usable wheels for the motion before the vehicle is stopped, 0
+    /// to 65534; 10 by default.
     #[serde(deserialize_with = "crate::integers::periods_from_0")]
     #[garde(adapt(ranges), range(min = PERIODS_FROM_0.min, max = PERIODS_FROM_0.max))]
     pub blind_periods: u32,
@@ -52,7 +55,8 @@ pub struct Drive {
     /// Takes the rotation within a period into account; false by default.
     #[garde(skip)]
     pub discretize: bool,
-    /// Largest velocity of every actuator \[rad/s\], 1e-9 to 1e6: faster commands are slowed down as a whole. None by default.
+    /// Largest velocity of every actuator \[rad/s\], 1e-9 to 1e6: faster commands are slowed down
+    /// as a whole. None by default.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[garde(adapt(ranges), range(min = THRESHOLD_RAD_S.min, max = THRESHOLD_RAD_S.max))]
     pub speed_limit_rad_s: Option<f64>,
@@ -146,8 +150,8 @@ impl Default for DriveSlip {
 #[serde(deny_unknown_fields, default)]
 #[non_exhaustive]
 pub struct DriveFaults {
-    /// Largest plausible change of a reading in a period \[rad/s\], 1e-9 to 1e6. Left out: twice the motor's no-load speed and three encoder
-    /// counts; not checked where a motor has no no-load speed.
+    /// Largest plausible change of a reading in a period \[rad/s\], 1e-9 to 1e6. Left out: twice the
+    /// motor's no-load speed and three encoder counts; not checked where a motor has no no-load speed.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[garde(adapt(ranges), range(min = THRESHOLD_RAD_S.min, max = THRESHOLD_RAD_S.max))]
     pub jump_rad_s: Option<f64>,
@@ -158,19 +162,21 @@ pub struct DriveFaults {
     )]
     #[garde(adapt(ranges), range(min = PERIODS.min, max = PERIODS.max))]
     pub jump_periods: Option<u32>,
-    /// A constant reading is stuck if the velocity expected from the other wheels changes by more than this \[rad/s\], 1e-9 to 1e6. Left out:
-    /// 1, or what two encoder counts read as where that is more.
+    /// A constant reading is stuck if the velocity expected from the other wheels changes by more than
+    /// this \[rad/s\], 1e-9 to 1e6. Left out: 1, or what two encoder counts read as where that is more.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[garde(adapt(ranges), range(min = THRESHOLD_RAD_S.min, max = THRESHOLD_RAD_S.max))]
     pub stuck_rad_s: Option<f64>,
-    /// A constant reading away from its reference is stuck if the commanded torque is at least this \[N.m\], 1e-6 to 1e6: after ten times
-    /// `stuck_periods`; with three wheels after `stuck_periods` if another wheel turns. A reading of 0 is so only once the other wheels, if they
-    /// can, show that the wheel has turned by `stuck_rad_s` in that time. Left out: half the stall torque.
+    /// A constant reading away from its reference is stuck if the commanded torque is at least this
+    /// \[N.m\], 1e-6 to 1e6: after ten times `stuck_periods`; with three wheels after `stuck_periods`
+    /// if another wheel turns. A reading of 0 is so only once the other wheels, if they can, show
+    /// that the wheel has turned by `stuck_rad_s` in that time. Left out: half the stall torque.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[garde(adapt(ranges), range(min = STALL_TORQUE_N_M.min, max = STALL_TORQUE_N_M.max))]
     pub stuck_torque_n_m: Option<f64>,
-    /// Periods of evidence in a row that make a reading stuck, 2 to 65535. Left out: those of 0.1 s or, where these are more, as many as it takes
-    /// until an encoder is known to stand: 0.1 s or the time of three counts at 0.25 rad/s, and three over the bandwidth of an observer.
+    /// Periods of evidence in a row that make a reading stuck, 2 to 65535. Left out: those of 0.1 s
+    /// or, where these are more, as many as it takes until an encoder is known to stand: 0.1 s or
+    /// the time of three counts at 0.25 rad/s, and three over the bandwidth of an observer.
     #[serde(
         skip_serializing_if = "Option::is_none",
         deserialize_with = "crate::integers::periods_from_2"

@@ -10,8 +10,8 @@ use crate::drive::{Drive, DriveFaults, DriveRestart};
 use crate::encoder_velocity::EncoderVelocity;
 use crate::{Error, Scenario, Vehicle, for_wheel_count};
 
-/// A reading toggles between two counts at an edge, and another wheel's may do so at the same time: with 1.2 counts a standing wheel of chugo7
-/// was called stuck in each of four drives, with 1.5 counts in none.
+/// A reading toggles between two counts at an edge, and another wheel's may do so at the same time: with
+/// 1.2 counts a standing wheel of chugo7 was called stuck in each of four drives, with 1.5 counts in none.
 pub(crate) const LEAST_COUNTS: f64 = 2.0;
 
 /// A count that was checked to be no more than 65535.
@@ -81,7 +81,8 @@ impl Drive {
 }
 
 impl Scenario {
-    /// What a [`omni_core::Drive`] of the scenario's vehicle is made of, in the scalar `R`; none where the scenario has no `[drive]`.
+    /// What a [`omni_core::Drive`] of the scenario's vehicle is made of, in the scalar `R`; none
+    /// where the scenario has no `[drive]`.
     ///
     /// # Errors
     /// As [`Scenario::controller`].
@@ -121,8 +122,8 @@ impl Scenario {
         Some(faults)
     }
 
-    /// How long readings may show a motion that is over, or not yet of one that has begun \[s\]: until a counter is known to stand, and what
-    /// is left of an observer's transient, e^-3 of it.
+    /// How long readings may show a motion that is over, or not yet of one that has begun \[s\]:
+    /// until a counter is known to stand, and what is left of an observer's transient, e^-3 of it.
     fn held_s(&self) -> f64 {
         // A loaded scenario's is one.
         let Ok(Some(estimator)) = self.velocity_estimator::<f64>() else {
@@ -142,8 +143,8 @@ impl Scenario {
         for_wheel_count!(vehicle.wheel.len(), unchecked[](vehicle), |_| Vec::new())
     }
 
-    /// The firmware's whole step, in the scalar `R`; none where the scenario has no `[drive]`. Under traction control what is around the
-    /// loops: the whole is [`Scenario::traction_drive`].
+    /// The firmware's whole step, in the scalar `R`; none where the scenario has no `[drive]`.
+    /// Under traction control what is around the loops: the whole is [`Scenario::traction_drive`].
     ///
     /// # Errors
     /// As [`Scenario::controller`]; [`Error::Key`] where the drive's keys do not fit together.
@@ -166,8 +167,8 @@ impl Scenario {
         built.map(Some).map_err(|error| self.refuse_drive(&error))
     }
 
-    /// The firmware's whole step with traction control, in the scalar `R`; none where the scenario has no `[drive]` or its policy is one of the
-    /// wheels' loops.
+    /// The firmware's whole step with traction control, in the scalar `R`; none where the scenario
+    /// has no `[drive]` or its policy is one of the wheels' loops.
     ///
     /// # Errors
     /// As [`Scenario::drive`] and [`Scenario::traction`].
@@ -192,7 +193,8 @@ impl Scenario {
         built.map(Some).map_err(|error| self.refuse_drive(&error))
     }
 
-    /// The drive of a scenario under traction control without a `[drive]`: limits of the command, how torque ends, the law.
+    /// The drive of a scenario under traction control without a `[drive]`: limits of the command,
+    /// how torque ends, the law.
     pub(crate) fn bare_traction_drive<R: Real, const N: usize>(
         &self,
     ) -> Result<Option<TractionDrive<R, N>>, Error> {

@@ -30,10 +30,11 @@ pub struct EncoderReading {
     pub counts: f64,
     /// Velocity that one count in a control period is \[rad/s\].
     pub count_rad_s: f64,
-    /// What a reading is off by at most at a steady velocity \[rad/s\]: a count in a period or, with `sensors.encoder_velocity`, what is left
-    /// of it; 0 where edges are stamped.
+    /// What a reading is off by at most at a steady velocity \[rad/s\]: a count in a period or,
+    /// with `sensors.encoder_velocity`, what is left of it; 0 where edges are stamped.
     pub step_rad_s: f64,
-    /// The fastest that an actuator is meant to turn \[rad/s\]: a limit of the commanded twist, or its motor's speed without load.
+    /// The fastest that an actuator is meant to turn \[rad/s\]: a limit of the commanded twist, or
+    /// its motor's speed without load.
     pub top_rad_s: f64,
 }
 
@@ -70,8 +71,8 @@ impl fmt::Display for EncoderReading {
 }
 
 impl Scenario {
-    /// What makes velocities of the counts of the scenario's encoders, those of one control period where `sensors.encoder_velocity` is left
-    /// out; none where there are no counts.
+    /// What makes velocities of the counts of the scenario's encoders, those of one control period
+    /// where `sensors.encoder_velocity` is left out; none where there are no counts.
     ///
     /// # Errors
     /// [`Error::Key`] where the method does not go with the control period; a loaded scenario has been checked.
@@ -138,7 +139,8 @@ impl Scenario {
         }
     }
 
-    /// What a reading is off by at most at a steady velocity for the counts of its encoders \[rad/s\]; none without counts.
+    /// What a reading is off by at most at a steady velocity for the counts of its encoders
+    /// \[rad/s\]; none without counts.
     pub(crate) fn encoder_step_rad_s(&self) -> Option<f64> {
         let counts = self.sensors.encoder_counts;
         let count_rad = std::f64::consts::TAU / counts;
@@ -152,7 +154,8 @@ impl Scenario {
         })
     }
 
-    /// What one count makes of a reading against the top speed; none without counts, and where nothing limits the speed.
+    /// What one count makes of a reading against the top speed; none without counts, and where
+    /// nothing limits the speed.
     ///
     /// # Errors
     /// As [`crate::Vehicle::condition_number`].

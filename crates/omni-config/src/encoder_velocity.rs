@@ -20,7 +20,8 @@ pub enum EncoderVelocity {
         #[garde(adapt(ranges), range(min = WINDOW_PERIODS.min, max = WINDOW_PERIODS.max))]
         periods: u16,
     },
-    /// Counts between edges over the time between them, the edges being stamped by a timer (period measurement, the M/T method).
+    /// Counts between edges over the time between them, the edges being stamped by a timer (period
+    /// measurement, the M/T method).
     Edges {},
     /// A second-order tracking observer.
     Observer {

@@ -7,8 +7,8 @@ use crate::shortened;
 use crate::suggestion::did_you_mean;
 use crate::truncate::{fits, short_key};
 
-/// A file, a key or a name that is not usable. Its message is one line, as `Debug` too: what `main` prints of an error. Whatever
-/// the file holds, no part of it is longer than [`shortened`] leaves it.
+/// A file, a key or a name that is not usable. Its message is one line, as `Debug` too: what `main`
+/// prints of an error. Whatever the file holds, no part of it is longer than [`shortened`] leaves it.
 #[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -99,7 +99,8 @@ fn or_file(file: &str) -> &str {
 }
 
 impl Error {
-    /// The same error, as the answer to a subcommand that takes a scenario, as `compare`: what it says to type is of that one.
+    /// The same error, as the answer to a subcommand that takes a scenario, as `compare`: what it
+    /// says to type is of that one.
     #[must_use]
     pub fn to_command(self, name: &'static str) -> Self {
         match self {

@@ -122,19 +122,24 @@ pub enum Fault {
     WheelDrag(WheelDrag),
     /// A motor gives only a part of its torque at every speed, also shorted. The controller does not know.
     MotorWeak(WheelPart),
-    /// The supply has only a part of its voltage: stall torque and no-load speed of all motors fall with it. The controller does not know.
+    /// The supply has only a part of its voltage: stall torque and no-load speed of all motors fall
+    /// with it. The controller does not know.
     SupplySag(SupplyPart),
-    /// The electronics of an encoder repeat its last reading: with encoder counts the count, which jumps to the shaft's at the end of the fault, without counts the velocity.
+    /// The electronics of an encoder repeat its last reading: with encoder counts the count, which
+    /// jumps to the shaft's at the end of the fault, without counts the velocity.
     EncoderStuck(WheelFault),
-    /// An encoder counts no more, as with a cut supply: its count stands, and goes on from there at the end of the fault. Without encoder counts its velocity reads 0.
+    /// An encoder counts no more, as with a cut supply: its count stands, and goes on from there at
+    /// the end of the fault. Without encoder counts its velocity reads 0.
     EncoderDead(WheelFault),
-    /// An encoder has lost one of its two channels: its count goes to and fro by one as the shaft turns. Only with encoder counts.
+    /// An encoder has lost one of its two channels: its count goes to and fro by one as the shaft
+    /// turns. Only with encoder counts.
     EncoderToggles(WheelFault),
     /// The coupling of an encoder slips: it turns by only a part of what the shaft turns.
     EncoderSlips(WheelPart),
     /// An encoder's readings do not arrive.
     EncoderSilent(WheelFault),
-    /// No command arrives, as when the connection to the driver is lost. The loops keep the last command; a `[drive]` has a time-out.
+    /// No command arrives, as when the connection to the driver is lost. The loops keep the last
+    /// command; a `[drive]` has a time-out.
     CommandLost(FaultSpan),
     /// The emergency stop of a `[drive]` is pressed, and released at the end.
     EmergencyStop(FaultSpan),

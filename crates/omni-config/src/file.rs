@@ -18,8 +18,9 @@ pub enum File {
 }
 
 impl File {
-    /// What is built in by a name, else the file at a path, whatever it describes: a vehicle has wheels, an experiment of section 3.3 has loads, a study
-    /// has seeds or axes, anything else is taken for a scenario. Overrides name its own keys; a study takes none here.
+    /// What is built in by a name, else the file at a path, whatever it describes: a vehicle has
+    /// wheels, an experiment of section 3.3 has loads, a study has seeds or axes, anything else is
+    /// taken for a scenario. Overrides name its own keys; a study takes none here.
     ///
     /// # Errors
     /// What is wrong with it, in one line.

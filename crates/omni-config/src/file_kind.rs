@@ -17,8 +17,8 @@ pub enum FileKind {
 }
 
 impl FileKind {
-    /// What a table describes, if its keys say so: a scenario has a ground and a command, a vehicle wheels, bodies or a motor,
-    /// an experiment of section 3.3 loads, a study seeds or axes.
+    /// What a table describes, if its keys say so: a scenario has a ground and a command, a vehicle
+    /// wheels, bodies or a motor, an experiment of section 3.3 loads, a study seeds or axes.
     pub(crate) fn of(table: &Table) -> Option<Self> {
         let has = |keys: &[&str]| keys.iter().any(|key| table.contains_key(*key));
         if has(&["terrain", "command"]) {
@@ -74,7 +74,8 @@ impl FileKind {
 
 #[cfg(test)]
 mod tests {
-    /// Everything that loads names kinds of files: were they in a module that loads, modules would import one another in a circle.
+    /// Everything that loads names kinds of files: were they in a module that loads, modules would
+    /// import one another in a circle.
     #[test]
     fn kinds_of_files_are_a_leaf_that_imports_no_other_room() {
         let own = include_str!("file_kind.rs").split_once("#[cfg(test)]");

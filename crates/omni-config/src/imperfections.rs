@@ -18,20 +18,22 @@ use crate::ranges::{
 #[serde(deny_unknown_fields, default)]
 #[non_exhaustive]
 pub struct Sensors {
-    /// Counts of each encoder a turn of its actuator, 1 to 10 million, fractions allowed (a gear motor may have 537.7); 0: no quantisation. With counts the measured velocity is the whole
-    /// counts of the last control period over the period, unless `encoder_velocity` says otherwise; exactly 0 where the counter has stayed within
-    /// two counts for 0.1 s, or for the time of three counts at 0.25 rad/s where that is longer.
+    /// Counts of each encoder a turn of its actuator, 1 to 10 million, fractions allowed (a gear motor may have
+    /// 537.7); 0: no quantisation. With counts the measured velocity is the whole counts of the last control
+    /// period over the period, unless `encoder_velocity` says otherwise; exactly 0 where the counter has stayed
+    /// within two counts for 0.1 s, or for the time of three counts at 0.25 rad/s where that is longer.
     #[garde(custom(is_encoder_counts))]
     #[cfg_attr(feature = "schema", schemars(range(min = 0.0, max = crate::ranges::ENCODER_COUNTS.max)))]
     pub encoder_counts: f64,
-    /// How velocities are computed from counts, as in firmware with coarse encoders; left out: from the counts of one control
-    /// period. Traction control filters those itself, but does not filter the result of this method.
+    /// How velocities are computed from counts, as in firmware with coarse encoders; left out: from the counts of
+    /// one control period. Traction control filters those itself, but does not filter the result of this method.
     #[garde(dive)]
     pub encoder_velocity: Option<EncoderVelocity>,
     /// Standard deviation of normal noise on each measured velocity \[rad/s\], 0 to 100.
     #[garde(adapt(ranges), range(min = ENCODER_NOISE_RAD_S.min, max = ENCODER_NOISE_RAD_S.max))]
     pub encoder_noise_rad_s: f64,
-    /// Delay of all readings, gyro included, at the controller \[us\], a multiple of the control period, up to 100 000. A file has it in seconds.
+    /// Delay of all readings, gyro included, at the controller \[us\], a multiple of the control
+    /// period, up to 100 000. A file has it in seconds.
     #[serde(
         rename = "delay_s",
         deserialize_with = "crate::microseconds::delay",
@@ -49,7 +51,8 @@ pub struct Sensors {
     /// No encoders on the hinges: the controller gets none of their angles.
     #[garde(skip)]
     pub no_hinge_encoders: bool,
-    /// No inertial measurement unit: the controller gets no attitude and no yaw rate of the base. A heading hold has its own gyro.
+    /// No inertial measurement unit: the controller gets no attitude and no yaw rate of the base. A
+    /// heading hold has its own gyro.
     #[garde(skip)]
     pub no_imu: bool,
 }
@@ -63,8 +66,8 @@ pub struct Actuators {
     /// Time constant of the torque, first order \[s\], 0 to 1.
     #[garde(adapt(ranges), range(min = LAG_S.min, max = LAG_S.max))]
     pub torque_lag_s: f64,
-    /// Part of the supply's voltage that is lost while every motor gives its stall torque, 0 to 0.9; in proportion below that.
-    /// The motors' torque-speed line falls with the voltage, unknown to the controller.
+    /// Part of the supply's voltage that is lost while every motor gives its stall torque, 0 to 0.9; in
+    /// proportion below that. The motors' torque-speed line falls with the voltage, unknown to the controller.
     #[garde(adapt(ranges), range(min = SAG.min, max = SAG.max))]
     pub voltage_sag: f64,
 }

@@ -27,8 +27,8 @@ impl<T: Whole> Whole for Option<T> {
     }
 }
 
-/// A reader of whole numbers for each range, to be named by `deserialize_with`. Whether a number that fits its type is in the range
-/// garde checks.
+/// A reader of whole numbers for each range, to be named by `deserialize_with`. Whether a number
+/// that fits its type is in the range garde checks.
 macro_rules! readers {
     ($($name:ident: $range:expr;)*) => {$(
         pub(crate) fn $name<'de, D: Deserializer<'de>, T: Whole>(from: D) -> Result<T, D::Error> {

@@ -82,8 +82,8 @@ impl Source {
         }
     }
 
-    /// A text out of a log, a pickle or a message: its author does not choose which files of this machine are read. A vehicle
-    /// or a picture that it names, built-in or not, is refused: what we write holds both.
+    /// A text out of a log, a pickle or a message: its author does not choose which files of this machine are
+    /// read. A vehicle or a picture that it names, built-in or not, is refused: what we write holds both.
     ///
     /// ```
     /// use omni_config::{Scenario, Source};

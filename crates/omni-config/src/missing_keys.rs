@@ -23,8 +23,8 @@ struct Trouble {
     message: String,
 }
 
-/// `, also ...` with the keys that are missing beside the first one, or nothing: each is filled in with some value of a type that fits until what is
-/// wrong is no missing key.
+/// `, also ...` with the keys that are missing beside the first one, or nothing: each is filled in
+/// with some value of a type that fits until what is wrong is no missing key.
 pub(crate) fn others_missing<T: DeserializeOwned>(mut value: Value) -> String {
     let mut found = Vec::new();
     let mut trouble = first_trouble::<T>(&value);

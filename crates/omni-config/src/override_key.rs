@@ -4,14 +4,15 @@ use toml::{Table, Value};
 
 use crate::{Error, Source};
 
-/// Parts of a key and its characters at most, more than any key of a file has. Each part may make a table in the one before it,
-/// and dropping a million tables in one another overflows the stack.
+/// Parts of a key and its characters at most, more than any key of a file has. Each part may make a
+/// table in the one before it, and dropping a million tables in one another overflows the stack.
 const MOST_PARTS: usize = 16;
 const MOST_CHARACTERS: usize = 200;
 
-/// A key of a scenario or, behind `vehicle.`, of its vehicle, and the value to put there: `terrain.friction=0.5`,
-/// `vehicle.motor.stall_torque_n_m=1`, `vehicle.wheel[0].radius_m=0.07` or `vehicle.wheel.0.radius_m` (elements count from 0). An
-/// element may be named, as in `vehicle.body.platform.mass_kg`; `vehicle.wheel.*.radius_m` means every wheel.
+/// A key of a scenario or, behind `vehicle.`, of its vehicle, and the value to put there:
+/// `terrain.friction=0.5`, `vehicle.motor.stall_torque_n_m=1`, `vehicle.wheel[0].radius_m=0.07` or
+/// `vehicle.wheel.0.radius_m` (elements count from 0). An element may be named, as in
+/// `vehicle.body.platform.mass_kg`; `vehicle.wheel.*.radius_m` means every wheel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Override {
     key: String,

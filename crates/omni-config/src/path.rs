@@ -25,8 +25,8 @@ pub(crate) const MOST_POINTS: usize = 500;
 #[serde(untagged)]
 #[non_exhaustive]
 pub enum PathChoice {
-    /// `square`: ahead, to the left, back, to the right, each by `path_size_m`. `figure_eight`: a circle of that diameter to the left, then one to the
-    /// right. Both begin at the vehicle's start and keep its heading.
+    /// `square`: ahead, to the left, back, to the right, each by `path_size_m`. `figure_eight`: a circle of that
+    /// diameter to the left, then one to the right. Both begin at the vehicle's start and keep its heading.
     Name(String),
     /// From the vehicle's start through these waypoints, 1 to 500.
     Waypoints(#[cfg_attr(feature = "schema", schemars(length(min = 1, max = 500)))] Vec<PathPoint>),
@@ -86,7 +86,8 @@ impl Validate for PathChoice {
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum WayKind {
-    /// A straight line. At the place of the waypoint before: a turn on the spot to the heading, or a wait until the time.
+    /// A straight line. At the place of the waypoint before: a turn on the spot to the heading, or
+    /// a wait until the time.
     #[default]
     Line,
     /// Along the circle on which the direction of travel turns by `sweep_rad`.
@@ -111,8 +112,8 @@ pub struct PathPoint {
     /// World y \[m\], -100 to 100 (left is +).
     #[garde(adapt(ranges), range(min = PLACE_M.min, max = PLACE_M.max))]
     pub y_m: f64,
-    /// Heading there \[rad\], counter-clockwise from world x, -3.2 to 3.2, by the shorter turn; left out: interpolated towards the
-    /// next waypoint that has one, or else kept to the end.
+    /// Heading there \[rad\], counter-clockwise from world x, -3.2 to 3.2, by the shorter turn;
+    /// left out: interpolated towards the next waypoint that has one, or else kept to the end.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[garde(adapt(ranges), range(min = TURN_RAD.min, max = TURN_RAD.max))]
     pub heading_rad: Option<f64>,
@@ -128,7 +129,8 @@ pub struct PathPoint {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[garde(adapt(ranges), range(min = SPEED_M_S.min, max = SPEED_M_S.max))]
     pub speed_m_s: Option<f64>,
-    /// Time of arrival \[s\], 0.001 to 3600, later than that of the waypoint before; left out: as soon as the limits permit.
+    /// Time of arrival \[s\], 0.001 to 3600, later than that of the waypoint before; left out: as
+    /// soon as the limits permit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[garde(adapt(ranges), range(min = PATH_TIME_S.min, max = PATH_TIME_S.max))]
     pub time_s: Option<f64>,
@@ -143,8 +145,8 @@ pub struct PathPlan {
     /// Speed along the path \[m/s\], 0.001 to 100; 1 by default.
     #[garde(adapt(ranges), range(min = SPEED_M_S.min, max = SPEED_M_S.max))]
     pub speed_m_s: f64,
-    /// Acceleration, deceleration and centripetal acceleration \[m/s^2\], 0.001 to 1e4; 1 by default. The plan does not know the
-    /// friction: use less than friction times gravity.
+    /// Acceleration, deceleration and centripetal acceleration \[m/s^2\], 0.001 to 1e4; 1 by
+    /// default. The plan does not know the friction: use less than friction times gravity.
     #[garde(adapt(ranges), range(min = ACCELERATION_M_S2.min, max = ACCELERATION_M_S2.max))]
     pub acceleration_m_s2: f64,
     /// Jerk along the path \[m/s^3\], 0.001 to 1e5; 10 by default.
@@ -159,7 +161,8 @@ pub struct PathPlan {
     /// The change of that \[rad/s^3\], 0.001 to 1e6; 40 by default.
     #[garde(adapt(ranges), range(min = JERK_RAD_S3.min, max = JERK_RAD_S3.max))]
     pub yaw_rad_s3: f64,
-    /// Part of the wheels' speeds and torques that the plan may use, 0.05 to 1; 0.8 by default. The rest is for the follower.
+    /// Part of the wheels' speeds and torques that the plan may use, 0.05 to 1; 0.8 by default. The
+    /// rest is for the follower.
     #[garde(adapt(ranges), range(min = SHARE.min, max = SHARE.max))]
     pub share: f64,
     /// Whether the plan keeps to the wheels' speeds and torques and to the vehicle's `[limits]`; true by default.
@@ -188,7 +191,8 @@ impl Default for PathPlan {
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum PoseSource {
-    /// Odometry since the start, as on a real vehicle: the pose of a `[drive]`, or else dead reckoning with all encoders.
+    /// Odometry since the start, as on a real vehicle: the pose of a `[drive]`, or else dead
+    /// reckoning with all encoders.
     #[default]
     Odometry,
     /// The true pose, which a real vehicle gets only from an external measurement.
@@ -249,8 +253,8 @@ impl Default for PathFollow {
 #[serde(deny_unknown_fields, default)]
 #[non_exhaustive]
 pub struct PathWait {
-    /// A vehicle that is farther than this from its reference slows the path's time down, and at twice that it stands \[m\], 0.001 to 100;
-    /// 0.1 by default. It should be several times the error of a vehicle that is not held up.
+    /// A vehicle that is farther than this from its reference slows the path's time down, and at twice that it stands
+    /// \[m\], 0.001 to 100; 0.1 by default. It should be several times the error of a vehicle that is not held up.
     #[garde(adapt(ranges), range(min = DISTANCE_ERROR_M.min, max = DISTANCE_ERROR_M.max))]
     pub lag_m: f64,
     /// The same of its heading \[rad\], 0.001 to 100; 0.3 by default.

@@ -76,8 +76,9 @@ pub struct Physics {
     #[garde(skip)]
     #[cfg_attr(feature = "schema", schemars(with = "f64", description = "Physics step [s]: whole microseconds, 1e-6 to 0.1; 0.0005 if left out.", range(min = crate::ranges::PERIOD_S.min, max = crate::ranges::PERIOD_S.max)))]
     pub timestep_us: u64,
-    /// Solver iterations per step of the engine, 1 to 100. Left out: 8, or with a step above
-    /// 0.5 ms one per started 62.5 us; with fewer, vehicles climb more slowly. Only with `engine = "rapier"`: the other iterates until the contacts converge.
+    /// Solver iterations per step of the engine, 1 to 100. Left out: 8, or with a step above 0.5 ms
+    /// one per started 62.5 us; with fewer, vehicles climb more slowly. Only with
+    /// `engine = "rapier"`: the other iterates until the contacts converge.
     #[serde(
         skip_serializing_if = "Option::is_none",
         deserialize_with = "crate::integers::iterations"
@@ -93,12 +94,13 @@ pub struct Physics {
     /// Gravity \[m/s^2\], downwards, 0 to 100; 9.81 if left out.
     #[garde(adapt(ranges), range(min = GRAVITY_M_S2.min, max = GRAVITY_M_S2.max))]
     pub gravity_m_s2: f64,
-    /// Wheel model: `auto` has rollers, each a body of its own, where balls do not stand for the wheels on this ground, and else each
-    /// wheel's own `contact`, mostly a ball, which is faster; `ball` and `rollers` by name.
+    /// Wheel model: `auto` has rollers, each a body of its own, where balls do not stand for the wheels on this
+    /// ground, and else each wheel's own `contact`, mostly a ball, which is faster; `ball` and `rollers` by name.
     #[garde(skip)]
     pub wheel_model: WheelModel,
-    /// Parts into which each physics step is divided for wheels of rollers, 1 to 16. By default 1 with `engine = "articulated"`; with
-    /// `engine = "rapier"`, where a part may be 250 us at most, as many as that takes, on height maps twice as many.
+    /// Parts into which each physics step is divided for wheels of rollers, 1 to 16. By default 1
+    /// with `engine = "articulated"`; with `engine = "rapier"`, where a part may be 250 us at most,
+    /// as many as that takes, on height maps twice as many.
     #[serde(
         skip_serializing_if = "Option::is_none",
         deserialize_with = "crate::integers::substeps"

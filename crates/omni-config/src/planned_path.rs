@@ -44,8 +44,8 @@ impl PlannedPath {
 }
 
 impl Vehicle {
-    /// Moment of inertia of everything about the vertical through the centre of mass, as the vehicle stands on flat ground \[kg.m^2\]; of a
-    /// wheel half of what it is about its axle, as of a disc.
+    /// Moment of inertia of everything about the vertical through the centre of mass, as the vehicle
+    /// stands on flat ground \[kg.m^2\]; of a wheel half of what it is about its axle, as of a disc.
     ///
     /// ```
     /// let mecanum4 = omni_config::Vehicle::load("mecanum4")?; // a crate of 20 kg, and wheels of 1 kg under its corners
@@ -146,7 +146,8 @@ impl PathWait {
 }
 
 impl Scenario {
-    /// The path of the scenario's command, planned for its vehicle from where it stands at the start; none of a command without one.
+    /// The path of the scenario's command, planned for its vehicle from where it stands at the
+    /// start; none of a command without one.
     ///
     /// # Errors
     /// [`Error::Key`] where it cannot be planned; a loaded scenario has been checked.
@@ -225,7 +226,8 @@ impl Scenario {
     #[must_use]
     pub fn farthest_m(&self) -> f64 {
         match self.command.waypoints(&self.start) {
-            // Half of a circle is pi / 2 of its chord, and nothing bends more on the way to a place that is further away.
+            // Half of a circle is pi / 2 of its chord, and nothing bends more on the way to a place
+            // that is further away.
             Some(waypoints) => waypoints
                 .windows(2)
                 .map(|pair| libm::hypot(pair[1].x_m - pair[0].x_m, pair[1].y_m - pair[0].y_m))

@@ -1,8 +1,8 @@
 //! Range checks for garde, which says where a value is; these say what it was and what is allowed.
 //!
-//! A field says its bounds once: `#[garde(adapt(ranges), range(min = X.min, max = X.max))]`, `inner(range(...))` where it is a list of
-//! numbers, `length(...)` for how many there are. schemars takes the schema's bounds from there. garde checks these rules by the
-//! modules of their names in this file, because its own `range` lets NaN through.
+//! A field says its bounds once: `#[garde(adapt(ranges), range(min = X.min, max = X.max))]`, `inner(range(...))` where
+//! it is a list of numbers, `length(...)` for how many there are. schemars takes the schema's bounds from there. garde
+//! checks these rules by the modules of their names in this file, because its own `range` lets NaN through.
 
 use garde::Error;
 
@@ -336,7 +336,8 @@ pub(crate) fn is_encoder_counts(counts: &f64, _: &()) -> garde::Result {
     )
 }
 
-/// A name that can stand in a column and a file name: letters, digits, `_` and `-`, 1 to 40 of them, and no device of Windows.
+/// A name that can stand in a column and a file name: letters, digits, `_` and `-`, 1 to 40 of
+/// them, and no device of Windows.
 pub(crate) fn is_name(value: &str, _: &()) -> garde::Result {
     if is_device(value) {
         return refuse(format!("{value:?}"), "another name: on Windows this is a device");

@@ -27,8 +27,8 @@ pub fn open_regular(path: impl AsRef<Path>) -> Result<File> {
     Ok(file)
 }
 
-/// Refuses what is there by this name and is no regular file, or a link to such: a file that takes its place would replace a device, or wait
-/// for who reads a pipe. A name that nothing has is fine.
+/// Refuses what is there by this name and is no regular file, or a link to such: a file that takes
+/// its place would replace a device, or wait for who reads a pipe. A name that nothing has is fine.
 ///
 /// # Errors
 /// What it is instead, in a few words.

@@ -7,8 +7,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::ranges::{self, BLEED_S, HOLD_TORQUE_SQUARED_N2M2S, TIME_S};
 
-/// How torque ends while rest is commanded: in a stop, after a time-out. By default it falls to 0 within half a second, whatever is measured,
-/// and a vehicle on a slope then rolls. A hold on the slope is bounded by time and torque squared.
+/// How torque ends while rest is commanded: in a stop, after a time-out. By default it falls to 0
+/// within half a second, whatever is measured, and a vehicle on a slope then rolls. A hold on the
+/// slope is bounded by time and torque squared.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
@@ -20,12 +21,12 @@ pub struct Rest {
     /// Time before that in which the wheels are held \[s\], 0 to 3600; 0 by default.
     #[garde(adapt(ranges), range(min = TIME_S.min, max = TIME_S.max))]
     pub hold_s: f64,
-    /// The hold also ends when the sum over the wheels of the integral of torque squared reaches this \[N^2.m^2.s\], 0 to 1e9; above 0 where
-    /// `hold_s` is, 0 by default.
+    /// The hold also ends when the sum over the wheels of the integral of torque squared reaches
+    /// this \[N^2.m^2.s\], 0 to 1e9; above 0 where `hold_s` is, 0 by default.
     #[garde(adapt(ranges), range(min = HOLD_TORQUE_SQUARED_N2M2S.min, max = HOLD_TORQUE_SQUARED_N2M2S.max))]
     pub hold_torque_squared_n2m2s: f64,
-    /// Shorts the windings of every motor when its torque has ended, so that the motors brake a vehicle that still rolls; false by default. A
-    /// `[drive]` does so in a safe stop and in an emergency stop by itself.
+    /// Shorts the windings of every motor when its torque has ended, so that the motors brake a vehicle that
+    /// still rolls; false by default. A `[drive]` does so in a safe stop and in an emergency stop by itself.
     #[garde(skip)]
     pub short_windings: bool,
 }

@@ -42,8 +42,8 @@ thread_local! {
 const KEPT: usize = 16;
 
 impl Rollers {
-    /// Those of a wheel whose file gives none: nine as thick as a fifth of the wheel, two rows of them where their axes are across the
-    /// wheel, which close the gaps.
+    /// Those of a wheel whose file gives none: nine as thick as a fifth of the wheel, two rows of
+    /// them where their axes are across the wheel, which close the gaps.
     pub(crate) fn usual(wheel: &WheelSpec) -> Self {
         Self {
             count: 9,
@@ -80,7 +80,8 @@ impl Rollers {
         Ok(built)
     }
 
-    /// The largest radius of rollers that close the gaps of this wheel, with four digits; none where thinner ones do not.
+    /// The largest radius of rollers that close the gaps of this wheel, with four digits; none
+    /// where thinner ones do not.
     pub(crate) fn closing_radius_m(&self, wheel: &WheelSpec) -> Option<f64> {
         let closes = |radius_m: f64| {
             let thinner = Self {
@@ -208,8 +209,8 @@ impl Rollers {
         Err(self.too_thick(wheel))
     }
 
-    /// The wheel with rollers of that size, its rows in one plane and its rollers without mass; none where there is no such
-    /// barrel.
+    /// The wheel with rollers of that size, its rows in one plane and its rollers without mass;
+    /// none where there is no such barrel.
     fn sized(&self, wheel: &WheelSpec, radius_m: f64, half_length_m: f64) -> Option<RollerWheel> {
         let cos = libm::cos(wheel.roller_angle_rad);
         let barrel = Barrel::new(radius_m, half_length_m, [wheel.radius_m, cos], self.crown_m)?;

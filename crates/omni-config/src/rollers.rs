@@ -15,7 +15,8 @@ use crate::ranges::{
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum WheelModel {
-    /// Rollers where a ball does not stand for a wheel of this vehicle on this ground, else each wheel as its `contact` says.
+    /// Rollers where a ball does not stand for a wheel of this vehicle on this ground, else each
+    /// wheel as its `contact` says.
     #[default]
     Auto,
     /// Every wheel is a ball, valid or not: the fastest model.
@@ -49,13 +50,13 @@ pub struct Rollers {
     #[serde(default)]
     #[garde(adapt(ranges), range(min = WIDTH_M.min, max = WIDTH_M.max))]
     pub length_m: Option<f64>,
-    /// How much thinner a roller is at its ends than in its middle \[m\], from 0, a cylinder, to the value that follows the
-    /// wheel's rim; left out: follows the rim.
+    /// How much thinner a roller is at its ends than in its middle \[m\], from 0, a cylinder, to
+    /// the value that follows the wheel's rim; left out: follows the rim.
     #[serde(default)]
     #[garde(adapt(ranges), range(min = CROWN_M.min, max = CROWN_M.max))]
     pub crown_m: Option<f64>,
-    /// Mass of a roller \[kg\], 1e-6 to 1000, part of the wheel's; left out: all rollers together are three tenths of the wheel's
-    /// mass, or less, so that the hub keeps a fifth of its inertia.
+    /// Mass of a roller \[kg\], 1e-6 to 1000, part of the wheel's; left out: all rollers together
+    /// are three tenths of the wheel's mass, or less, so that the hub keeps a fifth of its inertia.
     #[serde(default)]
     #[garde(adapt(ranges), range(min = ROLLER_MASS_KG.min, max = ROLLER_MASS_KG.max))]
     pub roller_mass_kg: Option<f64>,

@@ -64,12 +64,13 @@ pub struct Scenario {
     #[serde(default = "ten_seconds")]
     #[garde(adapt(ranges), range(min = DURATION_S.min, max = DURATION_S.max))]
     pub duration_s: f64,
-    /// Ends a run as soon as every wheel stands beyond the obstacle, before `duration_s`; without effect on flat ground. False by default.
+    /// Ends a run as soon as every wheel stands beyond the obstacle, before `duration_s`; without
+    /// effect on flat ground. False by default.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     #[garde(skip)]
     pub stop_when_done: bool,
-    /// Longest time that a run may take on the clock \[s\], 0.01 to 1e6; it then ends with an error. Without effect where there is no clock:
-    /// in `wasm32-unknown-unknown`.
+    /// Longest time that a run may take on the clock \[s\], 0.01 to 1e6; it then ends with an
+    /// error. Without effect where there is no clock: in `wasm32-unknown-unknown`.
     #[serde(default = "an_hour")]
     #[garde(adapt(ranges), range(min = TIME_LIMIT_S.min, max = TIME_LIMIT_S.max))]
     pub time_limit_s: f64,
@@ -95,7 +96,8 @@ pub struct Scenario {
     #[serde(default)]
     #[garde(dive)]
     pub control: Control,
-    /// The complete firmware step around the loops: shaping, time-out, faults, slip, odometry. Without it only the loops run.
+    /// The complete firmware step around the loops: shaping, time-out, faults, slip, odometry.
+    /// Without it only the loops run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[garde(dive)]
     pub drive: Option<Drive>,
@@ -173,7 +175,8 @@ pub struct Perturbation {
     /// Heading at the start \[rad\], 0 to 3.2.
     #[garde(adapt(ranges), range(min = HEADING_RAD.min, max = HEADING_RAD.max))]
     pub yaw_rad: f64,
-    /// Position along x at the start \[m\], 0 to 100. It varies at which angle of their rotation the wheels meet the step.
+    /// Position along x at the start \[m\], 0 to 100. It varies at which angle of their rotation
+    /// the wheels meet the step.
     #[garde(adapt(ranges), range(min = OFFSET_M.min, max = OFFSET_M.max))]
     pub start_m: f64,
 }
@@ -196,8 +199,8 @@ impl Scenario {
         Self::from_source(&Source::scenario(name)?, overrides)
     }
 
-    /// The files that [`Scenario::load`] reads for a name, its vehicle's, its height map's and its table of commands included; none
-    /// for what is built in. A build script makes Cargo watch them.
+    /// The files that [`Scenario::load`] reads for a name, its vehicle's, its height map's and its
+    /// table of commands included; none for what is built in. A build script makes Cargo watch them.
     ///
     /// # Errors
     /// [`Error::UnknownName`], [`Error::Missing`], [`Error::Io`] or [`Error::Syntax`].
@@ -226,7 +229,8 @@ impl Scenario {
         Ok(files)
     }
 
-    /// The engine that a built-in scenario or a file asks for, whatever else is in it; none where it names none that there is.
+    /// The engine that a built-in scenario or a file asks for, whatever else is in it; none where
+    /// it names none that there is.
     ///
     /// # Errors
     /// [`Error::UnknownName`], [`Error::Missing`], [`Error::Io`] or [`Error::Syntax`].
@@ -245,8 +249,9 @@ impl Scenario {
         })
     }
 
-    /// The scenario that a source describes, with some keys replaced. A path in the source is relative to the source's folder; a path
-    /// in an override, of a vehicle, a picture or a table of commands, is relative to the current folder.
+    /// The scenario that a source describes, with some keys replaced. A path in the source is
+    /// relative to the source's folder; a path in an override, of a vehicle, a picture or a table
+    /// of commands, is relative to the current folder.
     ///
     /// # Errors
     /// As [`Scenario::load`].
@@ -445,7 +450,7 @@ impl Scenario {
         Ok(())
     }
 
-    /// Gains that the vehicle's file leaves out. What runs and what a log records are then the derived ones.
+    /// Gains that the vehicle's file leaves out. What runs and what a log holds are then the derived ones.
     fn derive_gains(&mut self) -> Result<(), Error> {
         if self.vehicle.gains.is_none() {
             let derived = self.vehicle.derived_gains(self.period_s())?;
@@ -510,7 +515,8 @@ impl Scenario {
         Self::from_source(&Source::text(file, self.to_toml()?), overrides)
     }
 
-    /// The scenario as a file says it, its vehicle inside. What was derived, gains or a policy, is left out: it would be derived again.
+    /// The scenario as a file says it, its vehicle inside. What was derived, gains or a policy, is
+    /// left out: it would be derived again.
     ///
     /// # Errors
     /// [`Error::Key`] for a seed above 2^63 - 1, which TOML cannot hold.

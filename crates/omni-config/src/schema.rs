@@ -8,8 +8,9 @@ use serde_json::Value;
 use crate::{FileKind, MotorBench, Scenario, Study, Vehicle};
 
 impl FileKind {
-    /// The JSON Schema (draft 2020-12) of files of this kind: their keys, with types, ranges and descriptions, for completion in
-    /// editors. What no single key shows (names that refer to each other, wheels that intersect) only loading finds.
+    /// The JSON Schema (draft 2020-12) of files of this kind: their keys, with types, ranges and
+    /// descriptions, for completion in editors. What no single key shows (names that refer to each
+    /// other, wheels that intersect) only loading finds.
     ///
     /// ```
     /// let schema = omni_config::FileKind::Vehicle.schema();
@@ -36,8 +37,9 @@ fn of<T: JsonSchema>() -> Value {
         .into()
 }
 
-/// What is Rust's own leaves the schema: links in descriptions, `null` (TOML has none), formats of numbers. No table takes keys
-/// that it does not know (the kinds of a tagged enum read theirs by way of a mirror, which the derive does not see).
+/// What is Rust's own leaves the schema: links in descriptions, `null` (TOML has none), formats of
+/// numbers. No table takes keys that it does not know (the kinds of a tagged enum read theirs by
+/// way of a mirror, which the derive does not see).
 #[derive(Clone)]
 struct Plain;
 

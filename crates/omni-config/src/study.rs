@@ -46,8 +46,8 @@ pub struct Study {
     /// A built-in scenario, or a path relative to the study's file.
     #[garde(skip)] // checked when it is read
     pub scenario: String,
-    /// Keys of the scenario that are replaced in every run: `"vehicle.motor.stall_torque_n_m" = 1.0`. An inner table replaces only
-    /// the keys that it names.
+    /// Keys of the scenario that are replaced in every run: `"vehicle.motor.stall_torque_n_m" = 1.0`.
+    /// An inner table replaces only the keys that it names.
     #[serde(default)]
     #[garde(skip)]
     #[cfg_attr(
@@ -214,8 +214,8 @@ impl Study {
     /// The built-in study or the file of that name.
     ///
     /// # Errors
-    /// What is wrong with it, in one line that names file, key, value and what is allowed. The scenarios are not read yet:
-    /// [`Study::points`] does that.
+    /// What is wrong with it, in one line that names file, key, value and what is allowed. The
+    /// scenarios are not read yet: [`Study::points`] does that.
     pub fn load(name: &str) -> Result<Self, Error> {
         Self::from_source(&Source::study(name)?)
     }

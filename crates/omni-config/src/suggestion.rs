@@ -15,7 +15,8 @@ const ALIASES: [(&str, &[&str]); 6] = [
 /// Likeness (Jaro and Winkler's, 0 to 1) from which on a name is taken for a slip of another.
 const ALIKE: f64 = 0.8;
 
-/// ` (did you mean "step"?)` where one of the names is much like this one, else nothing: to be put behind the name in a message.
+/// ` (did you mean "step"?)` where one of the names is much like this one, else nothing: to be put
+/// behind the name in a message.
 ///
 /// ```
 /// use omni_config::did_you_mean;

@@ -14,8 +14,8 @@ use crate::ranges::{
     SLOPE_RAD, STEP_HEIGHT_M, TIME_S, TREAD_M, VELOCITY_M_S, WAVELENGTH_M, WIDTH_M, WORLD_M, within,
 };
 
-/// The ground ahead of the vehicle: a plane at z = 0 and, from world x = `start_x_m` on, an obstacle across the path. Every kind has
-/// `friction`, the Coulomb coefficient between wheels and ground, 0 to 2.
+/// The ground ahead of the vehicle: a plane at z = 0 and, from world x = `start_x_m` on, an obstacle
+/// across the path. Every kind has `friction`, the Coulomb coefficient between wheels and ground, 0 to 2.
 ///
 /// ```
 /// use omni_config::{Scenario, Terrain};
@@ -296,7 +296,8 @@ pub struct FrictionPatch {
     /// Coulomb friction coefficient between wheels and ground, 0 to 2. Where patches overlap the last one counts.
     #[garde(adapt(ranges), range(min = FRICTION.min, max = FRICTION.max))]
     pub friction: f64,
-    /// How it moves, world x and y \[m/s\], -100 to 100; left out: not at all. `x_m` and `y_m` are where it is at `from_s`.
+    /// How it moves, world x and y \[m/s\], -100 to 100; left out: not at all. `x_m` and `y_m` are
+    /// where it is at `from_s`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[garde(adapt(ranges), inner(range(min = VELOCITY_M_S.min, max = VELOCITY_M_S.max)))]
     pub velocity_m_s: Option<[f64; 2]>,

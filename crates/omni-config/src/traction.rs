@@ -35,7 +35,8 @@ impl Scenario {
         self.control.traction().is_some()
     }
 
-    /// Tries at each row of wheels that the scenario's traction control has; none where the policy is one of the wheels' loops.
+    /// Tries at each row of wheels that the scenario's traction control has; none where the policy
+    /// is one of the wheels' loops.
     ///
     /// ```
     /// use omni_config::{Override, Scenario};
@@ -50,7 +51,8 @@ impl Scenario {
         Some(given.unwrap_or_else(|| preset.supervisor::<f64>(self.period_s()).retry.retries.into()))
     }
 
-    /// Refuses traction control where only loops of single wheels will do: `place` says where, as "allowed {place}" in the message.
+    /// Refuses traction control where only loops of single wheels will do: `place` says where, as
+    /// "allowed {place}" in the message.
     ///
     /// # Errors
     /// [`Error::Key`] where [`Scenario::has_traction`].
@@ -74,7 +76,8 @@ impl Scenario {
         })
     }
 
-    /// Traction control of the scenario's vehicle, in the scalar `R`; none where its policy is one of the wheels' loops.
+    /// Traction control of the scenario's vehicle, in the scalar `R`; none where its policy is one
+    /// of the wheels' loops.
     ///
     /// # Errors
     /// As [`Scenario::controller`]; [`Error::Key`] for a vehicle of more than 8 hinges.
@@ -202,8 +205,8 @@ impl Scenario {
         rims.fold(f64::INFINITY, f64::min) * SPUN_PART * fastest - run_up_m_s
     }
 
-    /// What traction control that the file names does without, a line each: sensors that the vehicle has not, motors that are too
-    /// slow. Of a policy that was chosen, [`Scenario::auto_policy`] says it.
+    /// What traction control that the file names does without, a line each: sensors that the vehicle has
+    /// not, motors that are too slow. Of a policy that was chosen, [`Scenario::auto_policy`] says it.
     ///
     /// ```
     /// use omni_config::{Override, Scenario};

@@ -4,7 +4,8 @@ use std::borrow::Cow;
 
 /// Most characters of a value, a key or a name in a message.
 const MOST: usize = 200;
-/// Most characters of what is allowed instead, this program's own words: with the names of a file and of a key no more than 300.
+/// Most characters of what is allowed instead, this program's own words: with the names of a file
+/// and of a key no more than 300.
 const MOST_ALLOWED: usize = 220;
 /// Of a value that is cut this much is left at least.
 const LEAST: usize = 60;
@@ -13,8 +14,8 @@ const MEANT: usize = 90;
 /// Where what is allowed begins, in our words and in serde's.
 const ALLOWED: [&str; 2] = [", allowed:", ", expected "];
 
-/// A message about a value, at most some 200 characters of it: where it says what is allowed that is kept and the value before
-/// it is cut, else its middle is left out. Control characters are written out: a message is one line.
+/// A message about a value, at most some 200 characters of it: where it says what is allowed that is kept and the
+/// value before it is cut, else its middle is left out. Control characters are written out: a message is one line.
 ///
 /// ```
 /// use omni_config::shortened;
@@ -61,8 +62,8 @@ const MOST_OF_LINE: usize = 300;
 /// Characters of its end that are kept: what is allowed, or what to type.
 const END_OF_LINE: usize = 150;
 
-/// A finished line, at most 300 characters of it: its middle is left out. What stands in it is short, each alone; a path, a key and a
-/// list together may not be.
+/// A finished line, at most 300 characters of it: its middle is left out. What stands in it is
+/// short, each alone; a path, a key and a list together may not be.
 ///
 /// ```
 /// use omni_config::shortened_line;

@@ -35,8 +35,8 @@ pub use coupling::Coupling;
 pub use coupling_spring::CouplingSpring;
 pub use motor::Motor;
 
-/// A vehicle file. Lengths are in the vehicle's frame on flat ground: x forward, y left, z up from the ground. The commanded
-/// twist is that of the frame's origin.
+/// A vehicle file. Lengths are in the vehicle's frame on flat ground: x forward, y left, z up from
+/// the ground. The commanded twist is that of the frame's origin.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema), schemars(transform = completion::schema::vehicle))]
 #[serde(deny_unknown_fields)]
@@ -103,22 +103,24 @@ pub struct Body {
     /// Mass \[kg\], 0.001 to 10000.
     #[garde(adapt(ranges), range(min = MASS_KG.min, max = MASS_KG.max))]
     pub mass_kg: f64,
-    /// Centre of mass \[m\], each within 100. Left out: half way up the box, in the middle of the wheels that the body carries.
+    /// Centre of mass \[m\], each within 100. Left out: half way up the box, in the middle of the
+    /// wheels that the body carries.
     #[garde(adapt(ranges), inner(range(min = PLACE_M.min, max = PLACE_M.max)))]
     pub com_m: [f64; 3],
-    /// Edge lengths \[m\], 0.001 to 100, of the solid box that has this body's inertia. It is no contact: nothing stops at it. A run whose
-    /// ground reaches into its lower face has touched.
+    /// Edge lengths \[m\], 0.001 to 100, of the solid box that has this body's inertia. It is no
+    /// contact: nothing stops at it. A run whose ground reaches into its lower face has touched.
     #[garde(adapt(ranges), inner(range(min = EDGE_M.min, max = EDGE_M.max)))]
     pub inertia_box_m: [f64; 3],
-    /// Height of its lowest point above level ground with the vehicle at rest \[m\], 0.001 to 100. Left out: that of the box's lower face.
+    /// Height of its lowest point above level ground with the vehicle at rest \[m\], 0.001 to 100.
+    /// Left out: that of the box's lower face.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[garde(adapt(ranges), range(min = EDGE_M.min, max = EDGE_M.max))]
     pub clearance_m: Option<f64>,
 }
 
 impl Body {
-    /// Height of its lowest point above level ground at rest \[m\]: the file's, or that of its box's lower face. None where the box reaches
-    /// into the ground: then it has the body's inertia, but not its shape.
+    /// Height of its lowest point above level ground at rest \[m\]: the file's, or that of its box's lower
+    /// face. None where the box reaches into the ground: then it has the body's inertia, but not its shape.
     ///
     /// ```
     /// use omni_config::Vehicle;
@@ -328,8 +330,8 @@ impl Vehicle {
         &self.assumed
     }
 
-    /// Rows of wheels that meet an obstacle ahead together, front row first: wheels whose x differs by less than 2 cm from the
-    /// next one's.
+    /// Rows of wheels that meet an obstacle ahead together, front row first: wheels whose x differs
+    /// by less than 2 cm from the next one's.
     ///
     /// ```
     /// let rows = omni_config::Vehicle::load("chugo7")?.rows();
@@ -384,9 +386,9 @@ impl Vehicle {
         }))
     }
 
-    /// The rollers of the wheel with that index, from 0, under a wheel model, on level ground if that is automatic; none where it is a
-    /// ball. Those of a file that has none
-    /// are nine, or twice nine on an omni wheel, of a fifth of the wheel's radius.
+    /// The rollers of the wheel with that index, from 0, under a wheel model, on level ground if
+    /// that is automatic; none where it is a ball. Those of a file that has none are nine, or twice
+    /// nine on an omni wheel, of a fifth of the wheel's radius.
     ///
     /// ```
     /// use omni_config::{Vehicle, WheelModel};
@@ -412,7 +414,8 @@ impl Vehicle {
         }
     }
 
-    /// A wheel's own rollers, or the vehicle's on that wheel, or the key and what is wrong with them; none where there are none.
+    /// A wheel's own rollers, or the vehicle's on that wheel, or the key and what is wrong with
+    /// them; none where there are none.
     pub(crate) fn rollers_of(&self, index: usize) -> Option<Result<RollerWheel, (String, String)>> {
         let wheel = self.wheel.get(index)?;
         let (rollers, table, on) = match wheel.contact {

@@ -17,16 +17,19 @@ const STRONG: f64 = 8.0;
 const DENSE_KG_M3: f64 = 9000.0;
 /// Rollers are doubtful where the axle's height changes by more than this part of the wheel's radius.
 const RIPPLE: f64 = 0.01;
-/// A radius is doubtful that differs from the median of alike wheels by more than this part. Of one batch, wear, load and casting change wheels by
-/// up to some 5 %, and a calibration finds that; the next size that is sold differs by 10 % or more.
+/// A radius is doubtful that differs from the median of alike wheels by more than this part. Of one
+/// batch, wear, load and casting change wheels by up to some 5 %, and a calibration finds that; the
+/// next size that is sold differs by 10 % or more.
 const SIZES: f64 = 0.08;
-/// The same where all the other radii are exactly equal: a calibration gives each wheel digits of its own, so only one was edited.
+/// The same where all the other radii are exactly equal: a calibration gives each wheel digits of
+/// its own, so only one was edited.
 const ALONE: f64 = 0.04;
 /// Limits are doubtful beyond what the motors reach by more than this part.
 const BEYOND: f64 = 1.05;
 
 impl Vehicle {
-    /// What is doubtful of it with this control period \[s\], a line each: nothing that is refused, all of it worth a second look.
+    /// What is doubtful of it with this control period \[s\], a line each: nothing that is refused,
+    /// all of it worth a second look.
     ///
     /// # Errors
     /// As [`Vehicle::derived_gains`].
@@ -243,7 +246,8 @@ impl Vehicle {
             .collect())
     }
 
-    /// How far from the wheels' middle their pushes pass it, and how far the wheels are from it, roots of mean squares \[m\].
+    /// How far from the wheels' middle their pushes pass it, and how far the wheels are from it,
+    /// roots of mean squares \[m\].
     pub(crate) fn levers_m(&self) -> Result<(f64, f64), Error> {
         let (rows, _) = self.actuators()?;
         let count = self.wheel.len() as f64;

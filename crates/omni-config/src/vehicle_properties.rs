@@ -94,8 +94,8 @@ impl Vehicle {
         }
     }
 
-    /// Velocities along x, y \[m/s\] and about z \[rad/s\] at which the fastest wheel's actuator turns with this velocity
-    /// \[rad/s\], each alone.
+    /// Velocities along x, y \[m/s\] and about z \[rad/s\] at which the fastest wheel's actuator
+    /// turns with this velocity \[rad/s\], each alone.
     ///
     /// # Errors
     /// As [`Vehicle::condition_number`].
@@ -115,7 +115,8 @@ impl Vehicle {
         }))
     }
 
-    /// Push ahead of each wheel per torque of its actuator \[1/m\], where the wheels' pushes aside cancel: 0 of a wheel across.
+    /// Push ahead of each wheel per torque of its actuator \[1/m\], where the wheels' pushes aside
+    /// cancel: 0 of a wheel across.
     ///
     /// # Errors
     /// As [`Vehicle::condition_number`].
@@ -131,8 +132,8 @@ impl Vehicle {
         Ok(rows.iter().map(|[ahead, _, _]| ahead.abs()).collect())
     }
 
-    /// The fastest that it goes ahead, aside \[m/s\] and about \[rad/s\]: of its limits and of what its motors turn without load, the least; infinite
-    /// where neither says.
+    /// The fastest that it goes ahead, aside \[m/s\] and about \[rad/s\]: of its limits and of what
+    /// its motors turn without load, the least; infinite where neither says.
     ///
     /// # Errors
     /// As [`Vehicle::condition_number`].
@@ -148,15 +149,17 @@ impl Vehicle {
         Ok([0, 1, 2].map(|axis| of_motors[axis].min(allowed[axis])))
     }
 
-    /// What its motors turn without load, ahead, aside \[m/s\] and about \[rad/s\]; none of motors whose line says nothing of that.
+    /// What its motors turn without load, ahead, aside \[m/s\] and about \[rad/s\]; none of motors
+    /// whose line says nothing of that.
     pub(crate) fn motor_speeds(&self) -> Result<Option<[f64; 3]>, Error> {
         self.no_load_rad_s()
             .map(|no_load| self.speeds_at(no_load))
             .transpose()
     }
 
-    /// Friction that accelerating takes of the wheel that has the least of it for its load, per m/s^2 ahead and aside and per rad/s^2 about, each alone
-    /// on flat ground under this gravity: torques in proportion to how fast the wheels turn, as of equal loops.
+    /// Friction that accelerating takes of the wheel that has the least of it for its load, per
+    /// m/s^2 ahead and aside and per rad/s^2 about, each alone on flat ground under this gravity:
+    /// torques in proportion to how fast the wheels turn, as of equal loops.
     ///
     /// # Errors
     /// As [`Vehicle::condition_number`].
@@ -189,12 +192,12 @@ impl Vehicle {
         self.motor.line_end_rad_s()
     }
 
-    /// Load of every wheel at rest on flat ground under this gravity \[N\]; none where no loads of equally stiff contacts are in
-    /// balance without one that pulls.
+    /// Load of every wheel at rest on flat ground under this gravity \[N\]; none where no loads of
+    /// equally stiff contacts are in balance without one that pulls.
     ///
-    /// The loads that balance the whole vehicle's weight and, about every hinge, the weight beyond it, couplings passing on
-    /// their torques. Where that leaves them open (four wheels under a rigid platform), the ones of the smallest sum of squares:
-    /// those of contacts that give alike; stiffer contacts and preloaded wheels take more.
+    /// The loads that balance the whole vehicle's weight and, about every hinge, the weight beyond it, couplings
+    /// passing on their torques. Where that leaves them open (four wheels under a rigid platform), the ones of the
+    /// smallest sum of squares: those of contacts that give alike; stiffer contacts and preloaded wheels take more.
     ///
     /// ```
     /// let load = omni_config::Vehicle::load("omni3")?.static_loads_n(9.81).expect("it stands");
@@ -209,8 +212,8 @@ impl Vehicle {
     /// [`Vehicle::static_loads_n`] where the hinge with that index, from 0, is blocked.
     pub(crate) fn static_loads_with(&self, gravity_m_s2: f64, blocked: Option<usize>) -> Option<Vec<f64>> {
         let (wheels, hinges) = (self.wheel.len(), self.hinge.len());
-        // Rows: the whole vehicle's force and its moments about x and y; then the moment about each hinge. Columns: the load
-        // of each wheel, then the torque of each coupling.
+        // Rows: the whole vehicle's force and its moments about x and y; then the moment about each
+        // hinge. Columns: the load of each wheel, then the torque of each coupling.
         let mut balance = DMatrix::zeros(3 + hinges, wheels + self.coupling.len());
         let mut weight = DVector::zeros(3 + hinges);
         let bodies = self
@@ -245,8 +248,8 @@ impl Vehicle {
             weight[3 + hinge] = 0.0;
         }
         let residual = |x: &DVector<f64>| (&balance * x - &weight).amax();
-        // Contacts carry n = preload + k sink, and the sinks are those of rigid bodies: (n - preload) / sqrt k is the smallest that
-        // balances. Only how stiff contacts are against each other counts.
+        // Contacts carry n = preload + k sink, and the sinks are those of rigid bodies: (n - preload) /
+        // sqrt k is the smallest that balances. Only how stiff contacts are against each other counts.
         let stiffness = self
             .wheel
             .iter()

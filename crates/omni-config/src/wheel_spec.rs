@@ -63,8 +63,8 @@ pub struct WheelSpec {
     #[garde(custom(direction))]
     #[cfg_attr(feature = "schema", schemars(inner(range(min = DIRECTION.min, max = DIRECTION.max))))]
     pub rolling_direction: [f64; 2],
-    /// Axis of the roller on the ground, counter-clockwise from the rolling direction \[rad\], -1.5 to 1.5: 0 for an omni
-    /// wheel, usually +-pi/4 for a mecanum wheel.
+    /// Axis of the roller on the ground, counter-clockwise from the rolling direction \[rad\], -1.5
+    /// to 1.5: 0 for an omni wheel, usually +-pi/4 for a mecanum wheel.
     #[serde(default)]
     #[garde(adapt(ranges), range(min = ROLLER_ANGLE_RAD.min, max = ROLLER_ANGLE_RAD.max))]
     pub roller_angle_rad: f64,
@@ -78,21 +78,22 @@ pub struct WheelSpec {
     /// Mass \[kg\], 0.001 to 10000.
     #[garde(adapt(ranges), range(min = MASS_KG.min, max = MASS_KG.max))]
     pub mass_kg: f64,
-    /// Moment of inertia about the axle \[kg.m^2\], rotor included, 1e-10 to 1e6. Left out: that of a solid wheel, and of the motor's
-    /// rotor where its inertia is given.
+    /// Moment of inertia about the axle \[kg.m^2\], rotor included, 1e-10 to 1e6. Left out: that of
+    /// a solid wheel, and of the motor's rotor where its inertia is given.
     #[garde(adapt(ranges), range(min = INERTIA_KG_M2.min, max = INERTIA_KG_M2.max))]
     pub inertia_kg_m2: f64,
     /// Wheel velocity over actuator velocity, k of eq. (1), 1e-6 to 1000; 1 for direct drive.
     #[serde(default = "one")]
     #[garde(adapt(ranges), range(min = GEAR.min, max = GEAR.max))]
     pub gear: f64,
-    /// Stiffness of its contact with the ground \[N/m\], 100 to 1e10; left out: that of `physics.contact_frequency_hz` with the wheel's mass. On a
-    /// rigid frame it sets how the wheels of a row share their load. Only with `physics.engine = "articulated"`.
+    /// Stiffness of its contact with the ground \[N/m\], 100 to 1e10; left out: that of
+    /// `physics.contact_frequency_hz` with the wheel's mass. On a rigid frame it sets how the
+    /// wheels of a row share their load. Only with `physics.engine = "articulated"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[garde(adapt(ranges), range(min = CONTACT_N_M.min, max = CONTACT_N_M.max))]
     pub contact_stiffness_n_m: Option<f64>,
-    /// Extra force that presses it on the ground \[N\], -1e5 to 1e5: it is mounted lower by this force over the stiffness of
-    /// its contact. Only on a frame with other wheels; 0 if left out.
+    /// Extra force that presses it on the ground \[N\], -1e5 to 1e5: it is mounted lower by this
+    /// force over the stiffness of its contact. Only on a frame with other wheels; 0 if left out.
     #[serde(default)]
     #[garde(adapt(ranges), range(min = PRELOAD_N.min, max = PRELOAD_N.max))]
     pub preload_n: f64,
@@ -137,7 +138,8 @@ impl WheelSpec {
         self.gear * self.radius_m * libm::cos(self.roller_angle_rad)
     }
 
-    /// Stiffness of its contact with the ground \[N/m\], where contacts of its mass swing with so many Hz: its own, or `m (2 pi f)^2`.
+    /// Stiffness of its contact with the ground \[N/m\], where contacts of its mass swing with so
+    /// many Hz: its own, or `m (2 pi f)^2`.
     ///
     /// ```
     /// let vehicle = omni_config::Vehicle::load("chugo7")?;

@@ -1,4 +1,4 @@
-//! The whole loop of a base with four mecanum wheels: counters of encoders in, duties of H-bridges out, motors computed.
+//! The whole loop of a base with four mecanum wheels: encoder counts in, duties of H-bridges out, motors computed.
 //!
 //! `cargo run --release -p omnistep-core --example counts_to_duty`
 
@@ -11,7 +11,8 @@ use omni_core::{
 use omni_core::{PidConfig, PidGains, TorqueLimit, WheelControlConfig, WheelLayout, WheelVelocities};
 
 const PERIOD_S: f32 = 0.005;
-/// A gear motor of 12 V: torque at rest \[N.m\], and what a rad/s takes of it; edges of its encoder a turn of the wheel.
+/// A gear motor of 12 V: torque at rest \[N.m\], and what a rad/s takes of it; edges of its encoder
+/// a turn of the wheel.
 const STALL_N_M: f32 = 2.38;
 const SLOPE_N_M_S_RAD: f32 = 0.073;
 const COUNTS_PER_TURN: f32 = 537.7;
@@ -139,7 +140,8 @@ fn main() -> Result<(), ConfigError> {
         wz_rad_s: 0.5,
     };
     for period in 0..1000 {
-        // The stick is sent every 20 ms for 2.5 s; the plug of wheel 4 comes off after 1.5 s; the button is pressed after 4 s.
+        // The stick is sent every 20 ms for 2.5 s; the plug of wheel 4 comes off after 1.5 s; the
+        // button is pressed after 4 s.
         let command = (period % 4 == 0 && period < 500).then_some(wanted);
         wheels[3].cut = period >= 300;
         let duties = base.every_period(wheels.map(|wheel| wheel.counter()), command, period >= 800);

@@ -1,7 +1,7 @@
 //! What wheels do together when one has more load than its motor can turn: two coordination policies.
 //!
-//! Under `independent` two of three wheels go on as commanded, and a vehicle on them would leave its course; under `scale_references`
-//! all slow down alike.
+//! Under `independent` two of three wheels go on as commanded, and a vehicle on them would leave
+//! its course; under `scale_references` all slow down alike.
 #![expect(clippy::print_stdout, reason = "an example speaks on standard output")]
 
 use omni_core::loops::WheelController;

@@ -1,7 +1,7 @@
 //! One PID loop on a motor, with and without anti-windup.
 //!
-//! Prints the motor's speed on its way from rest to 20 rad/s. At first the loop asks for more torque than there is. Without
-//! anti-windup the integral fills up meanwhile, and the speed shoots far over; with it the rest is the gains'.
+//! Prints the motor's speed on its way from rest to 20 rad/s. At first the loop asks for more torque than there is.
+//! Without anti-windup the integral fills up meanwhile, and the speed shoots far over; with it the rest is the gains'.
 #![expect(clippy::print_stdout, reason = "an example speaks on standard output")]
 
 use omni_core::loops::{AntiWindup, Pid, PidState};

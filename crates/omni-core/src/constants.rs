@@ -1,10 +1,10 @@
 //! Configured values as source code: checked on a computer, compiled into firmware bit for bit.
 //!
-//! A constructor such as [`crate::loops::Controller::new`] checks its configuration, inverts a matrix, and in `f32` compares in
-//! `f64`: a microcontroller without double precision pays for that in flash. Every configured value can instead describe
-//! itself to a [`Describe`]; what that writes (Rust in a build script, a C header) is a constant expression, so that nothing
-//! of the constructors is linked, nothing can fail at start, and the compiler sees the numbers. The crate `omni-config`
-//! has both writers.
+//! A constructor such as [`crate::loops::Controller::new`] checks its configuration, inverts a matrix, and
+//! in `f32` compares in `f64`: a microcontroller without double precision pays for that in flash. Every
+//! configured value can instead describe itself to a [`Describe`]; what that writes (Rust in a build
+//! script, a C header) is a constant expression, so that nothing of the constructors is linked, nothing
+//! can fail at start, and the compiler sees the numbers. The crate `omni-config` has both writers.
 
 use core::fmt::Result;
 
@@ -241,8 +241,8 @@ macro_rules! constant_enum {
     };
 }
 
-/// A body for each index below `n`, without a loop for the first eight: where a configuration is a constant, so is all that the body looks
-/// up by its index. The body must not leave the loop.
+/// A body for each index below `n`, without a loop for the first eight: where a configuration is a
+/// constant, so is all that the body looks up by its index. The body must not leave the loop.
 macro_rules! each {
     ($i:ident of $n:ident $body:block) => {
         $crate::constants::each!(@ $i $n $body 0 1 2 3 4 5 6 7);

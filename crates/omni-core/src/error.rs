@@ -22,8 +22,8 @@ use core::fmt;
 pub struct ConfigError {
     /// Name of the parameter, with its unit.
     pub parameter: &'static str,
-    /// Index of the wheel concerned, of the table's point where `parameter` begins with `point.`, or of the path's waypoint where it
-    /// begins with `waypoint.`, from 0; messages count from 1.
+    /// Index of the wheel concerned, of the table's point where `parameter` begins with `point.`,
+    /// or of the path's waypoint where it begins with `waypoint.`, from 0; messages count from 1.
     pub index: Option<usize>,
     /// The value found.
     pub value: f64,
@@ -32,8 +32,8 @@ pub struct ConfigError {
 }
 
 impl ConfigError {
-    /// `parameter` is `value`, and only what `allowed` says in words would do; of no wheel in particular. For who checks
-    /// what is handed on to this crate.
+    /// `parameter` is `value`, and only what `allowed` says in words would do; of no wheel in
+    /// particular. For who checks what is handed on to this crate.
     #[must_use]
     pub fn new(parameter: &'static str, value: f64, allowed: &'static str) -> Self {
         Self {

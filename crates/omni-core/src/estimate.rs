@@ -1,7 +1,7 @@
 //! Estimate what encoders and gyros do not say: wheel velocities, the pose, its uncertainty, slip.
 //!
-//! [`Encoder`] makes velocities of counters, by [`EncoderCounter`] and [`VelocityEstimator`]; [`Odometry`] and [`PoseCovariance`] integrate the wheels;
-//! [`Estimator`] fuses them with an inertial measurement unit.
+//! [`Encoder`] makes velocities of counters, by [`EncoderCounter`] and [`VelocityEstimator`]; [`Odometry`]
+//! and [`PoseCovariance`] integrate the wheels; [`Estimator`] fuses them with an inertial measurement unit.
 
 mod covariance;
 mod encoder;

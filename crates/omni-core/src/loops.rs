@@ -1,6 +1,7 @@
 //! Loops of the wheels: PID, coordination at a torque limit, rest.
 //!
-//! [`Pid`] is one loop, [`WheelController`] coordinates `N` of them, and [`Controller`] turns a body twist into their torques.
+//! [`Pid`] is one loop, [`WheelController`] coordinates `N` of them, and [`Controller`] turns a
+//! body twist into their torques.
 
 mod controller;
 mod coordination;

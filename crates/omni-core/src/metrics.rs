@@ -26,8 +26,8 @@ pub fn slip_ratio_literal<R: Real>(rim_m_s: R, along_m_s: R) -> R {
 
 /// `(wanted - got) / max(|wanted|, |got|, floor)`, positive where `got` lags behind `wanted`: within -2..=2 always.
 ///
-/// The sign is that of `wanted`'s direction (of `got`'s where nothing is wanted). `floor` > 0 is the speed under which a
-/// difference counts as noise.
+/// The sign is that of `wanted`'s direction (of `got`'s where nothing is wanted). `floor` > 0 is
+/// the speed under which a difference counts as noise.
 fn bounded_ratio<R: Real>(wanted: R, got: R, floor: R) -> R {
     let max = |a: R, b: R| if a > b { a } else { b };
     let scale = max(max(wanted.abs(), got.abs()), floor);
@@ -56,12 +56,12 @@ pub fn disturbed_ratio<R: Real>(reference_rad_s: R, velocity_rad_s: R, floor_rad
     bounded_ratio(reference_rad_s, velocity_rad_s, floor_rad_s)
 }
 
-/// Slip ratio, defined at rest: `(rim - along) / max(|rim|, |along|, floor)`, positive where the wheel spins faster than
-/// it moves, within -2..=2.
+/// Slip ratio, defined at rest: `(rim - along) / max(|rim|, |along|, floor)`, positive where the
+/// wheel spins faster than it moves, within -2..=2.
 ///
-/// `rim_m_s` is r w, w against the world (an encoder reads it against a frame that may pitch); `along_m_s` the velocity of the wheel's centre along its rolling direction in the tangent plane of
-/// its contact (not the body's velocity: a wheel on an edge rolls a longer path). `floor_m_s` > 0 as above;
-/// [`SLIP_FLOOR_M_S`] by default.
+/// `rim_m_s` is r w, w against the world (an encoder reads it against a frame that may pitch); `along_m_s` the
+/// velocity of the wheel's centre along its rolling direction in the tangent plane of its contact (not the body's
+/// velocity: a wheel on an edge rolls a longer path). `floor_m_s` > 0 as above; [`SLIP_FLOOR_M_S`] by default.
 ///
 /// ```
 /// use omni_core::metrics::{SLIP_FLOOR_M_S, slip_ratio};

@@ -109,8 +109,8 @@ impl<'a, R: Real> Readings<'a, R> {
     }
 }
 
-/// A controller: from what a vehicle knows to a torque a wheel, once every control period. What is written for it runs in firmware and
-/// in the simulation unchanged.
+/// A controller: from what a vehicle knows to a torque a wheel, once every control period. What is
+/// written for it runs in firmware and in the simulation unchanged.
 ///
 /// ```
 /// use omni_core::{BodyTwist, Policy, Readings};
@@ -143,8 +143,8 @@ pub trait Policy<R> {
     /// Back to the start: nothing is remembered.
     fn reset(&mut self);
 
-    /// One control period: writes a torque a wheel \[N.m\], finite. `torques_n_m` is all zero before. The caller brings the torques
-    /// within what the motors have.
+    /// One control period: writes a torque a wheel \[N.m\], finite. `torques_n_m` is all zero
+    /// before. The caller brings the torques within what the motors have.
     fn step(&mut self, readings: &Readings<'_, R>, torques_n_m: &mut [R]);
 
     /// What traces, tables and logs call it.
@@ -172,7 +172,8 @@ pub trait Policy<R> {
         None
     }
 
-    /// Names of signals of its own, by index from 0 until there is none: columns of traces and logs. Lower case, digits and `_`.
+    /// Names of signals of its own, by index from 0 until there is none: columns of traces and
+    /// logs. Lower case, digits and `_`.
     fn signal_name(&self, _index: usize) -> Option<&str> {
         None
     }

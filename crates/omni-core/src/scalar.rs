@@ -82,10 +82,10 @@ pub trait Real: sealed::Sealed {
     }
     /// `(sin, cos)` of `self` \[rad\], in this type's own precision: for `f32` no `f64` is touched.
     ///
-    /// `f64`: within a unit in the last place, at any argument. `f32`: off by at most 9.5e-8 for |x| <= 8192 rad, 0.8 of a
-    /// unit in the last place of 1 (measured at every `f32` of the range from 1e-3 rad on); beyond, still a point of the
-    /// unit circle, but the angle decays. Infinite or NaN gives NaN. `f32` reduces by pi/2 in three parts (Cody and Waite,
-    /// *Software Manual for the Elementary Functions*, 1980) and evaluates minimax polynomials.
+    /// `f64`: within a unit in the last place, at any argument. `f32`: off by at most 9.5e-8 for |x| <= 8192 rad, 0.8
+    /// of a unit in the last place of 1 (measured at every `f32` of the range from 1e-3 rad on); beyond, still a point
+    /// of the unit circle, but the angle decays. Infinite or NaN gives NaN. `f32` reduces by pi/2 in three parts (Cody
+    /// and Waite, *Software Manual for the Elementary Functions*, 1980) and evaluates minimax polynomials.
     ///
     /// ```
     /// use omni_core::Real;
@@ -97,7 +97,8 @@ pub trait Real: sealed::Sealed {
     fn sine_cosine(self) -> (Self, Self);
     /// The same direction as an angle in (-pi, pi] \[rad\], pi being this type's nearest value.
     ///
-    /// An angle in that range comes back as it is. Otherwise off by at most 3e-7 (`f32`, |x| <= 8192 rad) or 1e-15 (`f64`,
+    /// An angle in that range comes back as it is. Otherwise off by at most 3e-7 (`f32`, |x| <=
+    /// 8192 rad) or 1e-15 (`f64`,
     /// |x| <= 1e6 rad); beyond, in the range but at no particular place. Infinite or NaN gives NaN.
     ///
     /// ```

@@ -1,6 +1,7 @@
 //! Shape commands before the loops see them: limits of speed, acceleration and jerk, time-out, emergency stop, heading.
 //!
-//! [`CommandShaper`] does all but the heading, [`TwistLimiter`] and [`RateLimiter`] only limit, [`HeadingHold`] keeps a heading.
+//! [`CommandShaper`] does all but the heading, [`TwistLimiter`] and [`RateLimiter`] only limit,
+//! [`HeadingHold`] keeps a heading.
 
 mod command;
 mod heading;

@@ -1,5 +1,5 @@
-//! A board that misbehaves: its supply sags, its timer runs at another rate, a period comes late, its watchdog bites. The figures are those
-//! of docs/misbehaving-board.md.
+//! A board that misbehaves: its supply sags, its timer runs at another rate, a period comes late, its watchdog bites.
+//! The figures are those of docs/misbehaving-board.md.
 
 use omni_core::estimate::{Encoder, EncoderConfig, EncoderState, VelocityMethod};
 use omni_core::motor::TorqueRange;
@@ -14,7 +14,8 @@ const PERIOD_S: f64 = 0.005;
 const STALL_N_M: f64 = 2.38;
 const SLOPE_N_M_S_RAD: f64 = 0.073;
 const COUNTS: f64 = 537.7;
-/// Vehicle of 9.6 kg with four mecanum wheels of 97 mm: mass along x and y \[kg\], inertia about z \[kg.m^2\]. The floor takes 4 N of each wheel.
+/// Vehicle of 9.6 kg with four mecanum wheels of 97 mm: mass along x and y \[kg\], inertia about z
+/// \[kg.m^2\]. The floor takes 4 N of each wheel.
 const INERTIA: [f64; 3] = [9.6, 9.6, 0.5];
 const FRICTION_N_M: f64 = 0.1;
 const WANTED: BodyTwist<f64> = BodyTwist {

@@ -9,8 +9,8 @@ use postcard::ser_flavors::Flavor;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-/// Bit by bit: a table of 1 KiB would be the largest thing in the firmware. Of the common checks this is the one that is
-/// its own start for the bytes that follow, and the one that many microcontrollers have a unit for.
+/// Bit by bit: a table of 1 KiB would be the largest thing in the firmware. Of the common checks this is the
+/// one that is its own start for the bytes that follow, and the one that many microcontrollers have a unit for.
 const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_MPEG_2);
 
 /// The check of nothing.
@@ -26,8 +26,8 @@ fn check_with(check: u32, byte: u8) -> u32 {
 
 /// What is wrong with a received frame.
 ///
-/// The border between the two is a guess where bytes are damaged that say how long something is; that a frame is not as it
-/// was sent is none: 32 bits of check, and every single flipped bit is noticed.
+/// The border between the two is a guess where bytes are damaged that say how long something is; that
+/// a frame is not as it was sent is none: 32 bits of check, and every single flipped bit is noticed.
 ///
 /// ```
 /// use omni_link::{FrameError, decode, encode};
@@ -49,8 +49,8 @@ pub enum FrameError {
     Corrupted,
 }
 
-/// Writes `message` as one frame, with its closing zero, to the front of `out` and returns that part; nothing where `out`
-/// is too short. There is no other zero in a frame.
+/// Writes `message` as one frame, with its closing zero, to the front of `out` and returns that
+/// part; nothing where `out` is too short. There is no other zero in a frame.
 ///
 /// ```
 /// use omni_link::{decode, encode};
@@ -67,8 +67,8 @@ pub fn encode<'a, T: Serialize + ?Sized>(message: &T, out: &'a mut [u8]) -> Opti
     out.get(..=stuffed)
 }
 
-/// The message in a frame that was `received`, with or without its closing zero. Works in place: afterwards the bytes are
-/// not the frame any more.
+/// The message in a frame that was `received`, with or without its closing zero. Works in place:
+/// afterwards the bytes are not the frame any more.
 ///
 /// # Errors
 /// What is wrong with the frame.
@@ -166,8 +166,8 @@ impl Flavor for Checked<'_> {
     }
 }
 
-/// Collects bytes into frames, of at most `SIZE` bytes with their closing zero; longer ones come out as nothing, which is
-/// [`FrameError::Truncated`].
+/// Collects bytes into frames, of at most `SIZE` bytes with their closing zero; longer ones come
+/// out as nothing, which is [`FrameError::Truncated`].
 ///
 /// ```
 /// use omni_link::{FrameError, Receiver, decode, encode};

@@ -23,8 +23,8 @@ pub const fn request_frame(wheels: usize) -> usize {
     framed(request(wheels))
 }
 
-/// Bytes of the frame of a request with what the bodies do, for `wheels` wheels, 1 to 8, its closing zero included: the buffer that a
-/// controller with traction control receives into.
+/// Bytes of the frame of a request with what the bodies do, for `wheels` wheels, 1 to 8, its
+/// closing zero included: the buffer that a controller with traction control receives into.
 ///
 /// ```
 /// assert_eq!(omni_link::request_with_bodies_frame(7), 149);
@@ -35,8 +35,8 @@ pub const fn request_with_bodies_frame(wheels: usize) -> usize {
     framed(request(wheels) + 2 * 4 * MAX_HINGES + (3 + 3 + 2) * 4)
 }
 
-/// Bytes of an answer's frame for `wheels` wheels, 1 to 8, its closing zero included: the buffer that a controller sends
-/// from.
+/// Bytes of an answer's frame for `wheels` wheels, 1 to 8, its closing zero included: the buffer
+/// that a controller sends from.
 ///
 /// ```
 /// assert_eq!(omni_link::answer_frame(7), 405);
@@ -100,8 +100,8 @@ pub struct Request<const N: usize> {
     pub sequence: u32,
     /// Start the loops afresh, whatever was before. The first request must.
     pub restart: bool,
-    /// The emergency stop is pressed. A [`Drive`](omni_core::Drive) comes to rest, and follows commands again once a request says that it
-    /// is not; the bare loops have none.
+    /// The emergency stop is pressed. A [`Drive`](omni_core::Drive) comes to rest, and follows
+    /// commands again once a request says that it is not; the bare loops have none.
     pub emergency_stop: bool,
     /// Command. For a [`Drive`](omni_core::Drive) one with a NaN says that none arrived in this period.
     #[serde(with = "Twist")]
@@ -231,8 +231,8 @@ pub struct Answer<const N: usize> {
     /// Number of the request; where that was damaged the number that it should have had.
     #[serde(with = "plain")]
     pub sequence: u32,
-    /// [`Action::Step`]: the sample is of this period. [`Action::Hold`]: of the last step. [`Action::Stop`]: likewise, but
-    /// its applied torques are zero.
+    /// [`Action::Step`]: the sample is of this period. [`Action::Hold`]: of the last step.
+    /// [`Action::Stop`]: likewise, but its applied torques are zero.
     pub action: Action,
     /// What went wrong with requests so far.
     pub counters: Counters,
@@ -263,7 +263,8 @@ pub struct Answer<const N: usize> {
 pub struct DriveReport<const N: usize> {
     /// [`DriveMode::number`](omni_core::DriveMode::number): 0 normal, 1 degraded, 2 safe stop, 3 emergency stop.
     pub mode: u8,
-    /// [`Fault::number`](omni_core::drive::Fault::number) of each wheel: 0 none, 1 not a number, 2 jump, 3 stuck, 4 silent, 5 lost.
+    /// [`Fault::number`](omni_core::drive::Fault::number) of each wheel: 0 none, 1 not a number, 2
+    /// jump, 3 stuck, 4 silent, 5 lost.
     #[serde(with = "each")]
     pub faults: [u8; N],
     /// Enough wheels determine the motion.
@@ -309,8 +310,8 @@ impl<const N: usize> Answer<N> {
         }
     }
 
-    /// Motors whose windings shall be shorted, as [`DriveSample::brake`](omni_core::drive::DriveSample::brake). It follows from the rest and is
-    /// not in a frame.
+    /// Motors whose windings shall be shorted, as [`DriveSample::brake`](omni_core::drive::DriveSample::brake).
+    /// It follows from the rest and is not in a frame.
     ///
     /// ```
     /// use omni_core::drive::Fault;

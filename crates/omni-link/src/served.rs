@@ -6,7 +6,8 @@ use omni_core::{ControlState, Controller, Drive, DriveInput, DriveState};
 
 use crate::{Answer, Bodies, DriveReport, Request};
 
-/// What a [`Server`](crate::Server) runs: from a request to the signals of an answer, with what it remembers between them.
+/// What a [`Server`](crate::Server) runs: from a request to the signals of an answer, with what it
+/// remembers between them.
 ///
 /// ```
 /// use omni_core::BodyTwist;
@@ -39,8 +40,8 @@ pub trait Served<const N: usize> {
         false
     }
 
-    /// One control period; `bodies` are [`Bodies::none`] where the request came without. Writes the signals of the answer; its number, action
-    /// and counters are the server's.
+    /// One control period; `bodies` are [`Bodies::none`] where the request came without. Writes the
+    /// signals of the answer; its number, action and counters are the server's.
     fn step(&self, state: &mut Self::State, request: &Request<N>, bodies: &Bodies, answer: &mut Answer<N>);
 }
 

@@ -11,8 +11,9 @@ use crate::{
     ToController, decode, encode,
 };
 
-/// Answers frames with what it serves, of `N` wheels, which remembers a `T` ([`Served::State`]): that state, the guard and the last
-/// answer, with [`Loops`](crate::Loops) at most 76 `N` + 120 bytes. Needs no buffers but the two it is given.
+/// Answers frames with what it serves, of `N` wheels, which remembers a `T` ([`Served::State`]):
+/// that state, the guard and the last answer, with [`Loops`](crate::Loops) at most 76 `N` + 120
+/// bytes. Needs no buffers but the two it is given.
 ///
 /// ```
 /// use omni_core::shaping::{AxisLimits, TwistLimiter, TwistLimits};

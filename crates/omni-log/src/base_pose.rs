@@ -12,8 +12,9 @@ use crate::urdf::{BASE_LINK, ODOM_LINK, WORLD_LINK};
 /// A place \[m\] and a turn in a frame, the turn a unit quaternion x, y, z, w.
 pub(crate) type BasePose = ([f64; 3], [f64; 4]);
 
-/// The frame that a place and a turn are given in, as what is there sees it. Of the base by odometry it is the frame of odometry: a log sends
-/// that as a frame of the base, which is a frame of the world, so that the base's own place stays what the simulation has, in every bit.
+/// The frame that a place and a turn are given in, as what is there sees it. Of the base by
+/// odometry it is the frame of odometry: a log sends that as a frame of the base, which is a frame
+/// of the world, so that the base's own place stays what the simulation has, in every bit.
 pub(crate) fn inverse((at, [x, y, z, w]): BasePose) -> BasePose {
     let back = [-x, -y, -z, w];
     (rotate(back, at.map(|place| -place)), back)
@@ -32,11 +33,12 @@ pub(crate) fn by_odometry(seen: &Observation) -> BasePose {
     ([pose.x_m, pose.y_m, 0.0], about([0.0, 0.0, 1.0], pose.yaw_rad))
 }
 
-/// What odometry on the plane says nothing of \[m^2, rad^2\]: height, roll and pitch have a variance that outweighs none of another sensor.
+/// What odometry on the plane says nothing of \[m^2, rad^2\]: height, roll and pitch have a
+/// variance that outweighs none of another sensor.
 const UNKNOWN: f64 = 1e6;
 
-/// Covariance of a pose or twist for which none is known. A 0 would say that it is exact, and a message of odometry has no other word for it:
-/// the first element -1 is one of `sensor_msgs` alone.
+/// Covariance of a pose or twist for which none is known. A 0 would say that it is exact, and a
+/// message of odometry has no other word for it: the first element -1 is one of `sensor_msgs` alone.
 pub(crate) fn unknown_covariance() -> [[f64; 6]; 6] {
     std::array::from_fn(|row| std::array::from_fn(|column| if row == column { UNKNOWN } else { 0.0 }))
 }

@@ -1,4 +1,4 @@
-//! The ground around a run's way, of boxes and bars alone: for URDF, which knows no fields of heights, and for the scene of a log.
+//! The ground around a run's way, of boxes and bars: for URDF, which has no fields of heights, and for a log's scene.
 
 use omni_config::Scenario;
 use omni_sim::ground::{Shape, shapes};
@@ -10,8 +10,8 @@ const THICKNESS_M: f64 = 0.1;
 /// Columns that a field of heights is shown as, along each side at most.
 const MOST_COLUMNS: usize = 40;
 
-/// Boxes and bars, no field: fields of heights are shown as columns, at most 40 along each side, each as high as the mean of
-/// the field there; all else is what the physics have.
+/// Boxes and bars, no field: fields of heights are shown as columns, at most 40 along each side,
+/// each as high as the mean of the field there; all else is what the physics have.
 pub(crate) fn ground_around(scenario: &Scenario) -> Vec<Shape> {
     let way = scenario.farthest_m() + 2.0 * MARGIN_M;
     let [x, y] = [scenario.start.x_m, scenario.start.y_m];

@@ -2,10 +2,10 @@
 //!
 //! # In this crate
 //!
-//! [`RunLog`] writes a run while it goes on, [`LogRun`] runs a scenario into one; [`read_log`] and [`LoggedRun`] read
-//! it back, [`replay`] feeds its measurements to the controller again; [`Recording`] makes such a log of what was measured on a
-//! vehicle. With the feature `live`, `run_live` serves a run to
-//! viewers while it goes on, with `ros2` to a ROS 2 graph, too.
+//! [`RunLog`] writes a run while it goes on, [`LogRun`] runs a scenario into one; [`read_log`] and
+//! [`LoggedRun`] read it back, [`replay`] feeds its measurements to the controller again;
+//! [`Recording`] makes such a log of what was measured on a vehicle. With the feature `live`,
+//! `run_live` serves a run to viewers while it goes on, with `ros2` to a ROS 2 graph, too.
 #![forbid(unsafe_code)]
 
 mod base_pose;
@@ -16,13 +16,13 @@ mod in_memory;
 #[cfg(feature = "live")]
 mod live;
 mod log_error;
+mod log_run;
 mod logged_run;
 mod message_rates;
 mod messages;
 mod mjcf;
 mod part_file;
 mod reader;
-mod record;
 mod recording;
 mod recovered;
 mod replay;
@@ -46,11 +46,11 @@ pub use live::Ros2;
 #[cfg(feature = "live")]
 pub use live::{Live, Opened, Pilot, Until, run_live};
 pub use log_error::LogError;
+pub use log_run::{LogRun, Logged};
 pub use logged_run::LoggedRun;
 pub use mjcf::mjcf;
 pub use part_file::{FinishedLog, PartFile, Place};
 pub use reader::{LogFile, LogMessage, read_log};
-pub use record::{LogRun, Record};
 pub use recording::Recording;
 pub use recovered::recover;
 pub use replay::{Difference, Replay, WheelReplay, replay};

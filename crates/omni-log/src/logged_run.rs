@@ -31,8 +31,8 @@ const COMMON: [&str; 8] = [
 pub struct LoggedRun {
     /// What the log says of itself.
     pub file: LogFile,
-    /// `/vehicle_state`, `/sensors` and `/controller_signals` as columns, one row a message, named as in the run's own [`Trace`]; with
-    /// what was asked for, without what the log does not hold at that rate: poses, hinges, energies.
+    /// `/vehicle_state`, `/sensors` and `/controller_signals` as columns, one row a message, named as in the run's own
+    /// [`Trace`]; with what was asked for, without what the log does not hold at that rate: poses, hinges, energies.
     pub trace: Trace,
     /// Times of the messages on `/tf` \[s\].
     pub frame_time_s: Vec<f64>,
@@ -49,8 +49,8 @@ pub struct LoggedRun {
 }
 
 impl LoggedRun {
-    /// Reads a log from start to end, finished or not. Where it is not finished, the trace's outcome is `unfinished` with nothing
-    /// measured.
+    /// Reads a log from start to end, finished or not. Where it is not finished, the trace's
+    /// outcome is `unfinished` with nothing measured.
     ///
     /// ```
     /// use omni_log::{Error, LogRun, LoggedRun, RunLog};
@@ -73,7 +73,8 @@ impl LoggedRun {
         Self::read_watched(path, |_| true)
     }
 
-    /// [`LoggedRun::read`] that calls `watch` with the part done, 0 to 1, every some milliseconds, and stops where that says false.
+    /// [`LoggedRun::read`] that calls `watch` with the part done, 0 to 1, every some milliseconds,
+    /// and stops where that says false.
     ///
     /// # Errors
     /// As [`read_log`](super::read_log), and [`LogError::Stopped`].
@@ -160,7 +161,8 @@ impl LoggedRun {
 /// Rows between two looks at whether to go on.
 const ROWS_PER_LOOK: usize = 4096;
 
-/// What no controller would be allowed: a name that is there twice, or that of a column that every log has, would be read in its place.
+/// What no controller would be allowed: a name that is there twice, or that of a column that every
+/// log has, would be read in its place.
 pub(crate) fn check_names(names: &[String]) -> Result<(), String> {
     let twice = |(i, name): (usize, &String)| names[..i].contains(name);
     let taken = |name: &String| COMMON.contains(&name.as_str()) || name.starts_with("wheel_");
@@ -210,7 +212,8 @@ impl Own {
     }
 }
 
-/// One message a state, or none at all: else there would be columns out of nothing. Of a run that was killed the last may be missing.
+/// One message a state, or none at all: else there would be columns out of nothing. Of a run that
+/// was killed the last may be missing.
 fn one_a_state(topic: &str, times_ns: &[u64], states_ns: &[u64], complete: bool) -> Result<(), String> {
     let (found, states) = (times_ns.len(), states_ns.len());
     let all = found == states || (!complete && found + 1 == states);

@@ -151,7 +151,8 @@ impl Messages {
         Ok(())
     }
 
-    /// Integrates the measured velocities over a control period; part of [`Messages::push`]. A stuck encoder stops its wheel in `/tf`.
+    /// Integrates the measured velocities over a control period; part of [`Messages::push`]. A
+    /// stuck encoder stops its wheel in `/tf`.
     pub(crate) fn turn_wheels(&mut self, sample: &ControlSample) {
         for (angle, wheel) in self.wheel_angles.iter_mut().zip(&sample.wheels) {
             // A wheel without a measurement is shown where it was: NaN would stay.

@@ -1,7 +1,7 @@
 //! Vehicle and ground as MJCF, MuJoCo's files: every roller is a body with its own bearing.
 //!
-//! Bodies and joints have the names that they have as URDF. What is chosen for MuJoCo, and not given by a file of ours, has its reason
-//! beside it in the file that is written; docs/mujoco.md has the measurements.
+//! Bodies and joints have the names that they have as URDF. What is chosen for MuJoCo, and not given by a
+//! file of ours, has its reason beside it in the file that is written; docs/mujoco.md has the measurements.
 
 mod contact;
 mod ground;
@@ -32,12 +32,13 @@ const CCD: (f64, u32) = (1e-10, 100);
 /// A scenario's vehicle at its start, on its ground, as MJCF: the rollers of the vehicle file on every wheel, whatever
 /// `physics.wheel_model` says.
 ///
-/// Joints: `free` of the base, the vehicle's hinges, `wheel_NAME` and `wheel_NAME_roller_K`. Actuators: `wheel_NAME`, with the actuator's
-/// torque \[N.m\] as control, limited to what it has at rest. A motor's torque-speed line, lag, faults and the efficiency of a gear are the
-/// controller's to keep: MJCF has no word for them.
+/// Joints: `free` of the base, the vehicle's hinges, `wheel_NAME` and `wheel_NAME_roller_K`. Actuators: `wheel_NAME`,
+/// with the actuator's torque \[N.m\] as control, limited to what it has at rest. A motor's torque-speed line, lag,
+/// faults and the efficiency of a gear are the controller's to keep: MJCF has no word for them.
 ///
 /// # Errors
-/// [`Error::Key`] for a wheel without rollers, for names that MJCF would have twice, and for patches of friction on ground that is not level.
+/// [`Error::Key`] for a wheel without rollers, for names that MJCF would have twice, and for
+/// patches of friction on ground that is not level.
 ///
 /// ```
 /// use omni_config::Scenario;

@@ -11,7 +11,8 @@ use crate::LogError;
 /// Times that another program may be faster between two looks at the same name; each of them has it then.
 const TRIES: usize = 100;
 
-/// A log that has its name. For as long as this lives, no run gets that name: what is said of the log is said of this one.
+/// A log that has its name. For as long as this lives, no run gets that name: what is said of the
+/// log is said of this one.
 #[derive(Debug)]
 pub struct FinishedLog {
     path: PathBuf,
@@ -44,7 +45,8 @@ pub trait Place {
 
 /// The unfinished file, removed on drop unless it is to be kept.
 ///
-/// Every change of what the name `*.part` stands for is made by the program that holds the lock of the file it stood for.
+/// Every change of what the name `*.part` stands for is made by the program that holds the lock of
+/// the file it stood for.
 #[derive(Debug)]
 pub struct PartFile {
     part: PathBuf,
@@ -74,7 +76,8 @@ impl PartFile {
         for _ in 0..TRIES {
             match OpenOptions::new().write(true).create_new(true).open(&part) {
                 Ok(file) => {
-                    // Not every file system has locks. Who is faster holds it already, as one that a killed run has left.
+                    // Not every file system has locks. Who is faster holds it already, as one that
+                    // a killed run has left.
                     let locked = !matches!(file.try_lock(), Err(TryLockError::WouldBlock));
                     if locked && is_at(&file, &part).map_err(failed)? {
                         return Ok(Self {

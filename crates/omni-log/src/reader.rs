@@ -103,8 +103,8 @@ pub struct LogFile {
 /// ```
 ///
 /// # Errors
-/// [`LogError::Read`], [`LogError::Damaged`] where a checksum or a record is wrong, [`LogError::Lacks`] where it is not a run of
-/// this program; what is wrong with its scenario; whatever `on` returns.
+/// [`LogError::Read`], [`LogError::Damaged`] where a checksum or a record is wrong, [`LogError::Lacks`]
+/// where it is not a run of this program; what is wrong with its scenario; whatever `on` returns.
 pub fn read_log(
     path: impl AsRef<Path>,
     on: impl FnMut(u64, LogMessage) -> Result<(), Error>,
@@ -112,7 +112,8 @@ pub fn read_log(
     read_log_watched(path, |_| true, on)
 }
 
-/// [`read_log`] that calls `watch` with the part read, 0 to 1, every quarter of a megabyte, and stops where that says false.
+/// [`read_log`] that calls `watch` with the part read, 0 to 1, every quarter of a megabyte, and
+/// stops where that says false.
 ///
 /// # Errors
 /// As [`read_log`], and [`LogError::Stopped`].
@@ -360,7 +361,8 @@ impl Seen {
         self.scenario.is_none() && self.topics.is_empty()
     }
 
-    /// What was taken out of a whole log shows, also where checksums were left out: at the end it says how much there is.
+    /// What was taken out of a whole log shows, also where checksums were left out: at the end it
+    /// says how much there is.
     fn agrees_with_its_statistics(&self) -> Result<(), String> {
         let Some(said) = &self.statistics else {
             return if self.ours {

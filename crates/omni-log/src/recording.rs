@@ -38,7 +38,8 @@ const ATTITUDE: [&str; 4] = ["pose_qx", "pose_qy", "pose_qz", "pose_qw"];
 /// Where the vehicle took itself to be: x, y \[m\], heading \[rad\].
 const ODOMETRY: [&str; 3] = ["odom_x_m", "odom_y_m", "odom_yaw_rad"];
 
-/// What was measured on a vehicle in every control period, by the names that columns of a [`Trace`](omni_sim::Trace) have.
+/// What was measured on a vehicle in every control period, by the names that columns of a
+/// [`Trace`](omni_sim::Trace) have.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Recording {
@@ -46,9 +47,9 @@ pub struct Recording {
     pub facts: BTreeMap<String, String>,
     /// How it was read: the attachment `map.toml`.
     pub map: String,
-    /// One number a control period each, NaN where nothing is known: `asked_*`, `estimated_*`, of wheels `reference_rad_s`,
-    /// `measured_rad_s`, `applied_n_m`, `torque_n_m`, and what the sensors said ([`Sensed::names`]). Others go to
-    /// `/controller_signals`; of these `pose_*` are on `/ground_truth/odom` too and `odom_*` on `/odom`.
+    /// One number a control period each, NaN where nothing is known: `asked_*`, `estimated_*`, of wheels
+    /// `reference_rad_s`, `measured_rad_s`, `applied_n_m`, `torque_n_m`, and what the sensors said ([`Sensed::names`]).
+    /// Others go to `/controller_signals`; of these `pose_*` are on `/ground_truth/odom` too and `odom_*` on `/odom`.
     pub columns: BTreeMap<String, Vec<f64>>,
 }
 
@@ -63,9 +64,10 @@ impl Recording {
         }
     }
 
-    /// Writes it as a log: the messages of a run, without the forces, which were not measured (`/markers`), and without an outcome.
-    /// `/tf` has the base at its true pose where that was measured, else at odometry's, and no message where neither is known;
-    /// hinges that were not measured are shown straight. `scenario` says vehicle, ground and control period, and what a simulation would be given. Row k ends at (k + 1) periods.
+    /// Writes it as a log: the messages of a run, without the forces, which were not measured (`/markers`), and
+    /// without an outcome. `/tf` has the base at its true pose where that was measured, else at odometry's, and
+    /// no message where neither is known; hinges that were not measured are shown straight. `scenario` says
+    /// vehicle, ground and control period, and what a simulation would be given. Row k ends at (k + 1) periods.
     ///
     /// ```
     /// use std::collections::BTreeMap;
@@ -284,7 +286,8 @@ impl<'a> Columns<'a> {
         }
     }
 
-    /// The base in the world and by odometry: the one for the other where only one of them is known, none where neither is.
+    /// The base in the world and by odometry: the one for the other where only one of them is
+    /// known, none where neither is.
     fn base(&self, row: usize) -> Option<(BasePose, BasePose)> {
         let (seen, reckoned) = (self.seen(row), self.reckoned(row));
         // Where the true pose was measured, odometry's pose is in a frame of its own.

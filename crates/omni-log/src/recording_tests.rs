@@ -84,7 +84,8 @@ fn without_anybody_who_saw_it_the_vehicle_is_where_its_odometry_has_it_and_hinge
     for pose in &logged.frames[ODOM_LINK] {
         assert!(pose[..3].iter().all(|place| place.abs() < 1e-15), "{pose:?}");
     }
-    // The front frame: turned by the sensed angle, and by the last one where it was not sensed. It stays where the hinge is.
+    // The front frame: turned by the sensed angle, and by the last one where it was not sensed. It
+    // stays where the hinge is.
     let front = &logged.frames["front"];
     let turned = |pose: &[f64; 7]| {
         2.0 * libm::acos(
@@ -110,7 +111,8 @@ fn a_pose_without_a_stated_covariance_is_named_in_the_message() {
     let logged = LoggedRun::read(&path).expect("a log");
     for track in [&logged.odometry, &logged.ground_truth] {
         assert!(track.variances.len() == 11, "{}", track.variances.len());
-        // Variances of x, of y and of the yaw, and what x and y have in common: large and finite, a matrix that filters can invert.
+        // Variances of x, of y and of the yaw, and what x and y have in common: large and finite, a
+        // matrix that filters can invert.
         assert!(track.variances.iter().all(|v| *v == [1e6, 0.0, 1e6, 1e6]));
     }
 }

@@ -68,14 +68,15 @@ pub struct Replay {
     pub wheels: Vec<WheelReplay>,
 }
 
-/// Feeds the measurements of a log to its scenario's controller, or with other keys (`control.policy`, `vehicle.gains...`), period by
-/// period, and compares the controller's signals of each wheel, the common factor and the estimated twist with the log, bit for bit;
-/// not `/controller_signals` nor the limited command. The vehicle does not move otherwise than it did: what is shown is
-/// what the controller would have commanded. Of a [`Recording`](crate::Recording) only torques are compared, where it has them.
+/// Feeds the measurements of a log to its scenario's controller, or with other keys (`control.policy`,
+/// `vehicle.gains...`), period by period, and compares the controller's signals of each wheel, the common
+/// factor and the estimated twist with the log, bit for bit; not `/controller_signals` nor the limited
+/// command. The vehicle does not move otherwise than it did: what is shown is what the controller would
+/// have commanded. Of a [`Recording`](crate::Recording) only torques are compared, where it has them.
 ///
 /// # Errors
-/// As [`read_log`]; [`LogError::Lacks`] where the log has not both `/vehicle_state` and `/sensors` every control period, or its
-/// controller was the user's own; as [`AnyController::new`].
+/// As [`read_log`]; [`LogError::Lacks`] where the log has not both `/vehicle_state` and `/sensors`
+/// every control period, or its controller was the user's own; as [`AnyController::new`].
 pub fn replay(path: impl AsRef<Path>, overrides: &[Override]) -> Result<Replay, Error> {
     let path = path.as_ref();
     let inputs = Inputs::read(path)?;
@@ -142,7 +143,7 @@ impl Inputs {
         for (topic, missing) in [(topic::VEHICLE_STATE, of_states), (topic::SENSORS, of_sensors)] {
             if let Some(missing_ns) = missing {
                 let what = format!(
-                    "no {topic} at t = {} s, but replay needs one every control period: record the run without \
+                    "no {topic} at t = {} s, but replay needs one every control period: run it without \
                      log.vehicle_state_hz",
                     missing_ns as f64 / 1e9
                 );

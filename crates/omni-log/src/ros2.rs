@@ -236,7 +236,8 @@ pub struct VehicleState {
     pub asked_twist: Twist,
     /// Common factor put on all wheels \[1\], 0 to 1; 1 where no wheel holds the others back.
     pub common_factor: f64,
-    /// Least-squares twist of the measured wheel velocities at the start of the period, in the body frame \[m/s, rad/s\].
+    /// Least-squares twist of the measured wheel velocities at the start of the period, in the body
+    /// frame \[m/s, rad/s\].
     pub estimated_twist: Twist,
     /// One entry a wheel, in the order of the vehicle file.
     pub wheels: Vec<WheelState>,

@@ -1,7 +1,7 @@
 //! The YAML file for ros2_control's own controllers.
 //!
-//! Parameters, the order of wheels and the sense of their turning are those of ros2_controllers 4.42 (Jazzy), 5.17 (Kilted) and 6.9
-//! (Rolling). Nothing is written that would drive the vehicle otherwise than its own kinematics do.
+//! Parameters, the order of wheels and the sense of their turning are those of ros2_controllers 4.42 (Jazzy), 5.17
+//! (Kilted) and 6.9 (Rolling). Nothing is written that would drive the vehicle otherwise than its own kinematics do.
 
 mod comparison;
 mod mecanum;
@@ -21,15 +21,16 @@ const UPDATE_HZ: u32 = 100;
 /// Age at which a command is dropped \[s\]; the plant's own is the same.
 const TIMEOUT_S: f64 = 0.5;
 
-/// The yaml of ros2_control's controller manager for a vehicle: `omni_wheel_drive_controller` for omni wheels evenly spaced on a
-/// circle, `mecanum_drive_controller` for four mecanum wheels, each with a `joint_state_broadcaster`.
+/// The yaml of ros2_control's controller manager for a vehicle: `omni_wheel_drive_controller` for omni wheels evenly
+/// spaced on a circle, `mecanum_drive_controller` for four mecanum wheels, each with a `joint_state_broadcaster`.
 ///
-/// Joints are the URDF's ([`ros2_control_urdf`](crate::ros2_control_urdf)). The controllers give velocities of wheels, not of motors: gears
-/// do not matter to them. Wheels may be 0.1 % off the places and directions that a controller assumes.
+/// Joints are the URDF's ([`ros2_control_urdf`](crate::ros2_control_urdf)). The controllers give
+/// velocities of wheels, not of motors: gears do not matter to them. Wheels may be 0.1 % off the
+/// places and directions that a controller assumes.
 ///
 /// # Errors
-/// [`Error::Key`] with the first wheel that neither controller would drive as the vehicle's kinematics do: another place, radius or
-/// roller, or a wheel whose joint turns positively the other way.
+/// [`Error::Key`] with the first wheel that neither controller would drive as the vehicle's kinematics
+/// do: another place, radius or roller, or a wheel whose joint turns positively the other way.
 ///
 /// ```
 /// use omni_config::Vehicle;

@@ -69,8 +69,8 @@ pub(crate) fn json(what: &impl Serialize) -> String {
     serde_json::to_string(what).unwrap_or_default()
 }
 
-/// What keys ask for: forwards and to the left \[m/s\] as fast as the scenario drives, or 0.3 m/s where it hardly does, and to the left
-/// \[rad/s\] so that the outermost wheel is as fast.
+/// What keys ask for: forwards and to the left \[m/s\] as fast as the scenario drives, or 0.3 m/s
+/// where it hardly does, and to the left \[rad/s\] so that the outermost wheel is as fast.
 ///
 /// ```
 /// use omni_config::Scenario;
@@ -95,8 +95,8 @@ pub fn driving_pace(scenario: &Scenario) -> [f64; 3] {
     [speed_m_s, speed_m_s, speed_m_s / reach_m]
 }
 
-/// Shows a logged run: vehicle and ground as the page of a live run has them, but only so much of the ground as is around the run's
-/// way, of boxes and bars, as in the log's URDF.
+/// Shows a logged run: vehicle and ground as the page of a live run has them, but only so much of
+/// the ground as is around the run's way, of boxes and bars, as in the log's URDF.
 ///
 /// ```
 /// use omni_config::Scenario;

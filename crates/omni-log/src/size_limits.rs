@@ -2,8 +2,8 @@
 
 use mcap::records::op;
 
-/// What a log unpacks to at most, as a multiple of its bytes. Our own unpack to 3 times theirs; the emptiest, of a vehicle that floats
-/// without gravity and command, to 23 times, and its emptiest chunk to 53.
+/// What a log unpacks to at most, as a multiple of its bytes. Our own unpack to 3 times theirs; the emptiest,
+/// of a vehicle that floats without gravity and command, to 23 times, and its emptiest chunk to 53.
 const MOST_RATIO: u64 = 60;
 /// What the smallest of logs may unpack to \[bytes\]: some thousand control periods.
 const LEAST_UNPACKED: u64 = 1 << 24;
@@ -52,8 +52,8 @@ fn pieces(opcode: u8) -> &'static [Piece] {
     }
 }
 
-/// Are the lengths inside a record within the record? To be asked before it is parsed: the parser takes the memory of a text
-/// before it looks whether there is as much.
+/// Are the lengths inside a record within the record? To be asked before it is parsed: the parser
+/// takes the memory of a text before it looks whether there is as much.
 pub(crate) fn fits(opcode: u8, record: &[u8]) -> Result<(), String> {
     let mut rest = record;
     let inside = pieces(opcode).iter().try_for_each(|piece| match piece {

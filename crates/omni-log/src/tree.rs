@@ -28,8 +28,8 @@ pub(crate) struct Placement<'a> {
 pub(crate) enum Roots {
     /// The world: below it the base as it is, below the base the frame of odometry.
     World,
-    /// The frame of odometry, as REP 105 asks of a robot: below it the base by odometry, and the world, so that what is in the world is shown
-    /// where it is. A node that localises the robot puts its map above.
+    /// The frame of odometry, as REP 105 asks of a robot: below it the base by odometry, and the world, so
+    /// that what is in the world is shown where it is. A node that localises the robot puts its map above.
     #[cfg(feature = "ros2")]
     Odometry,
     /// The same below a map, which is the world: a localisation without error.

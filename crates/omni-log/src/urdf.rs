@@ -1,7 +1,7 @@
 //! Vehicles and ground as URDF, for viewers and other simulators.
 //!
-//! A link's frame is where the joint that carries it is, as URDF has it; the base's is the vehicle's. Frames of a log's `/tf` and
-//! joints of its `/joint_states` have the same names and places.
+//! A link's frame is where the joint that carries it is, as URDF has it; the base's is the vehicle's.
+//! Frames of a log's `/tf` and joints of its `/joint_states` have the same names and places.
 
 mod ground;
 mod ros2_control;

@@ -76,16 +76,16 @@ impl LogWriter {
     /// Starts a log that will be called `path`; a `.part` file that a killed run has left is replaced.
     ///
     /// # Errors
-    /// [`LogError::Busy`] where another run writes that log, [`LogError::Create`] where `<path>.part` cannot be created,
-    /// [`LogError::Io`] where it cannot be written.
+    /// [`LogError::Busy`] where another run writes that log, [`LogError::Create`] where
+    /// `<path>.part` cannot be created, [`LogError::Io`] where it cannot be written.
     pub fn create(path: impl AsRef<Path>) -> Result<Self, LogError> {
         let part = PartFile::create(path.as_ref())?;
         let file = part.writer()?;
         Self::over(part, file)
     }
 
-    /// Completes the log and gives it its final name, replacing a file that has it. For as long as the result lives, no other run
-    /// gets that name.
+    /// Completes the log and gives it its final name, replacing a file that has it. For as long as
+    /// the result lives, no other run gets that name.
     ///
     /// # Errors
     /// [`LogError::Io`] or [`LogError::Mcap`] where the rest cannot be written (nothing is left then),
@@ -98,7 +98,8 @@ impl LogWriter {
         part.complete(file)
     }
 
-    /// Ends a log that is not whole: hands all so far to the system and returns the name of its `.part` file, which stays.
+    /// Ends a log that is not whole: hands all so far to the system and returns the name of its
+    /// `.part` file, which stays.
     ///
     /// # Errors
     /// [`LogError::Io`] or [`LogError::Mcap`] where the rest cannot be written; nothing is left then.
@@ -122,7 +123,8 @@ impl LogWriter<InMemory> {
         Self::over(bytes.clone(), bytes)
     }
 
-    /// What has been written since the last time: these pieces one after the other, up to that of [`finish`](Self::finish), are the file.
+    /// What has been written since the last time: these pieces one after the other, up to that of
+    /// [`finish`](Self::finish), are the file.
     pub fn take(&mut self) -> Vec<u8> {
         self.part.take()
     }

@@ -53,7 +53,7 @@ fn five_minutes_more_of_a_logged_run_add_less_than_a_mebibyte() {
             }
             Ok::<(), Error>(())
         });
-    let run = run.record::<Error>(&mut log);
+    let run = run.log_to::<Error>(&mut log);
     log.finish(&run.expect("runs").outcome).expect("writable");
     let grown = last - warm.expect("passed the first minute");
     assert!(grown < 1024.0 * 1024.0, "five minutes added {grown} bytes");

@@ -43,7 +43,8 @@ fn column(trace: &Arc<omni_sim::Trace>, index: usize) -> ArrayRef {
     let values = trace.column_at(index);
     let start = NonNull::from(values).cast::<u8>();
     #[expect(unsafe_code, reason = "a borrow without a copy, as in trace.rs")]
-    // SAFETY: the bytes are those of the trace's column, aligned for f64; the trace is never changed, and the buffer keeps it.
+    // SAFETY: the bytes are those of the trace's column, aligned for f64; the trace is never
+    // changed, and the buffer keeps it.
     let buffer =
         unsafe { Buffer::from_custom_allocation(start, std::mem::size_of_val(values), trace.clone()) };
     Arc::new(Float64Array::new(

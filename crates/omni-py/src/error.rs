@@ -1,4 +1,4 @@
-//! Errors of simulation, logs and studies as the exceptions of `omnistep.errors`, with the key and the file they concern.
+//! Errors of simulation, logs and studies as the exceptions of `omnistep.errors`, with the key and file they concern.
 
 use std::path::PathBuf;
 

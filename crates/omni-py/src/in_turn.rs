@@ -12,7 +12,8 @@ const LOOK_EVERY: Duration = Duration::from_millis(50);
 
 /// What one thread at a time uses.
 pub(crate) struct InTurn<T> {
-    /// A thread that waits for it does not have the interpreter's lock, which a user's policy asks for: none waits for both.
+    /// A thread that waits for it does not have the interpreter's lock, which a user's policy asks
+    /// for: none waits for both.
     inner: Mutex<T>,
     /// Who has it: a policy that asks for its own simulation would wait for itself.
     user: Mutex<Option<ThreadId>>,
@@ -27,7 +28,8 @@ impl<T: Send> InTurn<T> {
         Self { inner, user, own }
     }
 
-    /// Does something with it as soon as no other thread has it, outside the interpreter's lock; Ctrl-C ends the waiting.
+    /// Does something with it as soon as no other thread has it, outside the interpreter's lock;
+    /// Ctrl-C ends the waiting.
     pub(crate) fn with<R: Send>(&self, py: Python<'_>, work: impl FnOnce(&mut T) -> R + Send) -> PyResult<R> {
         let here = thread::current().id();
         if *self.user.lock() == Some(here) {

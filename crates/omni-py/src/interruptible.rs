@@ -13,8 +13,8 @@ use crate::error::exception;
 /// Time between two looks at Ctrl-C, and two calls of the callback.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
 
-/// Works on a thread of its own, outside the interpreter's lock, while this one looks at Ctrl-C, which sets the flag that
-/// the work gets.
+/// Works on a thread of its own, outside the interpreter's lock, while this one looks at Ctrl-C,
+/// which sets the flag that the work gets.
 pub(crate) fn interruptible<T: Send, E: Into<Error> + Send>(
     py: Python<'_>,
     work: impl FnOnce(&AtomicBool) -> Result<T, E> + Send,
@@ -22,7 +22,8 @@ pub(crate) fn interruptible<T: Send, E: Into<Error> + Send>(
     with_progress(py, None, |stop, _rows| work(stop))
 }
 
-/// [`interruptible`], which also calls `watch` with how many rows there are and how many of them failed: the work says it of each.
+/// [`interruptible`], which also calls `watch` with how many rows there are and how many of them
+/// failed: the work says it of each.
 pub(crate) fn with_progress<T: Send, E: Into<Error> + Send>(
     py: Python<'_>,
     watch: Option<Py<PyAny>>,

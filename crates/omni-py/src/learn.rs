@@ -254,7 +254,8 @@ impl Episodes {
         episodes.get(index).ok_or_else(absent)
     }
 
-    /// Figures as Gymnasium's vector environments give them: an array of each, and one that says which of its values count.
+    /// Figures as Gymnasium's vector environments give them: an array of each, and one that says
+    /// which of its values count.
     fn info<'py, 'a>(
         &self,
         py: Python<'py>,
@@ -262,7 +263,8 @@ impl Episodes {
     ) -> PyResult<Bound<'py, PyDict>> {
         let info = PyDict::new(py);
         for (k, name) in self.batch.episodes()[0].info_names().iter().enumerate() {
-            // What is not known (yet) is left out: a NaN is not equal to itself, which Gymnasium's checker does not like.
+            // What is not known (yet) is left out: a NaN is not equal to itself, which Gymnasium's
+            // checker does not like.
             let known = rows
                 .clone()
                 .map(|row| row.map(|row| row[k]).filter(|value| !value.is_nan()));

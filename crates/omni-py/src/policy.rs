@@ -72,7 +72,8 @@ pub(crate) fn policy_name(policy: PolicyArg) -> String {
     }
 }
 
-/// The controller of a run: one's own where one is given, else the scenario's. `fresh` starts one's own; else it goes on as it is.
+/// The controller of a run: one's own where one is given, else the scenario's. `fresh` starts one's
+/// own; else it goes on as it is.
 pub(crate) fn controller(
     py: Python<'_>,
     scenario: &config::Scenario,

@@ -132,7 +132,8 @@ fn read(
             return Err(refused(key, &message));
         }
     }
-    // Keys that only some policies take, as `control.max_retries` or `drive`, are with the policy that is asked for, not with the file's.
+    // Keys that only some policies take, as `control.max_retries` or `drive`, are with the policy
+    // that is asked for, not with the file's.
     let (mut overrides, mut policy) = (overrides, policy);
     if let Some(name) = policy
         && !overrides.is_empty()

@@ -1,7 +1,7 @@
 //! Every coordination policy on grounds of less and less friction: a scenario with some of its keys replaced.
 //!
-//! Prints how long each takes over the step of 5 cm, or how it ends. Single runs near the limit are chaotic: who wants to
-//! know which policy is better runs many (`omnistep study`).
+//! Prints how long each takes over the step of 5 cm, or how it ends. Single runs near the limit are
+//! chaotic: who wants to know which policy is better runs many (`omnistep study`).
 #![expect(clippy::print_stdout, reason = "an example speaks on standard output")]
 
 use omni_sim::config::{Override, Scenario};

@@ -1,5 +1,7 @@
-//! What controllers do when things go wrong: seeded runs with random faults, sensors, policies, engines and patches of ice, each stopped
-//! at half of its time and judged by laws. All but those of traction control run firmware's whole step (`[drive]`). `drive_campaign RUNS` prints a table as Markdown; the exit code is 1 where a law is broken.
+//! What controllers do when things go wrong: seeded runs with random faults, sensors, policies, engines and ice.
+//!
+//! Each is stopped at half of its time and judged by laws. All but those of traction control run firmware's whole step
+//! (`[drive]`). `drive_campaign RUNS` prints a table as Markdown; the exit code is 1 where a law is broken.
 #![expect(clippy::print_stdout, reason = "an example speaks on standard output")]
 
 #[path = "campaigns/dice.rs"]
@@ -17,7 +19,8 @@ use dice::Dice;
 const ICE: f64 = 0.2;
 /// A vehicle that stands moves no faster: a centimetre a second, and what a wheel's rim makes of it half a metre away.
 const STANDS: [f64; 2] = [0.01, 0.05];
-/// Rest is commanded for so long before a run's last 0.6 s \[s\]: up to 0.5 m/s at 0.5 m/s^2, and a second in which torque ends.
+/// Rest is commanded for so long before a run's last 0.6 s \[s\]: up to 0.5 m/s at 0.5 m/s^2, and a
+/// second in which torque ends.
 const RESTS_S: f64 = 2.0;
 /// Work of the motors in those 0.6 s that is a push \[J\].
 const PUSHES_J: f64 = 0.05;
@@ -294,8 +297,8 @@ fn torque(trace: &Trace, signal: &str, wheel: usize, row: usize) -> f64 {
         .map_or(f64::NAN, |torques| torques[row])
 }
 
-/// Are its wheels, motors and encoders as they should be? Encoders of 256 counts are not: read every millisecond, one count asks for all that a
-/// motor has, and loops that get one now and then hardly brake.
+/// Are its wheels, motors and encoders as they should be? Encoders of 256 counts are not: read every
+/// millisecond, one count asks for all that a motor has, and loops that get one now and then hardly brake.
 fn nothing_is_broken(scenario: &Scenario) -> bool {
     if scenario.sensors.encoder_counts == 256.0 {
         return false;

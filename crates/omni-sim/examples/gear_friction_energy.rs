@@ -1,6 +1,7 @@
-//! Does energy close where gears have friction? Seeded runs over the built-in step, on both engines, on balls and on rollers, with much
-//! friction and with little. `gear_friction_energy SEEDS` prints a table as Markdown; the exit code is 1 where a run ends with an error or
-//! its residual is beyond the bound of docs/physics.md. Without an argument it makes 22 runs in some seconds, none of rapier's rollers.
+//! Does energy close where gears have friction? Seeded runs over the built-in step, on both engines, on balls and on
+//! rollers, with much friction and with little. `gear_friction_energy SEEDS` prints a table as Markdown; the exit code
+//! is 1 where a run ends with an error or its residual is beyond the bound of docs/physics.md.
+//! Without an argument it makes 22 runs in some seconds, none of rapier's rollers.
 #![expect(clippy::print_stdout, reason = "an example speaks on standard output")]
 
 use std::process::ExitCode;
@@ -8,7 +9,8 @@ use std::process::ExitCode;
 use omni_sim::config::{Override, Scenario};
 use omni_sim::{Error, run};
 
-/// Engine, wheel model, and one of how many seeds it gets: a tenth costs rapier's rollers five times what all the others cost.
+/// Engine, wheel model, and one of how many seeds it gets: a tenth costs rapier's rollers five
+/// times what all the others cost.
 const WHEELS: [(&str, &str, u64); 4] = [
     ("articulated", "ball", 1),
     ("articulated", "rollers", 1),

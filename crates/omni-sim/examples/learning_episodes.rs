@@ -1,7 +1,7 @@
 //! Episodes for reinforcement learning, without any learning: full speed ahead, whatever is seen.
 //!
-//! Prints what was drawn for each episode, how it ended and what it was worth. The vehicle does not know how high and how
-//! slippery the step is.
+//! Prints what was drawn for each episode, how it ended and what it was worth. The vehicle does not
+//! know how high and how slippery the step is.
 #![expect(clippy::print_stdout, reason = "an example speaks on standard output")]
 
 use omni_sim::learn::{Episode, Task};

@@ -82,8 +82,9 @@ impl ControlLoop {
         }
     }
 
-    /// One control period, from what is asked for and what the sensors say. `sample` is overwritten, whatever is returned. While the
-    /// scenario loses commands (`command_lost`) the last one that arrived is still the one asked for.
+    /// One control period, from what is asked for and what the sensors say. `sample` is
+    /// overwritten, whatever is returned. While the scenario loses commands (`command_lost`) the
+    /// last one that arrived is still the one asked for.
     ///
     /// # Errors
     /// As [`AnyController::step`].

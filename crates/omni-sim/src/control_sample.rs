@@ -11,8 +11,8 @@ use crate::wheel_signals::Did;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct ControlSample {
-    /// What was asked for, before the heading hold and the limits. With what the sensors said it is all that the controller gets: replay
-    /// starts from these.
+    /// What was asked for, before the heading hold and the limits. With what the sensors said it is
+    /// all that the controller gets: replay starts from these.
     pub asked: BodyTwist<f64>,
     /// The command, within the vehicle's limits.
     pub command: BodyTwist<f64>,
@@ -22,15 +22,16 @@ pub struct ControlSample {
     pub common_factor: f64,
     /// One entry a wheel, in the vehicle's order.
     pub wheels: Vec<WheelSignals>,
-    /// Motors whose windings are shorted, one a wheel; empty for none. A shorted motor brakes with the slope of its torque over speed.
+    /// Motors whose windings are shorted, one a wheel; empty for none. A shorted motor brakes with
+    /// the slope of its torque over speed.
     pub brake: Vec<bool>,
     /// What only this controller says.
     pub report: Report,
 }
 
 impl ControlSample {
-    /// Of a period that no controller had a part in: of its signals only the actuators' torques \[N.m\] are known, one a wheel,
-    /// and all others are NaN. A zero would be taken for a measurement.
+    /// Of a period that no controller had a part in: of its signals only the actuators' torques \[N.m\]
+    /// are known, one a wheel, and all others are NaN. A zero would be taken for a measurement.
     ///
     /// ```
     /// use omni_sim::controller::ControlSample;
@@ -56,7 +57,8 @@ impl ControlSample {
         }
     }
 
-    /// Times that traction control backed off for another try since the start; none of a controller that does not try again.
+    /// Times that traction control backed off for another try since the start; none of a controller
+    /// that does not try again.
     #[must_use]
     pub fn retries(&self) -> Option<u32> {
         self.report.traction.as_ref().map(|traction| traction.retries)

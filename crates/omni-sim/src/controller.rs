@@ -22,8 +22,8 @@ pub use link::Link;
 pub use own::{MOST_SIGNALS, check_name};
 pub use qemu::{DEFAULT_FIRMWARE, Firmware, emulator};
 
-/// A controller for as many wheels as the vehicle has: here in the precision the scenario names, or in `f32` at the other
-/// end of a link.
+/// A controller for as many wheels as the vehicle has: here in the precision the scenario names, or
+/// in `f32` at the other end of a link.
 pub struct AnyController {
     control: Box<dyn ControlLaw>,
     policy: String,
@@ -57,13 +57,14 @@ impl AnyController {
         }
     }
 
-    /// A controller of one's own, for a vehicle of the scenario. Its torques are brought within what the motors give; vehicle limits of
-    /// the command are its own affair. It is taken as it is: who gives one that was used before resets it. A snapshot does not hold what it
-    /// remembers.
+    /// A controller of one's own, for a vehicle of the scenario. Its torques are brought within what
+    /// the motors give; vehicle limits of the command are its own affair. It is taken as it is: who
+    /// gives one that was used before resets it. A snapshot does not hold what it remembers.
     ///
     /// # Errors
-    /// As [`AnyController::new`] and [`check_name`]; [`Error::Config`] for a scenario with a `[drive]`; [`Error::Signal`] where the name of
-    /// a signal of its own is none, is there twice, or is that of a column that every trace has.
+    /// As [`AnyController::new`] and [`check_name`]; [`Error::Config`] for a scenario with a
+    /// `[drive]`; [`Error::Signal`] where the name of a signal of its own is none, is there twice,
+    /// or is that of a column that every trace has.
     ///
     /// ```
     /// use omni_core::{Policy, Readings};
@@ -115,11 +116,12 @@ impl AnyController {
         })
     }
 
-    /// A controller at the other end of `link`, an [`omni_link::Server`], freshly started. It works in
-    /// `f32` whatever the scenario says. Greets it: it must be built for this scenario, with [`Scenario::constants_digest`].
+    /// A controller at the other end of `link`, an [`omni_link::Server`], freshly started. It works in `f32` whatever
+    /// the scenario says. Greets it: it must be built for this scenario, with [`Scenario::constants_digest`].
     ///
     /// # Errors
-    /// [`Error::Config`] as [`AnyController::new`]; [`Error::Firmware`] where there is no answer, or not for this scenario.
+    /// [`Error::Config`] as [`AnyController::new`]; [`Error::Firmware`] where there is no answer,
+    /// or not for this scenario.
     pub fn over_link(scenario: &Scenario, link: Link) -> Result<Self, Error> {
         without_bare_traction(scenario)?;
         let refuse = |_| Err(wheel_count_refused(scenario).into());
@@ -137,7 +139,8 @@ impl AnyController {
         Self::over_link(scenario, firmware.start()?)
     }
 
-    /// One control step; `measured_rad_s` has one actuator velocity a wheel. `sample` is overwritten, whatever is returned.
+    /// One control step; `measured_rad_s` has one actuator velocity a wheel. `sample` is
+    /// overwritten, whatever is returned.
     ///
     /// # Errors
     /// As [`AnyController::step_readings`].
@@ -151,12 +154,12 @@ impl AnyController {
         self.step_readings(&Readings::new(*command, measured_rad_s), sample)
     }
 
-    /// One control step from everything that a vehicle knows. `sample` is overwritten but for what was asked for, whatever is
-    /// returned.
+    /// One control step from everything that a vehicle knows. `sample` is overwritten but for what
+    /// was asked for, whatever is returned.
     ///
     /// # Errors
-    /// [`Error::Link`] where a link has stopped, and ever after: the torques are zero then; [`Error::Policy`] where a controller of one's own gives no torque that is a number, [`Error::PolicyFailed`]
-    /// where it says that it failed.
+    /// [`Error::Link`] where a link has stopped, and ever after: the torques are zero then; [`Error::Policy`] where a
+    /// controller of one's own gives no torque that is a number, [`Error::PolicyFailed`] where it says that it failed.
     pub fn step_readings(
         &mut self,
         readings: &Readings<'_, f64>,
@@ -171,8 +174,8 @@ impl AnyController {
         stepped
     }
 
-    /// What traces, tables and logs call it: the scenario's coordination policy ([`config::Control::law`]), or the name of a policy of
-    /// one's own.
+    /// What traces, tables and logs call it: the scenario's coordination policy
+    /// ([`config::Control::law`]), or the name of a policy of one's own.
     #[must_use]
     pub fn policy(&self) -> &str {
         &self.policy
@@ -202,7 +205,8 @@ impl AnyController {
         self.control.emergency_stop(pressed);
     }
 
-    /// What its [`Report`]s have, and where a path that it follows wants the vehicle: columns of the trace beside those that every one has.
+    /// What its [`Report`]s have, and where a path that it follows wants the vehicle: columns of
+    /// the trace beside those that every one has.
     #[must_use]
     pub fn columns(&self) -> &ReportColumns {
         &self.columns
@@ -222,8 +226,8 @@ impl AnyController {
         self.control.restore(state)
     }
 
-    /// Goes on after another controller of the same vehicle, which moves with `twist`: from all of its state, or from what both kinds have.
-    /// Says whether it can.
+    /// Goes on after another controller of the same vehicle, which moves with `twist`: from all of
+    /// its state, or from what both kinds have. Says whether it can.
     pub(crate) fn take_over(&mut self, from: &Self, twist: &BodyTwist<f64>) -> bool {
         from.save().is_some_and(|state| self.restore(&state))
             || (from.control.hand_over()).is_some_and(|handed| self.control.take_over(&handed, twist))

@@ -24,7 +24,8 @@ pub(crate) fn true_pose(seen: &Observation) -> PlanarPose<f64> {
     }
 }
 
-/// How far the vehicle is from where a path wants it \[m\], and how far its heading is turned to the left of the path's \[rad\].
+/// How far the vehicle is from where a path wants it \[m\], and how far its heading is turned to
+/// the left of the path's \[rad\].
 pub(crate) fn error_of(wanted: &PlanarPose<f64>, seen: &Observation) -> [f64; 2] {
     let is = true_pose(seen);
     let turned = omni_core::Real::wrapped_angle(is.yaw_rad - wanted.yaw_rad);

@@ -15,13 +15,14 @@ const WAVES: usize = 64;
 /// Cells of a rough surface in its shortest wave.
 const CELLS_PER_WAVE: f64 = 8.0;
 
-/// How far the ground of a run reaches at least \[m\]. Any number would do. This one gives the built-in step's figures in tables.
+/// How far the ground of a run reaches at least \[m\]. Any number would do. This one gives the
+/// built-in step's figures in tables.
 const REACH_M: f64 = 202.4;
 
 /// How far the ground of a scenario's physics reaches to all sides \[m\]: at least twice as far as the command goes.
 ///
-/// Coordinates within a box are rounded in proportion to its size. So runs that differ in `duration_s` alone have the same
-/// ground, unless one goes beyond 100 m, 3 km or 100 km and the other does not.
+/// Coordinates within a box are rounded in proportion to its size. So runs that differ in `duration_s`
+/// alone have the same ground, unless one goes beyond 100 m, 3 km or 100 km and the other does not.
 pub(crate) fn reach_m(scenario: &Scenario) -> f64 {
     let mut reach_m = REACH_M;
     while reach_m < 2.0 * scenario.farthest_m() {
@@ -67,8 +68,8 @@ pub enum Shape {
     },
 }
 
-/// The shapes of a scenario's ground, which reaches `far` \[m\] to all sides; none of ground that is unknown here, which
-/// [`Simulation::new`](crate::Simulation::new) refuses.
+/// The shapes of a scenario's ground, which reaches `far` \[m\] to all sides; none of ground that
+/// is unknown here, which [`Simulation::new`](crate::Simulation::new) refuses.
 ///
 /// ```
 /// use omni_sim::{config::Scenario, ground::{Shape, shapes}};
@@ -230,8 +231,8 @@ impl Ground {
         });
     }
 
-    /// A slope from the plane at `from` up to `height`: a tilted box that goes on into the lower slab, with its back inside the
-    /// upper one.
+    /// A slope from the plane at `from` up to `height`: a tilted box that goes on into the lower
+    /// slab, with its back inside the upper one.
     fn wedge(&mut self, from: f64, length: f64, height: f64) {
         let slope = libm::atan2(height, length);
         let (sin, cos) = (libm::sin(slope), libm::cos(slope));

@@ -1,7 +1,7 @@
 //! Episodes for reinforcement learning: a vehicle, a task, random differences, many at once.
 //!
-//! What an action and an observation are, what is rewarded and when an episode ends is said at each task, [`Task`]. Everything is
-//! plain numbers here; Python's environments are a thin layer around [`Episodes`].
+//! What an action and an observation are, what is rewarded and when an episode ends is said at each task,
+//! [`Task`]. Everything is plain numbers here; Python's environments are a thin layer around [`Episodes`].
 
 mod drive;
 mod episodes;
@@ -90,11 +90,12 @@ pub struct Episode {
 }
 
 impl Episode {
-    /// Episodes of a task in a scenario, whose duration is the longest of an episode. `ranges` replace those that differences are drawn
-    /// from; an action is held for `frame_skip` control periods. [`Episode::reset`] comes first.
+    /// Episodes of a task in a scenario, whose duration is the longest of an episode. `ranges` replace those that
+    /// differences are drawn from; an action is held for `frame_skip` control periods. [`Episode::reset`] comes first.
     ///
     /// # Errors
-    /// [`Error::Config`] where the scenario does not suit the task; [`Error::Argument`] for a range or a `frame_skip` that cannot be used.
+    /// [`Error::Config`] where the scenario does not suit the task; [`Error::Argument`] for a range
+    /// or a `frame_skip` that cannot be used.
     pub fn new(
         task: Task,
         scenario: &Scenario,
@@ -140,8 +141,8 @@ impl Episode {
         })
     }
 
-    /// Starts the next episode. With a seed the same episodes follow as ever after it; without one the row of random numbers goes on.
-    /// What is `fixed` is not drawn, and everything else is as if it had been.
+    /// Starts the next episode. With a seed the same episodes follow as ever after it; without one the row
+    /// of random numbers goes on. What is `fixed` is not drawn, and everything else is as if it had been.
     ///
     /// # Errors
     /// [`Error::Argument`] for a name that nothing has, or a value out of range; the present episode goes on then.
@@ -174,7 +175,8 @@ impl Episode {
     /// Holds an action, clipped to -1 to 1, for `frame_skip` control periods, fewer at the end of the time.
     ///
     /// # Errors
-    /// [`Error::Argument`] for another count of numbers, one that is not finite, or where the episode is over; nothing happens then.
+    /// [`Error::Argument`] for another count of numbers, one that is not finite, or where the
+    /// episode is over; nothing happens then.
     pub fn step(&mut self, action: &[f32]) -> Result<Turn, Error> {
         self.check(action)?;
         for (own, given) in self.action.iter_mut().zip(action) {

@@ -13,8 +13,8 @@ pub const MOTOR_BENCH_POLICIES: [&str; 3] = ["independent", "scale_torques", "sc
 /// rad/s per rpm.
 const RPM: f64 = std::f64::consts::PI / 30.0;
 
-/// Time between recorded rows \[us\].
-const RECORD_US: u64 = 100_000;
+/// Time between rows of the trace \[us\].
+const ROW_US: u64 = 100_000;
 
 /// Speeds and loads of wheels A, B and C, a row every 0.1 s (or every control period where that is longer).
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -82,8 +82,8 @@ impl MotorBenchTrace {
 /// Runs the experiment under a policy, torque limited by eq. (13) in four quadrants.
 ///
 /// # Errors
-/// [`config::Error::UnknownName`] for a policy that is not one of [`MOTOR_BENCH_POLICIES`]; [`config::Error::Key`] for gains that are out
-/// of range.
+/// [`config::Error::UnknownName`] for a policy that is not one of [`MOTOR_BENCH_POLICIES`];
+/// [`config::Error::Key`] for gains that are out of range.
 ///
 /// ```
 /// use omni_sim::{config::MotorBench, run_motor_bench};
@@ -124,7 +124,7 @@ pub fn run_motor_bench(experiment: &MotorBench, policy: &str) -> Result<MotorBen
         common_factor: Vec::new(),
     };
     let periods = (experiment.duration_s / period_s).round() as u64;
-    let every = (RECORD_US / experiment.period_us).max(1);
+    let every = (ROW_US / experiment.period_us).max(1);
     for k in 0..=periods {
         let time_us = k * experiment.period_us;
         let sample = controller.step(&mut state, &reference.into(), &velocity.into());

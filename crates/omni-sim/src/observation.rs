@@ -86,10 +86,11 @@ pub struct Observation {
     pub hinges: Vec<HingeObservation>,
     /// The wheels, in the vehicle file's order.
     pub wheels: Vec<WheelObservation>,
-    /// Load of each row of wheels \[N\], upwards, front row first ([`crate::config::Vehicle::rows`]), averaged as the forces are.
+    /// Load of each row of wheels \[N\], upwards, front row first
+    /// ([`crate::config::Vehicle::rows`]), averaged as the forces are.
     pub row_loads_n: Vec<f64>,
-    /// Change of momentum of all parts over the control period that neither the ground nor gravity explains \[N\]: what is wrong
-    /// with the simulation or the reading of its forces.
+    /// Change of momentum of all parts over the control period that neither the ground nor gravity
+    /// explains \[N\]: what is wrong with the simulation or the reading of its forces.
     pub newton_residual_n: f64,
     /// Where the energy went since the start.
     pub energy: Energy,
@@ -179,8 +180,9 @@ impl Energy {
             - self.drag_loss_j
     }
 
-    /// Energy out of nothing \[J\], below 0 where some is missing: what is there beyond the work put in, and what contacts, hinges
-    /// and drags together gave back beyond what they took. Together, because in an impact rapier's joints give what its contacts take.
+    /// Energy out of nothing \[J\], below 0 where some is missing: what is there beyond the work
+    /// put in, and what contacts, hinges and drags together gave back beyond what they took.
+    /// Together, because in an impact rapier's joints give what its contacts take.
     ///
     /// ```
     /// use omni_sim::{Simulation, config::Scenario};
@@ -236,10 +238,10 @@ pub struct HingeObservation {
 pub struct WheelObservation {
     /// Centre of the axle in the world \[m\].
     pub centre_m: [f64; 3],
-    /// Speed that the wheel asks of its centre along its push \[m/s\], from how it turns against the world: a wheel that rolls has it,
-    /// also while its carrier pitches. That is r times the cosine of the roller angle times what an encoder reads of the wheel, and r
-    /// times the carrier's own turning about the level axis across the push. An omni wheel pushes along its rolling direction, a
-    /// mecanum wheel along its roller's axis.
+    /// Speed that the wheel asks of its centre along its push \[m/s\], from how it turns against the world: a
+    /// wheel that rolls has it, also while its carrier pitches. That is r times the cosine of the roller angle
+    /// times what an encoder reads of the wheel, and r times the carrier's own turning about the level axis across
+    /// the push. An omni wheel pushes along its rolling direction, a mecanum wheel along its roller's axis.
     pub rim_m_s: f64,
     /// Velocity of the centre along the push in the contact's tangent plane \[m/s\].
     pub along_m_s: f64,
@@ -253,7 +255,8 @@ pub struct WheelObservation {
     pub normal: [f64; 3],
     /// Where the ground pushes \[m\], world, the mean weighted by the normal force; zero in the air.
     pub contact_m: [f64; 3],
-    /// Torque that acted on the actuator \[N.m\], averaged: the commanded one, unless actuators lack something or have failed.
+    /// Torque that acted on the actuator \[N.m\], averaged: the commanded one, unless actuators
+    /// lack something or have failed.
     pub torque_n_m: f64,
     normal_force_n: [f64; 3],
     moment_m_n: [f64; 3],

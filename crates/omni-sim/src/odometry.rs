@@ -12,11 +12,12 @@ use crate::observation::OdometryEstimate;
 
 /// Most wheels of a vehicle: what has fewer has columns of zeros, so that how many there are does not matter.
 const WHEELS: usize = 8;
-/// Time over which what the wheels turned is gathered before the covariance grows by it \[s\]. A slip of one period and one count of a coarse
-/// encoder are then no noise of their own, and it costs next to nothing.
+/// Time over which what the wheels turned is gathered before the covariance grows by it \[s\]. A slip of one
+/// period and one count of a coarse encoder are then no noise of their own, and it costs next to nothing.
 const WINDOW_S: f64 = 0.01;
 
-/// Speeds along \[m/s\] and about \[rad/s\] where it is not known how fast the vehicle goes: the most that a file may have.
+/// Speeds along \[m/s\] and about \[rad/s\] where it is not known how fast the vehicle goes: the
+/// most that a file may have.
 const FASTEST: f64 = 100.0;
 
 /// Dead reckoning by twists: how many wheels there are does not matter to it.
@@ -34,7 +35,8 @@ pub(crate) struct State {
     from: PlanarPose<f64>,
     /// Wheels that are excluded.
     left_out: [bool; WHEELS],
-    /// How far it may have come along \[m\] and about \[rad\] since too few wheels determine the motion, and how fast it was or may be.
+    /// How far it may have come along \[m\] and about \[rad\] since too few wheels determine the
+    /// motion, and how fast it was or may be.
     drift: [f64; 2],
     drift_speed: [f64; 2],
 }
@@ -209,8 +211,9 @@ impl Odometer {
         }
     }
 
-    /// The motion is undetermined for a period. The vehicle may be as far as its top speed brings it, or that which it had: that is the deviation along
-    /// every axis, in proportion to the time, because one way lasts. About it is half a turn at most.
+    /// The motion is undetermined for a period. The vehicle may be as far as its top speed brings
+    /// it, or that which it had: that is the deviation along every axis, in proportion to the time,
+    /// because one way lasts. About it is half a turn at most.
     fn grow_without_motion(&mut self) {
         const AXES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         let state = &mut self.state;

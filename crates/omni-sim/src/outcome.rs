@@ -28,10 +28,11 @@ pub(crate) use meter::Meter;
 pub enum Verdict {
     /// Every wheel stands on the ground beyond the obstacle.
     Climbed,
-    /// The obstacle was not passed, or there is none, and in the last second the vehicle went less than a tenth of the commanded way.
+    /// The obstacle was not passed, or there is none, and in the last second the vehicle went less
+    /// than a tenth of the commanded way.
     Stalled,
-    /// The obstacle was not passed, and in the last second the vehicle went along it, and across it less than a tenth of the way commanded
-    /// across: rollers slide along a riser at full speed.
+    /// The obstacle was not passed, and in the last second the vehicle went along it, and across it
+    /// less than a tenth of the way commanded across: rollers slide along a riser at full speed.
     SlidAlong,
     /// The obstacle was not passed, but the vehicle was still on its way: give it more time.
     Unfinished,
@@ -41,32 +42,37 @@ pub enum Verdict {
     Completed,
     /// The base tilted by more than 60 degrees.
     Tipped,
-    /// For half a second the vehicle went more than half as fast again as commanded, and 0.1 m/s more than that. Yaw counts as the speed of the
-    /// farthest wheel about the origin; a vehicle that is commanded to slow down may take 0.5 m/s^2 for it.
+    /// For half a second the vehicle went more than half as fast again as commanded, and 0.1 m/s
+    /// more than that. Yaw counts as the speed of the farthest wheel about the origin; a vehicle
+    /// that is commanded to slow down may take 0.5 m/s^2 for it.
     Overspeed,
-    /// For half a second, and by 5 cm, the vehicle moved or turned against its command. Traction control that backs off for another try does so
-    /// on purpose.
+    /// For half a second, and by 5 cm, the vehicle moved or turned against its command. Traction
+    /// control that backs off for another try does so on purpose.
     WrongWay,
-    /// Rest was commanded, the torque should have ended, and motors did work on their wheels: more than 0.05 J in 0.6 s.
+    /// Rest was commanded, the torque should have ended, and motors did work on their wheels: more
+    /// than 0.05 J in 0.6 s.
     DroveOn,
-    /// Rest was commanded, and a second after the torque should have ended the vehicle still moved, without that work: down a slope, or because
-    /// nothing braked it.
+    /// Rest was commanded, and a second after the torque should have ended the vehicle still moved,
+    /// without that work: down a slope, or because nothing braked it.
     RolledOn,
-    /// There is no obstacle, and the heading was more than 45 degrees, and half of all turning that was commanded, off the commanded one; along a
-    /// path 45 degrees off the path's.
+    /// There is no obstacle, and the heading was more than 45 degrees, and half of all turning that
+    /// was commanded, off the commanded one; along a path 45 degrees off the path's.
     OffCourse,
-    /// There is no obstacle, and the vehicle covered less than half of the commanded distance and turning; of less than 10 cm in all this is not
-    /// said.
+    /// There is no obstacle, and the vehicle covered less than half of the commanded distance and
+    /// turning; of less than 10 cm in all this is not said.
     FellShort,
-    /// Some body tilted by 30 degrees more than the ground asks: more than the heights under two neighbouring rows or tracks of wheels explain.
-    /// Or for half a second it was at its hinge's stop, where the ground does not turn it so far.
+    /// Some body tilted by 30 degrees more than the ground asks: more than the heights under two
+    /// neighbouring rows or tracks of wheels explain. Or for half a second it was at its hinge's
+    /// stop, where the ground does not turn it so far.
     Tilted,
-    /// The underside of a body was more than 2 mm below the ground. The run went on, because no body is a contact of the physics: what came after
-    /// that is no real vehicle's.
+    /// The underside of a body was more than 2 mm below the ground. The run went on, because no
+    /// body is a contact of the physics: what came after that is no real vehicle's.
     Touched,
-    /// The physics gave back more than a tenth above what was put in, so that nothing of the run can be trusted: the physics step is too long.
+    /// The physics gave back more than a tenth above what was put in, so that nothing of the run
+    /// can be trusted: the physics step is too long.
     GainedEnergy,
-    /// The physics left what a vehicle can do: no finite state, a joint came apart, or contacts did not settle in more than one of a hundred steps.
+    /// The physics left what a vehicle can do: no finite state, a joint came apart, or contacts did
+    /// not settle in more than one of a hundred steps.
     Diverged,
 }
 
@@ -148,9 +154,9 @@ impl Verdict {
 
 /// Figures of a run.
 ///
-/// Where there is an obstacle, averages are over the *crossing*: from the moment the foremost wheel reaches it to the moment
-/// the last wheel stands on the ground beyond, or the end of the run. On flat ground they are over the whole run. Where the
-/// obstacle is never reached they are NaN: nothing was measured.
+/// Where there is an obstacle, averages are over the *crossing*: from the moment the foremost wheel reaches
+/// it to the moment the last wheel stands on the ground beyond, or the end of the run. On flat ground they
+/// are over the whole run. Where the obstacle is never reached they are NaN: nothing was measured.
 ///
 /// ```
 /// use omni_sim::{Verdict, config::Scenario, run};
@@ -170,8 +176,9 @@ pub struct Outcome {
     /// What simulated it.
     #[serde(default)] // logs that do not say it are of the only engine that there was
     pub engine: Engine,
-    /// The wheels are simulated as what they are at this ground: as rollers, or as balls that stand for them there
-    /// ([`Scenario::beyond_balls`](crate::config::Scenario::beyond_balls)). Where it is false, verdict and figures are those of another vehicle.
+    /// The wheels are simulated as what they are at this ground: as rollers, or as balls that stand
+    /// for them there ([`Scenario::beyond_balls`](crate::config::Scenario::beyond_balls)). Where it
+    /// is false, verdict and figures are those of another vehicle.
     #[serde(default)] // of logs that do not say it, the scenario does
     pub wheel_model_valid: bool,
     /// Duration of the crossing \[s\]; none unless climbed.
@@ -184,7 +191,8 @@ pub struct Outcome {
     /// What kept it from its way in the last second in which motors pushed; none unless stalled or unfinished.
     #[serde(default)]
     pub limited_by: Option<LimitedBy>,
-    /// Wheels that slipped then, or stood while their motors were at their limit; none unless stalled by friction or torque.
+    /// Wheels that slipped then, or stood while their motors were at their limit; none unless
+    /// stalled by friction or torque.
     #[serde(default)]
     pub limited_wheels: Option<usize>,
     /// The body whose underside was the first to be more than 2 mm below the ground
@@ -203,12 +211,12 @@ pub struct Outcome {
     /// How far it was below the ground \[m\].
     #[serde(default)]
     pub touched_depth_m: Option<f64>,
-    /// Times that traction control (`traction`, `traction_runup`) backed off for another try, from the start to the end of the crossing; none of a
-    /// controller that does not try again.
+    /// Times that traction control (`traction`, `traction_runup`) backed off for another try, from
+    /// the start to the end of the crossing; none of a controller that does not try again.
     #[serde(default)] // logs of before do not say it
     pub retries: Option<u32>,
-    /// Longest time in which the vehicle stood (within 2 cm of a place, turning included) and some motor gave at least nine tenths of its stall
-    /// torque \[s\].
+    /// Longest time in which the vehicle stood (within 2 cm of a place, turning included) and some
+    /// motor gave at least nine tenths of its stall torque \[s\].
     #[serde(default = "not_measured", deserialize_with = "or_nan")]
     pub stall_s: f64,
     /// When that began, from the start of the run \[s\]; none where there was no such time.
@@ -229,20 +237,21 @@ pub struct Outcome {
     /// Root mean square of the relative speed error (the disturbed ratio) over driven wheels.
     #[serde(deserialize_with = "or_nan")]
     pub speed_error_rms: f64,
-    /// The same against the reference as the policy reduced it: where it multiplies all references by a common factor, against
-    /// that many times the reference, else the same as `speed_error_rms`.
+    /// The same against the reference as the policy reduced it: where it multiplies all references by
+    /// a common factor, against that many times the reference, else the same as `speed_error_rms`.
     #[serde(default = "not_measured", deserialize_with = "or_nan")] // logs of before do not say it
     pub speed_error_realised_rms: f64,
     /// Standard deviation over driven wheels of velocity over reference, root mean square over time.
     #[serde(deserialize_with = "or_nan")]
     pub speed_ratio_std: f64,
-    /// How differently driven wheels slip: root mean square over time of the standard deviation over driven wheels of rim speed less
-    /// velocity of the centre ([`WheelObservation`](crate::observation::WheelObservation), each the way its reference turns), over the root mean square of the speeds that
-    /// their references ask of them. What the linkage makes of wheels that roll is not in it, as it is in `speed_ratio_std`.
+    /// How differently driven wheels slip: root mean square over time of the standard deviation over driven wheels
+    /// of rim speed less velocity of the centre ([`WheelObservation`](crate::observation::WheelObservation), each
+    /// the way its reference turns), over the root mean square of the speeds that their references ask of them.
+    /// What the linkage makes of wheels that roll is not in it, as it is in `speed_ratio_std`.
     #[serde(default = "not_measured", deserialize_with = "or_nan")]
     pub slip_speed_std: f64,
-    /// Root mean square over wheels and time of the shape error \[rad/s\]: what of their velocities no common factor on the
-    /// references explains.
+    /// Root mean square over wheels and time of the shape error \[rad/s\]: what of their velocities
+    /// no common factor on the references explains.
     #[serde(deserialize_with = "or_nan")]
     pub shape_error_rms_rad_s: f64,
     /// Sum over wheels of the time integral of torque squared \[N^2.m^2.s\]: proportional to the motors' heat.
@@ -255,8 +264,8 @@ pub struct Outcome {
     pub cost_of_transport: Option<f64>,
     /// That work over the weight times the height gained; none unless climbed to a higher place.
     pub e_over_mgh: Option<f64>,
-    /// Friction that the wheels called for: in 95 of 100 averages of 10 ms over a wheel with load, the force along the ground was at
-    /// most this times the normal force. Near the ground's own coefficient, wheels slid.
+    /// Friction that the wheels called for: in 95 of 100 averages of 10 ms over a wheel with load, the force
+    /// along the ground was at most this times the normal force. Near the ground's own coefficient, wheels slid.
     #[serde(deserialize_with = "or_nan")]
     pub required_friction: f64,
     /// Energy that the balance cannot place, over all that went through the motors since the start
@@ -267,10 +276,12 @@ pub struct Outcome {
     pub path_error_rms_m: Option<f64>,
     /// Largest such distance \[m\]; none without a path.
     pub path_error_peak_m: Option<f64>,
-    /// Since when the base was at the end of its path, and its path over \[s\]; none where it was not there at the run's end.
+    /// Since when the base was at the end of its path, and its path over \[s\]; none where it was
+    /// not there at the run's end.
     #[serde(default)]
     pub arrived_s: Option<f64>,
-    /// Distance of the base's origin from where its odometry has it \[m\], at the end of the crossing, or of the run on flat ground.
+    /// Distance of the base's origin from where its odometry has it \[m\], at the end of the
+    /// crossing, or of the run on flat ground.
     #[serde(default = "not_measured", deserialize_with = "or_nan")]
     pub odometry_error_m: f64,
     /// True x of the base's origin then \[m\], world.

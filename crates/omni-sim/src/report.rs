@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::config::Vehicle;
 
-/// What a controller reports in one control period beside its wheels' signals: a part is there where the controller has it. Of a period
-/// that no controller had a part in nothing is.
+/// What a controller reports in one control period beside its wheels' signals: a part is there
+/// where the controller has it. Of a period that no controller had a part in nothing is.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Report {
     /// Of a scenario's `[drive]`.
@@ -379,7 +379,8 @@ impl ReportColumns {
         }
     }
 
-    /// Those with these names, as a log has them. Names of no drive and no traction control are those of a controller of one's own.
+    /// Those with these names, as a log has them. Names of no drive and no traction control are
+    /// those of a controller of one's own.
     #[must_use]
     pub fn named(names: &[String]) -> Self {
         let of_wheels = |signal: &str| -> Vec<String> {
@@ -449,8 +450,8 @@ impl ReportColumns {
         values
     }
 
-    /// The report of these numbers, one a name. A part whose numbers are none of its, as NaN throughout, is not there. None where there
-    /// are more or fewer numbers than names.
+    /// The report of these numbers, one a name. A part whose numbers are none of its, as NaN
+    /// throughout, is not there. None where there are more or fewer numbers than names.
     #[must_use]
     pub fn report(&self, values: &[f64]) -> Option<Report> {
         if values.len() != self.names.len() {

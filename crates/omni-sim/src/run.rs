@@ -14,8 +14,8 @@ use crate::{Error, Outcome, Simulation, SteppedRun};
 /// Control periods between two looks at the clock.
 const PERIODS_PER_LOOK: u64 = 64;
 
-/// Runs a scenario from start to end, or until it has climbed where it asks for that, and keeps every signal: a [`Run`] with all its
-/// defaults.
+/// Runs a scenario from start to end, or until it has climbed where it asks for that, and keeps
+/// every signal: a [`Run`] with all its defaults.
 ///
 /// # Errors
 /// As [`Run::trace`].
@@ -30,8 +30,8 @@ pub fn run(scenario: &Scenario) -> Result<Trace, Error> {
     Run::new(scenario).trace()
 }
 
-/// A run of a scenario: what controls and commands it, on which physics, and what watches it. [`Run::trace`] runs it and keeps every
-/// signal, [`Run::outcome`] keeps the figures alone.
+/// A run of a scenario: what controls and commands it, on which physics, and what watches it.
+/// [`Run::trace`] runs it and keeps every signal, [`Run::outcome`] keeps the figures alone.
 ///
 /// ```
 /// use omni_core::BodyTwist;
@@ -49,7 +49,7 @@ pub fn run(scenario: &Scenario) -> Result<Trace, Error> {
 /// assert!(ended.is_none() && outcome.work_j > 0.1 && left_m > 0.2);
 /// # Ok::<(), omni_sim::Error>(())
 /// ```
-#[must_use = "`trace`, `outcome`, `log` or `record` runs it"]
+#[must_use = "`trace`, `outcome`, `log` or `log_to` runs it"]
 pub struct Run<'a, E = Error> {
     scenario: &'a Scenario,
     controller: Option<AnyController>,
@@ -89,8 +89,9 @@ impl<'a, E: From<Error> + 'a> Run<'a, E> {
         }
     }
 
-    /// The same on physics of the caller's, which simulate the scenario's vehicle on its ground in its physics steps. What contacts
-    /// and joints take of the energy is unknown there: those columns and the outcome's `energy_residual` are NaN.
+    /// The same on physics of the caller's, which simulate the scenario's vehicle on its ground in
+    /// its physics steps. What contacts and joints take of the energy is unknown there: those
+    /// columns and the outcome's `energy_residual` are NaN.
     ///
     /// ```
     /// use omni_sim::config::{Engine, Override, Scenario};
@@ -130,8 +131,8 @@ impl<'a, E: From<Error> + 'a> Run<'a, E> {
         }
     }
 
-    /// The same with another command than the scenario's: what `command` returns, asked before every control period. It may change
-    /// the simulation's controller ([`Simulation::take_control`]).
+    /// The same with another command than the scenario's: what `command` returns, asked before every
+    /// control period. It may change the simulation's controller ([`Simulation::take_control`]).
     pub fn command(self, command: impl FnMut(&mut Simulation) -> Result<BodyTwist<f64>, Error> + 'a) -> Self {
         Self {
             command: Box::new(command),
@@ -139,9 +140,9 @@ impl<'a, E: From<Error> + 'a> Run<'a, E> {
         }
     }
 
-    /// Calls `watch` after every control period with the simulation and the part done, 0 to 1 (0 where the run has no end of its own:
-    /// [`Run::until`]), before what watches it already: so a log has the period, too, in which a run is stopped. An error of `watch`
-    /// ends the run and is returned: how a caller stops it.
+    /// Calls `watch` after every control period with the simulation and the part done, 0 to 1 (0 where the run
+    /// has no end of its own: [`Run::until`]), before what watches it already: so a log has the period, too,
+    /// in which a run is stopped. An error of `watch` ends the run and is returned: how a caller stops it.
     pub fn watch<F: From<E> + 'a>(
         self,
         mut watch: impl FnMut(&Simulation, f64) -> Result<(), F> + 'a,
@@ -149,8 +150,8 @@ impl<'a, E: From<Error> + 'a> Run<'a, E> {
         self.and_watch(move |simulation, part| watch(simulation, part).map(ControlFlow::Continue))
     }
 
-    /// Goes on until `watch` breaks, beyond the scenario's `duration_s` and `time_limit_s`. Where `stop_when_done` is set the run
-    /// ends, too, as soon as the vehicle is across.
+    /// Goes on until `watch` breaks, beyond the scenario's `duration_s` and `time_limit_s`. Where
+    /// `stop_when_done` is set the run ends, too, as soon as the vehicle is across.
     ///
     /// ```
     /// use std::ops::ControlFlow;
@@ -181,7 +182,8 @@ impl<'a, E: From<Error> + 'a> Run<'a, E> {
     /// Where there is no clock (`wasm32-unknown-unknown`), `time_limit_s` never runs out.
     ///
     /// # Errors
-    /// As [`Simulation::new`], [`Simulation::with_physics`] and [`Simulation::step`]; [`Error::OutOfTime`]; whatever a watch returns.
+    /// As [`Simulation::new`], [`Simulation::with_physics`] and [`Simulation::step`];
+    /// [`Error::OutOfTime`]; whatever a watch returns.
     ///
     /// ```
     /// use omni_sim::{Run, config::{Override, Scenario}, controller::AnyController, run};

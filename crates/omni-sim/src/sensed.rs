@@ -69,8 +69,8 @@ impl Sensed {
             && self.hinges_rad_s.len() == hinges
     }
 
-    /// Names of the columns: of gyro and inertial measurement unit, then angles and rates of the hinges. The encoders' are the signal
-    /// `measured_rad_s` of each wheel.
+    /// Names of the columns: of gyro and inertial measurement unit, then angles and rates of the
+    /// hinges. The encoders' are the signal `measured_rad_s` of each wheel.
     #[must_use]
     pub fn names(vehicle: &Vehicle) -> Vec<String> {
         let of_hinges = HINGE.iter().flat_map(|signal| {

@@ -54,7 +54,8 @@ impl Encoder {
         if has(Trouble::Dead) {
             (0.0, self.place)
         } else if has(Trouble::Toggles) {
-            // Its edges are every second one, and without the other channel all that rise count up and all that fall count down.
+            // Its edges are every second one, and without the other channel all that rise count up
+            // and all that fall count down.
             let level = |whole: f64| (0.5 * (whole + 1.0)).floor().rem_euclid(2.0);
             let pairs = 0.5 * (self.place - 1.0);
             let edge = if forwards { pairs.floor() } else { pairs.ceil() };
@@ -152,7 +153,8 @@ impl Sensing {
         self.state = state;
     }
 
-    /// From the truth, and the true actuator velocities \[rad/s\] in `sensed`, to what the controller is given: `sensed` is overwritten.
+    /// From the truth, and the true actuator velocities \[rad/s\] in `sensed`, to what the
+    /// controller is given: `sensed` is overwritten.
     pub(crate) fn read(&mut self, angles_rad: &[f64], seen: &Observation, sensed: &mut Sensed) {
         self.read_encoders(seen.time_ns as f64 * 1e-9, angles_rad, &mut sensed.wheels_rad_s);
         let Self { sensors, state, .. } = self;

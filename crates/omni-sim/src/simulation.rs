@@ -54,13 +54,14 @@ impl Simulation {
     /// The scenario at its start, at rest, with a controller that was made for it and is freshly started.
     ///
     /// # Errors
-    /// [`Error::Config`] for ground or a fault of a kind that only a newer omni-sim knows, and for a path that cannot be planned.
+    /// [`Error::Config`] for ground or a fault of a kind that only a newer omni-sim knows, and for
+    /// a path that cannot be planned.
     pub fn with_controller(scenario: &Scenario, controller: AnyController) -> Result<Self, Error> {
         Self::of_plant(scenario, controller, |x_m, yaw_rad| plant(scenario, x_m, yaw_rad))
     }
 
-    /// [`Simulation::with_controller`] with external physics, which simulate the scenario's vehicle on its ground. It cannot be
-    /// saved.
+    /// [`Simulation::with_controller`] with external physics, which simulate the scenario's vehicle
+    /// on its ground. It cannot be saved.
     ///
     /// # Errors
     /// As [`Simulation::with_controller`]; [`Error::External`] where they cannot start.
@@ -128,7 +129,8 @@ impl Simulation {
         self.scenario_command_at(self.time_ns() as f64 * 1e-9)
     }
 
-    /// The scenario's own command at a time \[s\], for a vehicle that looks, and follows a path from where it is, as now.
+    /// The scenario's own command at a time \[s\], for a vehicle that looks, and follows a path
+    /// from where it is, as now.
     ///
     /// ```
     /// use omni_sim::{Simulation, config::Scenario};
@@ -148,13 +150,14 @@ impl Simulation {
         }
     }
 
-    /// Goes on with the controller of another scenario of the same vehicle: another policy, gains or torque limit. It goes on
-    /// from the present one's state. Between traction control and wheel loops that is the limited command, or all of a `[drive]` but its
-    /// loops: their integrals start at 0.
+    /// Goes on with the controller of another scenario of the same vehicle: another policy, gains or
+    /// torque limit. It goes on from the present one's state. Between traction control and wheel loops
+    /// that is the limited command, or all of a `[drive]` but its loops: their integrals start at 0.
     ///
     /// # Errors
-    /// As [`AnyController::new`]; [`Error::Snapshot`] where the state does not fit: other wheels, another precision, a `[drive]` after
-    /// none or none after one, the user's own controller, or one at the other end of a link; and in a build without the feature `snapshots`.
+    /// As [`AnyController::new`]; [`Error::Snapshot`] where the state does not fit: other wheels,
+    /// another precision, a `[drive]` after none or none after one, the user's own controller, or
+    /// one at the other end of a link; and in a build without the feature `snapshots`.
     ///
     /// ```
     /// use omni_sim::{Simulation, config::{Override, Scenario}};
@@ -173,10 +176,11 @@ impl Simulation {
     /// One control period: measures, controls, holds the torques while the physics advance.
     ///
     /// # Errors
-    /// [`Error::Argument`] for a command that is not finite (nothing happens then); [`Error::Diverged`] where the
-    /// physics fail, [`Error::FellApart`] where a joint gives way, [`Error::Unsettled`] where contacts do not settle, and ever after;
-    /// [`Error::Link`] where the link to the controller has stopped, and ever after: the vehicle runs on without torque; [`Error::Policy`]
-    /// where a controller of one's own gives no torque that is a number, [`Error::PolicyFailed`] where it says that it failed.
+    /// [`Error::Argument`] for a command that is not finite (nothing happens then); [`Error::Diverged`]
+    /// where the physics fail, [`Error::FellApart`] where a joint gives way, [`Error::Unsettled`] where
+    /// contacts do not settle, and ever after; [`Error::Link`] where the link to the controller has
+    /// stopped, and ever after: the vehicle runs on without torque; [`Error::Policy`] where a controller of
+    /// one's own gives no torque that is a number, [`Error::PolicyFailed`] where it says that it failed.
     pub fn step(&mut self, command: &BodyTwist<f64>) -> Result<(), Error> {
         for (name, value) in [
             ("vx_m_s", command.vx_m_s),
@@ -194,8 +198,9 @@ impl Simulation {
         self.control_and_advance(command, &[])
     }
 
-    /// [`Simulation::step`] for a finite command, with torques added to the controller's \[N.m\], one a wheel or none at all,
-    /// within the limits that it worked with. The controller does not know of them but by what the wheels then do.
+    /// [`Simulation::step`] for a finite command, with torques added to the controller's \[N.m\],
+    /// one a wheel or none at all, within the limits that it worked with. The controller does not
+    /// know of them but by what the wheels then do.
     pub(crate) fn step_helped(&mut self, command: &BodyTwist<f64>, added_n_m: &[f64]) -> Result<(), Error> {
         self.control_and_advance(command, added_n_m)
     }
@@ -223,7 +228,8 @@ impl Simulation {
     /// Holds actuator torques \[N.m\], one a wheel, for one control period, past the controller.
     ///
     /// # Errors
-    /// [`Error::Argument`] for a wrong count or a torque that is not finite; [`Error::Diverged`], [`Error::FellApart`], [`Error::Unsettled`].
+    /// [`Error::Argument`] for a wrong count or a torque that is not finite; [`Error::Diverged`],
+    /// [`Error::FellApart`], [`Error::Unsettled`].
     pub fn step_torques(&mut self, torques_n_m: &[f64]) -> Result<(), Error> {
         let bad = torques_n_m.iter().find(|t| !t.is_finite());
         if torques_n_m.len() != self.period.observed.wheels.len() || bad.is_some() {
@@ -243,20 +249,22 @@ impl Simulation {
         Ok(())
     }
 
-    /// The physics of one control period and nothing else: no control, no observation, no energy balance. What a benchmark measures
-    /// all the rest against.
+    /// The physics of one control period and nothing else: no control, no observation, no energy
+    /// balance. What a benchmark measures all the rest against.
     #[doc(hidden)]
     pub fn advance_physics(&mut self, torques_n_m: &[f64]) {
         self.world.advance(torques_n_m);
     }
 
-    /// Actuator velocities as the encoders read them after the last step \[rad/s\], one a wheel: what the next step's controller measures.
+    /// Actuator velocities as the encoders read them after the last step \[rad/s\], one a wheel:
+    /// what the next step's controller measures.
     #[must_use]
     pub fn measured_rad_s(&self) -> &[f64] {
         &self.sensed.wheels_rad_s
     }
 
-    /// Everything that the sensors read after the last step, one control period later than `period().sensed`: what the next step's controller knows beside its command and its own torques.
+    /// Everything that the sensors read after the last step, one control period later than
+    /// `period().sensed`: what the next step's controller knows beside its command and its own torques.
     #[must_use]
     pub fn sensed(&self) -> &Sensed {
         &self.sensed

@@ -66,8 +66,8 @@ impl Simulation {
     /// Everything that [`Simulation::resume`] needs to go on from here, bit for bit.
     ///
     /// # Errors
-    /// [`Error::Snapshot`] where the controller is at the other end of a link, whose state cannot be read, and in a build without
-    /// the feature `snapshots`.
+    /// [`Error::Snapshot`] where the controller is at the other end of a link, whose state cannot
+    /// be read, and in a build without the feature `snapshots`.
     ///
     /// ```
     /// use omni_sim::{Simulation, config::Scenario};
@@ -113,8 +113,8 @@ impl Simulation {
         Self::resume_with_controller(scenario, AnyController::new(scenario)?, bytes)
     }
 
-    /// [`Simulation::resume`] with a controller that was made for the scenario. One of one's own ([`AnyController::own`]) comes with
-    /// what it remembers: the bytes do not hold it.
+    /// [`Simulation::resume`] with a controller that was made for the scenario. One of one's own
+    /// ([`AnyController::own`]) comes with what it remembers: the bytes do not hold it.
     ///
     /// # Errors
     /// As [`Simulation::resume`].

@@ -7,7 +7,8 @@ use crate::controller::AnyController;
 use crate::outcome::Meter;
 use crate::{Error, Outcome, Simulation};
 
-/// A scenario's run, one control period a call. It has no end of its own but where the physics fail: the caller decides.
+/// A scenario's run, one control period a call. It has no end of its own but where the physics
+/// fail: the caller decides.
 ///
 /// ```
 /// use omni_sim::{SteppedRun, config::Scenario, control_periods, controller::AnyController, run};
@@ -53,7 +54,8 @@ impl SteppedRun {
         }
     }
 
-    /// One control period. False where the physics failed in it, or before: nothing moves any more then, and [`SteppedRun::failure`] says why.
+    /// One control period. False where the physics failed in it, or before: nothing moves any more
+    /// then, and [`SteppedRun::failure`] says why.
     ///
     /// # Errors
     /// As [`Simulation::step`], but for failed physics.

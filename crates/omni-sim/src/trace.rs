@@ -51,17 +51,19 @@ const COMMON: [&str; 39] = [
     "energy_residual_j",
 ];
 
-/// Columns of a run that follows a path, behind where it should be: how far it is from there, and how far it is turned to the left.
+/// Columns of a run that follows a path, behind where it should be: how far it is from there, and
+/// how far it is turned to the left.
 const PATH_ERRORS: [&str; 2] = ["path_error_m", "path_error_rad"];
 
 /// A run as named columns of `f64`, all in one block: column after column, one row a control period.
 ///
-/// Columns: `time_s` (end of the period; the controller measured at its start), the command, the twist estimated from
-/// the encoders, `common_factor`, pose and twist of the base, the pose by odometry with its covariance, the total ground force, Newton's residual and the energy balance
-/// ([`crate::observation::Energy`]); `row_1_load_n`, the front row's, and so on; `body_NAME_nose_up_rad`;
-/// `hinge_NAME_angle_rad`, `hinge_NAME_rate_rad_s`; what the sensors said at the start of the period ([`Sensed::names`]); what the
-/// controller reports of itself ([`ReportColumns`]); and for each signal of [`Trace::wheel_signals`] one column a wheel,
-/// `wheel_NAME_SIGNAL`, side by side. Ratios are the safe forms of [`omni_core::metrics`]; a wheel in the air slips 0.
+/// Columns: `time_s` (end of the period; the controller measured at its start), the command, the twist estimated
+/// from the encoders, `common_factor`, pose and twist of the base, the pose by odometry with its covariance, the
+/// total ground force, Newton's residual and the energy balance ([`crate::observation::Energy`]); `row_1_load_n`,
+/// the front row's, and so on; `body_NAME_nose_up_rad`; `hinge_NAME_angle_rad`, `hinge_NAME_rate_rad_s`; what the
+/// sensors said at the start of the period ([`Sensed::names`]); what the controller reports of itself
+/// ([`ReportColumns`]); and for each signal of [`Trace::wheel_signals`] one column a wheel, `wheel_NAME_SIGNAL`,
+/// side by side. Ratios are the safe forms of [`omni_core::metrics`]; a wheel in the air slips 0.
 ///
 /// ```
 /// use omni_sim::{config::Scenario, run};
@@ -244,8 +246,8 @@ impl Rows {
         }
     }
 
-    /// Adds numbers behind the last one: a row has one a column of the vehicle, then for each signal one a wheel. A row may come in
-    /// pieces; what is no whole row at the end is left out.
+    /// Adds numbers behind the last one: a row has one a column of the vehicle, then for each
+    /// signal one a wheel. A row may come in pieces; what is no whole row at the end is left out.
     pub fn push(&mut self, numbers: impl IntoIterator<Item = f64>) {
         self.rows.extend(numbers);
     }
@@ -300,8 +302,8 @@ impl TraceBuilder {
         Self::with_report(vehicle, &ReportColumns::default())
     }
 
-    /// No rows yet; `report` is what the controller reports ([`crate::controller::AnyController::columns`]), columns before those of the
-    /// wheels.
+    /// No rows yet; `report` is what the controller reports
+    /// ([`crate::controller::AnyController::columns`]), columns before those of the wheels.
     #[must_use]
     pub fn with_report(vehicle: &Vehicle, report: &ReportColumns) -> Self {
         let mut names: Vec<String> = COMMON.map(String::from).into();

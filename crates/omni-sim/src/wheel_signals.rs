@@ -1,4 +1,4 @@
-//! The signals of a wheel: one row each. Columns, messages, unknown values, comparisons and Python's attributes follow from this table.
+//! The signals of a wheel, one row each: columns, messages, comparisons and Python's attributes follow from it.
 //!
 //! After a change `scripts/docs/wheel_signals.py` writes the message's definition and the stub anew.
 
@@ -9,8 +9,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::observation::WheelObservation;
 
-/// The table. `control` are the fields of [`WheelSignals`], which a controller fills; `of_control` is what follows from these, and
-/// `observed` what follows from the [`WheelObservation`]. `log` are in the log's `/vehicle_state`, `trace` in a trace alone.
+/// The table. `control` are the fields of [`WheelSignals`], which a controller fills; `of_control`
+/// is what follows from these, and `observed` what follows from the [`WheelObservation`]. `log` are
+/// in the log's `/vehicle_state`, `trace` in a trace alone.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! for_each_wheel_signal {

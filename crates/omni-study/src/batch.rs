@@ -17,8 +17,8 @@ use crate::{Cell, Columns, Computed, Error, OwnPolicy, Plan, Row, Run, Store};
 
 /// Some runs of a plan as plain text, for a worker that sees the folder of results.
 ///
-/// The worker adds each row to the batch's own part as soon as it is done. So nothing is lost with a worker, and the one that
-/// gets the same batch again goes on where it was.
+/// The worker adds each row to the batch's own part as soon as it is done. So nothing is lost with
+/// a worker, and the one that gets the same batch again goes on where it was.
 ///
 /// ```
 /// use omni_config::{Override, Study};
@@ -144,8 +144,8 @@ impl Batch {
         Ok(batch)
     }
 
-    /// Computes what its part in the folder lacks on `jobs` threads (all cores by default), until all is done or `stop` is
-    /// set. Calls `watch` after each row.
+    /// Computes what its part in the folder lacks on `jobs` threads (all cores by default), until
+    /// all is done or `stop` is set. Calls `watch` after each row.
     ///
     /// # Errors
     /// [`Error::Study`] where the folder is not the study's, [`Error::Io`].

@@ -132,7 +132,8 @@ pub struct ChartCell {
     /// The least size that some start did not climb \[m\]; none where every size was climbed that is tried.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fails_m: Option<f64>,
-    /// Why not: the verdict of that run, `turned`, or the bound beyond which nothing is tried: `clearance`, `climb_limits` or `largest`.
+    /// Why not: the verdict of that run, `turned`, or the bound beyond which nothing is tried:
+    /// `clearance`, `climb_limits` or `largest`.
     pub because: String,
     /// The greatest step that the bodies clear ([`clearance_m`]) \[m\]; none where the vehicle's shape bounds none.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -1,7 +1,8 @@
 //! The checksum of a part, which reveals any flipped bit.
 //!
-//! Parquet has room between its first four bytes and the first column, which no reader looks at. There a part has the SHA-256 of
-//! all that follows, in one line of text. The columns' own checksums would leave out what says where they are and what they mean.
+//! Parquet has room between its first four bytes and the first column, which no reader looks at.
+//! There a part has the SHA-256 of all that follows, in one line of text. The columns' own
+//! checksums would leave out what says where they are and what they mean.
 
 use std::io::{self, ErrorKind, Read};
 

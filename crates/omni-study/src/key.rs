@@ -17,8 +17,8 @@ pub(crate) const POLICY: &str = "control.policy";
 /// A scenario as `KEY = VALUE` lines in the order of their keys, as `--set` takes them.
 pub(crate) type Lines = BTreeMap<String, String>;
 
-/// The key of a run: 32 hexadecimal digits of a SHA-256 over the program's version and every key of the scenario with its
-/// vehicle and seed. The same on every machine; another scenario, another key.
+/// The key of a run: 32 hexadecimal digits of a SHA-256 over the program's version and every key of
+/// the scenario with its vehicle and seed. The same on every machine; another scenario, another key.
 ///
 /// # Errors
 /// [`omni_sim::Error::Config`] where the scenario cannot be written as TOML: its seed is above 2^63 - 1.
@@ -45,7 +45,8 @@ pub(crate) fn digest(text: &str, seed: u64) -> String {
     hex(&Sha256::digest(text), 16)
 }
 
-/// Every plain value of a scenario by its dotted key, without the seed. A controller of one's own is a policy of that name.
+/// Every plain value of a scenario by its dotted key, without the seed. A controller of one's own
+/// is a policy of that name.
 pub(crate) fn leaves(scenario: &Scenario, own: Option<&OwnPolicy>) -> Result<BTreeMap<String, Value>, Error> {
     let mut all = BTreeMap::new();
     let table = Table::try_from(scenario).map_err(|error| {

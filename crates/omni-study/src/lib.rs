@@ -2,10 +2,11 @@
 //!
 //! # In this crate
 //!
-//! A [`Plan`] lists the runs of a [`Study`](omni_config::Study), each with its key. [`row`] computes the row of one run, whatever
-//! happens in it; [`Store`] writes rows as parts and reads them back; [`compute`] puts these together on all cores, and
-//! [`chart`] makes a [`Chart`] of what a vehicle climbs.
-//! [`cells`] sums rows up, [`paired`] compares them seed by seed. A [`Batch`] is some runs on their way to another process or machine, which writes their rows itself.
+//! A [`Plan`] lists the runs of a [`Study`](omni_config::Study), each with its key. [`row`] computes the
+//! row of one run, whatever happens in it; [`Store`] writes rows as parts and reads them back; [`compute`]
+//! puts these together on all cores, and [`chart`] makes a [`Chart`] of what a vehicle climbs.
+//! [`cells`] sums rows up, [`paired`] compares them seed by seed. A [`Batch`] is some runs on their
+//! way to another process or machine, which writes their rows itself.
 
 #![forbid(unsafe_code)]
 

@@ -9,8 +9,8 @@ use omni_sim::controller::AnyController;
 /// Makes a controller for a scenario, freshly started.
 type Make = dyn Fn(&Scenario) -> Result<AnyController, omni_sim::Error> + Send + Sync;
 
-/// The user's own controller for the runs of a plan. Two with the same identity are taken for the same: rows of one stand for those of
-/// the other.
+/// The user's own controller for the runs of a plan. Two with the same identity are taken for the
+/// same: rows of one stand for those of the other.
 ///
 /// ```
 /// use omni_sim::{config::{Override, Scenario, Seeds}, controller::AnyController};
@@ -35,7 +35,8 @@ pub struct OwnPolicy {
 }
 
 impl OwnPolicy {
-    /// `name` is what rows call it, `identity` what distinguishes it from every other: another law or other numbers, another identity.
+    /// `name` is what rows call it, `identity` what distinguishes it from every other: another law
+    /// or other numbers, another identity.
     #[must_use]
     pub fn new(
         name: impl Into<String>,

@@ -33,9 +33,9 @@ pub struct PairedFigure {
     pub only: Option<[usize; 2]>,
 }
 
-/// Compares every combination with the one that differs from it in the key of `baseline` alone, seed by seed: what both have of a
-/// start, chance in it too, is not in the differences. Combinations that have that value are not in the list, nor are those
-/// that have no such fellow.
+/// Compares every combination with the one that differs from it in the key of `baseline` alone,
+/// seed by seed: what both have of a start, chance in it too, is not in the differences.
+/// Combinations that have that value are not in the list, nor are those that have no such fellow.
 ///
 /// # Errors
 /// A key that is no axis, a value that it does not take, a figure that is none.

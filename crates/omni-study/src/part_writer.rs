@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 use crate::part_names::unique;
 use crate::{Error, Row, Store};
 
-/// A part is whole when it has this many rows or was begun that long ago. Until then it has a name that other programs do
-/// not look for: they would not like a file that is replaced while they read it.
+/// A part is whole when it has this many rows or was begun that long ago. Until then it has a name that
+/// other programs do not look for: they would not like a file that is replaced while they read it.
 const MOST_ROWS: usize = 1000;
 const LONGEST: Duration = Duration::from_secs(5);
 

@@ -80,8 +80,8 @@ impl Plan {
     /// The runs of a study, with some more keys replaced in each.
     ///
     /// # Errors
-    /// What is wrong with the first combination that is wrong, in one line that names the study's file, the axis, the value and
-    /// what is allowed.
+    /// What is wrong with the first combination that is wrong, in one line that names the study's
+    /// file, the axis, the value and what is allowed.
     pub fn new(study: &Study, overrides: &[Override]) -> Result<Self, Error> {
         Self::new_until(study, overrides, &AtomicBool::new(false))
     }
@@ -104,9 +104,9 @@ impl Plan {
         Self::of(study, points, None, stop)
     }
 
-    /// How many combinations a study has, each value of each axis checked alone and its scenario shown to `watch`:
-    /// [`Study::each_value`]. Takes time and memory for
-    /// the values, not for the combinations. What two values only break together [`Plan::new`] finds, before anything is run.
+    /// How many combinations a study has, each value of each axis checked alone and its scenario
+    /// shown to `watch`: [`Study::each_value`]. Takes time and memory for the values, not for the
+    /// combinations. What two values only break together [`Plan::new`] finds, before anything is run.
     ///
     /// # Errors
     /// As [`Plan::new`].
@@ -145,7 +145,8 @@ impl Plan {
         Ok(combinations)
     }
 
-    /// Can so many points be run with these seeds? To be asked before many are made; `file` is what messages call the study.
+    /// Can so many points be run with these seeds? To be asked before many are made; `file` is what
+    /// messages call the study.
     ///
     /// # Errors
     /// How many points or seeds there are and what is allowed.
@@ -175,9 +176,9 @@ impl Plan {
 
     /// The runs of scenarios that need not be a grid, each with the keys that were replaced to make it and every seed.
     ///
-    /// Each key that is replaced in any of them is a column; where a scenario has it unreplaced, it holds that scenario's own
-    /// value: of the vehicle its name, and nothing where there is none or another table. Keys and rows are those of a study with
-    /// the same scenarios.
+    /// Each key that is replaced in any of them is a column; where a scenario has it unreplaced, it
+    /// holds that scenario's own value: of the vehicle its name, and nothing where there is none or
+    /// another table. Keys and rows are those of a study with the same scenarios.
     ///
     /// # Errors
     /// Which of the scenarios, counted from 0, cannot be run, is there twice or has its seed replaced, in one line.
@@ -202,8 +203,8 @@ impl Plan {
         Self::of_scenarios_until(name, points, seeds, None, &AtomicBool::new(false))
     }
 
-    /// [`Plan::of_scenarios`], until `stop` is set, perhaps with a controller of one's own: then `control.policy` is a column, with its
-    /// name.
+    /// [`Plan::of_scenarios`], until `stop` is set, perhaps with a controller of one's own: then
+    /// `control.policy` is a column, with its name.
     ///
     /// # Errors
     /// As [`Plan::of_scenarios`]; [`Error::Stopped`].

@@ -5,8 +5,8 @@ use omni_config::Scenario;
 use crate::Plan;
 
 impl Plan {
-    /// How many runs there is something to be said of, as that they are on balls that are not their wheels, and what of the first;
-    /// nothing where there are none. All seeds of a combination are alike: `why` is asked once of them.
+    /// How many runs there is something to be said of, as that they are on balls that are not their wheels, and what
+    /// of the first; nothing where there are none. All seeds of a combination are alike: `why` is asked once of them.
     ///
     /// ```
     /// use omni_config::{Override, Study};
@@ -28,8 +28,8 @@ impl Plan {
         ))
     }
 
-    /// What traction control does without in some runs ([`Scenario::traction_notes`]), and that some have another policy than the others
-    /// where none is named; nothing with a controller of one's own.
+    /// What traction control does without in some runs ([`Scenario::traction_notes`]), and that some
+    /// have another policy than the others where none is named; nothing with a controller of one's own.
     ///
     /// ```
     /// use omni_config::{Override, Study};

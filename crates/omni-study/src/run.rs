@@ -29,9 +29,9 @@ pub(crate) fn threads(jobs: Option<NonZeroUsize>) -> Result<rayon::ThreadPool, E
     })
 }
 
-/// Computes the rows of `runs` on `jobs` threads (all cores by default) and writes them to `store`, until all are done or
-/// `stop` is set: then runs under way are given up. A row is written as soon as it is done, so that a program that is killed
-/// loses none. Calls `watch` after each row.
+/// Computes the rows of `runs` on `jobs` threads (all cores by default) and writes them to `store`,
+/// until all are done or `stop` is set: then runs under way are given up. A row is written as soon
+/// as it is done, so that a program that is killed loses none. Calls `watch` after each row.
 ///
 /// # Errors
 /// [`Error::Io`] where a part cannot be written or threads cannot be started; the runs under way are given up.
@@ -78,8 +78,8 @@ pub(crate) fn compute_into(
     })
 }
 
-/// Writes rows as they come, until no sender is left. Those that come while others are written wait for one another. The one that
-/// still sends after an error is not kept waiting: the receiver ends with this.
+/// Writes rows as they come, until no sender is left. Those that come while others are written wait for
+/// one another. The one that still sends after an error is not kept waiting: the receiver ends with this.
 fn collect(
     receiver: mpsc::Receiver<Row>,
     mut part: PartWriter<'_>,

@@ -9,9 +9,11 @@ const Z: f64 = 1.959_963_984_540_054;
 /// From so many degrees of freedom on an expansion about the normal distribution has nine digits.
 const MANY: usize = 1000;
 
-/// 95 % interval of a rate, from how many of `runs` said yes, by Wilson's score: also where all or none did. None without a run.
+/// 95 % interval of a rate, from how many of `runs` said yes, by Wilson's score: also where all or
+/// none did. None without a run.
 ///
-/// E. B. Wilson, *Probable inference, the law of succession, and statistical inference*, J. Am. Stat. Assoc. 22 (1927) 209.
+/// E. B. Wilson, *Probable inference, the law of succession, and statistical inference*, J. Am.
+/// Stat. Assoc. 22 (1927) 209.
 ///
 /// ```
 /// let [low, high] = omni_study::wilson(22, 24).expect("there are runs");
@@ -82,11 +84,13 @@ fn student_t(degrees: usize) -> f64 {
     low.tan() * n.sqrt()
 }
 
-/// Part of Student's distribution within -t to t, for t = tan(angle) sqrt(degrees): Abramowitz and Stegun 26.7.3 and 26.7.4.
+/// Part of Student's distribution within -t to t, for t = tan(angle) sqrt(degrees): Abramowitz and
+/// Stegun 26.7.3 and 26.7.4.
 fn part_within(angle: f64, degrees: usize) -> f64 {
     let (sin, cos) = angle.sin_cos();
     let odd = degrees % 2 == 1;
-    // Each term is the one before times cos^2 and the next number of one kind over the next of the other: 2/3, 4/5, ... or 1/2, 3/4, ...
+    // Each term is the one before times cos^2 and the next number of one kind over the next of the
+    // other: 2/3, 4/5, ... or 1/2, 3/4, ...
     let (mut term, first) = if odd { (sin * cos, 2) } else { (sin, 1) };
     let mut sum = 0.0;
     let mut over = first;
@@ -162,7 +166,8 @@ mod tests {
 
     #[test]
     fn ninety_five_of_a_hundred_intervals_have_the_true_mean() {
-        // Sums of twelve uniform numbers are as good as normal; of 4000 intervals of five each 3800 hold 0, give or take 3 * 14.
+        // Sums of twelve uniform numbers are as good as normal; of 4000 intervals of five each 3800
+        // hold 0, give or take 3 * 14.
         let mut seed = 1_u64;
         let mut uniform = || {
             seed = seed

@@ -45,8 +45,8 @@ pub fn damage(path: &Path) -> Result<Option<&'static str>, Error> {
     })
 }
 
-/// Where the results of a study are: a folder of Parquet files `part-*.parquet`, all with the same columns. A part that still
-/// grows is `part-*.growing`, each time whole.
+/// Where the results of a study are: a folder of Parquet files `part-*.parquet`, all with the same
+/// columns. A part that still grows is `part-*.growing`, each time whole.
 ///
 /// Programs that share a study each have their own `Store` of the same folder.
 #[derive(Debug)]
@@ -125,8 +125,8 @@ impl Store {
         })
     }
 
-    /// Keeps other programs from computing the same runs for as long as the result lives. What programs that were killed left
-    /// unfinished are parts like others then.
+    /// Keeps other programs from computing the same runs for as long as the result lives. What
+    /// programs that were killed left unfinished are parts like others then.
     ///
     /// # Errors
     /// [`Error::Study`] where another program holds the folder, [`Error::Io`].
@@ -246,11 +246,12 @@ impl Store {
         file.sync_all()
     }
 
-    /// Every row that is there. A part that cannot be read, because it is cut short or damaged, is renamed to `*.damaged`.
+    /// Every row that is there. A part that cannot be read, because it is cut short or damaged, is
+    /// renamed to `*.damaged`.
     ///
     /// # Errors
-    /// [`Error::Io`]; [`Error::Study`] where a part is of another version, of another scenario or of other axes: its rows
-    /// could not be distinguished from this study's.
+    /// [`Error::Io`]; [`Error::Study`] where a part is of another version, of another scenario or
+    /// of other axes: its rows could not be distinguished from this study's.
     pub fn read(&self) -> Result<Found, Error> {
         self.read_until(&AtomicBool::new(false))
     }

@@ -54,7 +54,8 @@ pub(crate) enum Command {
     Run {
         #[command(flatten)]
         args: RunArgs,
-        /// Coordination policy instead of the scenario's: independent, scale_torques, scale_references, shared_integral, traction_runup or traction.
+        /// Coordination policy instead of the scenario's: independent, scale_torques,
+        /// scale_references, shared_integral, traction_runup or traction.
         #[arg(long)]
         policy: Option<String>,
         /// Where the controller runs: on this machine, or as firmware in an emulated Cortex-M4F (QEMU), in lock-step
@@ -91,7 +92,8 @@ pub(crate) enum Command {
     Study(StudyArgs),
     /// Finds the greatest edges that a vehicle climbs, by direction of travel.
     ///
-    /// Sizes rise from below, from several starts each, until one is not climbed. Writes a TOML file that --resume continues, and prints a table.
+    /// Sizes rise from below, from several starts each, until one is not climbed. Writes a TOML
+    /// file that --resume continues, and prints a table.
     Chart(ChartArgs),
     /// Prints the ripple of roller wheels: axle height and rolling radius.
     WheelRipple {
@@ -107,8 +109,9 @@ pub(crate) enum Command {
     },
     /// Prints the minimum torque and run-up for a step, without simulation.
     ///
-    /// The figures come from the balance of forces, for each row of wheels. Verdict `torque`: the motors' torque suffices at any
-    /// speed; `run_up`: the row needs the run-up in the last column; `open`: it may need it; `impossible`: less run-up than it needs.
+    /// The figures come from the balance of forces, for each row of wheels. Verdict `torque`: the
+    /// motors' torque suffices at any speed; `run_up`: the row needs the run-up in the last column;
+    /// `open`: it may need it; `impossible`: less run-up than it needs.
     ClimbLimits {
         /// A built-in scenario or a .toml file, with a step; or a vehicle, on the built-in step.
         #[arg(default_value = "step")]
@@ -141,7 +144,8 @@ pub(crate) enum Command {
     Replay {
         /// An MCAP file.
         log: PathBuf,
-        /// Prints what another policy would have commanded: independent, scale_torques, scale_references, shared_integral, traction_runup or traction.
+        /// Prints what another policy would have commanded: independent, scale_torques,
+        /// scale_references, shared_integral, traction_runup or traction.
         #[arg(long)]
         policy: Option<String>,
         /// Replaces a key of the logged scenario, such as vehicle.gains.kp_n_m_s_rad=0.5; may be repeated.
@@ -150,7 +154,8 @@ pub(crate) enum Command {
     },
     /// Writes a vehicle or a scenario for MuJoCo, URDF, ros2_control or firmware.
     ///
-    /// NAME is a vehicle; with --format mjcf, rust and c also a scenario, and a vehicle alone stands on the ground of the scenario flat.
+    /// NAME is a vehicle; with --format mjcf, rust and c also a scenario, and a vehicle alone
+    /// stands on the ground of the scenario flat.
     Export(ExportArgs),
     /// Makes a log from measurements on a vehicle: CSV, Parquet, rosbag2 [Python].
     ///
@@ -200,25 +205,27 @@ pub(crate) enum Command {
     },
     /// Writes a commented file to start from: a vehicle, a scenario, a study.
     ///
-    /// `omnistep new vehicle my_robot` makes my_robot.toml. An excitation is a scenario that excites all that `omnistep identify` estimates. An
-    /// import-map says which column of a real log is which signal, for `omnistep import`.
+    /// `omnistep new vehicle my_robot` makes my_robot.toml. An excitation is a scenario that
+    /// excites all that `omnistep identify` estimates. An import-map says which column of a real
+    /// log is which signal, for `omnistep import`.
     New {
         /// What the file describes.
         kind: NewKind,
         /// Its name: letters, digits, _ or -.
         name: String,
-        /// What to start from: a built-in vehicle, a robot of omnistep list robots or a .toml file of a vehicle; a built-in scenario or study.
-        /// If left out: chugo7, step or climb_map.
+        /// What to start from: a built-in vehicle, a robot of omnistep list robots or a .toml file
+        /// of a vehicle; a built-in scenario or study. If left out: chugo7, step or climb_map.
         #[arg(long)]
         template: Option<String>,
-        /// The vehicle of a scenario, an excitation or an import-map: a built-in one or a .toml file. If left out: that of the scenario to start from, else
-        /// chugo7.
+        /// The vehicle of a scenario, an excitation or an import-map: a built-in one or a .toml
+        /// file. If left out: that of the scenario to start from, else chugo7.
         #[arg(long)]
         vehicle: Option<String>,
     },
     /// Prints the JSON Schema of a kind of file, for completion in editors.
     ///
-    /// Run omnistep schema vehicle > vehicle.schema.json, and write "#:schema ./vehicle.schema.json" as the first line of your file.
+    /// Run omnistep schema vehicle > vehicle.schema.json, and write "#:schema
+    /// ./vehicle.schema.json" as the first line of your file.
     Schema {
         /// What the files describe.
         kind: FileKindArg,
@@ -290,8 +297,8 @@ pub(crate) struct RunArgs {
 #[derive(Args)]
 #[command(group(ArgGroup::new("shown").args(["live", "ros2"]).multiple(true)))]
 pub(crate) struct LiveArgs {
-    /// Serves the run live on 127.0.0.1: a page for browsers, and Foxglove's WebSocket protocol for Foxglove and Lichtblick.
-    /// Writes no log without --log. Only programs on this machine and known viewers may connect.
+    /// Serves the run live on 127.0.0.1: a page for browsers, and Foxglove's WebSocket protocol for Foxglove and
+    /// Lichtblick. Writes no log without --log. Only programs on this machine and known viewers may connect.
     #[arg(long, conflicts_with_all = ["controller", "out"])]
     pub(crate) live: bool,
     /// Port of --live; 0 for any free port.
@@ -308,7 +315,8 @@ pub(crate) struct LiveArgs {
     /// Starts when the first client of --live, or the first node of --ros2, subscribes to something.
     #[arg(long, requires = "shown")]
     pub(crate) wait: bool,
-    /// Ends --live or --ros2 after this many simulated seconds. Without it --live ends with the scenario, --ros2 with Ctrl-C.
+    /// Ends --live or --ros2 after this many simulated seconds. Without it --live ends with the
+    /// scenario, --ros2 with Ctrl-C.
     #[arg(
         long,
         value_name = "SECONDS",
@@ -324,12 +332,12 @@ pub(crate) struct LiveArgs {
         conflicts_with = "allow_control"
     )]
     pub(crate) log: Option<PathBuf>,
-    /// Lets clients of --live change command, policy and torque limit. A command expires 0.5 s after the last message, or when
-    /// its client disconnects: the vehicle is then commanded to stop.
+    /// Lets clients of --live change command, policy and torque limit. A command expires 0.5 s after
+    /// the last message, or when its client disconnects: the vehicle is then commanded to stop.
     #[arg(long, requires = "live")]
     pub(crate) allow_control: bool,
-    /// Lets web pages from another origin connect to --live, such as https://viewer.example; may be repeated. Pages of Foxglove, of
-    /// Lichtblick and of this machine are always allowed.
+    /// Lets web pages from another origin connect to --live, such as https://viewer.example; may be
+    /// repeated. Pages of Foxglove, of Lichtblick and of this machine are always allowed.
     #[arg(long = "allow-origin", value_name = "ORIGIN", requires = "live")]
     pub(crate) origins: Vec<String>,
     #[command(flatten)]
@@ -339,8 +347,9 @@ pub(crate) struct LiveArgs {
 /// What a run on ROS 2 takes.
 #[derive(Args)]
 pub(crate) struct Ros2Args {
-    /// Runs as a node of ROS 2 over DDS, without a ROS installation, in the domain of ROS_DOMAIN_ID. Publishes /clock, /odom, /tf,
-    /// /joint_states, /imu, /robot_description and more. Takes Twist and TwistStamped on /cmd_vel; a command expires after 0.5 s. Writes no log without --log.
+    /// Runs as a node of ROS 2 over DDS, without a ROS installation, in the domain of ROS_DOMAIN_ID.
+    /// Publishes /clock, /odom, /tf, /joint_states, /imu, /robot_description and more. Takes Twist
+    /// and TwistStamped on /cmd_vel; a command expires after 0.5 s. Writes no log without --log.
     #[arg(long, conflicts_with_all = ["controller", "out"])]
     pub(crate) ros2: bool,
     /// Namespace of all topics of --ros2 except /clock, such as robot1.
@@ -352,14 +361,15 @@ pub(crate) struct Ros2Args {
         requires = "ros2"
     )]
     pub(crate) namespace: String,
-    /// Rate of a topic of --ros2 in simulated time, such as odom=100; 0 turns it off; may be repeated. The defaults are 100 Hz for clock and imu, 50 Hz for
-    /// odom, tf, joint_states and vehicle_state.
+    /// Rate of a topic of --ros2 in simulated time, such as odom=100; 0 turns it off; may be repeated.
+    /// The defaults are 100 Hz for clock and imu, 50 Hz for odom, tf, joint_states and vehicle_state.
     #[arg(long = "topic-rate", value_name = "TOPIC=HZ", requires = "ros2")]
     pub(crate) topic_rates: Vec<String>,
     /// Also publishes the frame map, like a localisation without error.
     #[arg(long, requires = "ros2")]
     pub(crate) publish_map_frame: bool,
-    /// Acts as the hardware of ros2_control: takes velocities or torques of the wheels on /joint_commands instead of /cmd_vel.
+    /// Acts as the hardware of ros2_control: takes velocities or torques of the wheels on
+    /// /joint_commands instead of /cmd_vel.
     #[arg(long, value_enum, value_name = "INTERFACE", requires = "ros2")]
     pub(crate) ros2_control: Option<CommandInterface>,
 }

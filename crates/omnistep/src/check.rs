@@ -23,8 +23,8 @@ pub(super) struct AskedStep {
     pub(super) chart: Option<PathBuf>,
 }
 
-/// Says what a file describes, or what is wrong with it, and warns of what is doubtful: whether there was anything. `step` is what its motors
-/// shall be strong enough for.
+/// Says what a file describes, or what is wrong with it, and warns of what is doubtful: whether
+/// there was anything. `step` is what its motors shall be strong enough for.
 pub(super) fn check(
     file: &str,
     step: Option<&AskedStep>,

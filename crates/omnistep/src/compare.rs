@@ -77,7 +77,8 @@ pub(super) enum Policies<'a> {
     One(Option<&'a str>),
 }
 
-/// Runs the scenario under some policies with each engine (none: the scenario's own), with the controller in `firmware` if there is one.
+/// Runs the scenario under some policies with each engine (none: the scenario's own), with the
+/// controller in `firmware` if there is one.
 pub(super) fn compare(
     args: &RunArgs,
     policies: Policies<'_>,
@@ -314,26 +315,26 @@ fn one(
                 Ok(())
             }
         });
-    let record = match run.record::<Error>(&mut log) {
+    let logged = match run.log_to::<Error>(&mut log) {
         // Also where what ran beside it, as the processor in QEMU, was ended by the same signal.
         Err(_) if stop.load(Ordering::SeqCst) => {
             return Err(interrupted(simulated, Some(log.leave()?)));
         }
-        record => record?,
+        logged => logged?,
     };
-    let log = log.finish(&record.outcome)?;
+    let log = log.finish(&logged.outcome)?;
     let seconds = start.elapsed().as_secs_f64();
     let row = Row {
         policy: scenario.control.law(),
-        trying: trying.note(&record.outcome),
-        outcome: record.outcome,
+        trying: trying.note(&logged.outcome),
+        outcome: logged.outcome,
         steps_per_s: simulated * 1e6 / scenario.physics.timestep_us as f64 / seconds,
         realtime_factor: simulated / seconds,
         mcap: log.path().to_owned(),
         _log: log,
         notes,
     };
-    Ok((row, record.link, record.ended))
+    Ok((row, logged.link, logged.ended))
 }
 
 pub(super) fn headline(scenario: &Scenario) -> String {

@@ -21,12 +21,13 @@ use crate::scenario_or_vehicle::scenario_or_vehicle;
 use crate::signals::stop_flag;
 use keys::Keys;
 
-/// The bumps of [`ground_for`]: their height as a part of the smallest wheel's radius, at most so high \[m\]; the first is no nearer than this \[m\].
+/// The bumps of [`ground_for`]: their height as a part of the smallest wheel's radius, at most so
+/// high \[m\]; the first is no nearer than this \[m\].
 const BUMP_OF_RADIUS: f64 = 1.0 / 3.0;
 const HIGHEST_M: f64 = 0.02;
 const NEAREST_M: f64 = 0.7;
-/// Torque ends this long after a key is released \[s\], where the scenario does not say: a vehicle without friction stands by then in every
-/// direction, also in one in which few wheels push.
+/// Torque ends this long after a key is released \[s\], where the scenario does not say: a vehicle
+/// without friction stands by then in every direction, also in one in which few wheels push.
 const BLEED_S: f64 = 1.5;
 
 /// Runs until it is ended, driven by keys and from the page, and prints its table.
@@ -98,7 +99,8 @@ fn scenario(name: &str, overrides: Vec<Override>) -> Result<Scenario, Error> {
     }
 }
 
-/// Bumps that a vehicle's wheels can climb, with room before the first; level ground where balls are its wheels on level ground only.
+/// Bumps that a vehicle's wheels can climb, with room before the first; level ground where balls
+/// are its wheels on level ground only.
 fn ground_for(vehicle: &Vehicle) -> (&'static str, Vec<Override>) {
     if vehicle.beyond_balls_ahead().is_some() {
         return ("flat", Vec::new());

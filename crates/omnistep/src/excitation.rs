@@ -16,8 +16,8 @@ const GRAVITY_M_S2: f64 = 9.81;
 const LEAST_RAMP_S: f64 = 0.1;
 /// Where neither the vehicle's limits nor its motors say how fast it goes \[m/s, m/s, rad/s\].
 const SPEEDS: [f64; 3] = [0.5, 0.5, 1.0];
-/// Parts of the speeds forward, sideways and about, and how long each is driven \[s\]. Ahead and back, sideways, turns, each fast and slow,
-/// and askew, where no wheel stands.
+/// Parts of the speeds forward, sideways and about, and how long each is driven \[s\]. Ahead and
+/// back, sideways, turns, each fast and slow, and askew, where no wheel stands.
 const LEGS: [([f64; 3], f64); 17] = [
     ([1.0, 0.0, 0.0], 1.4),
     ([-1.0, 0.0, 0.0], 1.4),

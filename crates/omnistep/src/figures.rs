@@ -79,8 +79,8 @@ fn needed(runs: &[Run<'_>]) -> Vec<Figure> {
     Figure::ALL.into_iter().filter(of_some).collect()
 }
 
-/// The table, its lines ended, with `corner` over the rows' titles. Runs that do not fit beside one another follow below; so many belong
-/// `together`.
+/// The table, its lines ended, with `corner` over the rows' titles. Runs that do not fit beside one
+/// another follow below; so many belong `together`.
 pub(super) fn results(corner: &str, runs: &[Run<'_>], together: usize) -> String {
     let rows = rows(runs);
     let wide =

@@ -128,7 +128,8 @@ fn driven(text: String, template: &str, vehicle: Option<&str>) -> Result<String,
     Ok(text)
 }
 
-/// The text of a built-in scenario with its obstacle as far ahead as a long vehicle needs it, and time for the longer way.
+/// The text of a built-in scenario with its obstacle as far ahead as a long vehicle needs it, and
+/// time for the longer way.
 fn with_room(text: &str, template: &str, vehicle: &Vehicle) -> Result<String, Error> {
     let usual = Scenario::from_source(&Source::text(template, text), &[])?;
     let Some(obstacle) = usual.terrain.obstacle() else {
@@ -181,8 +182,8 @@ fn written(name: &str, text: &str) -> Result<String, Error> {
     Ok(path)
 }
 
-/// The first line of a new file: its schema, for editors, where it lies beside it; else how to get it. (A file whose schema is
-/// missing is an error for some of them.)
+/// The first line of a new file: its schema, for editors, where it lies beside it; else how to get
+/// it. (A file whose schema is missing is an error for some of them.)
 fn schema_line(kind: FileKind) -> String {
     let kind = kind.name();
     let schema = format!("{kind}.schema.json");

@@ -4,7 +4,8 @@ use omni_config::Vehicle;
 
 use crate::Error;
 
-/// The text of a map for a vehicle that its own file or name stands for. What it names has to be changed to what the log has.
+/// The text of a map for a vehicle that its own file or name stands for. What it names has to be
+/// changed to what the log has.
 pub(crate) fn text(given: &str) -> Result<String, Error> {
     let vehicle = Vehicle::load(given)?;
     let names = |before: &str, names: &mut dyn Iterator<Item = &String>| {

@@ -4,8 +4,9 @@ use omni_config::{DerivedGains, Scenario, Vehicle, WheelModel};
 
 use crate::output::{say, warn};
 
-/// What is doubtful of a scenario: that it ends before its vehicle can be across or at the end of its path, that its command is more than it can do, that one count of its encoders is more than the motor
-/// has, that its drive finds faults where there are none, what its traction control lacks.
+/// What is doubtful of a scenario: that it ends before its vehicle can be across or at the end of
+/// its path, that its command is more than it can do, that one count of its encoders is more than
+/// the motor has, that its drive finds faults where there are none, what its traction control lacks.
 pub(crate) fn doubts_of(scenario: &Scenario) -> Vec<String> {
     let doubts = scenario.too_short().into_iter().chain(coarse(scenario));
     let of_command = scenario.command_doubts().unwrap_or_default();

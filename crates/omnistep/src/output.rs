@@ -37,7 +37,8 @@ fn asked_for(error: &Error) -> Option<&str> {
     }
 }
 
-/// Does the same with each file, also behind one that is bad: what is wrong with it is said as it comes. The exit code of the worst.
+/// Does the same with each file, also behind one that is bad: what is wrong with it is said as it
+/// comes. The exit code of the worst.
 pub(crate) fn each<T>(files: &[T], mut look: impl FnMut(&T) -> Result<(), Error>) -> u8 {
     let code = |file| look(file).map_or_else(|error| say_error(&error), |()| 0);
     files.iter().map(code).max().unwrap_or(0)
@@ -74,7 +75,8 @@ pub(crate) fn print_path(out: &mut dyn Write, path: &Path) -> Result<(), Error> 
     print_bytes(out, &[path.as_os_str().as_encoded_bytes(), b"\n"].concat())
 }
 
-/// Writes a file, complete or not at all, and not in place of one of the `inputs` that it is made of; into a pipe or a terminal as it is.
+/// Writes a file, complete or not at all, and not in place of one of the `inputs` that it is made
+/// of; into a pipe or a terminal as it is.
 pub(crate) fn write_file(path: &Path, text: &str, inputs: &[PathBuf]) -> Result<(), Error> {
     let failed = |source| Error::Io {
         path: path.into(),

@@ -2,7 +2,8 @@
 
 use omni_config::{Error, FileKind, Override, Scenario};
 
-/// A scenario by its name; for the name of a vehicle that vehicle on a built-in ground, which `ground` names with what it replaces there.
+/// A scenario by its name; for the name of a vehicle that vehicle on a built-in ground, which
+/// `ground` names with what it replaces there.
 pub(crate) fn scenario_or_vehicle(
     name: &str,
     overrides: Vec<Override>,

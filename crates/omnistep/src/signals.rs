@@ -10,15 +10,15 @@ use signal_hook::flag;
 static ASKED: AtomicBool = AtomicBool::new(false);
 static BY: AtomicUsize = AtomicUsize::new(0);
 
-/// From now on the first Ctrl-C, or SIGTERM, sets the flag that is returned: an orderly end is asked for. The second one ends at
-/// once.
+/// From now on the first Ctrl-C, or SIGTERM, sets the flag that is returned: an orderly end is
+/// asked for. The second one ends at once.
 pub(super) fn stop_flag() -> &'static AtomicBool {
     static ONCE: OnceLock<()> = OnceLock::new();
     ASKED.store(false, Ordering::SeqCst);
     ONCE.get_or_init(|| {
         for (signal, number) in [(SIGINT, 2), (SIGTERM, 15)] {
-            // In this order, so that the first one does not end at once. Without a handler it would, and what is written is
-            // kept all the same.
+            // In this order, so that the first one does not end at once. Without a handler it
+            // would, and what is written is kept all the same.
             let _ = flag::register_conditional_shutdown(signal, 128 + signal, &ASKED);
             let _ = flag::register_usize(signal, &BY, number);
             let _ = flag::register(signal, &ASKED);

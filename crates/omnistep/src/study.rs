@@ -134,9 +134,9 @@ fn described(study: &Study, combinations: usize) -> String {
     )
 }
 
-/// What a study is, every value of every axis checked alone, and what is to be said of those on balls that are not their
-/// wheels. Doubtful: what is so of a vehicle, the first run that ends before its vehicle can be across, the first whose encoders are too coarse, and the
-/// first whose traction control lacks something.
+/// What a study is, every value of every axis checked alone, and what is to be said of those on balls that
+/// are not their wheels. Doubtful: what is so of a vehicle, the first run that ends before its vehicle can
+/// be across, the first whose encoders are too coarse, and the first whose traction control lacks something.
 pub(super) fn checked(study: &Study) -> Result<(String, Vec<String>, Option<String>), Error> {
     let mut looked_at = 0;
     let (mut beyond, mut short, mut coarse) = (Vec::new(), Vec::new(), Vec::new());
@@ -175,7 +175,8 @@ pub(super) fn checked(study: &Study) -> Result<(String, Vec<String>, Option<Stri
     Ok((described(study, combinations), doubts, warning))
 }
 
-/// How many of a study's runs end before their vehicle can be across, and why the first of them does; none where all of them may get across.
+/// How many of a study's runs end before their vehicle can be across, and why the first of them
+/// does; none where all of them may get across.
 fn too_short(plan: &Plan) -> Option<String> {
     let seeds = plan.study().seeds.list().len().max(1);
     // All seeds of a combination have the same time and way.
@@ -213,8 +214,8 @@ pub(crate) fn bar(quiet: bool, steps: usize, template: &str) -> ProgressBar {
     bar
 }
 
-/// One object a cell: each axis by its column, `runs`, `errors`, `unfinished`, `beyond_balls`, the mean of each figure with the ends of
-/// its interval; and what the cell is against its fellow, where it is compared.
+/// One object a cell: each axis by its column, `runs`, `errors`, `unfinished`, `beyond_balls`, the mean of
+/// each figure with the ends of its interval; and what the cell is against its fellow, where it is compared.
 fn json(plan: &Plan, map: &[MapCell], compared: &[PairedCell], out: &mut dyn Write) -> Result<(), Error> {
     for cell in map {
         let mut object = Map::new();

@@ -1,7 +1,8 @@
 //! A controller of one's own: proportional control of the vehicle's motion instead of each wheel's.
 //!
-//! The wheels' velocities are turned into the motion that they amount to. What lacks of the commanded motion is asked of all wheels together,
-//! so that wheels never work against each other; what no motion explains, a wheel that slips, is braked a little.
+//! The wheels' velocities are turned into the motion that they amount to. What lacks of the
+//! commanded motion is asked of all wheels together, so that wheels never work against each other;
+//! what no motion explains, a wheel that slips, is braked a little.
 #![cfg_attr(not(test), no_std)]
 
 use omni_core::{BodyTwist, Kinematics, Policy, Readings, WheelVelocities};

@@ -1,8 +1,9 @@
-/* omnistep: control of omni-directional vehicles, in single precision. C11 and C++11; neither heap nor C library needed.
+/* omnistep: control of omni-directional vehicles, in single precision. C11 and C++11; no heap, no C library.
  *
  * A controller is a constant that `omnistep export` writes from a vehicle file; what changes is in a state. Units are
- * SI: m, m/s, rad/s, N.m, s. Fill in constants by that command only: their flags and tags have to be valid. Comments that name
- * `Types` mean those of the Rust library, which has them documented in full. Generated from the Rust sources by cbindgen; not to be edited. */
+ * SI: m, m/s, rad/s, N.m, s. Fill in constants by that command only: their flags and tags have to be valid. Comments
+ * that name `Types` mean those of the Rust library, which has them documented in full. Generated from the Rust sources
+ * by cbindgen; not to be edited. */
 
 #ifndef OMNISTEP_H
 #define OMNISTEP_H
@@ -132,8 +133,9 @@ enum omni_drive_mode
   OMNI_DRIVE_MODE_NORMAL = 0,
   // A wheel is released, lifted or excluded; the others move the vehicle as commanded.
   OMNI_DRIVE_MODE_DEGRADED = 1,
-  // Too few wheels are left to determine how the vehicle moves: those that are left are brought to rest, at the emergency
-  // deceleration. Latched until `DriveState::release_safe_stop`.
+  // Too few wheels are left to determine how the vehicle moves: those that are left are brought
+  // to rest, at the emergency deceleration. Latched until
+  // `DriveState::release_safe_stop`.
   OMNI_DRIVE_MODE_SAFE_STOP = 2,
   // Requested: for as long as `DriveInput::emergency` says so.
   OMNI_DRIVE_MODE_EMERGENCY_STOP = 3,
@@ -152,14 +154,15 @@ enum omni_command_status
   : uint8_t
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
-  // No command since the start or since the release of an emergency stop, or none of rest yet where `Restart::Neutral` wants one: rest, or
-  // on the way there.
+  // No command since the start or since the release of an emergency stop, or none of rest yet
+  // where `Restart::Neutral` wants one: rest, or on the way there.
   OMNI_COMMAND_STATUS_IDLE,
   // The twist is the command.
   OMNI_COMMAND_STATUS_FOLLOWING,
   // The limits keep the twist from the command, or still do.
   OMNI_COMMAND_STATUS_LIMITED,
-  // The last command is too old, or none of rest has come since where `Restart::Neutral` wants one: rest, or on the way there.
+  // The last command is too old, or none of rest has come since where `Restart::Neutral` wants
+  // one: rest, or on the way there.
   OMNI_COMMAND_STATUS_TIMED_OUT,
   // The emergency stop is latched: rest, or on the way there.
   OMNI_COMMAND_STATUS_EMERGENCY_STOP,
@@ -184,8 +187,8 @@ enum omni_fault
   OMNI_FAULT_NOT_A_NUMBER = 1,
   // Its reading jumps further in one period than a wheel can.
   OMNI_FAULT_JUMP = 2,
-  // Its reading never changes although the vehicle moves, or although the motor pulls: an encoder that is dead, or a wheel that is
-  // blocked.
+  // Its reading never changes although the vehicle moves, or although the motor pulls: an
+  // encoder that is dead, or a wheel that is blocked.
   OMNI_FAULT_STUCK = 3,
   // No reading has arrived for too long.
   OMNI_FAULT_SILENT = 4,
@@ -247,9 +250,9 @@ typedef uint8_t omni_supervisor_mode;
 // For how many periods in a row each wheel has asked for more than the same limit: anti-windup waits for 8. Wheel i is
 // bit i; at most 32 wheels.
 //
-// One encoder count, or noise, can ask for more than a motor has in a single reading. If the integral reacted to each, it
-// would drop what such readings say and keep the rest: a bias, and the vehicle runs away or creeps. Noise is beyond the
-// same limit 8 times in a row in one period of 2^8.
+// One encoder count, or noise, can ask for more than a motor has in a single reading. If the
+// integral reacted to each, it would drop what such readings say and keep the rest: a bias, and the
+// vehicle runs away or creeps. Noise is beyond the same limit 8 times in a row in one period of 2^8.
 typedef struct {
   // Wheels that were beyond a limit in the step before.
   uint32_t beyond;
@@ -332,8 +335,8 @@ typedef struct {
   omni3_velocities reference;
   // Measurement y; 0 for a released wheel.
   omni3_velocities measured;
-  // The wheel was controlled. One without a usable measurement is released: no torque, its loop starts afresh. When the torque has
-  // `ended` no wheel is controlled.
+  // The wheel was controlled. One without a usable measurement is released: no torque, its loop
+  // starts afresh. When the torque has `ended` no wheel is controlled.
   bool active[3];
   // Proportional term, formed with the reference as reduced by `common_factor` under
   // `Saturation::ScaleReferences`.
@@ -356,8 +359,9 @@ typedef struct {
   // (`Saturation::ScaleReferences`) were multiplied by, 0 to 1; 1 under
   // `Saturation::Clip`.
   float common_factor;
-  // Every reference has been 0 for long enough that all torque has ended: see `Rest`. Bridges that are driven by
-  // voltage are then opened or shorted, because the voltage for no torque follows from a velocity that may be measured wrongly.
+  // Every reference has been 0 for long enough that all torque has ended: see
+  // `Rest`. Bridges that are driven by voltage are then opened or shorted,
+  // because the voltage for no torque follows from a velocity that may be measured wrongly.
   bool ended;
   // And the windings of all motors are to be shorted: `Rest::short_windings`.
   bool shorted;
@@ -387,11 +391,12 @@ typedef struct {
 
 // How the integral of a saturated loop is kept from winding up.
 //
-// `excess` below is the output as applied minus the output as asked for: not zero only while something, a limit or a
-// coordination law, changed the output. In a `WheelController` it counts from the eighth period
-// in a row beyond the same limit (`Overload`), that of wheels scaled with it too, in a `Pid` at once. Under
-// `Saturation::ScaleReferences` the law is `Conditioned` whatever is set here; `Clamp`
-// limits the integrals there too.
+// `excess` below is the output as applied minus the output as asked for: not zero only while something, a
+// limit or a coordination law, changed the output. In a `WheelController`
+// it counts from the eighth period in a row beyond the same limit (`Overload`),
+// that of wheels scaled with it too, in a `Pid` at once. Under
+// `Saturation::ScaleReferences` the law is `Conditioned`
+// whatever is set here; `Clamp` limits the integrals there too.
 enum omni_anti_windup_tag
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
   : uint8_t
@@ -399,8 +404,9 @@ enum omni_anti_windup_tag
  {
   // Nothing: the integral takes in every error. Overshoots after every saturation.
   OMNI_ANTI_WINDUP_NONE,
-  // The integral is held within +-`limit_n_m` after each step. With `IntegrationOrder::BeforeOutput` the
-  // term of a step may be larger by that step's `ki T e`.
+  // The integral is held within +-`limit_n_m` after each step. With
+  // `IntegrationOrder::BeforeOutput` the term of a step may be
+  // larger by that step's `ki T e`.
   OMNI_ANTI_WINDUP_CLAMP,
   // No error is taken in that would drive a saturated output further out (conditional integration).
   OMNI_ANTI_WINDUP_CONDITIONAL,
@@ -424,7 +430,8 @@ typedef struct {
 } omni_anti_windup_Clamp_body;
 
 typedef struct {
-  // Tracking time constant T [s], the control period to 1e6: smaller forgets faster. A usual choice is kp / ki.
+  // Tracking time constant T [s], the control period to 1e6: smaller forgets faster. A
+  // usual choice is kp / ki.
   float tracking_time_s;
 } omni_anti_windup_BackCalculation_body;
 
@@ -456,8 +463,8 @@ typedef struct {
 
 // A PID loop's constants. What changes from step to step is in `PidState`.
 //
-// Formed once from a `PidConfig`; derivatives are backward differences, zero in the first step. With the reference r, the
-// measurement y, the period T, the weights b and c and the filter time Td of the derivative:
+// Formed once from a `PidConfig`; derivatives are backward differences, zero in the first step. With the
+// reference r, the measurement y, the period T, the weights b and c and the filter time Td of the derivative:
 typedef struct {
   float kp;
   // kp b.
@@ -487,7 +494,8 @@ typedef struct {
   omni_torque_range output;
 } omni_pid;
 
-// The limits of `N` actuators, their numbers side by side: loops over them run several at a time where the processor can.
+// The limits of `N` actuators, their numbers side by side: loops over them run several at a time
+// where the processor can.
 typedef struct {
   float stall[3];
   float slope[3];
@@ -504,12 +512,13 @@ enum omni_saturation_tag
  {
   // Each wheel is cut to its own limit; the others do not notice.
   OMNI_SATURATION_CLIP,
-  // Eqs. (11), (12) with |torque|: all torques are multiplied by the factor of the wheel furthest over its limit.
-  // Ratios of torques are kept. The integrals react as `anti_windup` says; with `None` they do not.
+  // Eqs. (11), (12) with |torque|: all torques are multiplied by the factor of the wheel
+  // furthest over its limit. Ratios of torques are kept. The integrals react as `anti_windup`
+  // says; with `None` they do not.
   OMNI_SATURATION_SCALE_TORQUES,
-  // All references are multiplied by one factor s, as large as keeps every wheel within its limit, and the loops see
-  // the error against the reduced reference (a conditioned controller shared by the wheels). Ratios of velocities are
-  // kept and nothing winds up.
+  // All references are multiplied by one factor s, as large as keeps every wheel within its
+  // limit, and the loops see the error against the reduced reference (a conditioned controller
+  // shared by the wheels). Ratios of velocities are kept and nothing winds up.
   OMNI_SATURATION_SCALE_REFERENCES,
 };
 #ifndef __cplusplus
@@ -578,11 +587,11 @@ typedef struct {
 
 // Rate limiter of one axis; see `AxisLimits`. What changes from step to step is in `RateLimiterState`.
 //
-// With a jerk limit it looks ahead: it accelerates no more than it can take back before the target, and brakes a
-// reversal no harder than it can ease before it turns. A target that stays is reached exactly, and overshot by rounding
-// only (an ulp), except where the acceleration of an earlier target leaves no choice. The velocity limits hold in any
-// case. Without a jerk limit no square root is taken; a period in which the velocity changes sign is shared between
-// deceleration and acceleration.
+// With a jerk limit it looks ahead: it accelerates no more than it can take back before the target,
+// and brakes a reversal no harder than it can ease before it turns. A target that stays is reached
+// exactly, and overshot by rounding only (an ulp), except where the acceleration of an earlier target
+// leaves no choice. The velocity limits hold in any case. Without a jerk limit no square root is
+// taken; a period in which the velocity changes sign is shared between deceleration and acceleration.
 typedef struct {
   float min;
   float max;
@@ -691,29 +700,33 @@ typedef struct {
 // When a reading is rejected. An infinite velocity or torque, or a count of 65535 periods, switches its check off.
 // Checked by `FaultMonitor::new`.
 typedef struct {
-  // Largest change [rad/s] of an actuator's velocity within one period, 1e-9 or more: a reading further from the last accepted one
-  // is held back.
+  // Largest change [rad/s] of an actuator's velocity within one period, 1e-9 or more: a
+  // reading further from the last accepted one is held back.
   float jump_rad_s;
-  // Periods a jump is bridged with the last accepted reading; then the wheel is faulty. Good readings between jumps count
-  // against jumps one by one. 1 to 65535.
+  // Periods a jump is bridged with the last accepted reading; then the wheel is faulty. Good
+  // readings between jumps count against jumps one by one. 1 to 65535.
   uint16_t jump_periods;
-  // A reading that stays exactly the same while what the other wheels say of it moves by more than this [rad/s] is
-  // stuck, 1e-9 or more. So is, after ten times as long, a reading that stays exactly 0 while the others say that the wheel turns by more
-  // than this and its loop pulls in vain towards its reference. Also how well a faulty wheel must agree with the others to be accepted again.
+  // A reading that stays exactly the same while what the other wheels say of it moves by more than this
+  // [rad/s] is stuck, 1e-9 or more. So is, after ten times as long, a reading that stays exactly 0
+  // while the others say that the wheel turns by more than this and its loop pulls in vain towards its
+  // reference. Also how well a faulty wheel must agree with the others to be accepted again.
   float stuck_rad_s;
-  // A reading that stays exactly the same while the motor is commanded to give at least this torque [N.m] towards the reference, or with a
-  // reference further away than `stuck_rad_s`, is stuck after ten times `stuck_periods`, 1e-9 or more. One of 0 that the others can check is
-  // so once they say that the wheel has turned by `stuck_rad_s` in that time. Of three wheels, which cannot check each other, one of 0 or so
-  // far away is stuck after `stuck_periods` if another wheel turns faster than `stuck_rad_s`. A wheel that is blocked while others turn looks
-  // the same. If another wheel is pulled as hard and reads 0 too, the vehicle more probably stands before an obstacle: that is no evidence
-  // but of three wheels, where either all encoders are dead or all motors push in vain.
+  // A reading that stays exactly the same while the motor is commanded to give at least this torque
+  // [N.m] towards the reference, or with a reference further away than `stuck_rad_s`, is stuck
+  // after ten times `stuck_periods`, 1e-9 or more. One of 0 that the others can check is so once they
+  // say that the wheel has turned by `stuck_rad_s` in that time. Of three wheels, which cannot check
+  // each other, one of 0 or so far away is stuck after `stuck_periods` if another wheel turns faster
+  // than `stuck_rad_s`. A wheel that is blocked while others turn looks the same. If another wheel is
+  // pulled as hard and reads 0 too, the vehicle more probably stands before an obstacle: that is no
+  // evidence but of three wheels, where either all encoders are dead or all motors push in vain.
   float stuck_torque_n_m;
   // Periods of evidence in a row that make a reading stuck, 2 to 65535.
   uint16_t stuck_periods;
   // Periods without a reading after which a wheel is faulty, 1 to 65535; until then its last reading stands.
   uint16_t silent_periods;
-  // Good readings in a row after which a faulty wheel (never one declared lost) is accepted again, 1 to 65535: readings
-  // without a jump that agree with the other wheels as far as these determine it, from a stuck wheel readings that change.
+  // Good readings in a row after which a faulty wheel (never one declared lost) is accepted
+  // again, 1 to 65535: readings without a jump that agree with the other wheels as far as these
+  // determine it, from a stuck wheel readings that change.
   uint16_t recovery_periods;
 } omni_fault_config;
 
@@ -753,14 +766,14 @@ typedef struct {
 // `P' = F P F^T + G (J diag(q) J^T) G^T`, F and G being the derivatives of the exact step by the pose and by the
 // displacement, and J the forward map.
 //
-// What it is not: it has no model of bias. A wrong wheel radius, a wrong layout, a bent axle or a wheel that always
-// slips the same way give errors that grow with the way, not with its root, and are not in here. Wheels are taken as
-// independent. To first order: beyond a yaw deviation of some 0.3 rad the true distribution is no longer an ellipse. It only
-// grows; to take in a measurement is a filter's business.
+// What it is not: it has no model of bias. A wrong wheel radius, a wrong layout, a bent axle or a wheel
+// that always slips the same way give errors that grow with the way, not with its root, and are not in
+// here. Wheels are taken as independent. To first order: beyond a yaw deviation of some 0.3 rad the true
+// distribution is no longer an ellipse. It only grows; to take in a measurement is a filter's business.
 //
-// In `f32` the sums are plain: 100,000 steps at 0.3 m/s and 100 Hz leave it 0.5 % from `f64`, and what a step adds is lost
-// once it is below 6e-8 of what is there, after some ten million. Step it every tenth period, with the increments
-// summed, where that matters.
+// In `f32` the sums are plain: 100,000 steps at 0.3 m/s and 100 Hz leave it 0.5 % from `f64`, and
+// what a step adds is lost once it is below 6e-8 of what is there, after some ten million. Step it
+// every tenth period, with the increments summed, where that matters.
 //
 // The usual name: first-order propagation of errors, the prediction of an extended Kalman filter.
 typedef struct {
@@ -770,7 +783,8 @@ typedef struct {
   float per_residual;
 } omni_covariance_growth;
 
-// A vehicle's whole controller: readings and commands in, torques out. Immutable; what changes is in `DriveState`.
+// A vehicle's whole controller: readings and commands in, torques out. Immutable; what changes is
+// in `DriveState`.
 //
 // In order: readings are judged, faulty wheels released, the motion estimated from the rest; the command is checked,
 // limited, moved to the origin and brought within what the wheels can turn; the loops run; the pose is integrated.
@@ -834,33 +848,35 @@ typedef struct {
   bool motion_known;
   // What is wrong with each wheel.
   omni_fault faults[3];
-  // The wheel was controlled. One that is not has no torque, and its bridge is opened or shorted: it has a fault, or all torque has ended
-  // at rest.
+  // The wheel was controlled. One that is not has no torque, and its bridge is opened or
+  // shorted: it has a fault, or all torque has ended at rest.
   bool active[3];
   // The requested torque is outside the limits.
   bool saturated[3];
   // The wheel is left out of the motion: faulty, lifted or slipping.
   bool excluded[3];
-  // The motor's windings shall be shorted. In a safe stop and an emergency stop: the wheel has a fault, so that no torque can be asked of
-  // it, or all torque has ended. At rest otherwise: all torque has ended, and the scenario asks for it (`control.rest.short_windings`).
+  // The motor's windings shall be shorted. In a safe stop and an emergency stop: the wheel has a
+  // fault, so that no torque can be asked of it, or all torque has ended. At rest otherwise: all
+  // torque has ended, and the scenario asks for it (`control.rest.short_windings`).
   bool brake[3];
 } omni3_drive_output;
 
-// What arrived since the period before. All zero: nothing did, every wheel is on flat ground, motors have their own limits.
+// What arrived since the period before. All zero: nothing did, every wheel is on flat ground,
+// motors have their own limits.
 typedef struct {
   // The command; looked at only where `commanded`.
   omni_twist command;
   // Actuator velocities [rad/s]; each looked at only where it was `received`.
   omni3_velocities measured;
-  // Torques [N.m] that the motors shall keep within besides their own limits: a hot motor, a low battery. Each looked at only where
-  // `limited`. 0 is always within.
+  // Torques [N.m] that the motors shall keep within besides their own limits: a hot motor, a low
+  // battery. Each looked at only where `limited`. 0 is always within.
   omni3_torque_ranges torque_ranges;
   // Path of each wheel over path of the body beneath it, 0.01 to 100; whatever else counts as 1, flat ground.
   float path_factor[3];
   // A command arrived. Where none does for the time-out, the vehicle is brought to rest.
   bool commanded;
-  // The emergency stop is pressed: the vehicle comes to rest at the emergency deceleration, whatever is commanded, and stays there for as
-  // long as this is said. A button that springs back has to be latched before.
+  // The emergency stop is pressed: the vehicle comes to rest at the emergency deceleration, whatever is
+  // commanded, and stays there for as long as this is said. A button that springs back has to be latched before.
   bool emergency;
   // The encoder's reading arrived.
   bool received[3];
@@ -882,7 +898,8 @@ typedef struct {
   float back_off_more_m;
   // No further than this [m].
   float back_off_most_m;
-  // The same for the first row, which has nothing behind it that could fall off an edge: further each time, and at most [m].
+  // The same for the first row, which has nothing behind it that could fall off an edge: further
+  // each time, and at most [m].
   float first_row_more_m;
   // No further than this for the first row [m].
   float first_row_most_m;
@@ -926,9 +943,11 @@ typedef struct {
   float boost[2];
   // A row that stands higher than the next by this is up [m], 0.0001 to 99.
   float height_m;
-  // Where it is up by this the speed is raised by the whole of `boost`, in proportion below [m]: `height_m` + 0.0001 to 100.
+  // Where it is up by this the speed is raised by the whole of `boost`, in proportion below
+  // [m]: `height_m` + 0.0001 to 100.
   float boost_height_m;
-  // The vehicle is stuck below this speed [m/s], or this part of its target, above this part of the largest thrust, for this long [s].
+  // The vehicle is stuck below this speed [m/s], or this part of its target, above this part
+  // of the largest thrust, for this long [s].
   float stuck_m_s;
   // Part of the target below which it is stuck, 0 to 1.
   float stuck_part;
@@ -946,8 +965,9 @@ typedef struct {
 
 // Chooses the target speed of a `super::Traction`. Immutable.
 //
-// It knows which row of wheels climbs next from how high the rows stand. Rows behind the first need a run-up, because an impact takes most
-// of the vehicle's energy. A vehicle that pushes with all it has and does not move backs off and tries again.
+// It knows which row of wheels climbs next from how high the rows stand. Rows behind the first
+// need a run-up, because an impact takes most of the vehicle's energy. A vehicle that pushes with
+// all it has and does not move backs off and tries again.
 typedef struct {
   omni_supervisor_config config;
   // Row of each wheel from the front, and from the left; how many rows there are.
@@ -977,9 +997,11 @@ typedef struct {
   float arm_m[3][3];
 } omni3_linkage;
 
-// What is known of the sensors and motors that a traction control lives with: its times follow from it. Start from `TractionSensors::perfect`.
+// What is known of the sensors and motors that a traction control lives with: its times follow
+// from it. Start from `TractionSensors::perfect`.
 typedef struct {
-  // Counts of an encoder in a turn of the actuator, where its reading is whole counts over the period, fractions allowed; 0: it is not.
+  // Counts of an encoder in a turn of the actuator, where its reading is whole counts over the
+  // period, fractions allowed; 0: it is not.
   float encoder_counts;
   // Standard deviation of a wheel's reading [rad/s], 0 to 100.
   float encoder_noise_rad_s;
@@ -991,7 +1013,8 @@ typedef struct {
   float lag_s;
 } omni_traction_sensors;
 
-// Gains and times of a traction control. Start from `TractionConfig::traction` or `TractionConfig::traction_runup`.
+// Gains and times of a traction control. Start from `TractionConfig::traction` or
+// `TractionConfig::traction_runup`.
 //
 // Gains beside the thrust's own are in multiples of it, so that they fit another vehicle as soon as that one does.
 typedef struct {
@@ -1001,14 +1024,15 @@ typedef struct {
   omni_traction_sensors sensors;
   // Thrust of every driven wheel per lack of speed, as a rate of its actuator [N.m.s/rad], 0 to 1e6.
   float thrust_gain_n_m_s_rad;
-  // The same per integral of it [N.m/rad], 0 to 1e6: what carries the vehicle up a ramp. It does not wind up at the limit.
+  // The same per integral of it [N.m/rad], 0 to 1e6: what carries the vehicle up a ramp. It
+  // does not wind up at the limit.
   float thrust_integral_n_m_rad;
   // Part of the gain that is left where next to no speed is lacking, 0 to 1; 1 leaves it whole.
   float soft_part;
   // Inverse of the lack at which the whole gain is there [s/rad], 0 to 1e6.
   float soft_s_rad;
-  // Proportional gain of a wheel's own velocity loop [N.m.s/rad], 0 to 1e6: of wheels across the direction of travel always, of all wheels
-  // without traction control.
+  // Proportional gain of a wheel's own velocity loop [N.m.s/rad], 0 to 1e6: of wheels across
+  // the direction of travel always, of all wheels without traction control.
   float free_gain_n_m_s_rad;
   // Integral gain of the same loop [N.m/rad], 0 to 1e6.
   float free_integral_n_m_rad;
@@ -1022,7 +1046,8 @@ typedef struct {
   float slip_s;
   // Slip that is left alone, as a speed of the rim [m/s], 0 to 100.
   float slip_free_m_s;
-  // Slip beyond that at which a wheel gives what the ground takes and nothing of the common thrust [m/s], 1e-6 to 100.
+  // Slip beyond that at which a wheel gives what the ground takes and nothing of the common
+  // thrust [m/s], 1e-6 to 100.
   float slip_width_m_s;
   // Time constant of the estimate of what the ground takes [s], 0 to 10.
   float contact_s;
@@ -1032,11 +1057,13 @@ typedef struct {
   float heading_thrust_per_s;
   // The same per error of the yaw rate, 0 to 100.
   float yaw_damping;
-  // The higher wheel of a row pushes less: this times the thrust's gain, per angle of its carrier [1/s], 0 to 1000.
+  // The higher wheel of a row pushes less: this times the thrust's gain, per angle of its
+  // carrier [1/s], 0 to 1000.
   float levelling_per_s;
   // Part of the largest thrust from which on rows are levelled, 0 to 0.99.
   float levelling_from;
-  // Time constant with which the heading error is given up while the vehicle leans on a riser to square up [s], 0.001 to 1000.
+  // Time constant with which the heading error is given up while the vehicle leans on a riser to
+  // square up [s], 0.001 to 1000.
   float squaring_s;
   // Longest memory of the gyro's zero [s], 0 to 3600; 0 leaves the zero as it is.
   float gyro_zero_s;
@@ -1071,7 +1098,8 @@ typedef struct {
   float rare_rad_s;
 } omni_traction_times;
 
-// Traction control of one vehicle. Immutable; what it remembers is a `TractionState`.
+// Traction control of one vehicle. Immutable; what it remembers is a
+// `TractionState`.
 typedef struct {
   omni3_kinematics kinematics;
   omni3_linkage linkage;
@@ -1091,8 +1119,8 @@ typedef struct {
 
 // A `Drive` with traction control in place of the wheels' loops: everything around them is the drive's.
 //
-// Wheels that the fault monitor excludes, and those of which no reading arrives, have no torque and do not count for the speed.
-// `torque_ranges` of the input hold here too. In a stop nothing is tried any more: no back-off, no run-up.
+// Wheels that the fault monitor excludes, and those of which no reading arrives, have no torque and do not count for
+// the speed. `torque_ranges` of the input hold here too. In a stop nothing is tried any more: no back-off, no run-up.
 typedef struct {
   omni3_drive drive;
   omni3_supervisor supervisor;
@@ -1131,7 +1159,8 @@ typedef struct {
   float contact_n_m[3];
   // Retries so far.
   uint32_t retries;
-  // Index of the wheel that the measured speed hangs on, the slowest that pushes, or the fastest where all brake; -1 where there is none.
+  // Index of the wheel that the measured speed hangs on, the slowest that pushes, or the fastest
+  // where all brake; -1 where there is none.
   int8_t speed_wheel;
   // What drives the wheels.
   omni_traction_loops loops;
@@ -1151,9 +1180,11 @@ typedef struct {
   float pitch_rad;
 } omni_imu;
 
-// What the vehicle's bodies are read to do. All zero: nothing is read, and traction control does with the wheels' encoders.
+// What the vehicle's bodies are read to do. All zero: nothing is read, and traction control does
+// with the wheels' encoders.
 typedef struct {
-  // Angle of each hinge [rad], in the order of the vehicle file; NaN where it was not read. Looked at only where `hinges_received`.
+  // Angle of each hinge [rad], in the order of the vehicle file; NaN where it was not read.
+  // Looked at only where `hinges_received`.
   float hinges_rad[OMNI_MAX_HINGES];
   // Their rates [rad/s].
   float hinges_rad_s[OMNI_MAX_HINGES];
@@ -1170,14 +1201,15 @@ typedef struct {
 typedef struct {
   // Time between steps [s], 1e-6 to 10.
   float period_s;
-  // Noise of a wheel's velocity [rad/s], 1e-6 to 1000; 0.1. Of counts: a count over the period and `sqrt(6)`: that of a difference of two rounded angles.
+  // Noise of a wheel's velocity [rad/s], 1e-6 to 1000; 0.1. Of counts: a count over the period
+  // and `sqrt(6)`: that of a difference of two rounded angles.
   float wheel_rad_s;
   // Noise of the gyro [rad/s], 1e-6 to 1000; 0.01.
   float gyro_rad_s;
   // Noise of the accelerometer [m/s^2], 1e-6 to 1000; 0.05.
   float accelerometer_m_s2;
-  // How far the velocity wanders where no accelerometer says so [m/s per root of s], 1e-6 to 1000; 0.3: by 1 m/s^2 for a tenth of a
-  // second, again and again.
+  // How far the velocity wanders where no accelerometer says so [m/s per root of s], 1e-6 to
+  // 1000; 0.3: by 1 m/s^2 for a tenth of a second, again and again.
   float wander_m_s_per_sqrt_s;
   // Deviation of the gyro's bias at the start [rad/s], 1e-6 to 1000; 0.02.
   float bias_rad_s;
@@ -1190,8 +1222,9 @@ typedef struct {
   // Averages over 50 ms up to which a vehicle whose command is rest stands: of the wheels beyond their
   // noise [rad/s], 0 to 1000; 0.05.
   float still_wheel_rad_s;
-  // Root mean square of the gyro about its own average, beyond its noise [rad/s], 0 to 1000; 0.05. The average itself has to be within
-  // four deviations of the bias as it is known: what is learnt at first is four times `bias_rad_s`.
+  // Root mean square of the gyro about its own average, beyond its noise [rad/s], 0 to 1000;
+  // 0.05. The average itself has to be within four deviations of the bias as it is known: what
+  // is learnt at first is four times `bias_rad_s`.
   float still_gyro_rad_s;
   // Of each acceleration [m/s^2], 0 to 1000; 0.1.
   float still_m_s2;
@@ -1199,22 +1232,26 @@ typedef struct {
 
 // The filter for a vehicle with `N` wheels. Immutable; what changes is in `EstimatorState`.
 //
-// State: place and yaw in the world; velocity of the origin along the vehicle's heading; the gyro's bias; and the slip of all
-// wheels together, as a twist that they show beyond the vehicle's own. Each period
+// State: place and yaw in the world; velocity of the origin along the vehicle's heading; the gyro's bias;
+// and the slip of all wheels together, as a twist that they show beyond the vehicle's own. Each period
 //
-// 1. gyro and accelerometer move the state (without accelerometer the velocity wanders, without gyro the wheels' yaw rate is taken);
-// 2. the slip is held against none, by as little as a slip says that lasts for `slip_s` and is `slip_m_s`, as much as it is itself in any
-//    direction (wheels that slide hold in none) and as the wheels disagree. It changes by as much, but in a period by no more than 400 times what
-//    the velocity does (variances), which is little with an accelerometer. A body innovation beyond three deviations widens it at once, by its excess (after Jazwinski, *Adaptive
-//    filtering*, Automatica 5, 1969);
-// 3. every valid wheel reading is taken in by itself, its noise widened by its own residual (as variance components are estimated
-//    from redundancy: Baarda, 1968). No matrix is inverted, and the covariance is updated in Joseph's form. Its variances are never below 0.
+// 1. gyro and accelerometer move the state (without accelerometer the velocity wanders, without
+//    gyro the wheels' yaw rate is taken);
+// 2. the slip is held against none, by as little as a slip says that lasts for `slip_s` and is
+//    `slip_m_s`, as much as it is itself in any direction (wheels that slide hold in none) and as the
+//    wheels disagree. It changes by as much, but in a period by no more than 400 times what the velocity
+//    does (variances), which is little with an accelerometer. A body innovation beyond three deviations
+//    widens it at once, by its excess (after Jazwinski, *Adaptive filtering*, Automatica 5, 1969);
+// 3. every valid wheel reading is taken in by itself, its noise widened by its own residual (as
+//    variance components are estimated from redundancy: Baarda, 1968). No matrix is inverted, and
+//    the covariance is updated in Joseph's form. Its variances are never below 0.
 //
-// A vehicle whose command is rest and that stands (wheels, gyro and accelerometer are quiet for 50 ms) has no velocity, and what the gyro says
-// beyond the wheels' yaw rate is its bias: it trembles as its loops answer their encoders' noise. Nothing else teaches the bias: a wheel's slip in a turn is one-sided, and would be taken for one.
+// A vehicle whose command is rest and that stands (wheels, gyro and accelerometer are quiet for 50 ms) has no
+// velocity, and what the gyro says beyond the wheels' yaw rate is its bias: it trembles as its loops answer their
+// encoders' noise. Nothing else teaches the bias: a wheel's slip in a turn is one-sided, and would be taken for one.
 //
-// What it is not: it has no bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s of error while
-// all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
+// What it is not: it has no bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s
+// of error while all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
 typedef struct {
   omni_estimator_config config;
   omni3_kinematics kinematics;
@@ -1259,7 +1296,8 @@ typedef struct {
   float covariance[3][3];
   // Covariance of the velocity ahead and to the left [m^2/s^2].
   float velocity_covariance[2][2];
-  // By how much the readings were off what was expected: the sum of their squares over the expected, over all `readings`.
+  // By how much the readings were off what was expected: the sum of their squares over the
+  // expected, over all `readings`.
   float nis;
   // How many readings that is of.
   uint32_t readings;
@@ -1328,8 +1366,8 @@ typedef struct {
   omni4_velocities reference;
   // Measurement y; 0 for a released wheel.
   omni4_velocities measured;
-  // The wheel was controlled. One without a usable measurement is released: no torque, its loop starts afresh. When the torque has
-  // `ended` no wheel is controlled.
+  // The wheel was controlled. One without a usable measurement is released: no torque, its loop
+  // starts afresh. When the torque has `ended` no wheel is controlled.
   bool active[4];
   // Proportional term, formed with the reference as reduced by `common_factor` under
   // `Saturation::ScaleReferences`.
@@ -1352,8 +1390,9 @@ typedef struct {
   // (`Saturation::ScaleReferences`) were multiplied by, 0 to 1; 1 under
   // `Saturation::Clip`.
   float common_factor;
-  // Every reference has been 0 for long enough that all torque has ended: see `Rest`. Bridges that are driven by
-  // voltage are then opened or shorted, because the voltage for no torque follows from a velocity that may be measured wrongly.
+  // Every reference has been 0 for long enough that all torque has ended: see
+  // `Rest`. Bridges that are driven by voltage are then opened or shorted,
+  // because the voltage for no torque follows from a velocity that may be measured wrongly.
   bool ended;
   // And the windings of all motors are to be shorted: `Rest::short_windings`.
   bool shorted;
@@ -1374,7 +1413,8 @@ typedef struct {
   float weights[4];
 } omni4_kinematics;
 
-// The limits of `N` actuators, their numbers side by side: loops over them run several at a time where the processor can.
+// The limits of `N` actuators, their numbers side by side: loops over them run several at a time
+// where the processor can.
 typedef struct {
   float stall[4];
   float slope[4];
@@ -1425,7 +1465,8 @@ typedef struct {
   omni_desaturation desaturation;
 } omni4_speed_limits;
 
-// A vehicle's whole controller: readings and commands in, torques out. Immutable; what changes is in `DriveState`.
+// A vehicle's whole controller: readings and commands in, torques out. Immutable; what changes is
+// in `DriveState`.
 //
 // In order: readings are judged, faulty wheels released, the motion estimated from the rest; the command is checked,
 // limited, moved to the origin and brought within what the wheels can turn; the loops run; the pose is integrated.
@@ -1479,33 +1520,35 @@ typedef struct {
   bool motion_known;
   // What is wrong with each wheel.
   omni_fault faults[4];
-  // The wheel was controlled. One that is not has no torque, and its bridge is opened or shorted: it has a fault, or all torque has ended
-  // at rest.
+  // The wheel was controlled. One that is not has no torque, and its bridge is opened or
+  // shorted: it has a fault, or all torque has ended at rest.
   bool active[4];
   // The requested torque is outside the limits.
   bool saturated[4];
   // The wheel is left out of the motion: faulty, lifted or slipping.
   bool excluded[4];
-  // The motor's windings shall be shorted. In a safe stop and an emergency stop: the wheel has a fault, so that no torque can be asked of
-  // it, or all torque has ended. At rest otherwise: all torque has ended, and the scenario asks for it (`control.rest.short_windings`).
+  // The motor's windings shall be shorted. In a safe stop and an emergency stop: the wheel has a
+  // fault, so that no torque can be asked of it, or all torque has ended. At rest otherwise: all
+  // torque has ended, and the scenario asks for it (`control.rest.short_windings`).
   bool brake[4];
 } omni4_drive_output;
 
-// What arrived since the period before. All zero: nothing did, every wheel is on flat ground, motors have their own limits.
+// What arrived since the period before. All zero: nothing did, every wheel is on flat ground,
+// motors have their own limits.
 typedef struct {
   // The command; looked at only where `commanded`.
   omni_twist command;
   // Actuator velocities [rad/s]; each looked at only where it was `received`.
   omni4_velocities measured;
-  // Torques [N.m] that the motors shall keep within besides their own limits: a hot motor, a low battery. Each looked at only where
-  // `limited`. 0 is always within.
+  // Torques [N.m] that the motors shall keep within besides their own limits: a hot motor, a low
+  // battery. Each looked at only where `limited`. 0 is always within.
   omni4_torque_ranges torque_ranges;
   // Path of each wheel over path of the body beneath it, 0.01 to 100; whatever else counts as 1, flat ground.
   float path_factor[4];
   // A command arrived. Where none does for the time-out, the vehicle is brought to rest.
   bool commanded;
-  // The emergency stop is pressed: the vehicle comes to rest at the emergency deceleration, whatever is commanded, and stays there for as
-  // long as this is said. A button that springs back has to be latched before.
+  // The emergency stop is pressed: the vehicle comes to rest at the emergency deceleration, whatever is
+  // commanded, and stays there for as long as this is said. A button that springs back has to be latched before.
   bool emergency;
   // The encoder's reading arrived.
   bool received[4];
@@ -1517,8 +1560,9 @@ typedef struct {
 
 // Chooses the target speed of a `super::Traction`. Immutable.
 //
-// It knows which row of wheels climbs next from how high the rows stand. Rows behind the first need a run-up, because an impact takes most
-// of the vehicle's energy. A vehicle that pushes with all it has and does not move backs off and tries again.
+// It knows which row of wheels climbs next from how high the rows stand. Rows behind the first
+// need a run-up, because an impact takes most of the vehicle's energy. A vehicle that pushes with
+// all it has and does not move backs off and tries again.
 typedef struct {
   omni_supervisor_config config;
   // Row of each wheel from the front, and from the left; how many rows there are.
@@ -1536,7 +1580,8 @@ typedef struct {
   float arm_m[4][3];
 } omni4_linkage;
 
-// Traction control of one vehicle. Immutable; what it remembers is a `TractionState`.
+// Traction control of one vehicle. Immutable; what it remembers is a
+// `TractionState`.
 typedef struct {
   omni4_kinematics kinematics;
   omni4_linkage linkage;
@@ -1556,8 +1601,8 @@ typedef struct {
 
 // A `Drive` with traction control in place of the wheels' loops: everything around them is the drive's.
 //
-// Wheels that the fault monitor excludes, and those of which no reading arrives, have no torque and do not count for the speed.
-// `torque_ranges` of the input hold here too. In a stop nothing is tried any more: no back-off, no run-up.
+// Wheels that the fault monitor excludes, and those of which no reading arrives, have no torque and do not count for
+// the speed. `torque_ranges` of the input hold here too. In a stop nothing is tried any more: no back-off, no run-up.
 typedef struct {
   omni4_drive drive;
   omni4_supervisor supervisor;
@@ -1596,7 +1641,8 @@ typedef struct {
   float contact_n_m[4];
   // Retries so far.
   uint32_t retries;
-  // Index of the wheel that the measured speed hangs on, the slowest that pushes, or the fastest where all brake; -1 where there is none.
+  // Index of the wheel that the measured speed hangs on, the slowest that pushes, or the fastest
+  // where all brake; -1 where there is none.
   int8_t speed_wheel;
   // What drives the wheels.
   omni_traction_loops loops;
@@ -1606,22 +1652,26 @@ typedef struct {
 
 // The filter for a vehicle with `N` wheels. Immutable; what changes is in `EstimatorState`.
 //
-// State: place and yaw in the world; velocity of the origin along the vehicle's heading; the gyro's bias; and the slip of all
-// wheels together, as a twist that they show beyond the vehicle's own. Each period
+// State: place and yaw in the world; velocity of the origin along the vehicle's heading; the gyro's bias;
+// and the slip of all wheels together, as a twist that they show beyond the vehicle's own. Each period
 //
-// 1. gyro and accelerometer move the state (without accelerometer the velocity wanders, without gyro the wheels' yaw rate is taken);
-// 2. the slip is held against none, by as little as a slip says that lasts for `slip_s` and is `slip_m_s`, as much as it is itself in any
-//    direction (wheels that slide hold in none) and as the wheels disagree. It changes by as much, but in a period by no more than 400 times what
-//    the velocity does (variances), which is little with an accelerometer. A body innovation beyond three deviations widens it at once, by its excess (after Jazwinski, *Adaptive
-//    filtering*, Automatica 5, 1969);
-// 3. every valid wheel reading is taken in by itself, its noise widened by its own residual (as variance components are estimated
-//    from redundancy: Baarda, 1968). No matrix is inverted, and the covariance is updated in Joseph's form. Its variances are never below 0.
+// 1. gyro and accelerometer move the state (without accelerometer the velocity wanders, without
+//    gyro the wheels' yaw rate is taken);
+// 2. the slip is held against none, by as little as a slip says that lasts for `slip_s` and is
+//    `slip_m_s`, as much as it is itself in any direction (wheels that slide hold in none) and as the
+//    wheels disagree. It changes by as much, but in a period by no more than 400 times what the velocity
+//    does (variances), which is little with an accelerometer. A body innovation beyond three deviations
+//    widens it at once, by its excess (after Jazwinski, *Adaptive filtering*, Automatica 5, 1969);
+// 3. every valid wheel reading is taken in by itself, its noise widened by its own residual (as
+//    variance components are estimated from redundancy: Baarda, 1968). No matrix is inverted, and
+//    the covariance is updated in Joseph's form. Its variances are never below 0.
 //
-// A vehicle whose command is rest and that stands (wheels, gyro and accelerometer are quiet for 50 ms) has no velocity, and what the gyro says
-// beyond the wheels' yaw rate is its bias: it trembles as its loops answer their encoders' noise. Nothing else teaches the bias: a wheel's slip in a turn is one-sided, and would be taken for one.
+// A vehicle whose command is rest and that stands (wheels, gyro and accelerometer are quiet for 50 ms) has no
+// velocity, and what the gyro says beyond the wheels' yaw rate is its bias: it trembles as its loops answer their
+// encoders' noise. Nothing else teaches the bias: a wheel's slip in a turn is one-sided, and would be taken for one.
 //
-// What it is not: it has no bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s of error while
-// all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
+// What it is not: it has no bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s
+// of error while all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
 typedef struct {
   omni_estimator_config config;
   omni4_kinematics kinematics;
@@ -1697,8 +1747,8 @@ typedef struct {
   omni5_velocities reference;
   // Measurement y; 0 for a released wheel.
   omni5_velocities measured;
-  // The wheel was controlled. One without a usable measurement is released: no torque, its loop starts afresh. When the torque has
-  // `ended` no wheel is controlled.
+  // The wheel was controlled. One without a usable measurement is released: no torque, its loop
+  // starts afresh. When the torque has `ended` no wheel is controlled.
   bool active[5];
   // Proportional term, formed with the reference as reduced by `common_factor` under
   // `Saturation::ScaleReferences`.
@@ -1721,8 +1771,9 @@ typedef struct {
   // (`Saturation::ScaleReferences`) were multiplied by, 0 to 1; 1 under
   // `Saturation::Clip`.
   float common_factor;
-  // Every reference has been 0 for long enough that all torque has ended: see `Rest`. Bridges that are driven by
-  // voltage are then opened or shorted, because the voltage for no torque follows from a velocity that may be measured wrongly.
+  // Every reference has been 0 for long enough that all torque has ended: see
+  // `Rest`. Bridges that are driven by voltage are then opened or shorted,
+  // because the voltage for no torque follows from a velocity that may be measured wrongly.
   bool ended;
   // And the windings of all motors are to be shorted: `Rest::short_windings`.
   bool shorted;
@@ -1743,7 +1794,8 @@ typedef struct {
   float weights[5];
 } omni5_kinematics;
 
-// The limits of `N` actuators, their numbers side by side: loops over them run several at a time where the processor can.
+// The limits of `N` actuators, their numbers side by side: loops over them run several at a time
+// where the processor can.
 typedef struct {
   float stall[5];
   float slope[5];
@@ -1794,7 +1846,8 @@ typedef struct {
   omni_desaturation desaturation;
 } omni5_speed_limits;
 
-// A vehicle's whole controller: readings and commands in, torques out. Immutable; what changes is in `DriveState`.
+// A vehicle's whole controller: readings and commands in, torques out. Immutable; what changes is
+// in `DriveState`.
 //
 // In order: readings are judged, faulty wheels released, the motion estimated from the rest; the command is checked,
 // limited, moved to the origin and brought within what the wheels can turn; the loops run; the pose is integrated.
@@ -1848,33 +1901,35 @@ typedef struct {
   bool motion_known;
   // What is wrong with each wheel.
   omni_fault faults[5];
-  // The wheel was controlled. One that is not has no torque, and its bridge is opened or shorted: it has a fault, or all torque has ended
-  // at rest.
+  // The wheel was controlled. One that is not has no torque, and its bridge is opened or
+  // shorted: it has a fault, or all torque has ended at rest.
   bool active[5];
   // The requested torque is outside the limits.
   bool saturated[5];
   // The wheel is left out of the motion: faulty, lifted or slipping.
   bool excluded[5];
-  // The motor's windings shall be shorted. In a safe stop and an emergency stop: the wheel has a fault, so that no torque can be asked of
-  // it, or all torque has ended. At rest otherwise: all torque has ended, and the scenario asks for it (`control.rest.short_windings`).
+  // The motor's windings shall be shorted. In a safe stop and an emergency stop: the wheel has a
+  // fault, so that no torque can be asked of it, or all torque has ended. At rest otherwise: all
+  // torque has ended, and the scenario asks for it (`control.rest.short_windings`).
   bool brake[5];
 } omni5_drive_output;
 
-// What arrived since the period before. All zero: nothing did, every wheel is on flat ground, motors have their own limits.
+// What arrived since the period before. All zero: nothing did, every wheel is on flat ground,
+// motors have their own limits.
 typedef struct {
   // The command; looked at only where `commanded`.
   omni_twist command;
   // Actuator velocities [rad/s]; each looked at only where it was `received`.
   omni5_velocities measured;
-  // Torques [N.m] that the motors shall keep within besides their own limits: a hot motor, a low battery. Each looked at only where
-  // `limited`. 0 is always within.
+  // Torques [N.m] that the motors shall keep within besides their own limits: a hot motor, a low
+  // battery. Each looked at only where `limited`. 0 is always within.
   omni5_torque_ranges torque_ranges;
   // Path of each wheel over path of the body beneath it, 0.01 to 100; whatever else counts as 1, flat ground.
   float path_factor[5];
   // A command arrived. Where none does for the time-out, the vehicle is brought to rest.
   bool commanded;
-  // The emergency stop is pressed: the vehicle comes to rest at the emergency deceleration, whatever is commanded, and stays there for as
-  // long as this is said. A button that springs back has to be latched before.
+  // The emergency stop is pressed: the vehicle comes to rest at the emergency deceleration, whatever is
+  // commanded, and stays there for as long as this is said. A button that springs back has to be latched before.
   bool emergency;
   // The encoder's reading arrived.
   bool received[5];
@@ -1886,8 +1941,9 @@ typedef struct {
 
 // Chooses the target speed of a `super::Traction`. Immutable.
 //
-// It knows which row of wheels climbs next from how high the rows stand. Rows behind the first need a run-up, because an impact takes most
-// of the vehicle's energy. A vehicle that pushes with all it has and does not move backs off and tries again.
+// It knows which row of wheels climbs next from how high the rows stand. Rows behind the first
+// need a run-up, because an impact takes most of the vehicle's energy. A vehicle that pushes with
+// all it has and does not move backs off and tries again.
 typedef struct {
   omni_supervisor_config config;
   // Row of each wheel from the front, and from the left; how many rows there are.
@@ -1905,7 +1961,8 @@ typedef struct {
   float arm_m[5][3];
 } omni5_linkage;
 
-// Traction control of one vehicle. Immutable; what it remembers is a `TractionState`.
+// Traction control of one vehicle. Immutable; what it remembers is a
+// `TractionState`.
 typedef struct {
   omni5_kinematics kinematics;
   omni5_linkage linkage;
@@ -1925,8 +1982,8 @@ typedef struct {
 
 // A `Drive` with traction control in place of the wheels' loops: everything around them is the drive's.
 //
-// Wheels that the fault monitor excludes, and those of which no reading arrives, have no torque and do not count for the speed.
-// `torque_ranges` of the input hold here too. In a stop nothing is tried any more: no back-off, no run-up.
+// Wheels that the fault monitor excludes, and those of which no reading arrives, have no torque and do not count for
+// the speed. `torque_ranges` of the input hold here too. In a stop nothing is tried any more: no back-off, no run-up.
 typedef struct {
   omni5_drive drive;
   omni5_supervisor supervisor;
@@ -1965,7 +2022,8 @@ typedef struct {
   float contact_n_m[5];
   // Retries so far.
   uint32_t retries;
-  // Index of the wheel that the measured speed hangs on, the slowest that pushes, or the fastest where all brake; -1 where there is none.
+  // Index of the wheel that the measured speed hangs on, the slowest that pushes, or the fastest
+  // where all brake; -1 where there is none.
   int8_t speed_wheel;
   // What drives the wheels.
   omni_traction_loops loops;
@@ -1975,22 +2033,26 @@ typedef struct {
 
 // The filter for a vehicle with `N` wheels. Immutable; what changes is in `EstimatorState`.
 //
-// State: place and yaw in the world; velocity of the origin along the vehicle's heading; the gyro's bias; and the slip of all
-// wheels together, as a twist that they show beyond the vehicle's own. Each period
+// State: place and yaw in the world; velocity of the origin along the vehicle's heading; the gyro's bias;
+// and the slip of all wheels together, as a twist that they show beyond the vehicle's own. Each period
 //
-// 1. gyro and accelerometer move the state (without accelerometer the velocity wanders, without gyro the wheels' yaw rate is taken);
-// 2. the slip is held against none, by as little as a slip says that lasts for `slip_s` and is `slip_m_s`, as much as it is itself in any
-//    direction (wheels that slide hold in none) and as the wheels disagree. It changes by as much, but in a period by no more than 400 times what
-//    the velocity does (variances), which is little with an accelerometer. A body innovation beyond three deviations widens it at once, by its excess (after Jazwinski, *Adaptive
-//    filtering*, Automatica 5, 1969);
-// 3. every valid wheel reading is taken in by itself, its noise widened by its own residual (as variance components are estimated
-//    from redundancy: Baarda, 1968). No matrix is inverted, and the covariance is updated in Joseph's form. Its variances are never below 0.
+// 1. gyro and accelerometer move the state (without accelerometer the velocity wanders, without
+//    gyro the wheels' yaw rate is taken);
+// 2. the slip is held against none, by as little as a slip says that lasts for `slip_s` and is
+//    `slip_m_s`, as much as it is itself in any direction (wheels that slide hold in none) and as the
+//    wheels disagree. It changes by as much, but in a period by no more than 400 times what the velocity
+//    does (variances), which is little with an accelerometer. A body innovation beyond three deviations
+//    widens it at once, by its excess (after Jazwinski, *Adaptive filtering*, Automatica 5, 1969);
+// 3. every valid wheel reading is taken in by itself, its noise widened by its own residual (as
+//    variance components are estimated from redundancy: Baarda, 1968). No matrix is inverted, and
+//    the covariance is updated in Joseph's form. Its variances are never below 0.
 //
-// A vehicle whose command is rest and that stands (wheels, gyro and accelerometer are quiet for 50 ms) has no velocity, and what the gyro says
-// beyond the wheels' yaw rate is its bias: it trembles as its loops answer their encoders' noise. Nothing else teaches the bias: a wheel's slip in a turn is one-sided, and would be taken for one.
+// A vehicle whose command is rest and that stands (wheels, gyro and accelerometer are quiet for 50 ms) has no
+// velocity, and what the gyro says beyond the wheels' yaw rate is its bias: it trembles as its loops answer their
+// encoders' noise. Nothing else teaches the bias: a wheel's slip in a turn is one-sided, and would be taken for one.
 //
-// What it is not: it has no bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s of error while
-// all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
+// What it is not: it has no bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s
+// of error while all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
 typedef struct {
   omni_estimator_config config;
   omni5_kinematics kinematics;
@@ -2066,8 +2128,8 @@ typedef struct {
   omni6_velocities reference;
   // Measurement y; 0 for a released wheel.
   omni6_velocities measured;
-  // The wheel was controlled. One without a usable measurement is released: no torque, its loop starts afresh. When the torque has
-  // `ended` no wheel is controlled.
+  // The wheel was controlled. One without a usable measurement is released: no torque, its loop
+  // starts afresh. When the torque has `ended` no wheel is controlled.
   bool active[6];
   // Proportional term, formed with the reference as reduced by `common_factor` under
   // `Saturation::ScaleReferences`.
@@ -2090,8 +2152,9 @@ typedef struct {
   // (`Saturation::ScaleReferences`) were multiplied by, 0 to 1; 1 under
   // `Saturation::Clip`.
   float common_factor;
-  // Every reference has been 0 for long enough that all torque has ended: see `Rest`. Bridges that are driven by
-  // voltage are then opened or shorted, because the voltage for no torque follows from a velocity that may be measured wrongly.
+  // Every reference has been 0 for long enough that all torque has ended: see
+  // `Rest`. Bridges that are driven by voltage are then opened or shorted,
+  // because the voltage for no torque follows from a velocity that may be measured wrongly.
   bool ended;
   // And the windings of all motors are to be shorted: `Rest::short_windings`.
   bool shorted;
@@ -2112,7 +2175,8 @@ typedef struct {
   float weights[6];
 } omni6_kinematics;
 
-// The limits of `N` actuators, their numbers side by side: loops over them run several at a time where the processor can.
+// The limits of `N` actuators, their numbers side by side: loops over them run several at a time
+// where the processor can.
 typedef struct {
   float stall[6];
   float slope[6];
@@ -2163,7 +2227,8 @@ typedef struct {
   omni_desaturation desaturation;
 } omni6_speed_limits;
 
-// A vehicle's whole controller: readings and commands in, torques out. Immutable; what changes is in `DriveState`.
+// A vehicle's whole controller: readings and commands in, torques out. Immutable; what changes is
+// in `DriveState`.
 //
 // In order: readings are judged, faulty wheels released, the motion estimated from the rest; the command is checked,
 // limited, moved to the origin and brought within what the wheels can turn; the loops run; the pose is integrated.
@@ -2217,33 +2282,35 @@ typedef struct {
   bool motion_known;
   // What is wrong with each wheel.
   omni_fault faults[6];
-  // The wheel was controlled. One that is not has no torque, and its bridge is opened or shorted: it has a fault, or all torque has ended
-  // at rest.
+  // The wheel was controlled. One that is not has no torque, and its bridge is opened or
+  // shorted: it has a fault, or all torque has ended at rest.
   bool active[6];
   // The requested torque is outside the limits.
   bool saturated[6];
   // The wheel is left out of the motion: faulty, lifted or slipping.
   bool excluded[6];
-  // The motor's windings shall be shorted. In a safe stop and an emergency stop: the wheel has a fault, so that no torque can be asked of
-  // it, or all torque has ended. At rest otherwise: all torque has ended, and the scenario asks for it (`control.rest.short_windings`).
+  // The motor's windings shall be shorted. In a safe stop and an emergency stop: the wheel has a
+  // fault, so that no torque can be asked of it, or all torque has ended. At rest otherwise: all
+  // torque has ended, and the scenario asks for it (`control.rest.short_windings`).
   bool brake[6];
 } omni6_drive_output;
 
-// What arrived since the period before. All zero: nothing did, every wheel is on flat ground, motors have their own limits.
+// What arrived since the period before. All zero: nothing did, every wheel is on flat ground,
+// motors have their own limits.
 typedef struct {
   // The command; looked at only where `commanded`.
   omni_twist command;
   // Actuator velocities [rad/s]; each looked at only where it was `received`.
   omni6_velocities measured;
-  // Torques [N.m] that the motors shall keep within besides their own limits: a hot motor, a low battery. Each looked at only where
-  // `limited`. 0 is always within.
+  // Torques [N.m] that the motors shall keep within besides their own limits: a hot motor, a low
+  // battery. Each looked at only where `limited`. 0 is always within.
   omni6_torque_ranges torque_ranges;
   // Path of each wheel over path of the body beneath it, 0.01 to 100; whatever else counts as 1, flat ground.
   float path_factor[6];
   // A command arrived. Where none does for the time-out, the vehicle is brought to rest.
   bool commanded;
-  // The emergency stop is pressed: the vehicle comes to rest at the emergency deceleration, whatever is commanded, and stays there for as
-  // long as this is said. A button that springs back has to be latched before.
+  // The emergency stop is pressed: the vehicle comes to rest at the emergency deceleration, whatever is
+  // commanded, and stays there for as long as this is said. A button that springs back has to be latched before.
   bool emergency;
   // The encoder's reading arrived.
   bool received[6];
@@ -2255,8 +2322,9 @@ typedef struct {
 
 // Chooses the target speed of a `super::Traction`. Immutable.
 //
-// It knows which row of wheels climbs next from how high the rows stand. Rows behind the first need a run-up, because an impact takes most
-// of the vehicle's energy. A vehicle that pushes with all it has and does not move backs off and tries again.
+// It knows which row of wheels climbs next from how high the rows stand. Rows behind the first
+// need a run-up, because an impact takes most of the vehicle's energy. A vehicle that pushes with
+// all it has and does not move backs off and tries again.
 typedef struct {
   omni_supervisor_config config;
   // Row of each wheel from the front, and from the left; how many rows there are.
@@ -2274,7 +2342,8 @@ typedef struct {
   float arm_m[6][3];
 } omni6_linkage;
 
-// Traction control of one vehicle. Immutable; what it remembers is a `TractionState`.
+// Traction control of one vehicle. Immutable; what it remembers is a
+// `TractionState`.
 typedef struct {
   omni6_kinematics kinematics;
   omni6_linkage linkage;
@@ -2294,8 +2363,8 @@ typedef struct {
 
 // A `Drive` with traction control in place of the wheels' loops: everything around them is the drive's.
 //
-// Wheels that the fault monitor excludes, and those of which no reading arrives, have no torque and do not count for the speed.
-// `torque_ranges` of the input hold here too. In a stop nothing is tried any more: no back-off, no run-up.
+// Wheels that the fault monitor excludes, and those of which no reading arrives, have no torque and do not count for
+// the speed. `torque_ranges` of the input hold here too. In a stop nothing is tried any more: no back-off, no run-up.
 typedef struct {
   omni6_drive drive;
   omni6_supervisor supervisor;
@@ -2334,7 +2403,8 @@ typedef struct {
   float contact_n_m[6];
   // Retries so far.
   uint32_t retries;
-  // Index of the wheel that the measured speed hangs on, the slowest that pushes, or the fastest where all brake; -1 where there is none.
+  // Index of the wheel that the measured speed hangs on, the slowest that pushes, or the fastest
+  // where all brake; -1 where there is none.
   int8_t speed_wheel;
   // What drives the wheels.
   omni_traction_loops loops;
@@ -2344,22 +2414,26 @@ typedef struct {
 
 // The filter for a vehicle with `N` wheels. Immutable; what changes is in `EstimatorState`.
 //
-// State: place and yaw in the world; velocity of the origin along the vehicle's heading; the gyro's bias; and the slip of all
-// wheels together, as a twist that they show beyond the vehicle's own. Each period
+// State: place and yaw in the world; velocity of the origin along the vehicle's heading; the gyro's bias;
+// and the slip of all wheels together, as a twist that they show beyond the vehicle's own. Each period
 //
-// 1. gyro and accelerometer move the state (without accelerometer the velocity wanders, without gyro the wheels' yaw rate is taken);
-// 2. the slip is held against none, by as little as a slip says that lasts for `slip_s` and is `slip_m_s`, as much as it is itself in any
-//    direction (wheels that slide hold in none) and as the wheels disagree. It changes by as much, but in a period by no more than 400 times what
-//    the velocity does (variances), which is little with an accelerometer. A body innovation beyond three deviations widens it at once, by its excess (after Jazwinski, *Adaptive
-//    filtering*, Automatica 5, 1969);
-// 3. every valid wheel reading is taken in by itself, its noise widened by its own residual (as variance components are estimated
-//    from redundancy: Baarda, 1968). No matrix is inverted, and the covariance is updated in Joseph's form. Its variances are never below 0.
+// 1. gyro and accelerometer move the state (without accelerometer the velocity wanders, without
+//    gyro the wheels' yaw rate is taken);
+// 2. the slip is held against none, by as little as a slip says that lasts for `slip_s` and is
+//    `slip_m_s`, as much as it is itself in any direction (wheels that slide hold in none) and as the
+//    wheels disagree. It changes by as much, but in a period by no more than 400 times what the velocity
+//    does (variances), which is little with an accelerometer. A body innovation beyond three deviations
+//    widens it at once, by its excess (after Jazwinski, *Adaptive filtering*, Automatica 5, 1969);
+// 3. every valid wheel reading is taken in by itself, its noise widened by its own residual (as
+//    variance components are estimated from redundancy: Baarda, 1968). No matrix is inverted, and
+//    the covariance is updated in Joseph's form. Its variances are never below 0.
 //
-// A vehicle whose command is rest and that stands (wheels, gyro and accelerometer are quiet for 50 ms) has no velocity, and what the gyro says
-// beyond the wheels' yaw rate is its bias: it trembles as its loops answer their encoders' noise. Nothing else teaches the bias: a wheel's slip in a turn is one-sided, and would be taken for one.
+// A vehicle whose command is rest and that stands (wheels, gyro and accelerometer are quiet for 50 ms) has no
+// velocity, and what the gyro says beyond the wheels' yaw rate is its bias: it trembles as its loops answer their
+// encoders' noise. Nothing else teaches the bias: a wheel's slip in a turn is one-sided, and would be taken for one.
 //
-// What it is not: it has no bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s of error while
-// all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
+// What it is not: it has no bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s
+// of error while all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
 typedef struct {
   omni_estimator_config config;
   omni6_kinematics kinematics;
@@ -2435,8 +2509,8 @@ typedef struct {
   omni7_velocities reference;
   // Measurement y; 0 for a released wheel.
   omni7_velocities measured;
-  // The wheel was controlled. One without a usable measurement is released: no torque, its loop starts afresh. When the torque has
-  // `ended` no wheel is controlled.
+  // The wheel was controlled. One without a usable measurement is released: no torque, its loop
+  // starts afresh. When the torque has `ended` no wheel is controlled.
   bool active[7];
   // Proportional term, formed with the reference as reduced by `common_factor` under
   // `Saturation::ScaleReferences`.
@@ -2459,8 +2533,9 @@ typedef struct {
   // (`Saturation::ScaleReferences`) were multiplied by, 0 to 1; 1 under
   // `Saturation::Clip`.
   float common_factor;
-  // Every reference has been 0 for long enough that all torque has ended: see `Rest`. Bridges that are driven by
-  // voltage are then opened or shorted, because the voltage for no torque follows from a velocity that may be measured wrongly.
+  // Every reference has been 0 for long enough that all torque has ended: see
+  // `Rest`. Bridges that are driven by voltage are then opened or shorted,
+  // because the voltage for no torque follows from a velocity that may be measured wrongly.
   bool ended;
   // And the windings of all motors are to be shorted: `Rest::short_windings`.
   bool shorted;
@@ -2481,7 +2556,8 @@ typedef struct {
   float weights[7];
 } omni7_kinematics;
 
-// The limits of `N` actuators, their numbers side by side: loops over them run several at a time where the processor can.
+// The limits of `N` actuators, their numbers side by side: loops over them run several at a time
+// where the processor can.
 typedef struct {
   float stall[7];
   float slope[7];
@@ -2532,7 +2608,8 @@ typedef struct {
   omni_desaturation desaturation;
 } omni7_speed_limits;
 
-// A vehicle's whole controller: readings and commands in, torques out. Immutable; what changes is in `DriveState`.
+// A vehicle's whole controller: readings and commands in, torques out. Immutable; what changes is
+// in `DriveState`.
 //
 // In order: readings are judged, faulty wheels released, the motion estimated from the rest; the command is checked,
 // limited, moved to the origin and brought within what the wheels can turn; the loops run; the pose is integrated.
@@ -2586,33 +2663,35 @@ typedef struct {
   bool motion_known;
   // What is wrong with each wheel.
   omni_fault faults[7];
-  // The wheel was controlled. One that is not has no torque, and its bridge is opened or shorted: it has a fault, or all torque has ended
-  // at rest.
+  // The wheel was controlled. One that is not has no torque, and its bridge is opened or
+  // shorted: it has a fault, or all torque has ended at rest.
   bool active[7];
   // The requested torque is outside the limits.
   bool saturated[7];
   // The wheel is left out of the motion: faulty, lifted or slipping.
   bool excluded[7];
-  // The motor's windings shall be shorted. In a safe stop and an emergency stop: the wheel has a fault, so that no torque can be asked of
-  // it, or all torque has ended. At rest otherwise: all torque has ended, and the scenario asks for it (`control.rest.short_windings`).
+  // The motor's windings shall be shorted. In a safe stop and an emergency stop: the wheel has a
+  // fault, so that no torque can be asked of it, or all torque has ended. At rest otherwise: all
+  // torque has ended, and the scenario asks for it (`control.rest.short_windings`).
   bool brake[7];
 } omni7_drive_output;
 
-// What arrived since the period before. All zero: nothing did, every wheel is on flat ground, motors have their own limits.
+// What arrived since the period before. All zero: nothing did, every wheel is on flat ground,
+// motors have their own limits.
 typedef struct {
   // The command; looked at only where `commanded`.
   omni_twist command;
   // Actuator velocities [rad/s]; each looked at only where it was `received`.
   omni7_velocities measured;
-  // Torques [N.m] that the motors shall keep within besides their own limits: a hot motor, a low battery. Each looked at only where
-  // `limited`. 0 is always within.
+  // Torques [N.m] that the motors shall keep within besides their own limits: a hot motor, a low
+  // battery. Each looked at only where `limited`. 0 is always within.
   omni7_torque_ranges torque_ranges;
   // Path of each wheel over path of the body beneath it, 0.01 to 100; whatever else counts as 1, flat ground.
   float path_factor[7];
   // A command arrived. Where none does for the time-out, the vehicle is brought to rest.
   bool commanded;
-  // The emergency stop is pressed: the vehicle comes to rest at the emergency deceleration, whatever is commanded, and stays there for as
-  // long as this is said. A button that springs back has to be latched before.
+  // The emergency stop is pressed: the vehicle comes to rest at the emergency deceleration, whatever is
+  // commanded, and stays there for as long as this is said. A button that springs back has to be latched before.
   bool emergency;
   // The encoder's reading arrived.
   bool received[7];
@@ -2624,8 +2703,9 @@ typedef struct {
 
 // Chooses the target speed of a `super::Traction`. Immutable.
 //
-// It knows which row of wheels climbs next from how high the rows stand. Rows behind the first need a run-up, because an impact takes most
-// of the vehicle's energy. A vehicle that pushes with all it has and does not move backs off and tries again.
+// It knows which row of wheels climbs next from how high the rows stand. Rows behind the first
+// need a run-up, because an impact takes most of the vehicle's energy. A vehicle that pushes with
+// all it has and does not move backs off and tries again.
 typedef struct {
   omni_supervisor_config config;
   // Row of each wheel from the front, and from the left; how many rows there are.
@@ -2643,7 +2723,8 @@ typedef struct {
   float arm_m[7][3];
 } omni7_linkage;
 
-// Traction control of one vehicle. Immutable; what it remembers is a `TractionState`.
+// Traction control of one vehicle. Immutable; what it remembers is a
+// `TractionState`.
 typedef struct {
   omni7_kinematics kinematics;
   omni7_linkage linkage;
@@ -2663,8 +2744,8 @@ typedef struct {
 
 // A `Drive` with traction control in place of the wheels' loops: everything around them is the drive's.
 //
-// Wheels that the fault monitor excludes, and those of which no reading arrives, have no torque and do not count for the speed.
-// `torque_ranges` of the input hold here too. In a stop nothing is tried any more: no back-off, no run-up.
+// Wheels that the fault monitor excludes, and those of which no reading arrives, have no torque and do not count for
+// the speed. `torque_ranges` of the input hold here too. In a stop nothing is tried any more: no back-off, no run-up.
 typedef struct {
   omni7_drive drive;
   omni7_supervisor supervisor;
@@ -2703,7 +2784,8 @@ typedef struct {
   float contact_n_m[7];
   // Retries so far.
   uint32_t retries;
-  // Index of the wheel that the measured speed hangs on, the slowest that pushes, or the fastest where all brake; -1 where there is none.
+  // Index of the wheel that the measured speed hangs on, the slowest that pushes, or the fastest
+  // where all brake; -1 where there is none.
   int8_t speed_wheel;
   // What drives the wheels.
   omni_traction_loops loops;
@@ -2713,22 +2795,26 @@ typedef struct {
 
 // The filter for a vehicle with `N` wheels. Immutable; what changes is in `EstimatorState`.
 //
-// State: place and yaw in the world; velocity of the origin along the vehicle's heading; the gyro's bias; and the slip of all
-// wheels together, as a twist that they show beyond the vehicle's own. Each period
+// State: place and yaw in the world; velocity of the origin along the vehicle's heading; the gyro's bias;
+// and the slip of all wheels together, as a twist that they show beyond the vehicle's own. Each period
 //
-// 1. gyro and accelerometer move the state (without accelerometer the velocity wanders, without gyro the wheels' yaw rate is taken);
-// 2. the slip is held against none, by as little as a slip says that lasts for `slip_s` and is `slip_m_s`, as much as it is itself in any
-//    direction (wheels that slide hold in none) and as the wheels disagree. It changes by as much, but in a period by no more than 400 times what
-//    the velocity does (variances), which is little with an accelerometer. A body innovation beyond three deviations widens it at once, by its excess (after Jazwinski, *Adaptive
-//    filtering*, Automatica 5, 1969);
-// 3. every valid wheel reading is taken in by itself, its noise widened by its own residual (as variance components are estimated
-//    from redundancy: Baarda, 1968). No matrix is inverted, and the covariance is updated in Joseph's form. Its variances are never below 0.
+// 1. gyro and accelerometer move the state (without accelerometer the velocity wanders, without
+//    gyro the wheels' yaw rate is taken);
+// 2. the slip is held against none, by as little as a slip says that lasts for `slip_s` and is
+//    `slip_m_s`, as much as it is itself in any direction (wheels that slide hold in none) and as the
+//    wheels disagree. It changes by as much, but in a period by no more than 400 times what the velocity
+//    does (variances), which is little with an accelerometer. A body innovation beyond three deviations
+//    widens it at once, by its excess (after Jazwinski, *Adaptive filtering*, Automatica 5, 1969);
+// 3. every valid wheel reading is taken in by itself, its noise widened by its own residual (as
+//    variance components are estimated from redundancy: Baarda, 1968). No matrix is inverted, and
+//    the covariance is updated in Joseph's form. Its variances are never below 0.
 //
-// A vehicle whose command is rest and that stands (wheels, gyro and accelerometer are quiet for 50 ms) has no velocity, and what the gyro says
-// beyond the wheels' yaw rate is its bias: it trembles as its loops answer their encoders' noise. Nothing else teaches the bias: a wheel's slip in a turn is one-sided, and would be taken for one.
+// A vehicle whose command is rest and that stands (wheels, gyro and accelerometer are quiet for 50 ms) has no
+// velocity, and what the gyro says beyond the wheels' yaw rate is its bias: it trembles as its loops answer their
+// encoders' noise. Nothing else teaches the bias: a wheel's slip in a turn is one-sided, and would be taken for one.
 //
-// What it is not: it has no bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s of error while
-// all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
+// What it is not: it has no bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s
+// of error while all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
 typedef struct {
   omni_estimator_config config;
   omni7_kinematics kinematics;
@@ -2804,8 +2890,8 @@ typedef struct {
   omni8_velocities reference;
   // Measurement y; 0 for a released wheel.
   omni8_velocities measured;
-  // The wheel was controlled. One without a usable measurement is released: no torque, its loop starts afresh. When the torque has
-  // `ended` no wheel is controlled.
+  // The wheel was controlled. One without a usable measurement is released: no torque, its loop
+  // starts afresh. When the torque has `ended` no wheel is controlled.
   bool active[8];
   // Proportional term, formed with the reference as reduced by `common_factor` under
   // `Saturation::ScaleReferences`.
@@ -2828,8 +2914,9 @@ typedef struct {
   // (`Saturation::ScaleReferences`) were multiplied by, 0 to 1; 1 under
   // `Saturation::Clip`.
   float common_factor;
-  // Every reference has been 0 for long enough that all torque has ended: see `Rest`. Bridges that are driven by
-  // voltage are then opened or shorted, because the voltage for no torque follows from a velocity that may be measured wrongly.
+  // Every reference has been 0 for long enough that all torque has ended: see
+  // `Rest`. Bridges that are driven by voltage are then opened or shorted,
+  // because the voltage for no torque follows from a velocity that may be measured wrongly.
   bool ended;
   // And the windings of all motors are to be shorted: `Rest::short_windings`.
   bool shorted;
@@ -2850,7 +2937,8 @@ typedef struct {
   float weights[8];
 } omni8_kinematics;
 
-// The limits of `N` actuators, their numbers side by side: loops over them run several at a time where the processor can.
+// The limits of `N` actuators, their numbers side by side: loops over them run several at a time
+// where the processor can.
 typedef struct {
   float stall[8];
   float slope[8];
@@ -2901,7 +2989,8 @@ typedef struct {
   omni_desaturation desaturation;
 } omni8_speed_limits;
 
-// A vehicle's whole controller: readings and commands in, torques out. Immutable; what changes is in `DriveState`.
+// A vehicle's whole controller: readings and commands in, torques out. Immutable; what changes is
+// in `DriveState`.
 //
 // In order: readings are judged, faulty wheels released, the motion estimated from the rest; the command is checked,
 // limited, moved to the origin and brought within what the wheels can turn; the loops run; the pose is integrated.
@@ -2955,33 +3044,35 @@ typedef struct {
   bool motion_known;
   // What is wrong with each wheel.
   omni_fault faults[8];
-  // The wheel was controlled. One that is not has no torque, and its bridge is opened or shorted: it has a fault, or all torque has ended
-  // at rest.
+  // The wheel was controlled. One that is not has no torque, and its bridge is opened or
+  // shorted: it has a fault, or all torque has ended at rest.
   bool active[8];
   // The requested torque is outside the limits.
   bool saturated[8];
   // The wheel is left out of the motion: faulty, lifted or slipping.
   bool excluded[8];
-  // The motor's windings shall be shorted. In a safe stop and an emergency stop: the wheel has a fault, so that no torque can be asked of
-  // it, or all torque has ended. At rest otherwise: all torque has ended, and the scenario asks for it (`control.rest.short_windings`).
+  // The motor's windings shall be shorted. In a safe stop and an emergency stop: the wheel has a
+  // fault, so that no torque can be asked of it, or all torque has ended. At rest otherwise: all
+  // torque has ended, and the scenario asks for it (`control.rest.short_windings`).
   bool brake[8];
 } omni8_drive_output;
 
-// What arrived since the period before. All zero: nothing did, every wheel is on flat ground, motors have their own limits.
+// What arrived since the period before. All zero: nothing did, every wheel is on flat ground,
+// motors have their own limits.
 typedef struct {
   // The command; looked at only where `commanded`.
   omni_twist command;
   // Actuator velocities [rad/s]; each looked at only where it was `received`.
   omni8_velocities measured;
-  // Torques [N.m] that the motors shall keep within besides their own limits: a hot motor, a low battery. Each looked at only where
-  // `limited`. 0 is always within.
+  // Torques [N.m] that the motors shall keep within besides their own limits: a hot motor, a low
+  // battery. Each looked at only where `limited`. 0 is always within.
   omni8_torque_ranges torque_ranges;
   // Path of each wheel over path of the body beneath it, 0.01 to 100; whatever else counts as 1, flat ground.
   float path_factor[8];
   // A command arrived. Where none does for the time-out, the vehicle is brought to rest.
   bool commanded;
-  // The emergency stop is pressed: the vehicle comes to rest at the emergency deceleration, whatever is commanded, and stays there for as
-  // long as this is said. A button that springs back has to be latched before.
+  // The emergency stop is pressed: the vehicle comes to rest at the emergency deceleration, whatever is
+  // commanded, and stays there for as long as this is said. A button that springs back has to be latched before.
   bool emergency;
   // The encoder's reading arrived.
   bool received[8];
@@ -2993,8 +3084,9 @@ typedef struct {
 
 // Chooses the target speed of a `super::Traction`. Immutable.
 //
-// It knows which row of wheels climbs next from how high the rows stand. Rows behind the first need a run-up, because an impact takes most
-// of the vehicle's energy. A vehicle that pushes with all it has and does not move backs off and tries again.
+// It knows which row of wheels climbs next from how high the rows stand. Rows behind the first
+// need a run-up, because an impact takes most of the vehicle's energy. A vehicle that pushes with
+// all it has and does not move backs off and tries again.
 typedef struct {
   omni_supervisor_config config;
   // Row of each wheel from the front, and from the left; how many rows there are.
@@ -3012,7 +3104,8 @@ typedef struct {
   float arm_m[8][3];
 } omni8_linkage;
 
-// Traction control of one vehicle. Immutable; what it remembers is a `TractionState`.
+// Traction control of one vehicle. Immutable; what it remembers is a
+// `TractionState`.
 typedef struct {
   omni8_kinematics kinematics;
   omni8_linkage linkage;
@@ -3032,8 +3125,8 @@ typedef struct {
 
 // A `Drive` with traction control in place of the wheels' loops: everything around them is the drive's.
 //
-// Wheels that the fault monitor excludes, and those of which no reading arrives, have no torque and do not count for the speed.
-// `torque_ranges` of the input hold here too. In a stop nothing is tried any more: no back-off, no run-up.
+// Wheels that the fault monitor excludes, and those of which no reading arrives, have no torque and do not count for
+// the speed. `torque_ranges` of the input hold here too. In a stop nothing is tried any more: no back-off, no run-up.
 typedef struct {
   omni8_drive drive;
   omni8_supervisor supervisor;
@@ -3072,7 +3165,8 @@ typedef struct {
   float contact_n_m[8];
   // Retries so far.
   uint32_t retries;
-  // Index of the wheel that the measured speed hangs on, the slowest that pushes, or the fastest where all brake; -1 where there is none.
+  // Index of the wheel that the measured speed hangs on, the slowest that pushes, or the fastest
+  // where all brake; -1 where there is none.
   int8_t speed_wheel;
   // What drives the wheels.
   omni_traction_loops loops;
@@ -3082,22 +3176,26 @@ typedef struct {
 
 // The filter for a vehicle with `N` wheels. Immutable; what changes is in `EstimatorState`.
 //
-// State: place and yaw in the world; velocity of the origin along the vehicle's heading; the gyro's bias; and the slip of all
-// wheels together, as a twist that they show beyond the vehicle's own. Each period
+// State: place and yaw in the world; velocity of the origin along the vehicle's heading; the gyro's bias;
+// and the slip of all wheels together, as a twist that they show beyond the vehicle's own. Each period
 //
-// 1. gyro and accelerometer move the state (without accelerometer the velocity wanders, without gyro the wheels' yaw rate is taken);
-// 2. the slip is held against none, by as little as a slip says that lasts for `slip_s` and is `slip_m_s`, as much as it is itself in any
-//    direction (wheels that slide hold in none) and as the wheels disagree. It changes by as much, but in a period by no more than 400 times what
-//    the velocity does (variances), which is little with an accelerometer. A body innovation beyond three deviations widens it at once, by its excess (after Jazwinski, *Adaptive
-//    filtering*, Automatica 5, 1969);
-// 3. every valid wheel reading is taken in by itself, its noise widened by its own residual (as variance components are estimated
-//    from redundancy: Baarda, 1968). No matrix is inverted, and the covariance is updated in Joseph's form. Its variances are never below 0.
+// 1. gyro and accelerometer move the state (without accelerometer the velocity wanders, without
+//    gyro the wheels' yaw rate is taken);
+// 2. the slip is held against none, by as little as a slip says that lasts for `slip_s` and is
+//    `slip_m_s`, as much as it is itself in any direction (wheels that slide hold in none) and as the
+//    wheels disagree. It changes by as much, but in a period by no more than 400 times what the velocity
+//    does (variances), which is little with an accelerometer. A body innovation beyond three deviations
+//    widens it at once, by its excess (after Jazwinski, *Adaptive filtering*, Automatica 5, 1969);
+// 3. every valid wheel reading is taken in by itself, its noise widened by its own residual (as
+//    variance components are estimated from redundancy: Baarda, 1968). No matrix is inverted, and
+//    the covariance is updated in Joseph's form. Its variances are never below 0.
 //
-// A vehicle whose command is rest and that stands (wheels, gyro and accelerometer are quiet for 50 ms) has no velocity, and what the gyro says
-// beyond the wheels' yaw rate is its bias: it trembles as its loops answer their encoders' noise. Nothing else teaches the bias: a wheel's slip in a turn is one-sided, and would be taken for one.
+// A vehicle whose command is rest and that stands (wheels, gyro and accelerometer are quiet for 50 ms) has no
+// velocity, and what the gyro says beyond the wheels' yaw rate is its bias: it trembles as its loops answer their
+// encoders' noise. Nothing else teaches the bias: a wheel's slip in a turn is one-sided, and would be taken for one.
 //
-// What it is not: it has no bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s of error while
-// all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
+// What it is not: it has no bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s
+// of error while all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
 typedef struct {
   omni_estimator_config config;
   omni8_kinematics kinematics;
@@ -3235,15 +3333,17 @@ typedef struct {
 
 // Velocity out of counts, by the method that its configuration chooses.
 //
-// Once no count comes any more the velocity falls: the wheel turned less than a count since, so by every method it is at most one count
-// over the time without. A counter that has stayed within two counts for `VelocityEstimator::standing_s` stands, or toggles about an
-// edge: the velocity is exactly 0 by every method until it has left them. So an encoder whose wire is cut, which is a counter that stands
-// or toggles, repeats one reading, and a `FaultMonitor` finds it. A wheel slower than three counts in that time
-// reads 0 now and then; that is at most 0.25 rad/s of coarse encoders, and 30 counts a second of fine ones.
+// Once no count comes any more the velocity falls: the wheel turned less than a count since, so by every method
+// it is at most one count over the time without. A counter that has stayed within two counts for
+// `VelocityEstimator::standing_s` stands, or toggles about an edge: the velocity is exactly 0 by every method
+// until it has left them. So an encoder whose wire is cut, which is a counter that stands or toggles, repeats one
+// reading, and a `FaultMonitor` finds it. A wheel slower than three counts in that
+// time reads 0 now and then; that is at most 0.25 rad/s of coarse encoders, and 30 counts a second of fine ones.
 //
 // Nothing divides by a time or by counts that can be zero, and every reading is finite.
 //
-// The state holds the counts of `WINDOW` readings, 1 unless given: an observer, edges and a window of one need no more.
+// The state holds the counts of `WINDOW` readings, 1 unless given: an observer, edges and a window
+// of one need no more.
 typedef struct {
   omni_velocity_law law;
   float count_rad;
@@ -3251,8 +3351,8 @@ typedef struct {
   uint32_t standing_periods;
 } omni_velocity_estimator;
 
-// A wheel's encoder on a hardware counter: from its raw reading to a velocity, by an `EncoderCounter` and a `VelocityEstimator`.
-// `WINDOW` is 1 unless the velocity is that of a longer window.
+// A wheel's encoder on a hardware counter: from its raw reading to a velocity, by an `EncoderCounter`
+// and a `VelocityEstimator`. `WINDOW` is 1 unless the velocity is that of a longer window.
 typedef struct {
   omni_counter counter;
   omni_velocity_estimator velocity;
@@ -3260,8 +3360,9 @@ typedef struct {
 
 // Torque-speed line of a DC motor, in four quadrants: speed costs torque only while the motor drives.
 //
-// Driving (torque and velocity of one sign): `max(0, min(cap, stall - slope |v|))`. Braking: `min(cap, stall)`. As
-// printed, eq. (13) turns negative above 114.5 rpm and would push a fast wheel backwards; here a limit is never negative.
+// Driving (torque and velocity of one sign): `max(0, min(cap, stall - slope |v|))`. Braking:
+// `min(cap, stall)`. As printed, eq. (13) turns negative above 114.5 rpm and would push a fast
+// wheel backwards; here a limit is never negative.
 typedef struct {
   // Where the line meets rest.
   float stall_n_m;
@@ -3295,7 +3396,8 @@ typedef struct {
   float jerk;
 } omni_path_phase;
 
-// The way from one waypoint to the next: which pieces it has, and when how much of them is behind. Made by `TrajectoryPlanner`.
+// The way from one waypoint to the next: which pieces it has, and when how much of them is behind.
+// Made by `TrajectoryPlanner`.
 typedef struct {
   float start_s;
   float duration_s;
@@ -3361,8 +3463,8 @@ typedef struct {
 
 // Gains and limits of a `HolonomicFollower`.
 typedef struct {
-  // Velocity asked for per distance [m/s per m], 0 to 1000. Its inverse is the time constant of the return: it should be several
-  // times that of the wheels' loops.
+  // Velocity asked for per distance [m/s per m], 0 to 1000. Its inverse is the time constant
+  // of the return: it should be several times that of the wheels' loops.
   float gain_per_s;
   // Yaw rate asked for per heading error [rad/s per rad], 0 to 1000; as above.
   float heading_gain_per_s;
@@ -3372,13 +3474,15 @@ typedef struct {
   float limit_rad_s;
 } omni_follower_config;
 
-// Follows a trajectory: its velocity, turned to where the vehicle looks, and a correction in proportion to where the vehicle is not.
-// Goes before the limits of the twist. It remembers nothing.
+// Follows a trajectory: its velocity, turned to where the vehicle looks, and a correction in
+// proportion to where the vehicle is not. Goes before the limits of the twist. It remembers nothing.
 //
-// The correction of the velocity is limited as a vector, so that its direction stays; that of the yaw rate takes the shorter turn.
+// The correction of the velocity is limited as a vector, so that its direction stays; that of the
+// yaw rate takes the shorter turn.
 //
-// After the end of the trajectory the command is exactly 0, so that the torque ends, while the vehicle is within 5 mm and 0.01 rad of the
-// last pose, from 2 s after the end on within 15 mm and 0.03 rad. Farther away it is brought back. A pose that is not finite corrects nothing: the trajectory's own twist is driven.
+// After the end of the trajectory the command is exactly 0, so that the torque ends, while the vehicle is
+// within 5 mm and 0.01 rad of the last pose, from 2 s after the end on within 15 mm and 0.03 rad. Farther
+// away it is brought back. A pose that is not finite corrects nothing: the trajectory's own twist is driven.
 typedef struct {
   omni_follower_config config;
 } omni_follower;
@@ -3387,7 +3491,8 @@ typedef struct {
 typedef struct {
   // The twist to command [m/s, m/s, rad/s].
   omni_twist twist;
-  // The way to where the vehicle should be, as it looks now: forward, to the left [m]. 0 where the pose is not known.
+  // The way to where the vehicle should be, as it looks now: forward, to the left [m]. 0 where
+  // the pose is not known.
   float error_m[2];
   // The turn to where it should look, by the shorter way [rad], in (-pi, pi]. 0 where the pose is not known.
   float error_rad;
@@ -3400,11 +3505,11 @@ extern "C" {
 // Makes the state and the sample of a three-wheel vehicle ready for the first step.
 omni_status omni3_init(omni3_state *state, omni3_sample *sample);
 
-// One control period of a three-wheel vehicle: from the command and the measured wheel velocities [rad/s] to torques [N.m], in
-// `sample->wheels.applied.n_m`. To be called once every period that the controller was made for.
+// One control period of a three-wheel vehicle: from the command and the measured wheel velocities [rad/s] to
+// torques [N.m], in `sample->wheels.applied.n_m`. To be called once every period that the controller was made for.
 //
-// A command that is no number stands for rest; a measurement that is none releases its wheel. `command` and `measured` must
-// not lie within `sample` or `state`.
+// A command that is no number stands for rest; a measurement that is none releases its wheel.
+// `command` and `measured` must not lie within `sample` or `state`.
 omni_status omni3_step(const omni3_controller *controller,
                        omni3_state *state,
                        const omni_twist *command,
@@ -3416,13 +3521,14 @@ omni_status omni3_estimate(const omni3_controller *controller,
                            const omni3_velocities *measured,
                            omni_twist *twist);
 
-// Makes the state and the output of a three-wheel vehicle ready for the first step: at rest at the origin, every wheel trusted.
+// Makes the state and the output of a three-wheel vehicle ready for the first step: at rest at the
+// origin, every wheel trusted.
 omni_status omni3_drive_init(const omni3_drive *drive,
                                    omni3_drive_state *state,
                                    omni3_drive_output *output);
 
-// One control period of a three-wheel vehicle: from what arrived to torques [N.m], in `output->torques.n_m`. To be called once every
-// period that the drive was made for, always with the same `drive`.
+// One control period of a three-wheel vehicle: from what arrived to torques [N.m], in `output->torques.n_m`.
+// To be called once every period that the drive was made for, always with the same `drive`.
 //
 // Nonsense in the input is refused, or its wheel is released. `input` must not lie within `output`.
 omni_status omni3_drive_step(const omni3_drive *drive,
@@ -3430,14 +3536,15 @@ omni_status omni3_drive_step(const omni3_drive *drive,
                              const omni3_drive_input *input,
                              omni3_drive_output *output);
 
-// Makes the state and the output of a three-wheel vehicle under traction control ready for the first step: at rest at the origin, every
-// wheel trusted.
+// Makes the state and the output of a three-wheel vehicle under traction control ready for the
+// first step: at rest at the origin, every wheel trusted.
 omni_status omni3_traction_drive_init(const omni3_traction_drive *drive,
                                             omni3_traction_drive_state *state,
                                             omni3_traction_drive_output *output);
 
-// One control period of a three-wheel vehicle under traction control: from what arrived to torques [N.m], in `output->drive.torques.n_m`.
-// To be called once every period that the drive was made for, always with the same `drive`.
+// One control period of a three-wheel vehicle under traction control: from what arrived to torques
+// [N.m], in `output->drive.torques.n_m`. To be called once every period that the drive was made
+// for, always with the same `drive`.
 //
 // Nonsense in the input is refused, or its wheel is released. `input` and `bodies` must not lie within `output`.
 omni_status omni3_traction_drive_step(const omni3_traction_drive *drive,
@@ -3446,13 +3553,14 @@ omni_status omni3_traction_drive_step(const omni3_traction_drive *drive,
                                       const omni_body_readings *bodies,
                                       omni3_traction_drive_output *output);
 
-// Makes the state of an estimator of a three-wheel vehicle ready for the first step, at the origin; `output` is what it starts with.
+// Makes the state of an estimator of a three-wheel vehicle ready for the first step, at the
+// origin; `output` is what it starts with.
 omni_status omni3_estimator_init(const omni3_estimator *estimator,
                                        omni3_estimator_state *state,
                                        omni_estimator_output *output);
 
-// Pose and velocity of a three-wheel vehicle from the readings of one control period. To be called once every period that the estimator
-// was made for, always with the same `estimator`.
+// Pose and velocity of a three-wheel vehicle from the readings of one control period. To be called
+// once every period that the estimator was made for, always with the same `estimator`.
 //
 // A reading that is no number counts as one that did not arrive.
 omni_status omni3_estimator_step(const omni3_estimator *estimator,
@@ -3469,11 +3577,9 @@ omni_status omni3_estimator_reset(omni3_estimator_state *state,
 // A safe stop whose cause lasts begins anew.
 omni_status omni3_drive_release_safe_stop(omni3_drive_state *state);
 
-// The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad` [rad]. How far it may be off stays.
-omni_status omni3_drive_reset_pose(omni3_drive_state *state,
-                                   float x_m,
-                                   float y_m,
-                                   float yaw_rad);
+// The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad`
+// [rad]. How far it may be off stays.
+omni_status omni3_drive_reset_pose(omni3_drive_state *state, float x_m, float y_m, float yaw_rad);
 
 // How far the pose may be off.
 omni_status omni3_drive_deviations(const omni3_drive_state *state, omni_deviations *deviations);
@@ -3482,7 +3588,8 @@ omni_status omni3_drive_deviations(const omni3_drive_state *state, omni_deviatio
 // A safe stop whose cause lasts begins anew.
 omni_status omni3_traction_drive_release_safe_stop(omni3_traction_drive_state *state);
 
-// The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad` [rad]. How far it may be off stays.
+// The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad`
+// [rad]. How far it may be off stays.
 omni_status omni3_traction_drive_reset_pose(omni3_traction_drive_state *state,
                                             float x_m,
                                             float y_m,
@@ -3495,11 +3602,11 @@ omni_status omni3_traction_drive_deviations(const omni3_traction_drive_state *st
 // Makes the state and the sample of a four-wheel vehicle ready for the first step.
 omni_status omni4_init(omni4_state *state, omni4_sample *sample);
 
-// One control period of a four-wheel vehicle: from the command and the measured wheel velocities [rad/s] to torques [N.m], in
-// `sample->wheels.applied.n_m`. To be called once every period that the controller was made for.
+// One control period of a four-wheel vehicle: from the command and the measured wheel velocities [rad/s] to
+// torques [N.m], in `sample->wheels.applied.n_m`. To be called once every period that the controller was made for.
 //
-// A command that is no number stands for rest; a measurement that is none releases its wheel. `command` and `measured` must
-// not lie within `sample` or `state`.
+// A command that is no number stands for rest; a measurement that is none releases its wheel.
+// `command` and `measured` must not lie within `sample` or `state`.
 omni_status omni4_step(const omni4_controller *controller,
                        omni4_state *state,
                        const omni_twist *command,
@@ -3511,13 +3618,14 @@ omni_status omni4_estimate(const omni4_controller *controller,
                            const omni4_velocities *measured,
                            omni_twist *twist);
 
-// Makes the state and the output of a four-wheel vehicle ready for the first step: at rest at the origin, every wheel trusted.
+// Makes the state and the output of a four-wheel vehicle ready for the first step: at rest at the
+// origin, every wheel trusted.
 omni_status omni4_drive_init(const omni4_drive *drive,
                                    omni4_drive_state *state,
                                    omni4_drive_output *output);
 
-// One control period of a four-wheel vehicle: from what arrived to torques [N.m], in `output->torques.n_m`. To be called once every
-// period that the drive was made for, always with the same `drive`.
+// One control period of a four-wheel vehicle: from what arrived to torques [N.m], in `output->torques.n_m`.
+// To be called once every period that the drive was made for, always with the same `drive`.
 //
 // Nonsense in the input is refused, or its wheel is released. `input` must not lie within `output`.
 omni_status omni4_drive_step(const omni4_drive *drive,
@@ -3525,14 +3633,15 @@ omni_status omni4_drive_step(const omni4_drive *drive,
                              const omni4_drive_input *input,
                              omni4_drive_output *output);
 
-// Makes the state and the output of a four-wheel vehicle under traction control ready for the first step: at rest at the origin, every
-// wheel trusted.
+// Makes the state and the output of a four-wheel vehicle under traction control ready for the
+// first step: at rest at the origin, every wheel trusted.
 omni_status omni4_traction_drive_init(const omni4_traction_drive *drive,
                                             omni4_traction_drive_state *state,
                                             omni4_traction_drive_output *output);
 
-// One control period of a four-wheel vehicle under traction control: from what arrived to torques [N.m], in `output->drive.torques.n_m`.
-// To be called once every period that the drive was made for, always with the same `drive`.
+// One control period of a four-wheel vehicle under traction control: from what arrived to torques
+// [N.m], in `output->drive.torques.n_m`. To be called once every period that the drive was made
+// for, always with the same `drive`.
 //
 // Nonsense in the input is refused, or its wheel is released. `input` and `bodies` must not lie within `output`.
 omni_status omni4_traction_drive_step(const omni4_traction_drive *drive,
@@ -3541,13 +3650,14 @@ omni_status omni4_traction_drive_step(const omni4_traction_drive *drive,
                                       const omni_body_readings *bodies,
                                       omni4_traction_drive_output *output);
 
-// Makes the state of an estimator of a four-wheel vehicle ready for the first step, at the origin; `output` is what it starts with.
+// Makes the state of an estimator of a four-wheel vehicle ready for the first step, at the
+// origin; `output` is what it starts with.
 omni_status omni4_estimator_init(const omni4_estimator *estimator,
                                        omni4_estimator_state *state,
                                        omni_estimator_output *output);
 
-// Pose and velocity of a four-wheel vehicle from the readings of one control period. To be called once every period that the estimator
-// was made for, always with the same `estimator`.
+// Pose and velocity of a four-wheel vehicle from the readings of one control period. To be called
+// once every period that the estimator was made for, always with the same `estimator`.
 //
 // A reading that is no number counts as one that did not arrive.
 omni_status omni4_estimator_step(const omni4_estimator *estimator,
@@ -3564,11 +3674,9 @@ omni_status omni4_estimator_reset(omni4_estimator_state *state,
 // A safe stop whose cause lasts begins anew.
 omni_status omni4_drive_release_safe_stop(omni4_drive_state *state);
 
-// The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad` [rad]. How far it may be off stays.
-omni_status omni4_drive_reset_pose(omni4_drive_state *state,
-                                   float x_m,
-                                   float y_m,
-                                   float yaw_rad);
+// The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad`
+// [rad]. How far it may be off stays.
+omni_status omni4_drive_reset_pose(omni4_drive_state *state, float x_m, float y_m, float yaw_rad);
 
 // How far the pose may be off.
 omni_status omni4_drive_deviations(const omni4_drive_state *state, omni_deviations *deviations);
@@ -3577,7 +3685,8 @@ omni_status omni4_drive_deviations(const omni4_drive_state *state, omni_deviatio
 // A safe stop whose cause lasts begins anew.
 omni_status omni4_traction_drive_release_safe_stop(omni4_traction_drive_state *state);
 
-// The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad` [rad]. How far it may be off stays.
+// The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad`
+// [rad]. How far it may be off stays.
 omni_status omni4_traction_drive_reset_pose(omni4_traction_drive_state *state,
                                             float x_m,
                                             float y_m,
@@ -3590,11 +3699,11 @@ omni_status omni4_traction_drive_deviations(const omni4_traction_drive_state *st
 // Makes the state and the sample of a five-wheel vehicle ready for the first step.
 omni_status omni5_init(omni5_state *state, omni5_sample *sample);
 
-// One control period of a five-wheel vehicle: from the command and the measured wheel velocities [rad/s] to torques [N.m], in
-// `sample->wheels.applied.n_m`. To be called once every period that the controller was made for.
+// One control period of a five-wheel vehicle: from the command and the measured wheel velocities [rad/s] to
+// torques [N.m], in `sample->wheels.applied.n_m`. To be called once every period that the controller was made for.
 //
-// A command that is no number stands for rest; a measurement that is none releases its wheel. `command` and `measured` must
-// not lie within `sample` or `state`.
+// A command that is no number stands for rest; a measurement that is none releases its wheel.
+// `command` and `measured` must not lie within `sample` or `state`.
 omni_status omni5_step(const omni5_controller *controller,
                        omni5_state *state,
                        const omni_twist *command,
@@ -3606,13 +3715,14 @@ omni_status omni5_estimate(const omni5_controller *controller,
                            const omni5_velocities *measured,
                            omni_twist *twist);
 
-// Makes the state and the output of a five-wheel vehicle ready for the first step: at rest at the origin, every wheel trusted.
+// Makes the state and the output of a five-wheel vehicle ready for the first step: at rest at the
+// origin, every wheel trusted.
 omni_status omni5_drive_init(const omni5_drive *drive,
                                    omni5_drive_state *state,
                                    omni5_drive_output *output);
 
-// One control period of a five-wheel vehicle: from what arrived to torques [N.m], in `output->torques.n_m`. To be called once every
-// period that the drive was made for, always with the same `drive`.
+// One control period of a five-wheel vehicle: from what arrived to torques [N.m], in `output->torques.n_m`.
+// To be called once every period that the drive was made for, always with the same `drive`.
 //
 // Nonsense in the input is refused, or its wheel is released. `input` must not lie within `output`.
 omni_status omni5_drive_step(const omni5_drive *drive,
@@ -3620,14 +3730,15 @@ omni_status omni5_drive_step(const omni5_drive *drive,
                              const omni5_drive_input *input,
                              omni5_drive_output *output);
 
-// Makes the state and the output of a five-wheel vehicle under traction control ready for the first step: at rest at the origin, every
-// wheel trusted.
+// Makes the state and the output of a five-wheel vehicle under traction control ready for the
+// first step: at rest at the origin, every wheel trusted.
 omni_status omni5_traction_drive_init(const omni5_traction_drive *drive,
                                             omni5_traction_drive_state *state,
                                             omni5_traction_drive_output *output);
 
-// One control period of a five-wheel vehicle under traction control: from what arrived to torques [N.m], in `output->drive.torques.n_m`.
-// To be called once every period that the drive was made for, always with the same `drive`.
+// One control period of a five-wheel vehicle under traction control: from what arrived to torques
+// [N.m], in `output->drive.torques.n_m`. To be called once every period that the drive was made
+// for, always with the same `drive`.
 //
 // Nonsense in the input is refused, or its wheel is released. `input` and `bodies` must not lie within `output`.
 omni_status omni5_traction_drive_step(const omni5_traction_drive *drive,
@@ -3636,13 +3747,14 @@ omni_status omni5_traction_drive_step(const omni5_traction_drive *drive,
                                       const omni_body_readings *bodies,
                                       omni5_traction_drive_output *output);
 
-// Makes the state of an estimator of a five-wheel vehicle ready for the first step, at the origin; `output` is what it starts with.
+// Makes the state of an estimator of a five-wheel vehicle ready for the first step, at the
+// origin; `output` is what it starts with.
 omni_status omni5_estimator_init(const omni5_estimator *estimator,
                                        omni5_estimator_state *state,
                                        omni_estimator_output *output);
 
-// Pose and velocity of a five-wheel vehicle from the readings of one control period. To be called once every period that the estimator
-// was made for, always with the same `estimator`.
+// Pose and velocity of a five-wheel vehicle from the readings of one control period. To be called
+// once every period that the estimator was made for, always with the same `estimator`.
 //
 // A reading that is no number counts as one that did not arrive.
 omni_status omni5_estimator_step(const omni5_estimator *estimator,
@@ -3659,11 +3771,9 @@ omni_status omni5_estimator_reset(omni5_estimator_state *state,
 // A safe stop whose cause lasts begins anew.
 omni_status omni5_drive_release_safe_stop(omni5_drive_state *state);
 
-// The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad` [rad]. How far it may be off stays.
-omni_status omni5_drive_reset_pose(omni5_drive_state *state,
-                                   float x_m,
-                                   float y_m,
-                                   float yaw_rad);
+// The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad`
+// [rad]. How far it may be off stays.
+omni_status omni5_drive_reset_pose(omni5_drive_state *state, float x_m, float y_m, float yaw_rad);
 
 // How far the pose may be off.
 omni_status omni5_drive_deviations(const omni5_drive_state *state, omni_deviations *deviations);
@@ -3672,7 +3782,8 @@ omni_status omni5_drive_deviations(const omni5_drive_state *state, omni_deviatio
 // A safe stop whose cause lasts begins anew.
 omni_status omni5_traction_drive_release_safe_stop(omni5_traction_drive_state *state);
 
-// The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad` [rad]. How far it may be off stays.
+// The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad`
+// [rad]. How far it may be off stays.
 omni_status omni5_traction_drive_reset_pose(omni5_traction_drive_state *state,
                                             float x_m,
                                             float y_m,
@@ -3685,11 +3796,11 @@ omni_status omni5_traction_drive_deviations(const omni5_traction_drive_state *st
 // Makes the state and the sample of a six-wheel vehicle ready for the first step.
 omni_status omni6_init(omni6_state *state, omni6_sample *sample);
 
-// One control period of a six-wheel vehicle: from the command and the measured wheel velocities [rad/s] to torques [N.m], in
-// `sample->wheels.applied.n_m`. To be called once every period that the controller was made for.
+// One control period of a six-wheel vehicle: from the command and the measured wheel velocities [rad/s] to
+// torques [N.m], in `sample->wheels.applied.n_m`. To be called once every period that the controller was made for.
 //
-// A command that is no number stands for rest; a measurement that is none releases its wheel. `command` and `measured` must
-// not lie within `sample` or `state`.
+// A command that is no number stands for rest; a measurement that is none releases its wheel.
+// `command` and `measured` must not lie within `sample` or `state`.
 omni_status omni6_step(const omni6_controller *controller,
                        omni6_state *state,
                        const omni_twist *command,
@@ -3701,13 +3812,14 @@ omni_status omni6_estimate(const omni6_controller *controller,
                            const omni6_velocities *measured,
                            omni_twist *twist);
 
-// Makes the state and the output of a six-wheel vehicle ready for the first step: at rest at the origin, every wheel trusted.
+// Makes the state and the output of a six-wheel vehicle ready for the first step: at rest at the
+// origin, every wheel trusted.
 omni_status omni6_drive_init(const omni6_drive *drive,
                                    omni6_drive_state *state,
                                    omni6_drive_output *output);
 
-// One control period of a six-wheel vehicle: from what arrived to torques [N.m], in `output->torques.n_m`. To be called once every
-// period that the drive was made for, always with the same `drive`.
+// One control period of a six-wheel vehicle: from what arrived to torques [N.m], in `output->torques.n_m`.
+// To be called once every period that the drive was made for, always with the same `drive`.
 //
 // Nonsense in the input is refused, or its wheel is released. `input` must not lie within `output`.
 omni_status omni6_drive_step(const omni6_drive *drive,
@@ -3715,14 +3827,15 @@ omni_status omni6_drive_step(const omni6_drive *drive,
                              const omni6_drive_input *input,
                              omni6_drive_output *output);
 
-// Makes the state and the output of a six-wheel vehicle under traction control ready for the first step: at rest at the origin, every
-// wheel trusted.
+// Makes the state and the output of a six-wheel vehicle under traction control ready for the
+// first step: at rest at the origin, every wheel trusted.
 omni_status omni6_traction_drive_init(const omni6_traction_drive *drive,
                                             omni6_traction_drive_state *state,
                                             omni6_traction_drive_output *output);
 
-// One control period of a six-wheel vehicle under traction control: from what arrived to torques [N.m], in `output->drive.torques.n_m`.
-// To be called once every period that the drive was made for, always with the same `drive`.
+// One control period of a six-wheel vehicle under traction control: from what arrived to torques
+// [N.m], in `output->drive.torques.n_m`. To be called once every period that the drive was made
+// for, always with the same `drive`.
 //
 // Nonsense in the input is refused, or its wheel is released. `input` and `bodies` must not lie within `output`.
 omni_status omni6_traction_drive_step(const omni6_traction_drive *drive,
@@ -3731,13 +3844,14 @@ omni_status omni6_traction_drive_step(const omni6_traction_drive *drive,
                                       const omni_body_readings *bodies,
                                       omni6_traction_drive_output *output);
 
-// Makes the state of an estimator of a six-wheel vehicle ready for the first step, at the origin; `output` is what it starts with.
+// Makes the state of an estimator of a six-wheel vehicle ready for the first step, at the
+// origin; `output` is what it starts with.
 omni_status omni6_estimator_init(const omni6_estimator *estimator,
                                        omni6_estimator_state *state,
                                        omni_estimator_output *output);
 
-// Pose and velocity of a six-wheel vehicle from the readings of one control period. To be called once every period that the estimator
-// was made for, always with the same `estimator`.
+// Pose and velocity of a six-wheel vehicle from the readings of one control period. To be called
+// once every period that the estimator was made for, always with the same `estimator`.
 //
 // A reading that is no number counts as one that did not arrive.
 omni_status omni6_estimator_step(const omni6_estimator *estimator,
@@ -3754,11 +3868,9 @@ omni_status omni6_estimator_reset(omni6_estimator_state *state,
 // A safe stop whose cause lasts begins anew.
 omni_status omni6_drive_release_safe_stop(omni6_drive_state *state);
 
-// The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad` [rad]. How far it may be off stays.
-omni_status omni6_drive_reset_pose(omni6_drive_state *state,
-                                   float x_m,
-                                   float y_m,
-                                   float yaw_rad);
+// The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad`
+// [rad]. How far it may be off stays.
+omni_status omni6_drive_reset_pose(omni6_drive_state *state, float x_m, float y_m, float yaw_rad);
 
 // How far the pose may be off.
 omni_status omni6_drive_deviations(const omni6_drive_state *state, omni_deviations *deviations);
@@ -3767,7 +3879,8 @@ omni_status omni6_drive_deviations(const omni6_drive_state *state, omni_deviatio
 // A safe stop whose cause lasts begins anew.
 omni_status omni6_traction_drive_release_safe_stop(omni6_traction_drive_state *state);
 
-// The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad` [rad]. How far it may be off stays.
+// The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad`
+// [rad]. How far it may be off stays.
 omni_status omni6_traction_drive_reset_pose(omni6_traction_drive_state *state,
                                             float x_m,
                                             float y_m,
@@ -3780,11 +3893,11 @@ omni_status omni6_traction_drive_deviations(const omni6_traction_drive_state *st
 // Makes the state and the sample of a seven-wheel vehicle ready for the first step.
 omni_status omni7_init(omni7_state *state, omni7_sample *sample);
 
-// One control period of a seven-wheel vehicle: from the command and the measured wheel velocities [rad/s] to torques [N.m], in
-// `sample->wheels.applied.n_m`. To be called once every period that the controller was made for.
+// One control period of a seven-wheel vehicle: from the command and the measured wheel velocities [rad/s] to
+// torques [N.m], in `sample->wheels.applied.n_m`. To be called once every period that the controller was made for.
 //
-// A command that is no number stands for rest; a measurement that is none releases its wheel. `command` and `measured` must
-// not lie within `sample` or `state`.
+// A command that is no number stands for rest; a measurement that is none releases its wheel.
+// `command` and `measured` must not lie within `sample` or `state`.
 omni_status omni7_step(const omni7_controller *controller,
                        omni7_state *state,
                        const omni_twist *command,
@@ -3796,13 +3909,14 @@ omni_status omni7_estimate(const omni7_controller *controller,
                            const omni7_velocities *measured,
                            omni_twist *twist);
 
-// Makes the state and the output of a seven-wheel vehicle ready for the first step: at rest at the origin, every wheel trusted.
+// Makes the state and the output of a seven-wheel vehicle ready for the first step: at rest at the
+// origin, every wheel trusted.
 omni_status omni7_drive_init(const omni7_drive *drive,
                                    omni7_drive_state *state,
                                    omni7_drive_output *output);
 
-// One control period of a seven-wheel vehicle: from what arrived to torques [N.m], in `output->torques.n_m`. To be called once every
-// period that the drive was made for, always with the same `drive`.
+// One control period of a seven-wheel vehicle: from what arrived to torques [N.m], in `output->torques.n_m`.
+// To be called once every period that the drive was made for, always with the same `drive`.
 //
 // Nonsense in the input is refused, or its wheel is released. `input` must not lie within `output`.
 omni_status omni7_drive_step(const omni7_drive *drive,
@@ -3810,14 +3924,15 @@ omni_status omni7_drive_step(const omni7_drive *drive,
                              const omni7_drive_input *input,
                              omni7_drive_output *output);
 
-// Makes the state and the output of a seven-wheel vehicle under traction control ready for the first step: at rest at the origin, every
-// wheel trusted.
+// Makes the state and the output of a seven-wheel vehicle under traction control ready for the
+// first step: at rest at the origin, every wheel trusted.
 omni_status omni7_traction_drive_init(const omni7_traction_drive *drive,
                                             omni7_traction_drive_state *state,
                                             omni7_traction_drive_output *output);
 
-// One control period of a seven-wheel vehicle under traction control: from what arrived to torques [N.m], in `output->drive.torques.n_m`.
-// To be called once every period that the drive was made for, always with the same `drive`.
+// One control period of a seven-wheel vehicle under traction control: from what arrived to torques
+// [N.m], in `output->drive.torques.n_m`. To be called once every period that the drive was made
+// for, always with the same `drive`.
 //
 // Nonsense in the input is refused, or its wheel is released. `input` and `bodies` must not lie within `output`.
 omni_status omni7_traction_drive_step(const omni7_traction_drive *drive,
@@ -3826,13 +3941,14 @@ omni_status omni7_traction_drive_step(const omni7_traction_drive *drive,
                                       const omni_body_readings *bodies,
                                       omni7_traction_drive_output *output);
 
-// Makes the state of an estimator of a seven-wheel vehicle ready for the first step, at the origin; `output` is what it starts with.
+// Makes the state of an estimator of a seven-wheel vehicle ready for the first step, at the
+// origin; `output` is what it starts with.
 omni_status omni7_estimator_init(const omni7_estimator *estimator,
                                        omni7_estimator_state *state,
                                        omni_estimator_output *output);
 
-// Pose and velocity of a seven-wheel vehicle from the readings of one control period. To be called once every period that the estimator
-// was made for, always with the same `estimator`.
+// Pose and velocity of a seven-wheel vehicle from the readings of one control period. To be called
+// once every period that the estimator was made for, always with the same `estimator`.
 //
 // A reading that is no number counts as one that did not arrive.
 omni_status omni7_estimator_step(const omni7_estimator *estimator,
@@ -3849,11 +3965,9 @@ omni_status omni7_estimator_reset(omni7_estimator_state *state,
 // A safe stop whose cause lasts begins anew.
 omni_status omni7_drive_release_safe_stop(omni7_drive_state *state);
 
-// The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad` [rad]. How far it may be off stays.
-omni_status omni7_drive_reset_pose(omni7_drive_state *state,
-                                   float x_m,
-                                   float y_m,
-                                   float yaw_rad);
+// The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad`
+// [rad]. How far it may be off stays.
+omni_status omni7_drive_reset_pose(omni7_drive_state *state, float x_m, float y_m, float yaw_rad);
 
 // How far the pose may be off.
 omni_status omni7_drive_deviations(const omni7_drive_state *state, omni_deviations *deviations);
@@ -3862,7 +3976,8 @@ omni_status omni7_drive_deviations(const omni7_drive_state *state, omni_deviatio
 // A safe stop whose cause lasts begins anew.
 omni_status omni7_traction_drive_release_safe_stop(omni7_traction_drive_state *state);
 
-// The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad` [rad]. How far it may be off stays.
+// The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad`
+// [rad]. How far it may be off stays.
 omni_status omni7_traction_drive_reset_pose(omni7_traction_drive_state *state,
                                             float x_m,
                                             float y_m,
@@ -3875,11 +3990,11 @@ omni_status omni7_traction_drive_deviations(const omni7_traction_drive_state *st
 // Makes the state and the sample of a eight-wheel vehicle ready for the first step.
 omni_status omni8_init(omni8_state *state, omni8_sample *sample);
 
-// One control period of a eight-wheel vehicle: from the command and the measured wheel velocities [rad/s] to torques [N.m], in
-// `sample->wheels.applied.n_m`. To be called once every period that the controller was made for.
+// One control period of a eight-wheel vehicle: from the command and the measured wheel velocities [rad/s] to
+// torques [N.m], in `sample->wheels.applied.n_m`. To be called once every period that the controller was made for.
 //
-// A command that is no number stands for rest; a measurement that is none releases its wheel. `command` and `measured` must
-// not lie within `sample` or `state`.
+// A command that is no number stands for rest; a measurement that is none releases its wheel.
+// `command` and `measured` must not lie within `sample` or `state`.
 omni_status omni8_step(const omni8_controller *controller,
                        omni8_state *state,
                        const omni_twist *command,
@@ -3891,13 +4006,14 @@ omni_status omni8_estimate(const omni8_controller *controller,
                            const omni8_velocities *measured,
                            omni_twist *twist);
 
-// Makes the state and the output of a eight-wheel vehicle ready for the first step: at rest at the origin, every wheel trusted.
+// Makes the state and the output of a eight-wheel vehicle ready for the first step: at rest at the
+// origin, every wheel trusted.
 omni_status omni8_drive_init(const omni8_drive *drive,
                                    omni8_drive_state *state,
                                    omni8_drive_output *output);
 
-// One control period of a eight-wheel vehicle: from what arrived to torques [N.m], in `output->torques.n_m`. To be called once every
-// period that the drive was made for, always with the same `drive`.
+// One control period of a eight-wheel vehicle: from what arrived to torques [N.m], in `output->torques.n_m`.
+// To be called once every period that the drive was made for, always with the same `drive`.
 //
 // Nonsense in the input is refused, or its wheel is released. `input` must not lie within `output`.
 omni_status omni8_drive_step(const omni8_drive *drive,
@@ -3905,14 +4021,15 @@ omni_status omni8_drive_step(const omni8_drive *drive,
                              const omni8_drive_input *input,
                              omni8_drive_output *output);
 
-// Makes the state and the output of a eight-wheel vehicle under traction control ready for the first step: at rest at the origin, every
-// wheel trusted.
+// Makes the state and the output of a eight-wheel vehicle under traction control ready for the
+// first step: at rest at the origin, every wheel trusted.
 omni_status omni8_traction_drive_init(const omni8_traction_drive *drive,
                                             omni8_traction_drive_state *state,
                                             omni8_traction_drive_output *output);
 
-// One control period of a eight-wheel vehicle under traction control: from what arrived to torques [N.m], in `output->drive.torques.n_m`.
-// To be called once every period that the drive was made for, always with the same `drive`.
+// One control period of a eight-wheel vehicle under traction control: from what arrived to torques
+// [N.m], in `output->drive.torques.n_m`. To be called once every period that the drive was made
+// for, always with the same `drive`.
 //
 // Nonsense in the input is refused, or its wheel is released. `input` and `bodies` must not lie within `output`.
 omni_status omni8_traction_drive_step(const omni8_traction_drive *drive,
@@ -3921,13 +4038,14 @@ omni_status omni8_traction_drive_step(const omni8_traction_drive *drive,
                                       const omni_body_readings *bodies,
                                       omni8_traction_drive_output *output);
 
-// Makes the state of an estimator of a eight-wheel vehicle ready for the first step, at the origin; `output` is what it starts with.
+// Makes the state of an estimator of a eight-wheel vehicle ready for the first step, at the
+// origin; `output` is what it starts with.
 omni_status omni8_estimator_init(const omni8_estimator *estimator,
                                        omni8_estimator_state *state,
                                        omni_estimator_output *output);
 
-// Pose and velocity of a eight-wheel vehicle from the readings of one control period. To be called once every period that the estimator
-// was made for, always with the same `estimator`.
+// Pose and velocity of a eight-wheel vehicle from the readings of one control period. To be called
+// once every period that the estimator was made for, always with the same `estimator`.
 //
 // A reading that is no number counts as one that did not arrive.
 omni_status omni8_estimator_step(const omni8_estimator *estimator,
@@ -3944,11 +4062,9 @@ omni_status omni8_estimator_reset(omni8_estimator_state *state,
 // A safe stop whose cause lasts begins anew.
 omni_status omni8_drive_release_safe_stop(omni8_drive_state *state);
 
-// The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad` [rad]. How far it may be off stays.
-omni_status omni8_drive_reset_pose(omni8_drive_state *state,
-                                   float x_m,
-                                   float y_m,
-                                   float yaw_rad);
+// The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad`
+// [rad]. How far it may be off stays.
+omni_status omni8_drive_reset_pose(omni8_drive_state *state, float x_m, float y_m, float yaw_rad);
 
 // How far the pose may be off.
 omni_status omni8_drive_deviations(const omni8_drive_state *state, omni_deviations *deviations);
@@ -3957,7 +4073,8 @@ omni_status omni8_drive_deviations(const omni8_drive_state *state, omni_deviatio
 // A safe stop whose cause lasts begins anew.
 omni_status omni8_traction_drive_release_safe_stop(omni8_traction_drive_state *state);
 
-// The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad` [rad]. How far it may be off stays.
+// The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad`
+// [rad]. How far it may be off stays.
 omni_status omni8_traction_drive_reset_pose(omni8_traction_drive_state *state,
                                             float x_m,
                                             float y_m,
@@ -3967,8 +4084,8 @@ omni_status omni8_traction_drive_reset_pose(omni8_traction_drive_state *state,
 omni_status omni8_traction_drive_deviations(const omni8_traction_drive_state *state,
                                             omni_deviations *deviations);
 
-// Brings `command` within the vehicle's limits, for one control period; `limited` is what to give to the step. `state` is
-// all zero at the start: `static omni_limiter_state state;`.
+// Brings `command` within the vehicle's limits, for one control period; `limited` is what to give
+// to the step. `state` is all zero at the start: `static omni_limiter_state state;`.
 omni_status omni_limit(const omni_limiter *limiter,
                        omni_limiter_state *state,
                        const omni_twist *command,
@@ -3977,19 +4094,20 @@ omni_status omni_limit(const omni_limiter *limiter,
 // Makes the state of one wheel's encoder ready for the first reading.
 omni_status omni_encoder_init(omni_encoder_state *state);
 
-// Takes in the counter of a wheel's encoder as it stands (16 bits, or more of which the lower 16 are used), once every control period, and
-// gives the wheel's velocity [rad/s]; 0 at the first reading. The counter may wrap around; right while the wheel turns by less than 32768
-// counts a period.
+// Takes in the counter of a wheel's encoder as it stands (16 bits, or more of which the lower 16 are
+// used), once every control period, and gives the wheel's velocity [rad/s]; 0 at the first reading.
+// The counter may wrap around; right while the wheel turns by less than 32768 counts a period.
 //
-// `since_edge_s` is the time from the last edge to now [s], for encoders whose velocities come from edges; NaN where it is not known.
+// `since_edge_s` is the time from the last edge to now [s], for encoders whose velocities come
+// from edges; NaN where it is not known.
 omni_status omni_encoder_step(const omni_encoder *encoder,
                               omni_encoder_state *state,
                               uint32_t raw,
                               float since_edge_s,
                               float *rad_s);
 
-// The same for a counter that was read `since_reading_s` [s] after the last time, where that was measured: a period that came late or is
-// not constant.
+// The same for a counter that was read `since_reading_s` [s] after the last time, where that was
+// measured: a period that came late or is not constant.
 omni_status omni_encoder_step_after(const omni_encoder *encoder,
                                     omni_encoder_state *state,
                                     uint32_t raw,
@@ -3997,26 +4115,27 @@ omni_status omni_encoder_step_after(const omni_encoder *encoder,
                                     float since_edge_s,
                                     float *rad_s);
 
-// A control period in which the counter could not be read, instead of `omni_encoder_step`: the next reading is right about the time.
-omni_status omni_encoder_missed(const omni_encoder *encoder,
-                                omni_encoder_state *state);
+// A control period in which the counter could not be read, instead of `omni_encoder_step`: the
+// next reading is right about the time.
+omni_status omni_encoder_missed(const omni_encoder *encoder, omni_encoder_state *state);
 
-// The duty, -1 to 1, of a bridge without a current loop that gives `torque_n_m` [N.m] at `velocity_rad_s` [rad/s], or the nearest there is:
-// `OMNI_MOTORS[i]`. 0 shorts the motor, which brakes; to let a wheel go, open the bridge.
+// The duty, -1 to 1, of a bridge without a current loop that gives `torque_n_m` [N.m] at `velocity_rad_s` [rad/s],
+// or the nearest there is: `OMNI_MOTORS[i]`. 0 shorts the motor, which brakes; to let a wheel go, open the bridge.
 omni_status omni_duty(const omni_motor *motor,
                       float torque_n_m,
                       float velocity_rad_s,
                       float *duty);
 
-// `omni_duty` where the supply has `supply_part` of the voltage that `OMNI_MOTORS` is of, above 0: a battery that runs down. 0 for a part
-// that is not above 0.
+// `omni_duty` where the supply has `supply_part` of the voltage that `OMNI_MOTORS` is of, above 0:
+// a battery that runs down. 0 for a part that is not above 0.
 omni_status omni_duty_at(const omni_motor *motor,
                          float torque_n_m,
                          float velocity_rad_s,
                          float supply_part,
                          float *duty);
 
-// Where the vehicle shall be `time_s` [s] after the start of the path. Before the start it is there, after the end it rests there.
+// Where the vehicle shall be `time_s` [s] after the start of the path. Before the start it is
+// there, after the end it rests there.
 omni_status omni_trajectory_at(const omni_trajectory *trajectory,
                                float time_s,
                                omni_trajectory_sample *sample);

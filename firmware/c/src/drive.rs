@@ -11,22 +11,23 @@ use omni_core::{BodyTwist, Drive, DriveInput, DriveMode, DriveState, WheelVeloci
 use crate::memory::{DriveMemory, Memory};
 use crate::status::{Status, at, finite};
 
-/// What arrived since the period before. All zero: nothing did, every wheel is on flat ground, motors have their own limits.
+/// What arrived since the period before. All zero: nothing did, every wheel is on flat ground,
+/// motors have their own limits.
 #[repr(C)]
 pub struct Input<const N: usize> {
     /// The command; looked at only where `commanded`.
     pub command: BodyTwist<f32>,
     /// Actuator velocities [rad/s]; each looked at only where it was `received`.
     pub measured: WheelVelocities<f32, N>,
-    /// Torques [N.m] that the motors shall keep within besides their own limits: a hot motor, a low battery. Each looked at only where
-    /// `limited`. 0 is always within.
+    /// Torques [N.m] that the motors shall keep within besides their own limits: a hot motor, a low
+    /// battery. Each looked at only where `limited`. 0 is always within.
     pub torque_ranges: TorqueRanges<f32, N>,
     /// Path of each wheel over path of the body beneath it, 0.01 to 100; whatever else counts as 1, flat ground.
     pub path_factor: [f32; N],
     /// A command arrived. Where none does for the time-out, the vehicle is brought to rest.
     pub commanded: bool,
-    /// The emergency stop is pressed: the vehicle comes to rest at the emergency deceleration, whatever is commanded, and stays there for as
-    /// long as this is said. A button that springs back has to be latched before.
+    /// The emergency stop is pressed: the vehicle comes to rest at the emergency deceleration, whatever is
+    /// commanded, and stays there for as long as this is said. A button that springs back has to be latched before.
     pub emergency: bool,
     /// The encoder's reading arrived.
     pub received: [bool; N],
@@ -72,8 +73,8 @@ pub enum WheelFault {
     NotANumber = 1,
     /// Its reading jumps further in one period than a wheel can.
     Jump = 2,
-    /// Its reading never changes although the vehicle moves, or although the motor pulls: an encoder that is dead, or a wheel that is
-    /// blocked.
+    /// Its reading never changes although the vehicle moves, or although the motor pulls: an
+    /// encoder that is dead, or a wheel that is blocked.
     Stuck = 3,
     /// No reading has arrived for too long.
     Silent = 4,
@@ -122,15 +123,16 @@ pub struct Output<const N: usize> {
     pub motion_known: bool,
     /// What is wrong with each wheel.
     pub faults: [WheelFault; N],
-    /// The wheel was controlled. One that is not has no torque, and its bridge is opened or shorted: it has a fault, or all torque has ended
-    /// at rest.
+    /// The wheel was controlled. One that is not has no torque, and its bridge is opened or
+    /// shorted: it has a fault, or all torque has ended at rest.
     pub active: [bool; N],
     /// The requested torque is outside the limits.
     pub saturated: [bool; N],
     /// The wheel is left out of the motion: faulty, lifted or slipping.
     pub excluded: [bool; N],
-    /// The motor's windings shall be shorted. In a safe stop and an emergency stop: the wheel has a fault, so that no torque can be asked of
-    /// it, or all torque has ended. At rest otherwise: all torque has ended, and the scenario asks for it (`control.rest.short_windings`).
+    /// The motor's windings shall be shorted. In a safe stop and an emergency stop: the wheel has a
+    /// fault, so that no torque can be asked of it, or all torque has ended. At rest otherwise: all
+    /// torque has ended, and the scenario asks for it (`control.rest.short_windings`).
     pub brake: [bool; N],
 }
 

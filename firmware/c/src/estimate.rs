@@ -45,7 +45,8 @@ pub struct PoseOutput {
     pub covariance: [[f32; 3]; 3],
     /// Covariance of the velocity ahead and to the left [m^2/s^2].
     pub velocity_covariance: [[f32; 2]; 2],
-    /// By how much the readings were off what was expected: the sum of their squares over the expected, over all `readings`.
+    /// By how much the readings were off what was expected: the sum of their squares over the
+    /// expected, over all `readings`.
     pub nis: f32,
     /// How many readings that is of.
     pub readings: u32,

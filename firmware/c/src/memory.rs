@@ -45,7 +45,8 @@ pub struct EstimatorMemory<const N: usize, const WORDS: usize> {
     memory: [u32; WORDS],
 }
 
-/// `$memory` keeps a `$kept`. `$mark` marks one that was made ready: without it memory of the caller's would be taken for a state.
+/// `$memory` keeps a `$kept`. `$mark` marks one that was made ready: without it memory of the
+/// caller's would be taken for a state.
 macro_rules! keeps {
     ($memory:ident, $kept:ident, $mark:literal) => {
         impl<const N: usize, const WORDS: usize> $memory<N, WORDS> {

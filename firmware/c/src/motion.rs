@@ -8,8 +8,8 @@ use omni_core::{BodyTwist, TorqueLimit};
 
 use crate::status::{Status, at};
 
-/// Brings `command` within the vehicle's limits, for one control period; `limited` is what to give to the step. `state` is
-/// all zero at the start: `static omni_limiter_state state;`.
+/// Brings `command` within the vehicle's limits, for one control period; `limited` is what to give
+/// to the step. `state` is all zero at the start: `static omni_limiter_state state;`.
 #[unsafe(no_mangle)]
 pub extern "C" fn omni_limit(
     limiter: Option<&TwistLimiter<f32>>,
@@ -35,11 +35,12 @@ pub extern "C" fn omni_encoder_init(state: Option<&mut MaybeUninit<EncoderState<
     Status::Ok
 }
 
-/// Takes in the counter of a wheel's encoder as it stands (16 bits, or more of which the lower 16 are used), once every control period, and
-/// gives the wheel's velocity [rad/s]; 0 at the first reading. The counter may wrap around; right while the wheel turns by less than 32768
-/// counts a period.
+/// Takes in the counter of a wheel's encoder as it stands (16 bits, or more of which the lower 16 are
+/// used), once every control period, and gives the wheel's velocity [rad/s]; 0 at the first reading.
+/// The counter may wrap around; right while the wheel turns by less than 32768 counts a period.
 ///
-/// `since_edge_s` is the time from the last edge to now [s], for encoders whose velocities come from edges; NaN where it is not known.
+/// `since_edge_s` is the time from the last edge to now [s], for encoders whose velocities come
+/// from edges; NaN where it is not known.
 #[unsafe(no_mangle)]
 pub extern "C" fn omni_encoder_step(
     encoder: Option<&Encoder<f32, 32>>,
@@ -55,8 +56,8 @@ pub extern "C" fn omni_encoder_step(
     Status::Ok
 }
 
-/// The same for a counter that was read `since_reading_s` [s] after the last time, where that was measured: a period that came late or is
-/// not constant.
+/// The same for a counter that was read `since_reading_s` [s] after the last time, where that was
+/// measured: a period that came late or is not constant.
 #[unsafe(no_mangle)]
 pub extern "C" fn omni_encoder_step_after(
     encoder: Option<&Encoder<f32, 32>>,
@@ -73,7 +74,8 @@ pub extern "C" fn omni_encoder_step_after(
     Status::Ok
 }
 
-/// A control period in which the counter could not be read, instead of `omni_encoder_step`: the next reading is right about the time.
+/// A control period in which the counter could not be read, instead of `omni_encoder_step`: the
+/// next reading is right about the time.
 #[unsafe(no_mangle)]
 pub extern "C" fn omni_encoder_missed(
     encoder: Option<&Encoder<f32, 32>>,
@@ -86,8 +88,8 @@ pub extern "C" fn omni_encoder_missed(
     Status::Ok
 }
 
-/// The duty, -1 to 1, of a bridge without a current loop that gives `torque_n_m` [N.m] at `velocity_rad_s` [rad/s], or the nearest there is:
-/// `OMNI_MOTORS[i]`. 0 shorts the motor, which brakes; to let a wheel go, open the bridge.
+/// The duty, -1 to 1, of a bridge without a current loop that gives `torque_n_m` [N.m] at `velocity_rad_s` [rad/s],
+/// or the nearest there is: `OMNI_MOTORS[i]`. 0 shorts the motor, which brakes; to let a wheel go, open the bridge.
 #[unsafe(no_mangle)]
 pub extern "C" fn omni_duty(
     motor: Option<&TorqueLimit<f32>>,
@@ -98,8 +100,8 @@ pub extern "C" fn omni_duty(
     omni_duty_at(motor, torque_n_m, velocity_rad_s, 1.0, duty)
 }
 
-/// `omni_duty` where the supply has `supply_part` of the voltage that `OMNI_MOTORS` is of, above 0: a battery that runs down. 0 for a part
-/// that is not above 0.
+/// `omni_duty` where the supply has `supply_part` of the voltage that `OMNI_MOTORS` is of, above 0:
+/// a battery that runs down. 0 for a part that is not above 0.
 #[unsafe(no_mangle)]
 pub extern "C" fn omni_duty_at(
     motor: Option<&TorqueLimit<f32>>,

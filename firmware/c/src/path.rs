@@ -34,7 +34,8 @@ impl PlannedTrajectory {
     }
 }
 
-/// Where the vehicle shall be `time_s` [s] after the start of the path. Before the start it is there, after the end it rests there.
+/// Where the vehicle shall be `time_s` [s] after the start of the path. Before the start it is
+/// there, after the end it rests there.
 #[unsafe(no_mangle)]
 pub extern "C" fn omni_trajectory_at(
     trajectory: Option<&PlannedTrajectory>,

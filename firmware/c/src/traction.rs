@@ -11,10 +11,12 @@ use crate::drive::{Input, Output};
 use crate::memory::{Memory, TractionMemory};
 use crate::status::{Status, at};
 
-/// What the vehicle's bodies are read to do. All zero: nothing is read, and traction control does with the wheels' encoders.
+/// What the vehicle's bodies are read to do. All zero: nothing is read, and traction control does
+/// with the wheels' encoders.
 #[repr(C)]
 pub struct Bodies {
-    /// Angle of each hinge [rad], in the order of the vehicle file; NaN where it was not read. Looked at only where `hinges_received`.
+    /// Angle of each hinge [rad], in the order of the vehicle file; NaN where it was not read.
+    /// Looked at only where `hinges_received`.
     pub hinges_rad: [f32; MAX_HINGES],
     /// Their rates [rad/s].
     pub hinges_rad_s: [f32; MAX_HINGES],
@@ -69,7 +71,8 @@ pub struct TractionOutput<const N: usize> {
     pub contact_n_m: [f32; N],
     /// Retries so far.
     pub retries: u32,
-    /// Index of the wheel that the measured speed hangs on, the slowest that pushes, or the fastest where all brake; -1 where there is none.
+    /// Index of the wheel that the measured speed hangs on, the slowest that pushes, or the fastest
+    /// where all brake; -1 where there is none.
     pub speed_wheel: i8,
     /// What drives the wheels.
     pub loops: TractionLoops,

@@ -5,8 +5,8 @@ pub trait Encoder {
     /// Why there is no count.
     type Error;
 
-    /// The counter as it stands. It counts up while the wheel turns positively and wraps around at 2^16: of a counter of
-    /// 32 bits, the lower half.
+    /// The counter as it stands. It counts up while the wheel turns positively and wraps around at
+    /// 2^16: of a counter of 32 bits, the lower half.
     ///
     /// # Errors
     /// Those of the device; a timer of the chip has none.

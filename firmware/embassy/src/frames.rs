@@ -7,10 +7,10 @@
 //! | 0x181, out | 8 | `i16` velocity of wheel 1 to 4 \[0.01 rad/s\], as measured |
 //! | 0x182, out | 8 | `u8` [`Mode`], `u8` wheels driven (bit 0 is wheel 1), `u16` frames ignored, `u16` errors of hardware, `u8` counter, `u8` 0 |
 //!
-//! A twist in one frame cannot be torn apart: half of a new one with half of an old one. -32768 stands for "not a number";
-//! who scales floating-point numbers must send it for NaN, as [`scaled`] does, because a bare cast makes a plausible 0 of it.
-//! The command's counter goes up by one with every frame (255, then 0). A sender that hangs, with its last frame repeated by
-//! the hardware, stands still in it and sends nothing.
+//! A twist in one frame cannot be torn apart: half of a new one with half of an old one. -32768 stands for
+//! "not a number"; who scales floating-point numbers must send it for NaN, as [`scaled`] does, because a
+//! bare cast makes a plausible 0 of it. The command's counter goes up by one with every frame (255, then 0).
+//! A sender that hangs, with its last frame repeated by the hardware, stands still in it and sends nothing.
 
 use embedded_can::{Frame, Id, StandardId};
 use omni_core::BodyTwist;
@@ -58,8 +58,8 @@ pub fn is_command(frame: &impl Frame) -> bool {
     frame.id() == Id::Standard(COMMAND)
 }
 
-/// The command in a frame; none where the frame is remote, has not 8 bytes, has a last byte other than 0 or a number that
-/// is none.
+/// The command in a frame; none where the frame is remote, has not 8 bytes, has a last byte other
+/// than 0 or a number that is none.
 pub fn command(frame: &impl Frame) -> Option<Command> {
     if frame.is_remote_frame() {
         return None;

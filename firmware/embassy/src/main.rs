@@ -1,8 +1,8 @@
 //! The control task on an STM32F407: TIM1 makes the PWM, TIM2 to TIM5 count the encoders, CAN1 is the bus.
 //!
-//! Two executors. The control task has one of its own that runs in an interrupt, so that nothing done in thread mode, however
-//! long, delays a torque: thread mode is left to whatever is not urgent, here the log. One executor in thread mode would
-//! do as long as every other task is known to give way within a few microseconds, which no log is.
+//! Two executors. The control task has one of its own that runs in an interrupt, so that nothing done in thread
+//! mode, however long, delays a torque: thread mode is left to whatever is not urgent, here the log. One executor in
+//! thread mode would do as long as every other task is known to give way within a few microseconds, which no log is.
 #![no_std]
 #![no_main]
 
@@ -226,7 +226,8 @@ async fn main(_spawner: Spawner) {
     }
 }
 
-/// Takes the torque off all motors and stays there: who repairs the vehicle can read why, and it does not set off again.
+/// Takes the torque off all motors and stays there: who repairs the vehicle can read why, and it
+/// does not set off again.
 #[panic_handler]
 fn panic(info: &PanicInfo<'_>) -> ! {
     cortex_m::interrupt::disable();

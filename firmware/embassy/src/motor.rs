@@ -8,11 +8,11 @@ use omni_core::TorqueLimit;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MotorFailed;
 
-/// A bridge with three inputs: PWM, direction and enable. With enable low it is open and the motor gives no torque; with
-/// enable high and no duty it shorts the motor, which brakes. So zero torque is enable low, not zero duty.
+/// A bridge with three inputs: PWM, direction and enable. With enable low it is open and the motor gives no torque;
+/// with enable high and no duty it shorts the motor, which brakes. So zero torque is enable low, not zero duty.
 ///
-/// The duty is [`TorqueLimit::duty`]'s, from the vehicle file's `[motor]`. For an amplifier that has a current loop, and so takes a
-/// torque as it is, give it a limit without a slope, whose stall torque is that at whole duty.
+/// The duty is [`TorqueLimit::duty`]'s, from the vehicle file's `[motor]`. For an amplifier that has a current
+/// loop, and so takes a torque as it is, give it a limit without a slope, whose stall torque is that at whole duty.
 #[derive(Debug)]
 pub struct MotorDriver<P, D> {
     motor: TorqueLimit<f32>,
@@ -42,8 +42,8 @@ impl<P: SetDutyCycle, D: OutputPin> MotorDriver<P, D> {
         let whole = self.pwm.max_duty_cycle();
         // To the nearest; the cast saturates. More than `whole` makes some drivers panic.
         let count = ((duty.abs() * f32::from(whole) + 0.5) as u16).min(whole);
-        // A timer takes a new duty at the end of its PWM period, a pin at once: for up to 50 us the new direction has the old
-        // duty. That is too short to feel.
+        // A timer takes a new duty at the end of its PWM period, a pin at once: for up to 50 us the
+        // new direction has the old duty. That is too short to feel.
         self.direction
             .set_state((duty >= 0.0).into())
             .map_err(|_| MotorFailed)?;

@@ -40,9 +40,10 @@ pub struct Status {
 
 /// The vehicle's controller with its hardware: motors and encoders in the order of the vehicle file, and the bus.
 ///
-/// Nothing in it panics, and no error of the hardware is passed on: nothing could be done about it. A wheel whose
-/// encoder fails is released and the others drive on. If a motor's driver fails, all wheels are released. They stay so until a
-/// command to stand still has come, as after the start: a vehicle does not set off because a contact closes again.
+/// Nothing in it panics, and no error of the hardware is passed on: nothing could be done about it.
+/// A wheel whose encoder fails is released and the others drive on. If a motor's driver fails, all
+/// wheels are released. They stay so until a command to stand still has come, as after the start: a
+/// vehicle does not set off because a contact closes again.
 #[derive(Debug)]
 pub struct ControlTask<P, D, E, C> {
     motors: [MotorDriver<P, D>; WHEELS],
@@ -157,8 +158,8 @@ impl<P: SetDutyCycle, D: OutputPin, E: Encoder, C: Can> ControlTask<P, D, E, C> 
             } else if wheels.shorted {
                 motor.short()
             } else {
-                // A wheel whose velocity is NaN, and every wheel when the torque has ended: the duty for no torque follows from a
-                // velocity, and behind a stuck encoder it would turn the wheel.
+                // A wheel whose velocity is NaN, and every wheel when the torque has ended: the duty for
+                // no torque follows from a velocity, and behind a stuck encoder it would turn the wheel.
                 motor.release()
             };
             obeyed &= done.is_ok();

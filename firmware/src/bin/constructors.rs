@@ -1,5 +1,5 @@
-//! A drive and an encoder that are made on the chip, without constants from a build script: the image links only if no constructor can
-//! panic, and what is wrong with a configuration is an error.
+//! A drive and an encoder that are made on the chip, without constants from a build script: the
+//! image links only if no constructor can panic, and what is wrong with a configuration is an error.
 #![no_std]
 #![no_main]
 

@@ -1,5 +1,5 @@
-//! What `Drive::step` costs as a `[drive]` of defaults makes it: limits, time-out, stops, faults of readings that do not arrive or are
-//! no number, odometry.
+//! What `Drive::step` costs as a `[drive]` of defaults makes it: limits, time-out, stops, faults of
+//! readings that do not arrive or are no number, odometry.
 #![no_std]
 #![no_main]
 

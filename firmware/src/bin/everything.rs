@@ -1,5 +1,5 @@
-//! What `Drive::step` costs with every option on: limits with jerk, speed limits, faults, slip, covariance, paths, a command
-//! point, discretisation.
+//! What `Drive::step` costs with every option on: limits with jerk, speed limits, faults, slip,
+//! covariance, paths, a command point, discretisation.
 #![no_std]
 #![no_main]
 

@@ -1,8 +1,8 @@
-//! The controller's side of the processor in the loop: frames come in and go out through the semihosting console. A scenario with
-//! a `[drive]` gets its drive served, another one its loops.
+//! The controller's side of the processor in the loop: frames come in and go out through the
+//! semihosting console. A scenario with a `[drive]` gets its drive served, another one its loops.
 //!
-//! Works in lock-step: reads until a frame is whole, answers it, reads on. The host's clock is the only one. On a board the
-//! same [`Server`] sits behind a serial line, and a timer calls [`Server::missed`].
+//! Works in lock-step: reads until a frame is whole, answers it, reads on. The host's clock is the only
+//! one. On a board the same [`Server`] sits behind a serial line, and a timer calls [`Server::missed`].
 #![no_std]
 #![no_main]
 

@@ -1,4 +1,4 @@
-//! An emergency stop of a whole drive on the chip: does the torque end when it is said to end, whatever an encoder reads?
+//! An emergency stop of a whole drive on the chip: does torque end when it is said to, whatever an encoder reads?
 #![no_std]
 #![no_main]
 
@@ -19,8 +19,8 @@ enum Encoder {
     Toggles,
 }
 
-/// An emergency stop of a whole drive while an encoder is wrong. In which period since the references came to 0 the torque ended; none if
-/// there was torque after that, or another motor than all was to be shorted.
+/// An emergency stop of a whole drive while an encoder is wrong. In which period since the references came
+/// to 0 the torque ended; none if there was torque after that, or another motor than all was to be shorted.
 fn end_of_torque(encoder: Encoder) -> Option<u32> {
     let mut state = DriveState::new(&DEFAULTS);
     let mut readings = WheelVelocities::<f32, 7>::zero();

@@ -1,5 +1,5 @@
-//! `three.rs` on a bench: three motors with their encoders, computed, a command that stops, and an encoder whose cable breaks. The same
-//! steps as firmware/c/example/three_bench.c, the same bits.
+//! `three.rs` on a bench: three motors with their encoders, computed, a command that stops, and an
+//! encoder whose cable breaks. The same steps as firmware/c/example/three_bench.c, the same bits.
 #![no_std]
 #![no_main]
 
@@ -108,7 +108,8 @@ impl Bench {
         } else {
             0
         };
-        // Whatever the dead encoder reads: torque ends when it is said to end, and wheels with accepted readings are driven until then.
+        // Whatever the dead encoder reads: torque ends when it is said to end, and wheels with
+        // accepted readings are driven until then.
         let over = self.rested > BLEED;
         let wheels = &sample.wheels;
         let none = wheels.active == [false; 3] && wheels.applied.n_m == [0.0; 3];
@@ -126,7 +127,8 @@ impl Bench {
             1499 => near(references) && sample.mode == DriveMode::Normal,
             // No command for 0.8 s: at rest.
             2299 => near([0.0; 3]) && sample.shaped.status == CommandStatus::TimedOut,
-            // The counter has stood for 0.1 s: it reads exactly 0. So it did for 0.1 s while half the motor's torque acted and others turned.
+            // The counter has stood for 0.1 s: it reads exactly 0. So it did for 0.1 s while half
+            // the motor's torque acted and others turned.
             BREAKS => sample.faults[1].is_none(),
             3099 => sample.faults[1] == Some(Fault::Stuck) && sample.brake[1],
             // Three wheels have no redundancy: a safe stop, at the end of which every motor is shorted.

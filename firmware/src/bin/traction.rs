@@ -57,7 +57,8 @@ fn main() -> ! {
     let mut slipping = whole;
     slipping[0] += 2.0;
     let slow = slipping.map(|rate| 0.5 * rate);
-    // The front frame pitches up: its wheels climb. Slower than commanded they give all they have, and rows are levelled.
+    // The front frame pitches up: its wheels climb. Slower than commanded they give all they have,
+    // and rows are levelled.
     let cases = [
         ("free", whole, [0.0, 0.0], [0.0, 0.0]),
         ("slipping", slipping, [0.0, 0.0], [0.0, 0.0]),

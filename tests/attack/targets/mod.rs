@@ -1,5 +1,5 @@
-//! Six functions that take any bytes and panic where a law is broken. The campaign feeds them random bits and a corpus, the
-//! fuzzer in `fuzz/` what it finds.
+//! Six functions that take any bytes and panic where a law is broken. The campaign feeds them
+//! random bits and a corpus, the fuzzer in `fuzz/` what it finds.
 
 mod config;
 mod drive;

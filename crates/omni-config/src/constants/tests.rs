@@ -1,4 +1,4 @@
-//! What the writers write. That it is the very controller, compiled, is proved by the firmware images and the C example.
+//! What the writers write. That it is the same controller once compiled, firmware images and the C example prove.
 
 use omni_core::constants::{Constant, Describe, Piece};
 

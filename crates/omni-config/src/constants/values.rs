@@ -78,8 +78,8 @@ impl Scenario {
         })
     }
 
-    /// The drive of a scenario under traction control that has no `[drive]`: limits of the command, how torque ends, and nothing
-    /// else around the law, which is what is simulated.
+    /// The drive of a scenario under traction control that has no `[drive]`: limits of the command,
+    /// how torque ends, and nothing else around the law, which is what is simulated.
     pub(super) fn bare_traction_values(&self) -> Result<Option<Box<dyn Constant>>, Error> {
         fn bare<const N: usize>(scenario: &Scenario) -> Result<Option<Box<dyn Constant>>, Error> {
             let drive = scenario.bare_traction_drive::<f32, N>()?;

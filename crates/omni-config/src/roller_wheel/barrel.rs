@@ -32,7 +32,8 @@ impl Profile {
         let q = self.radius_m - radius_m;
         let root = (self.cos * self.cos - sine * sine).sqrt();
         let along = q * sine / (self.cos * root);
-        // P - sqrt(q^2 + c^2 a^2), where the root is q c / root; written so that a flat profile's large P rounds nothing away.
+        // P - sqrt(q^2 + c^2 a^2), where the root is q c / root; written so that a flat profile's
+        // large P rounds nothing away.
         let ball = radius_m - less_m - q * sine * sine / ((self.cos + root) * root);
         [along + ball * sine, ball * (1.0 - sine * sine).sqrt()]
     }
@@ -42,8 +43,9 @@ impl Profile {
 pub(super) const EDGE: f64 = 0.05;
 
 impl Barrel {
-    /// A barrel of a largest radius and half a length whose profile follows a rim of radius `rim_m` seen at a roller angle
-    /// of cosine `cos`, or whose ends are thinner than its middle by `crown_m`. None where no barrel is that long.
+    /// A barrel of a largest radius and half a length whose profile follows a rim of radius `rim_m`
+    /// seen at a roller angle of cosine `cos`, or whose ends are thinner than its middle by
+    /// `crown_m`. None where no barrel is that long.
     pub(super) fn new(
         radius_m: f64,
         half_length_m: f64,
@@ -134,8 +136,9 @@ impl Barrel {
         self.edge_m
     }
 
-    /// The point of the core farthest in a direction, along the axis and away from it \[m\], for a direction at an angle to
-    /// the plane across the axis of sine `sine`, -1 to 1. The barrel is all that is within [`Barrel::edge_m`] of its core.
+    /// The point of the core farthest in a direction, along the axis and away from it \[m\], for a
+    /// direction at an angle to the plane across the axis of sine `sine`, -1 to 1. The barrel is
+    /// all that is within [`Barrel::edge_m`] of its core.
     #[must_use]
     #[inline]
     pub fn core_support(&self, sine: f64) -> [f64; 2] {
@@ -152,8 +155,8 @@ impl Barrel {
         Self::crown(self.profile, self.radius_m, self.half_length_m).unwrap_or(self.radius_m)
     }
 
-    /// How far the barrel reaches from its middle in a direction at an angle to the plane across the axis of sine `sine`,
-    /// -1 to 1 \[m\].
+    /// How far the barrel reaches from its middle in a direction at an angle to the plane across
+    /// the axis of sine `sine`, -1 to 1 \[m\].
     #[must_use]
     #[inline]
     pub fn reach_m(&self, sine: f64) -> f64 {

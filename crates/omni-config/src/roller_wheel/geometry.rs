@@ -6,8 +6,9 @@ use super::Barrel;
 
 /// The rollers of one wheel as they are built.
 ///
-/// The wheel's frame: the axle, the rolling direction and up are a right-handed frame (rolling direction x axle = up). Roller
-/// 0 of the first row is on the ground; a positive angle turns the way the wheel turns when it drives along its rolling direction.
+/// The wheel's frame: the axle, the rolling direction and up are a right-handed frame (rolling
+/// direction x axle = up). Roller 0 of the first row is on the ground; a positive angle turns the
+/// way the wheel turns when it drives along its rolling direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct RollerWheel {
@@ -121,17 +122,17 @@ impl RollerWheel {
 
     /// Moments of inertia of a roller about its axis, as of a solid cylinder, and across it \[kg.m^2\].
     ///
-    /// Across it a roller turns only with its wheel, whose inertia is the file's whatever part of it is called the roller's. So
-    /// that part is large, m R^2: the engine's contacts are as stiff as what they push is heavy, and would give more at the
-    /// ends of a roller, which tips, than in its middle.
+    /// Across it a roller turns only with its wheel, whose inertia is the file's whatever part of it is
+    /// called the roller's. So that part is large, m R^2: the engine's contacts are as stiff as what
+    /// they push is heavy, and would give more at the ends of a roller, which tips, than in its middle.
     #[must_use]
     pub fn roller_inertia_kg_m2(&self) -> [f64; 2] {
         let radius = self.barrel.radius_m();
         [0.5 * radius * radius, self.radius_m * self.radius_m].map(|arm| arm * self.roller_mass_kg)
     }
 
-    /// Moves the rollers out until the outermost point of their surface is on the rim; says whether they can be: very long ones
-    /// reach beyond it wherever they are.
+    /// Moves the rollers out until the outermost point of their surface is on the rim; says whether
+    /// they can be: very long ones reach beyond it wherever they are.
     pub(super) fn touch_rim(&mut self) -> bool {
         let cos = libm::cos(self.roller_angle_rad);
         let quarter = 0.5 * PI;
@@ -177,10 +178,11 @@ impl RollerWheel {
         self.gap_m(PI / self.count as f64, 0.0) >= 0.0
     }
 
-    /// Room between two rollers \[m\], turned by plus and minus `half_rad` about the axle and `along_m` apart on it, less
-    /// what is kept; below 0 where they overlap.
+    /// Room between two rollers \[m\], turned by plus and minus `half_rad` about the axle and
+    /// `along_m` apart on it, less what is kept; below 0 where they overlap.
     ///
-    /// A half turn about the radius between them swaps the two, so if any plane parts them, one through that radius does.
+    /// A half turn about the radius between them swaps the two, so if any plane parts them, one
+    /// through that radius does.
     fn gap_m(&self, half_rad: f64, along_m: f64) -> f64 {
         let (sin, cos) = (libm::sin(half_rad), libm::cos(half_rad));
         let (angle_sin, angle_cos) = (libm::sin(self.roller_angle_rad), libm::cos(self.roller_angle_rad));

@@ -35,8 +35,8 @@ fn axle_sinks_between_crowned_rollers_by_what_the_corners_leave() {
     for (count, radius_m) in [(12.0, 0.006), (12.0, 0.012), (8.0, 0.01), (20.0, 0.004)] {
         let built = wheel("chugo7", &[("count", count), ("radius_m", radius_m)]).expect("fits");
         let ripple = built.ripple();
-        // Crowned to the rim: R wherever a roller's crown is below. In the middle of a gap two corners touch, and each is at an
-        // angle of pi / N less its own from the vertical.
+        // Crowned to the rim: R wherever a roller's crown is below. In the middle of a gap two
+        // corners touch, and each is at an angle of pi / N less its own from the vertical.
         let [along, away] = corner(&built);
         let low = along.hypot(away) * (PI / count - along.atan2(away)).cos() + built.barrel.edge_m();
         assert!((ripple.max_m - 0.066).abs() < 1e-12, "{ripple:?}");
@@ -48,8 +48,8 @@ fn axle_sinks_between_crowned_rollers_by_what_the_corners_leave() {
 
 #[test]
 fn straight_rollers_whose_ends_meet_make_a_polygon() {
-    // Needles a fiftieth of a millimetre thick meet their neighbours at the corners of a regular polygon in the rim: its
-    // height goes from R cos(pi / N) on a side to R on a corner, and it rolls its circumference, 2 N R sin(pi / N).
+    // Needles a fiftieth of a millimetre thick meet their neighbours at the corners of a regular polygon in the rim:
+    // its height goes from R cos(pi / N) on a side to R on a corner, and it rolls its circumference, 2 N R sin(pi / N).
     for count in [6.0, 12.0] {
         let keys = [("count", count), ("radius_m", 1e-5), ("crown_m", 0.0)];
         let ripple = wheel("chugo7", &keys).expect("fits").ripple();
@@ -105,7 +105,8 @@ fn oblique_rollers_close_a_mecanum_wheel() {
 fn longest_rollers_come_within_the_clearance_of_their_neighbours() {
     for (count, radius_m) in [(12.0, 0.006), (12.0, 0.012), (8.0, 0.01)] {
         let built = wheel("chugo7", &[("count", count), ("radius_m", radius_m)]).expect("fits");
-        // Neighbours mirror each other in the plane between them; the inner corner of the core is nearest to it, and rounded.
+        // Neighbours mirror each other in the plane between them; the inner corner of the core is
+        // nearest to it, and rounded.
         let [along, away] = built.barrel.core_support(1.0);
         let inner = built.pitch_radius_m - away;
         let (sin, cos) = (PI / count).sin_cos();

@@ -7,9 +7,9 @@ use crate::control::{AUTO, AutoPolicy, LOOPS};
 use crate::{Error, Precision, for_wheel_count, wheel_count_refused};
 
 impl Scenario {
-    /// What was chosen where the file names no policy: traction control with the sensors that there are, and loops of the wheels
-    /// where traction control would be refused, as with motors that follow their command too late, or where a part of such loops
-    /// is given. None where a policy is named.
+    /// What was chosen where the file names no policy: traction control with the sensors that there
+    /// are, and loops of the wheels where traction control would be refused, as with motors that follow
+    /// their command too late, or where a part of such loops is given. None where a policy is named.
     ///
     /// ```
     /// use omni_config::{Override, Scenario};
@@ -25,8 +25,8 @@ impl Scenario {
         self.auto_policy.as_ref()
     }
 
-    /// The scenario that firmware is made of. A policy that was not named is one of the wheels' loops there, which need encoders
-    /// only: nothing shows which other sensors the firmware reads.
+    /// The scenario that firmware is made of. A policy that was not named is one of the wheels'
+    /// loops there, which need encoders only: nothing shows which other sensors the firmware reads.
     ///
     /// ```
     /// use omni_config::{Override, Scenario};

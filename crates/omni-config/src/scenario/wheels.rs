@@ -5,7 +5,8 @@ use crate::microseconds::seconds;
 use crate::ranges::SUBSTEPS;
 use crate::{Engine, Error, RollerWheel, Source, Terrain, WheelModel};
 
-/// Longest step \[us\] in which rapier's wheels of rollers drive straight: with twice that they hop, and the vehicle is 9 % off.
+/// Longest step \[us\] in which rapier's wheels of rollers drive straight: with twice that they
+/// hop, and the vehicle is 9 % off.
 const ROLLER_STEP_US: u64 = 250;
 
 impl Scenario {
@@ -84,8 +85,8 @@ impl Scenario {
         self.vehicle.rollers(wheel, self.wheel_model)
     }
 
-    /// What `physics.wheel_model` is on this ground: [`WheelModel::Auto`] is rollers where some ball is not the wheel it stands for
-    /// and every wheel has rollers that fit, and stays where balls are valid.
+    /// What `physics.wheel_model` is on this ground: [`WheelModel::Auto`] is rollers where some ball is
+    /// not the wheel it stands for and every wheel has rollers that fit, and stays where balls are valid.
     #[must_use]
     pub fn wheel_model(&self) -> WheelModel {
         self.wheel_model

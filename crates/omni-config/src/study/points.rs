@@ -27,8 +27,8 @@ impl Study {
     /// Every combination of the axes' values, the last axis fastest, with some more keys replaced.
     ///
     /// # Errors
-    /// What is wrong with the first that is wrong, in one line that names the study's file, the axis, the value and what is
-    /// allowed.
+    /// What is wrong with the first that is wrong, in one line that names the study's file, the
+    /// axis, the value and what is allowed.
     ///
     /// ```
     /// use omni_config::{Source, Study};
@@ -54,9 +54,10 @@ impl Study {
         Ok((0..grid.count).map(move |index| grid.point(combination(&grid.values, index))))
     }
 
-    /// Each value of each axis once: the first combination, then every other value with the first ones of all other axes. As many
-    /// points as there are values, where [`Study::each_point`] has as many as their product. All of them are points of the study:
-    /// what is wrong with one is wrong with the study. What only two values together break is not found.
+    /// Each value of each axis once: the first combination, then every other value with the first
+    /// ones of all other axes. As many points as there are values, where [`Study::each_point`] has
+    /// as many as their product. All of them are points of the study: what is wrong with one is
+    /// wrong with the study. What only two values together break is not found.
     ///
     /// ```
     /// let study = omni_config::Study::load("climb_map")?; // three axes of four and five values
@@ -231,8 +232,8 @@ impl Grid<'_> {
     }
 }
 
-/// Is the text of this key a path, and neither a built-in name nor the thing itself? A name without the ending of a vehicle's file
-/// is one where the folder has it.
+/// Is the text of this key a path, and neither a built-in name nor the thing itself? A name without
+/// the ending of a vehicle's file is one where the folder has it.
 fn is_path(key: &str, name: &str, folder: &Path) -> bool {
     match key {
         "terrain.image" => HeightMap::is_path(name),
@@ -252,7 +253,8 @@ fn part<'a>(key: &str, value: &'a mut Value, wanted: &str) -> Option<&'a mut Val
     }
 }
 
-/// The first value of each axis, but for the one that has that index among all the others of all axes; 0 is none of them.
+/// The first value of each axis, but for the one that has that index among all the others of all
+/// axes; 0 is none of them.
 fn single(values: &[Vec<Value>], index: usize) -> Vec<Value> {
     let mut others = index;
     let chosen = values.iter().map(|values| {

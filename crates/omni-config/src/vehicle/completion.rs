@@ -62,7 +62,8 @@ const RATIO: Number = number_in(
     [1e-3, 1e4],
     "Turns of the rotor per turn of the wheel, 0.001 to 1e4, for rotor_inertia_kg_m2.",
 );
-/// The damping of a hinge whose file gives none takes so long to stop what it carries \[s\], where nothing else moves it.
+/// The damping of a hinge whose file gives none takes so long to stop what it carries \[s\], where
+/// nothing else moves it.
 const HINGE_STOPS_S: f64 = 0.2;
 
 /// Writes out what is short, and says what was assumed for what is left out.

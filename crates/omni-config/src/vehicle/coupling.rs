@@ -9,9 +9,9 @@ use serde::{Deserialize, Serialize};
 use crate::ranges::NAME;
 use crate::ranges::{self, DAMPING_N_M_S_RAD, RATIO, STIFFNESS_N_M_RAD, is_name, one};
 
-/// Two hinges that turn together: `angle_a + ratio * angle_b = 0`, held by a stiff spring and a damper whose torques on the
-/// hinges are equal and opposite. With ratio 1 on the hinges of two rockers it is a differential: the angle of the body that
-/// carries both is the mean of theirs.
+/// Two hinges that turn together: `angle_a + ratio * angle_b = 0`, held by a stiff spring and a
+/// damper whose torques on the hinges are equal and opposite. With ratio 1 on the hinges of two
+/// rockers it is a differential: the angle of the body that carries both is the mean of theirs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]

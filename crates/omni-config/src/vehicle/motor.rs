@@ -26,8 +26,8 @@ pub struct Motor {
     /// Torque at rest \[N.m\], 1e-6 to 1e6; or in kg.cm or oz.in, under `stall_torque_kg_cm` or `stall_torque_oz_in`.
     #[garde(adapt(ranges), range(min = STALL_TORQUE_N_M.min, max = STALL_TORQUE_N_M.max))]
     pub stall_torque_n_m: f64,
-    /// Torque lost per speed while driving \[N.m per rad/s\], 0 to 1e6; 0 for a constant limit. Exactly one of this, `no_load_rpm` and
-    /// `no_load_rad_s`.
+    /// Torque lost per speed while driving \[N.m per rad/s\], 0 to 1e6; 0 for a constant limit.
+    /// Exactly one of this, `no_load_rpm` and `no_load_rad_s`.
     #[serde(default)]
     #[garde(adapt(ranges), range(min = DAMPING_N_M_S_RAD.min, max = DAMPING_N_M_S_RAD.max))]
     pub slope_n_m_s_rad: Option<f64>,
@@ -39,13 +39,13 @@ pub struct Motor {
     #[serde(default)]
     #[garde(adapt(ranges), range(min = NO_LOAD_RAD_S.min, max = NO_LOAD_RAD_S.max))]
     pub no_load_rad_s: Option<f64>,
-    /// Most torque that the drive lets the motor have \[N.m\], 1e-6 to the stall torque, at every speed: the corner of a current limit. Left
-    /// out: the stall torque.
+    /// Most torque that the drive lets the motor have \[N.m\], 1e-6 to the stall torque, at every
+    /// speed: the corner of a current limit. Left out: the stall torque.
     #[serde(default)]
     #[garde(adapt(ranges), range(min = STALL_TORQUE_N_M.min, max = STALL_TORQUE_N_M.max))]
     pub torque_limit_n_m: Option<f64>,
-    /// Dry (Coulomb) friction of the gear at the wheel \[N.m\], 0 to 1e6: the same at every speed, also at rest. The torque-speed
-    /// line does not include it. 0 by default.
+    /// Dry (Coulomb) friction of the gear at the wheel \[N.m\], 0 to 1e6: the same at every speed,
+    /// also at rest. The torque-speed line does not include it. 0 by default.
     #[serde(default)]
     #[garde(adapt(ranges), range(min = GEAR_FRICTION_N_M.min, max = GEAR_FRICTION_N_M.max))]
     pub gear_friction_n_m: f64,
@@ -53,16 +53,16 @@ pub struct Motor {
     #[serde(default)]
     #[garde(adapt(ranges), range(min = DAMPING_N_M_S_RAD.min, max = DAMPING_N_M_S_RAD.max))]
     pub viscous_n_m_s_rad: f64,
-    /// Efficiency of the gear, 0.01 to 1: driving, the wheel gets this part of the torque; driven by the ground, the motor feels this part of
-    /// it. 1 by default.
+    /// Efficiency of the gear, 0.01 to 1: driving, the wheel gets this part of the torque; driven
+    /// by the ground, the motor feels this part of it. 1 by default.
     #[serde(default = "one")]
     #[garde(adapt(ranges), range(min = EFFICIENCY.min, max = EFFICIENCY.max))]
     pub efficiency: f64,
 }
 
 impl Motor {
-    /// Torque lost per speed while driving \[N.m per rad/s\], whichever key the file gives: with a speed without load the stall torque
-    /// over it. 0 for a constant limit.
+    /// Torque lost per speed while driving \[N.m per rad/s\], whichever key the file gives: with a
+    /// speed without load the stall torque over it. 0 for a constant limit.
     ///
     /// ```
     /// let motor = omni_config::Vehicle::load("omni3")?.motor;

@@ -72,8 +72,8 @@ impl Vehicle {
         }
     }
 
-    /// Whatever its hinges do, a vehicle at rest on flat ground needs its centre of mass over the wheels' polygon: no ground
-    /// pulls. (Parts of it may still fall over.)
+    /// Whatever its hinges do, a vehicle at rest on flat ground needs its centre of mass over the
+    /// wheels' polygon: no ground pulls. (Parts of it may still fall over.)
     fn check_stands(&self, source: &Source) -> Result<(), Error> {
         let [cx, cy, _] = self.centre_of_mass_m();
         let places = || self.wheel.iter().map(|w| w.position_m);

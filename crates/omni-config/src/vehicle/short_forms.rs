@@ -25,8 +25,8 @@ pub(super) struct Mecanum4 {
     /// From the middle of the left wheels to that of the right ones \[m\], 0.001 to 100.
     #[garde(adapt(ranges), range(min = EDGE_M.min, max = EDGE_M.max))]
     track_m: f64,
-    /// What the axes of the rollers on the ground form, seen from above; O if left out. From above the upper rollers are seen, which form
-    /// the other letter. With X a vehicle hardly turns.
+    /// What the axes of the rollers on the ground form, seen from above; O if left out. From above
+    /// the upper rollers are seen, which form the other letter. With X a vehicle hardly turns.
     #[serde(default)]
     #[garde(skip)]
     mounting: Mounting,

@@ -1,5 +1,4 @@
-//! What no single key shows: names that refer to each other, wheels that together move the vehicle, and a shape that can
-//! stand.
+//! What no single key shows: names that refer to each other, wheels that can move the vehicle, a shape that can stand.
 
 use super::Vehicle;
 use crate::Error;

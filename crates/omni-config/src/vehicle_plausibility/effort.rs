@@ -1,4 +1,4 @@
-//! Friction and gains that are doubtful: against the torque of the motors, and against what follows from masses and motors.
+//! Doubtful friction and gains: against the torque of the motors, and against what follows from masses and motors.
 
 use crate::digits::digits;
 use crate::{Error, Vehicle};
@@ -9,8 +9,8 @@ const DRY: f64 = 0.5;
 const VISCOUS: f64 = 0.5;
 /// A rim is doubtful that viscous friction holds below this where nothing else limits the speed \[m/s\].
 const CREEP_M_S: f64 = 0.05;
-/// kp is doubtful beyond so many times, or below such a part of, what follows from masses and motors. A loop that is so many times as fast has
-/// the square of that as ki.
+/// kp is doubtful beyond so many times, or below such a part of, what follows from masses and
+/// motors. A loop that is so many times as fast has the square of that as ki.
 const GAINS: f64 = 5.0;
 /// A time constant beyond this is doubtful \[s\].
 const SLOW_S: f64 = 1.0;
@@ -94,7 +94,8 @@ impl Vehicle {
         );
         // Without an integral a loop is slow to the end, but it is one.
         compare("ki_n_m_rad", ki, derived.gains.ki_n_m_rad, 0.0..=GAINS * GAINS);
-        // The derivative acts like an inertia: where it is a good part of the wheel's own, a period of delay makes it swing.
+        // The derivative acts like an inertia: where it is a good part of the wheel's own, a period
+        // of delay makes it swing.
         let inertia = derived.inertia_kg_m2;
         if kd > inertia / GAINS {
             doubts.push(format!(

@@ -2,7 +2,8 @@
 
 use crate::{Error, Vehicle, WheelSpec};
 
-/// Rollers are doubtful where the vehicle's lever against turning is below this part of what they would give mounted the other way round.
+/// Rollers are doubtful where the vehicle's lever against turning is below this part of what they
+/// would give mounted the other way round.
 const LEVER_PART: f64 = 0.7;
 /// Wheels are doubtful that with the other roller angles make the motion so many times as well conditioned.
 const WRONG_HAND: f64 = 1.5;
@@ -66,8 +67,8 @@ impl Vehicle {
         }))
     }
 
-    /// Of four mecanum wheels at four corners, those whose rollers' axes are not on the diamond that those of the others lie on; none of other
-    /// layouts. Rollers that are all mounted the other way round have none.
+    /// Of four mecanum wheels at four corners, those whose rollers' axes are not on the diamond that those of
+    /// the others lie on; none of other layouts. Rollers that are all mounted the other way round have none.
     fn beside_the_diamond(&self) -> Option<Vec<usize>> {
         let [first, _, _, _] = self.wheel.as_slice() else {
             return None;

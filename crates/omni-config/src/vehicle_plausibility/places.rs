@@ -7,7 +7,8 @@ use crate::{Body, Vehicle};
 const HIGH: f64 = 3.0;
 /// A box is doubtful whose longest edge is so many times that way: cm taken for m.
 const LARGE: f64 = 5.0;
-/// A box is doubtful whose longest edge is below this part of that way: mm taken for cm, or places of wheels in another unit.
+/// A box is doubtful whose longest edge is below this part of that way: mm taken for cm, or places
+/// of wheels in another unit.
 const SMALL: f64 = 0.05;
 
 impl Vehicle {
@@ -54,7 +55,8 @@ fn misplaced(body: &Body, span_m: f64) -> Option<String> {
             digits(face_m)
         ));
     }
-    // A box that reaches into the ground has the body's inertia, but not its shape: then only the centre of mass is above the lowest point.
+    // A box that reaches into the ground has the body's inertia, but not its shape: then only the
+    // centre of mass is above the lowest point.
     let most_m = if face_m > 0.0 {
         z - body.inertia_box_m[2] / 4.0
     } else {

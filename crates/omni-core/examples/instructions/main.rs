@@ -1,4 +1,4 @@
-//! Runs control steps for an instruction counter: either omni-core's whole step, or one loop of the `pid` crate a wheel.
+//! Runs control steps for an instruction counter: omni-core's whole step, or one loop of the `pid` crate a wheel.
 //!
 //! `instructions omni|pid 3|4|7 f32|f64 free|saturated STEPS`. Start and end cost the same for any number of steps, so
 //! the difference of two counts is the steps' alone: `scripts/instructions.sh` takes it.
@@ -35,8 +35,8 @@ struct Input<R, const N: usize> {
     measured: WheelVelocities<R, N>,
 }
 
-/// Free: a vehicle that follows its command, 2 % above and below by turns. Saturated: one held at 0.6 of it, so that the
-/// common factor settles near 0.6, above its floor, with a wheel at its torque limit.
+/// Free: a vehicle that follows its command, 2 % above and below by turns. Saturated: one held at 0.6 of
+/// it, so that the common factor settles near 0.6, above its floor, with a wheel at its torque limit.
 fn inputs<R: Real, const N: usize>(controller: &Controller<R, N>, saturated: bool) -> [Input<R, N>; INPUTS] {
     core::array::from_fn(|i| {
         let command = BodyTwist::from_array([R::of(0.3), R::of(0.1), R::of(0.2)]);
@@ -60,7 +60,8 @@ struct Vehicle<R, const N: usize> {
     sample: ControlSample<R, N>,
 }
 
-/// The step as the interrupt of a motor controller calls it: command and measurements in, the command limited, torques out.
+/// The step as the interrupt of a motor controller calls it: command and measurements in, the
+/// command limited, torques out.
 #[inline(never)]
 fn omni_step<R: Real, const N: usize>(vehicle: &mut Vehicle<R, N>, input: &Input<R, N>) -> [R; N] {
     let command = vehicle.limiter.step(&mut vehicle.limited, &input.command);
@@ -114,7 +115,8 @@ fn run<R: Real + FloatCore, const N: usize>(
             black_box(&torques);
         }
     }
-    // The inputs repeat and the loops settle within the first thousand steps, so the last step stands for those counted.
+    // The inputs repeat and the loops settle within the first thousand steps, so the last step
+    // stands for those counted.
     let limit = limit();
     let last = &inputs[(steps + INPUTS - 1) % INPUTS];
     torques

@@ -1,5 +1,4 @@
-//! What the instruction counter and the benchmark set up alike: vehicles, their controllers, and the `pid` loops next to
-//! them.
+//! What the instruction counter and the benchmark set up alike: vehicles, their controllers, and `pid` loops beside.
 
 use num_traits::float::FloatCore;
 use omni_core::shaping::{AxisLimits, TwistLimiter, TwistLimits};

@@ -8,8 +8,8 @@ use crate::loops::{Rest, WheelControlConfig};
 use crate::motor::TorqueRanges;
 use crate::shaping::ShapingConfig;
 
-/// Everything a [`Drive`](crate::drive::Drive) is made of; checked by [`Drive::new`](crate::drive::Drive::new). Its period is that of
-/// `control.pid`.
+/// Everything a [`Drive`](crate::drive::Drive) is made of; checked by
+/// [`Drive::new`](crate::drive::Drive::new). Its period is that of `control.pid`.
 ///
 /// ```
 /// use omni_core::{BodyTwist, Drive, DriveConfig, DriveInput, DriveState, WheelLayout, WheelVelocities};
@@ -42,8 +42,8 @@ pub struct DriveConfig<R, const N: usize> {
     pub command_point_m: [R; 2],
     /// Take the rotation within a period into account ([`BodyTwist::discretize`]).
     pub discretize: bool,
-    /// Periods in which too few wheels may determine the motion before the vehicle is stopped; until then it is controlled on. 10 are
-    /// usual.
+    /// Periods in which too few wheels may determine the motion before the vehicle is stopped;
+    /// until then it is controlled on. 10 are usual.
     pub blind_periods: u16,
     /// Speed limits of the actuators, if they have any.
     pub speed_limits: Option<SpeedLimits<R, N>>,
@@ -102,8 +102,9 @@ pub struct DriveInput<R, const N: usize> {
     pub command: Option<BodyTwist<R>>,
     /// Actuator velocity of each wheel \[rad/s\], none where no reading arrived.
     pub readings_rad_s: [Option<R>; N],
-    /// The emergency stop is pressed: the vehicle comes to rest at the emergency deceleration, whatever is commanded, and stays there for as
-    /// long as this is said. A level: it is to be true in every step of the stop. A button that springs back has to be latched before.
+    /// The emergency stop is pressed: the vehicle comes to rest at the emergency deceleration,
+    /// whatever is commanded, and stays there for as long as this is said. A level: it is to be
+    /// true in every step of the stop. A button that springs back has to be latched before.
     pub emergency: bool,
     /// Wheels known to be off the ground: they go on turning, but do not count for the motion.
     pub lifted: [bool; N],
@@ -114,7 +115,8 @@ pub struct DriveInput<R, const N: usize> {
 }
 
 impl<R: Real, const N: usize> DriveInput<R, N> {
-    /// All readings there \[rad/s\], no new command, no emergency stop, every wheel on flat ground, no torque limits but the motors' own.
+    /// All readings there \[rad/s\], no new command, no emergency stop, every wheel on flat ground,
+    /// no torque limits but the motors' own.
     ///
     /// ```
     /// use omni_core::{DriveInput, WheelVelocities};
@@ -134,8 +136,9 @@ impl<R: Real, const N: usize> DriveInput<R, N> {
         }
     }
 
-    /// [`DriveInput::measured`], but a reading of NaN did not arrive, as in a link, a log and [`Readings`](crate::policy::Readings). What is
-    /// no velocity otherwise, as an infinite one, is for the monitor to judge.
+    /// [`DriveInput::measured`], but a reading of NaN did not arrive, as in a link, a log and
+    /// [`Readings`](crate::policy::Readings). What is no velocity otherwise, as an infinite one, is
+    /// for the monitor to judge.
     ///
     /// ```
     /// use omni_core::{DriveInput, WheelVelocities};

@@ -33,8 +33,8 @@ pub enum Fault {
     NotANumber = 1,
     /// Its reading jumps further in one period than a wheel can.
     Jump = 2,
-    /// Its reading never changes although the vehicle moves, or although the motor pulls: an encoder that is dead, or a wheel that is
-    /// blocked.
+    /// Its reading never changes although the vehicle moves, or although the motor pulls: an
+    /// encoder that is dead, or a wheel that is blocked.
     Stuck = 3,
     /// No reading has arrived for too long.
     Silent = 4,
@@ -43,7 +43,8 @@ pub enum Fault {
 }
 
 impl Fault {
-    /// The number that stands for it in frames, in C and in tables, 1 to 5 in the order above; 0 is no fault. It never changes.
+    /// The number that stands for it in frames, in C and in tables, 1 to 5 in the order above; 0 is
+    /// no fault. It never changes.
     #[must_use]
     pub const fn number(self) -> u8 {
         self as u8
@@ -174,7 +175,8 @@ impl<R: Real, const N: usize> FaultState<R, N> {
         self.lost = *lost;
     }
 
-    /// Forgets every fault but what is declared lost: each reading is judged afresh. A fault whose cause lasts comes back.
+    /// Forgets every fault but what is declared lost: each reading is judged afresh. A fault whose
+    /// cause lasts comes back.
     ///
     /// ```
     /// use omni_core::drive::FaultState;
@@ -187,7 +189,8 @@ impl<R: Real, const N: usize> FaultState<R, N> {
         self.wheel = [WheelHistory::FRESH; N];
     }
 
-    /// Names wheels that traction control leaves out: without torque there is no evidence that the monitor could find by itself.
+    /// Names wheels that traction control leaves out: without torque there is no evidence that the
+    /// monitor could find by itself.
     pub(crate) fn doubt(&mut self, doubted: [bool; N]) {
         for (wheel, doubted) in self.wheel.iter_mut().zip(doubted) {
             if doubted {
@@ -214,8 +217,8 @@ impl<R: Real, const N: usize> FaultState<R, N> {
         usable
     }
 
-    /// What is wrong with each wheel, in the layout's order; none where its readings are accepted. [`Fault::Lost`] hides any
-    /// other.
+    /// What is wrong with each wheel, in the layout's order; none where its readings are accepted.
+    /// [`Fault::Lost`] hides any other.
     ///
     /// ```
     /// use omni_core::drive::{Fault, FaultState};
@@ -303,8 +306,8 @@ impl<R: Real> FaultMonitor<R> {
         self.config.stuck_periods != u16::MAX && self.config.stuck_torque_n_m.is_finite_real()
     }
 
-    /// One step: readings in (`None` where none has arrived), velocities to go on with out. A faulty wheel's is 0 and not
-    /// to be used: see [`FaultState::faults`]. Never NaN. O(N).
+    /// One step: readings in (`None` where none has arrived), velocities to go on with out. A
+    /// faulty wheel's is 0 and not to be used: see [`FaultState::faults`]. Never NaN. O(N).
     ///
     /// ```
     /// use omni_core::drive::{Expectation, Fault, FaultMonitor, FaultState};
@@ -353,7 +356,8 @@ impl<R: Real> FaultMonitor<R> {
         velocities
     }
 
-    /// Evidence against a reading, should it stay the same: that the motor pulls in vain. None where nothing speaks against it.
+    /// Evidence against a reading, should it stay the same: that the motor pulls in vain. None
+    /// where nothing speaks against it.
     fn pulls_in_vain<const N: usize>(
         &self,
         state: &FaultState<R, N>,
@@ -396,7 +400,8 @@ impl<R: Real> FaultMonitor<R> {
         if !no_count || !towards {
             return (hard && towards).then_some(R::of(FAINT));
         }
-        // Without a count, although the others say that it turns. At a crawl they say little, and the angle counts that it turns by.
+        // Without a count, although the others say that it turns. At a crawl they say little, and
+        // the angle counts that it turns by.
         let said = expected.by_others.rad_s[i] / self.config.stuck_rad_s;
         if said.abs() > R::one() {
             return Some(R::of(FAINT));

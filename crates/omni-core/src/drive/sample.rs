@@ -36,8 +36,9 @@ pub enum DriveMode {
     Normal = 0,
     /// A wheel is released, lifted or excluded; the others move the vehicle as commanded.
     Degraded = 1,
-    /// Too few wheels are left to determine how the vehicle moves: those that are left are brought to rest, at the emergency
-    /// deceleration. Latched until [`DriveState::release_safe_stop`](crate::drive::DriveState::release_safe_stop).
+    /// Too few wheels are left to determine how the vehicle moves: those that are left are brought
+    /// to rest, at the emergency deceleration. Latched until
+    /// [`DriveState::release_safe_stop`](crate::drive::DriveState::release_safe_stop).
     SafeStop = 2,
     /// Requested: for as long as [`DriveInput::emergency`](crate::drive::DriveInput::emergency) says so.
     EmergencyStop = 3,
@@ -79,9 +80,10 @@ pub struct DriveSample<R, const N: usize> {
     pub desaturated: Desaturated<R, N>,
     /// The loops.
     pub wheels: WheelSample<R, N>,
-    /// Motors whose windings shall be shorted. In a safe stop and an emergency stop those of wheels with a fault, because no torque can be
-    /// controlled without a reading, and a vehicle of three wheels would roll on; and all when the torque has ended.
-    /// At rest otherwise all when the torque has ended, if [`Rest::short_windings`](crate::loops::Rest::short_windings) asks for it.
+    /// Motors whose windings shall be shorted. In a safe stop and an emergency stop those of wheels
+    /// with a fault, because no torque can be controlled without a reading, and a vehicle of three
+    /// wheels would roll on; and all when the torque has ended. At rest otherwise all when the torque
+    /// has ended, if [`Rest::short_windings`](crate::loops::Rest::short_windings) asks for it.
     pub brake: [bool; N],
     /// Enough wheels determine the motion: `slip` means something, and the pose was integrated.
     pub motion_known: bool,

@@ -1,7 +1,7 @@
 //! Slip detection by redundancy; a slipping wheel is left out of the forward kinematics until it grips again.
 //!
-//! Seven wheels determine three motions four times over. A wheel that slips or has lost the ground breaks that agreement; the
-//! residual of the others names it (data snooping, Baarda 1968).
+//! Seven wheels determine three motions four times over. A wheel that slips or has lost the ground
+//! breaks that agreement; the residual of the others names it (data snooping, Baarda 1968).
 
 #[cfg(test)]
 mod tests;
@@ -45,7 +45,8 @@ pub struct SlipConfig<R> {
 constant_struct!(SlipConfig<R> { enter_rad_s: R, leave_rad_s: R, enter_periods: u16, leave_periods: u16 });
 
 impl<R: Real> SlipConfig<R> {
-    /// What is usual for a control period \[s\]: out after 10 ms above 2 rad/s, in again after 50 ms below 1 rad/s, in whole periods.
+    /// What is usual for a control period \[s\]: out after 10 ms above 2 rad/s, in again after 50
+    /// ms below 1 rad/s, in whole periods.
     ///
     /// ```
     /// use omni_core::drive::SlipConfig;
@@ -103,7 +104,8 @@ pub struct SlipDetector<R> {
 
 constant_struct!(SlipDetector<R> { config: SlipConfig<R> });
 
-/// What the detector remembers: which wheels are excluded, for how long each seemed to slip, and the forward map of the rest.
+/// What the detector remembers: which wheels are excluded, for how long each seemed to slip, and
+/// the forward map of the rest.
 ///
 /// ```
 /// use omni_core::drive::{SlipConfig, SlipDetector, SlipState};
@@ -120,10 +122,6 @@ constant_struct!(SlipDetector<R> { config: SlipConfig<R> });
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(
-    feature = "serde",
-    serde(bound(serialize = "R: serde::Serialize", deserialize = "R: serde::Deserialize<'de>"))
-)]
 pub struct SlipState<R, const N: usize> {
     #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     slipping: [bool; N],
@@ -164,8 +162,8 @@ pub struct SlipSample<R, const N: usize> {
     /// Slip \[rad/s\] of each wheel if it alone slips: the residual over the wheel's redundancy. 0 for a wheel that the
     /// others cannot check.
     pub slip_rad_s: [R; N],
-    /// The wheels disagree, but what they say fits the slip of several of them equally well, and none is excluded: always
-    /// so with four wheels (one check), and between wheels 2 and 6 of the seven-wheel vehicle.
+    /// The wheels disagree, but what they say fits the slip of several of them equally well, and none is
+    /// excluded: always so with four wheels (one check), and between wheels 2 and 6 of the seven-wheel vehicle.
     pub unattributed: bool,
     /// The others can check this wheel: its `slip_rad_s` means something.
     pub checked: [bool; N],
@@ -226,10 +224,11 @@ impl<R: Real, const N: usize> SlipState<R, N> {
         out
     }
 
-    /// Declares which wheels do not count: lifted, lost, or with a broken encoder. They stay out until declared otherwise.
+    /// Declares which wheels do not count: lifted, lost, or with a broken encoder. They stay out
+    /// until declared otherwise.
     ///
-    /// False, and nothing changes but that wheels found slipping are let in again to help, where the rest would not determine
-    /// the three motions apart.
+    /// False, and nothing changes but that wheels found slipping are let in again to help, where
+    /// the rest would not determine the three motions apart.
     ///
     /// ```
     /// use omni_core::drive::SlipState;

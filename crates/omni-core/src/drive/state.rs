@@ -25,10 +25,6 @@ use crate::shaping::ShaperState;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(
-    feature = "serde",
-    serde(bound(serialize = "R: serde::Serialize", deserialize = "R: serde::Deserialize<'de>"))
-)]
 pub struct DriveState<R, const N: usize> {
     /// The loops.
     pub control: ControlState<R, N>,

@@ -12,8 +12,8 @@ use crate::{ConfigError, Real};
 
 /// A [`Drive`] with traction control in place of the wheels' loops: everything around them is the drive's.
 ///
-/// Wheels that the fault monitor excludes, and those of which no reading arrives, have no torque and do not count for the speed.
-/// `torque_ranges` of the input hold here too. In a stop nothing is tried any more: no back-off, no run-up.
+/// Wheels that the fault monitor excludes, and those of which no reading arrives, have no torque and do not count for
+/// the speed. `torque_ranges` of the input hold here too. In a stop nothing is tried any more: no back-off, no run-up.
 ///
 /// ```
 /// use omni_core::drive::{BodyReadings, TractionDrive, TractionDriveState};
@@ -93,10 +93,7 @@ impl<R: Real> BodyReadings<'_, R> {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
     feature = "serde",
-    serde(bound(
-        serialize = "R: serde::Serialize",
-        deserialize = "R: Real + serde::Deserialize<'de>"
-    ))
+    serde(bound(deserialize = "R: Real + serde::Deserialize<'de>"))
 )]
 pub struct TractionDriveState<R, const N: usize> {
     /// What is around the loops: safe stops end here, faults and the pose are read here.
@@ -114,8 +111,8 @@ impl<R: Real, const N: usize> TractionDriveState<R, N> {
         }
     }
 
-    /// A start after a [`Drive`] with this state, while the vehicle moves with `twist`: all that is around the loops goes on, and so
-    /// does a hold at rest.
+    /// A start after a [`Drive`] with this state, while the vehicle moves with `twist`: all that is
+    /// around the loops goes on, and so does a hold at rest.
     ///
     /// ```
     /// use omni_core::drive::TractionDriveState;

@@ -22,8 +22,8 @@ use crate::{ConfigError, Real};
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct EncoderConfig<R> {
-    /// Edges a turn of what shall be measured, 1 to 1e9, all of them counted (four a line of a quadrature encoder), times the gear's ratio
-    /// where the encoder sits before the gear.
+    /// Edges a turn of what shall be measured, 1 to 1e9, all of them counted (four a line of a
+    /// quadrature encoder), times the gear's ratio where the encoder sits before the gear.
     pub counts_per_turn: R,
     /// Bits of the counter, 2 to 32.
     pub bits: u32,
@@ -33,8 +33,8 @@ pub struct EncoderConfig<R> {
     pub period_s: R,
 }
 
-/// A wheel's encoder on a hardware counter: from its raw reading to a velocity, by an [`EncoderCounter`] and a [`VelocityEstimator`].
-/// `WINDOW` is 1 unless the velocity is that of a longer window.
+/// A wheel's encoder on a hardware counter: from its raw reading to a velocity, by an [`EncoderCounter`]
+/// and a [`VelocityEstimator`]. `WINDOW` is 1 unless the velocity is that of a longer window.
 ///
 /// ```
 /// use omni_core::estimate::{Encoder, EncoderConfig, EncoderState, VelocityMethod};
@@ -68,10 +68,6 @@ constant_struct!(Encoder<R, const WINDOW> { counter: EncoderCounter<R>, velocity
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(
-    feature = "serde",
-    serde(bound(serialize = "R: serde::Serialize", deserialize = "R: serde::Deserialize<'de>"))
-)]
 #[repr(C)]
 pub struct EncoderState<R, const WINDOW: usize = 1> {
     counter: CounterState,
@@ -122,8 +118,9 @@ impl<R: Real, const WINDOW: usize> Encoder<R, WINDOW> {
         Ok(Self { counter, velocity })
     }
 
-    /// One control period: takes in the counter as it stands, and returns the velocity \[rad/s\]; none where it could not be read. The first
-    /// reading after such a period is right about the time. The wheel may turn by less than half the counter's range between two readings.
+    /// One control period: takes in the counter as it stands, and returns the velocity \[rad/s\];
+    /// none where it could not be read. The first reading after such a period is right about the
+    /// time. The wheel may turn by less than half the counter's range between two readings.
     ///
     /// `since_edge_s` is as in [`VelocityEstimator::step`].
     ///
@@ -154,8 +151,8 @@ impl<R: Real, const WINDOW: usize> Encoder<R, WINDOW> {
         Some(self.velocity.step(&mut state.velocity, counts, since_edge_s))
     }
 
-    /// The velocity \[rad/s\] by a counter that was read `since_reading_s` \[s\] after the last time, where that was measured: as
-    /// [`VelocityEstimator::step_after`].
+    /// The velocity \[rad/s\] by a counter that was read `since_reading_s` \[s\] after the last
+    /// time, where that was measured: as [`VelocityEstimator::step_after`].
     ///
     /// ```
     /// use omni_core::estimate::{Encoder, EncoderConfig, EncoderState};
@@ -269,8 +266,9 @@ impl CounterState {
 }
 
 impl<R: Real> EncoderCounter<R> {
-    /// An encoder of `counts_per_turn` edges a turn of what shall be measured, 1 to 1e9, all of them counted (four a line of a quadrature
-    /// encoder), times the gear's ratio where it sits before the gear; and a counter of `bits`, 2 to 32.
+    /// An encoder of `counts_per_turn` edges a turn of what shall be measured, 1 to 1e9, all of
+    /// them counted (four a line of a quadrature encoder), times the gear's ratio where it sits
+    /// before the gear; and a counter of `bits`, 2 to 32.
     ///
     /// # Errors
     /// Parameter `counts_per_turn` or `bits` where it is out of range.
@@ -291,8 +289,9 @@ impl<R: Real> EncoderCounter<R> {
         self.count_rad
     }
 
-    /// Takes in a reading and returns the counts since the one before, positive forwards; 0 for the first. Bits that the counter does not
-    /// have are ignored. The way round is the shorter one: read at least once in half the counter's range.
+    /// Takes in a reading and returns the counts since the one before, positive forwards; 0 for the
+    /// first. Bits that the counter does not have are ignored. The way round is the shorter one:
+    /// read at least once in half the counter's range.
     ///
     /// ```
     /// use omni_core::estimate::{CounterState, EncoderCounter};

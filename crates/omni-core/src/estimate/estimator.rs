@@ -1,7 +1,8 @@
 //! Pose and velocity from wheels, gyro and accelerometer, with wheel slip as a state.
 //!
-//! An extended Kalman filter. What is special is the slip: that of all wheels together is a part of the state, because it lasts, and
-//! no redundancy of wheels sees it, while an accelerometer does. What the wheels say against each other widens their noise.
+//! An extended Kalman filter. What is special is the slip: that of all wheels together is a part of
+//! the state, because it lasts, and no redundancy of wheels sees it, while an accelerometer does.
+//! What the wheels say against each other widens their noise.
 
 mod config;
 mod correction;
@@ -24,7 +25,8 @@ use matrix::{BIAS, Matrix, Motion, SIZE, SLIP, SLIP_Y, VX, VY, X, Y, YAW};
 const SUDDEN: f64 = 9.0;
 /// Most that a period adds to the variance of the slip, over that of the wheels' noise: what `f32` can take off again.
 const MOST: f64 = 1e4;
-/// Disagreement that passes for noise of the readings, over their variance: its estimate over 20 periods is off by a third.
+/// Disagreement that passes for noise of the readings, over their variance: its estimate over 20
+/// periods is off by a third.
 const QUIET: f64 = 1.3;
 /// Time over which the disagreement of a wheel is averaged \[s\].
 const DISAGREEMENT_S: f64 = 0.02;
@@ -32,32 +34,37 @@ const DISAGREEMENT_S: f64 = 0.02;
 const STILL_S: f64 = 0.05;
 /// Redundancy below which the others say too little about a wheel.
 const LEAST_REDUNDANCY: f64 = 0.05;
-/// Part of the squared disagreement that is noise of the wheel's reading. All of it is in what the slip may be: what lasts is no noise.
+/// Part of the squared disagreement that is noise of the wheel's reading. All of it is in what the
+/// slip may be: what lasts is no noise.
 const AS_NOISE: f64 = 0.5;
-/// Most that a slip changes unforeseen in a period, over what the velocity does (variances): so little of such a change is taken for one of the
-/// velocity. More, and every period expects a change that comes in few.
+/// Most that a slip changes unforeseen in a period, over what the velocity does (variances): so little of
+/// such a change is taken for one of the velocity. More, and every period expects a change that comes in few.
 const RESTLESS: f64 = 400.0;
 /// Standard deviation of a vehicle's velocity that stands \[m/s\]: its loops answer the noise of their encoders.
 const STANDING_M_S: f64 = 3e-4;
 
 /// The filter for a vehicle with `N` wheels. Immutable; what changes is in [`EstimatorState`].
 ///
-/// State: place and yaw in the world; velocity of the origin along the vehicle's heading; the gyro's bias; and the slip of all
-/// wheels together, as a twist that they show beyond the vehicle's own. Each period
+/// State: place and yaw in the world; velocity of the origin along the vehicle's heading; the gyro's bias;
+/// and the slip of all wheels together, as a twist that they show beyond the vehicle's own. Each period
 ///
-/// 1. gyro and accelerometer move the state (without accelerometer the velocity wanders, without gyro the wheels' yaw rate is taken);
-/// 2. the slip is held against none, by as little as a slip says that lasts for `slip_s` and is `slip_m_s`, as much as it is itself in any
-///    direction (wheels that slide hold in none) and as the wheels disagree. It changes by as much, but in a period by no more than 400 times what
-///    the velocity does (variances), which is little with an accelerometer. A body innovation beyond three deviations widens it at once, by its excess (after Jazwinski, *Adaptive
-///    filtering*, Automatica 5, 1969);
-/// 3. every valid wheel reading is taken in by itself, its noise widened by its own residual (as variance components are estimated
-///    from redundancy: Baarda, 1968). No matrix is inverted, and the covariance is updated in Joseph's form. Its variances are never below 0.
+/// 1. gyro and accelerometer move the state (without accelerometer the velocity wanders, without
+///    gyro the wheels' yaw rate is taken);
+/// 2. the slip is held against none, by as little as a slip says that lasts for `slip_s` and is
+///    `slip_m_s`, as much as it is itself in any direction (wheels that slide hold in none) and as the
+///    wheels disagree. It changes by as much, but in a period by no more than 400 times what the velocity
+///    does (variances), which is little with an accelerometer. A body innovation beyond three deviations
+///    widens it at once, by its excess (after Jazwinski, *Adaptive filtering*, Automatica 5, 1969);
+/// 3. every valid wheel reading is taken in by itself, its noise widened by its own residual (as
+///    variance components are estimated from redundancy: Baarda, 1968). No matrix is inverted, and
+///    the covariance is updated in Joseph's form. Its variances are never below 0.
 ///
-/// A vehicle whose command is rest and that stands (wheels, gyro and accelerometer are quiet for 50 ms) has no velocity, and what the gyro says
-/// beyond the wheels' yaw rate is its bias: it trembles as its loops answer their encoders' noise. Nothing else teaches the bias: a wheel's slip in a turn is one-sided, and would be taken for one.
+/// A vehicle whose command is rest and that stands (wheels, gyro and accelerometer are quiet for 50 ms) has no
+/// velocity, and what the gyro says beyond the wheels' yaw rate is its bias: it trembles as its loops answer their
+/// encoders' noise. Nothing else teaches the bias: a wheel's slip in a turn is one-sided, and would be taken for one.
 ///
-/// What it is not: it has no bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s of error while
-/// all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
+/// What it is not: it has no bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s
+/// of error while all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
 ///
 /// ```
 /// use omni_core::estimate::{Estimator, EstimatorConfig, EstimatorInput};
@@ -113,10 +120,6 @@ constant_struct!(Estimator<R, const N> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(
-    feature = "serde",
-    serde(bound(serialize = "R: serde::Serialize", deserialize = "R: serde::Deserialize<'de>"))
-)]
 pub struct EstimatorState<R, const N: usize> {
     x: Sum<R>,
     y: Sum<R>,
@@ -157,8 +160,8 @@ pub struct EstimatorState<R, const N: usize> {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub struct EstimatorStep<R> {
-    /// Normalised innovation squared: sum over the wheels of innovation squared over its variance. Chi-square with `readings` degrees
-    /// of freedom where the model holds. 0 or more; 0 where nothing was taken in.
+    /// Normalised innovation squared: sum over the wheels of innovation squared over its variance. Chi-square
+    /// with `readings` degrees of freedom where the model holds. 0 or more; 0 where nothing was taken in.
     pub nis: R,
     /// Wheels that were taken in.
     pub readings: usize,
@@ -210,7 +213,8 @@ impl<R: Real, const N: usize> EstimatorState<R, N> {
         BodyTwist::from_array([vx, vy, self.yaw_rate - self.bias])
     }
 
-    /// What the wheels show beyond the vehicle's motion, all together, as a twist. Its yaw rate has the gyro's noise in it.
+    /// What the wheels show beyond the vehicle's motion, all together, as a twist. Its yaw rate has
+    /// the gyro's noise in it.
     ///
     /// ```
     /// use omni_core::estimate::{Estimator, EstimatorConfig};
@@ -282,8 +286,8 @@ impl<R: Real, const N: usize> EstimatorState<R, N> {
         self.covariance.0[BIAS][BIAS].abs().sqrt()
     }
 
-    /// Sets the pose and how well it is known; what it had to do with the rest is forgotten. False, and nothing changed, where
-    /// `pose` is not finite.
+    /// Sets the pose and how well it is known; what it had to do with the rest is forgotten. False,
+    /// and nothing changed, where `pose` is not finite.
     ///
     /// ```
     /// use omni_core::estimate::{Estimator, EstimatorConfig, PoseCovariance};

@@ -320,7 +320,8 @@ impl<R: Real, const N: usize> Odometry<R, N> {
 
     /// What each actuator turned \[rad\] from the last step to `positions`; none before the first. Changes nothing.
     ///
-    /// For who needs them besides the pose, as [`PoseCovariance`](crate::estimate::PoseCovariance) does: to be called before the step.
+    /// For who needs them besides the pose, as [`PoseCovariance`](crate::estimate::PoseCovariance)
+    /// does: to be called before the step.
     ///
     /// ```
     /// use omni_core::estimate::{Odometry, OdometryState};

@@ -22,8 +22,8 @@ const SLOWEST_RAD_S: f64 = 0.25;
 
 /// How a velocity is made of counts.
 ///
-/// With a count of angle `d`, a period `T` and a wheel that turns steadily, the reading is off by at most (in brackets what it lags behind
-/// a wheel that speeds up):
+/// With a count of angle `d`, a period `T` and a wheel that turns steadily, the reading is off by
+/// at most (in brackets what it lags behind a wheel that speeds up):
 ///
 /// | method | off by at most | lag |
 /// |---|---|---|
@@ -45,10 +45,12 @@ pub enum VelocityMethod<R> {
         /// Readings, one each control period.
         periods: u16,
     },
-    /// Counts between the last edges of two periods that had some, over the time between those edges (the M/T method: at low speeds the
-    /// time of one count, at high speeds the counts of a period). Wants the time of the last edge: an input capture, or an interrupt.
+    /// Counts between the last edges of two periods that had some, over the time between those
+    /// edges (the M/T method: at low speeds the time of one count, at high speeds the counts of a
+    /// period). Wants the time of the last edge: an input capture, or an interrupt.
     Edges,
-    /// A second-order tracking observer (a phase-locked loop): it follows the counted angle with both poles at this bandwidth.
+    /// A second-order tracking observer (a phase-locked loop): it follows the counted angle with
+    /// both poles at this bandwidth.
     Observer {
         /// Bandwidth \[rad/s\], 0.001 to 1 over the control period.
         bandwidth_rad_s: R,
@@ -91,15 +93,17 @@ pub struct VelocityConfig<R> {
 
 /// Velocity out of counts, by the method that its configuration chooses.
 ///
-/// Once no count comes any more the velocity falls: the wheel turned less than a count since, so by every method it is at most one count
-/// over the time without. A counter that has stayed within two counts for [`VelocityEstimator::standing_s`] stands, or toggles about an
-/// edge: the velocity is exactly 0 by every method until it has left them. So an encoder whose wire is cut, which is a counter that stands
-/// or toggles, repeats one reading, and a [`FaultMonitor`](crate::drive::FaultMonitor) finds it. A wheel slower than three counts in that time
-/// reads 0 now and then; that is at most 0.25 rad/s of coarse encoders, and 30 counts a second of fine ones.
+/// Once no count comes any more the velocity falls: the wheel turned less than a count since, so by every method
+/// it is at most one count over the time without. A counter that has stayed within two counts for
+/// [`VelocityEstimator::standing_s`] stands, or toggles about an edge: the velocity is exactly 0 by every method
+/// until it has left them. So an encoder whose wire is cut, which is a counter that stands or toggles, repeats one
+/// reading, and a [`FaultMonitor`](crate::drive::FaultMonitor) finds it. A wheel slower than three counts in that
+/// time reads 0 now and then; that is at most 0.25 rad/s of coarse encoders, and 30 counts a second of fine ones.
 ///
 /// Nothing divides by a time or by counts that can be zero, and every reading is finite.
 ///
-/// The state holds the counts of `WINDOW` readings, 1 unless given: an observer, edges and a window of one need no more.
+/// The state holds the counts of `WINDOW` readings, 1 unless given: an observer, edges and a window
+/// of one need no more.
 ///
 /// ```
 /// use omni_core::estimate::{VelocityConfig, VelocityEstimator, VelocityMethod, VelocityState};
@@ -180,10 +184,6 @@ constant_enum!(VelocityLaw<R> { Window { periods, rad_s_per_count }, Edges, Obse
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(
-    feature = "serde",
-    serde(bound(serialize = "R: serde::Serialize", deserialize = "R: serde::Deserialize<'de>"))
-)]
 #[repr(C)]
 pub struct VelocityState<R, const WINDOW: usize = 1> {
     /// Counts of the last readings, round and round, and by how much longer than a period each took \[s\].
@@ -252,11 +252,12 @@ impl<R: Real, const WINDOW: usize> Default for VelocityState<R, WINDOW> {
 }
 
 impl<R: Real, const WINDOW: usize> VelocityEstimator<R, WINDOW> {
-    /// An estimator of that configuration. A window of several periods needs as many places: `VelocityEstimator::<f32, 8>::new(..)`.
+    /// An estimator of that configuration. A window of several periods needs as many places:
+    /// `VelocityEstimator::<f32, 8>::new(..)`.
     ///
     /// # Errors
-    /// Parameter `count_rad`, `period_s`, `periods` or `bandwidth_rad_s` where it is out of range. A bandwidth beyond one over the period
-    /// would be the counts of a period again; one below a thousandth of that is lost in rounding.
+    /// Parameter `count_rad`, `period_s`, `periods` or `bandwidth_rad_s` where it is out of range. A bandwidth beyond
+    /// one over the period would be the counts of a period again; one below a thousandth of that is lost in rounding.
     pub fn new(config: VelocityConfig<R>) -> Result<Self, ConfigError> {
         let count_rad = within("count_rad", config.count_rad, 1e-9..=7.0, "1e-9 to 7")?;
         let period_s = period(config.period_s)?;
@@ -303,8 +304,8 @@ impl<R: Real, const WINDOW: usize> VelocityEstimator<R, WINDOW> {
         })
     }
 
-    /// How long a counter must stay within two counts before its wheel stands \[s\]: 0.1, or the time of three counts at 0.25 rad/s where
-    /// that is longer, in whole control periods, at least two.
+    /// How long a counter must stay within two counts before its wheel stands \[s\]: 0.1, or the time
+    /// of three counts at 0.25 rad/s where that is longer, in whole control periods, at least two.
     ///
     /// ```
     /// use omni_core::estimate::{VelocityConfig, VelocityEstimator, VelocityMethod};
@@ -321,12 +322,12 @@ impl<R: Real, const WINDOW: usize> VelocityEstimator<R, WINDOW> {
         whole::<R>(i64::from(self.standing_periods)) * self.period_s
     }
 
-    /// Takes in the counts since the last reading, positive forwards, and returns the velocity \[rad/s\]. To be called every control period;
-    /// [`VelocityEstimator::missed`] stands for a period without a reading.
+    /// Takes in the counts since the last reading, positive forwards, and returns the velocity \[rad/s\]. To
+    /// be called every control period; [`VelocityEstimator::missed`] stands for a period without a reading.
     ///
-    /// `since_edge_s` is the time from the last edge to the end of the period \[s\], of a period with counts; without it (or where it is
-    /// not within the time since the last reading) `Edges` takes it for 0 and then is off by up to a period over the time between edges.
-    /// The other methods do not look at it.
+    /// `since_edge_s` is the time from the last edge to the end of the period \[s\], of a period with
+    /// counts; without it (or where it is not within the time since the last reading) `Edges` takes it for 0
+    /// and then is off by up to a period over the time between edges. The other methods do not look at it.
     ///
     /// ```
     /// use omni_core::estimate::{VelocityConfig, VelocityEstimator, VelocityMethod, VelocityState};
@@ -362,8 +363,9 @@ impl<R: Real, const WINDOW: usize> VelocityEstimator<R, WINDOW> {
         state.waited_s = (state.waited_s + self.period_s).limited(R::zero(), R::of(LONGEST_WAIT_S));
     }
 
-    /// [`VelocityEstimator::step`] where the time since the last reading was measured: `since_reading_s` \[s\], a thousandth of the control
-    /// period to 1000 s. Outside of that, or NaN, it counts as the control period. Periods that were [missed](Self::missed) are part of it.
+    /// [`VelocityEstimator::step`] where the time since the last reading was measured:
+    /// `since_reading_s` \[s\], a thousandth of the control period to 1000 s. Outside of that, or
+    /// NaN, it counts as the control period. Periods that were [missed](Self::missed) are part of it.
     ///
     /// ```
     /// use omni_core::estimate::{VelocityConfig, VelocityEstimator, VelocityState};
@@ -499,7 +501,8 @@ impl<R: Real, const WINDOW: usize> VelocityEstimator<R, WINDOW> {
         state.stood >= self.standing_periods
     }
 
-    /// Lets the time pass. Where it had counts: how many edges lie between its last one and the last one before, and how much time.
+    /// Lets the time pass. Where it had counts: how many edges lie between its last one and the
+    /// last one before, and how much time.
     #[inline]
     fn pass_time(
         &self,
@@ -550,8 +553,8 @@ impl<R: Real, const WINDOW: usize> VelocityEstimator<R, WINDOW> {
     }
 }
 
-/// What an angle off by 1 rad corrects of an observer after `passed_s` \[s\]: parts of the angle and of the velocity \[rad/s\]. Both poles
-/// at p = exp(-bandwidth T): the angle keeps p^2 of its error, and (1 - p)^2 goes to the rate.
+/// What an angle off by 1 rad corrects of an observer after `passed_s` \[s\]: parts of the angle and of the velocity
+/// \[rad/s\]. Both poles at p = exp(-bandwidth T): the angle keeps p^2 of its error, and (1 - p)^2 goes to the rate.
 fn observer_gains<R: Real>(bandwidth_rad_s: R, passed_s: R) -> [R; 2] {
     let off = -(-(bandwidth_rad_s * passed_s)).exp_m1();
     [off * (R::of(2.0) - off), off * off / passed_s]

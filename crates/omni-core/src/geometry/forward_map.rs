@@ -78,8 +78,8 @@ impl<R: Real> Gram<R> {
         forward
     }
 
-    /// Rank, by the principal minors: each is between 0 (dependent) and about 1 (orthogonal); what rounding may leave of
-    /// a zero is well below the thresholds.
+    /// Rank, by the principal minors: each is between 0 (dependent) and about 1 (orthogonal); what
+    /// rounding may leave of a zero is well below the thresholds.
     fn rank(&self) -> u8 {
         let ([[xx, xy, xz], [_, yy, yz], [_, _, zz]], tiny) = (self.matrix, R::default_epsilon().sqrt());
         if matrix3::determinant(&self.matrix) > tiny * tiny.sqrt() {

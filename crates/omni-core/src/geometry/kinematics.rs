@@ -110,10 +110,11 @@ impl<R: Real, const N: usize> Kinematics<R, N> {
         }
     }
 
-    /// The maps of `layout`, forward by weighted least squares: the twist with the smallest `sum of weight_i error_i^2`.
+    /// The maps of `layout`, forward by weighted least squares: the twist with the smallest
+    /// `sum of weight_i error_i^2`.
     ///
-    /// `weights` are 0 to 1e6, one a wheel: the inverse variance of what each wheel says, in any unit. A wheel of weight 0
-    /// is excluded; at least three wheels that span the plane must count.
+    /// `weights` are 0 to 1e6, one a wheel: the inverse variance of what each wheel says, in any
+    /// unit. A wheel of weight 0 is excluded; at least three wheels that span the plane must count.
     ///
     /// # Errors
     /// As [`Kinematics::new`], of the wheels with a weight; parameter `weight` with the wheel's index.
@@ -143,8 +144,8 @@ impl<R: Real, const N: usize> Kinematics<R, N> {
         })
     }
 
-    /// The same vehicle with the wheels marked in `excluded` left out of the forward map: least squares of the rest. None
-    /// where the rest no longer separates the three motions (rank below 3, or too ill-conditioned to trust).
+    /// The same vehicle with the wheels marked in `excluded` left out of the forward map: least squares of the rest.
+    /// None where the rest no longer separates the three motions (rank below 3, or too ill-conditioned to trust).
     ///
     /// Closed form, O(N): may be called in a control step. A map that was not least squares becomes it.
     ///
@@ -174,7 +175,8 @@ impl<R: Real, const N: usize> Kinematics<R, N> {
         })
     }
 
-    /// Actuator velocities \[rad/s\] that move the vehicle with `twist`: eqs. (8), (9). The wheels turn `gear` times that.
+    /// Actuator velocities \[rad/s\] that move the vehicle with `twist`: eqs. (8), (9). The wheels
+    /// turn `gear` times that.
     ///
     /// ```
     /// use omni_core::{BodyTwist, Kinematics, WheelLayout};
@@ -230,8 +232,8 @@ impl<R: Real, const N: usize> Kinematics<R, N> {
         BodyTwist::from_array(self.apply_forward(&velocities.rad_s))
     }
 
-    /// [`Kinematics::forward`] of wheels that cover `path` times the way of the body beneath them: each wheel's velocity
-    /// is first divided by its factor. Undoes [`Kinematics::inverse_along`].
+    /// [`Kinematics::forward`] of wheels that cover `path` times the way of the body beneath them:
+    /// each wheel's velocity is first divided by its factor. Undoes [`Kinematics::inverse_along`].
     ///
     /// ```
     /// use omni_core::geometry::PathFactors;
@@ -394,8 +396,8 @@ impl<R: Real, const N: usize> Kinematics<R, N> {
     }
 
     /// Condition number of the inverse map, yaw measured at the wheels' mean lever: 1 (best) to
-    /// [`crate::geometry::CONDITION_LIMIT`]. The largest over the smallest singular value, of all wheels alike: weights and
-    /// wheels left out do not count.
+    /// [`crate::geometry::CONDITION_LIMIT`]. The largest over the smallest singular value, of all
+    /// wheels alike: weights and wheels left out do not count.
     ///
     /// ```
     /// use omni_core::{Kinematics, WheelLayout};

@@ -32,7 +32,8 @@ pub struct Wheel<R> {
     pub roller_angle_rad: R,
     /// Rolling radius r \[m\], 0.0001 to 100: the radius that turns velocity into path, not the largest one.
     pub radius_m: R,
-    /// Wheel velocity over actuator velocity, k of eq. (1), 1e-6 to 1000: 1 for direct drive, 0.05 for a 20:1 reduction.
+    /// Wheel velocity over actuator velocity, k of eq. (1), 1e-6 to 1000: 1 for direct drive, 0.05
+    /// for a 20:1 reduction.
     pub gear: R,
     /// The actuator turns the wheel backwards when it turns positively: the sign of the mounting.
     pub reversed: bool,
@@ -220,9 +221,10 @@ impl<R: Real, const N: usize> WheelLayout<R, N> {
     /// A layout of the wheels given, in their order.
     ///
     /// # Errors
-    /// [`ConfigError`] with the wheel's index for a radius, gear, place, direction or roller out of range; without an
-    /// index, parameter `layout` (the value is the rank reached) where the wheels cannot move the vehicle in three
-    /// directions, and parameter `condition_number` (the value) above [`CONDITION_LIMIT`](crate::geometry::CONDITION_LIMIT).
+    /// [`ConfigError`] with the wheel's index for a radius, gear, place, direction or roller out of
+    /// range; without an index, parameter `layout` (the value is the rank reached) where the wheels
+    /// cannot move the vehicle in three directions, and parameter `condition_number` (the value)
+    /// above [`CONDITION_LIMIT`](crate::geometry::CONDITION_LIMIT).
     ///
     /// ```
     /// use omni_core::geometry::Wheel;
@@ -240,8 +242,8 @@ impl<R: Real, const N: usize> WheelLayout<R, N> {
     }
 
     /// `N` equal omni wheels on a circle of `circle_radius_m` > 0 \[m\], wheel `i` at the angle
-    /// `offset_rad + 2 pi i / N` counter-clockwise from forward, each rolling counter-clockwise: all turn positively when
-    /// the vehicle turns left. `wheel_radius_m` is the wheels' radius; direct drive.
+    /// `offset_rad + 2 pi i / N` counter-clockwise from forward, each rolling counter-clockwise: all turn
+    /// positively when the vehicle turns left. `wheel_radius_m` is the wheels' radius; direct drive.
     ///
     /// # Errors
     /// As [`WheelLayout::new`]; parameter `layout` for fewer than three wheels.

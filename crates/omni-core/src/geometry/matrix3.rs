@@ -2,7 +2,8 @@
 
 use crate::Real;
 
-/// Sweeps of Jacobi's method: it converges quadratically, and three rotations that are left after the fourth change no digit of `f64`.
+/// Sweeps of Jacobi's method: it converges quadratically, and three rotations that are left after
+/// the fourth change no digit of `f64`.
 const SWEEPS: usize = 6;
 
 /// Rows of a matrix.
@@ -64,7 +65,8 @@ pub(super) fn refined<R: Real>(inverse: &Rows<R>, matrix: &Rows<R>) -> Rows<R> {
     sum
 }
 
-/// Smallest and largest eigenvalue of a symmetric matrix, by Jacobi's rotations: each makes one of the three other elements 0.
+/// Smallest and largest eigenvalue of a symmetric matrix, by Jacobi's rotations: each makes one of
+/// the three other elements 0.
 pub(super) fn eigenvalues<R: Real>(matrix: &Rows<R>) -> [R; 2] {
     let ([mut xx, mut xy, mut xz], [_, mut yy, mut yz], [_, _, mut zz]) = (matrix[0], matrix[1], matrix[2]);
     for _ in 0..SWEEPS {

@@ -4,8 +4,8 @@ use crate::error::within;
 use crate::geometry::WheelVelocities;
 use crate::{ConfigError, Real};
 
-/// Path of each wheel over path of the body beneath it: 1 on flat ground, above 1 for a wheel that rolls over an edge and
-/// covers a longer path than the body.
+/// Path of each wheel over path of the body beneath it: 1 on flat ground, above 1 for a wheel that
+/// rolls over an edge and covers a longer path than the body.
 ///
 /// ```
 /// use omni_core::geometry::PathFactors;

@@ -100,13 +100,15 @@ impl<R: Real> BodyTwist<R> {
 
     /// The constant twist that, held for `dt_s` > 0 \[s\], ends at the pose (vx dt, vy dt, wz dt) seen from the start.
     ///
-    /// A vehicle that turns while it moves drifts off the line that it was commanded to follow; commands held for a period
-    /// are straightened by this ("discretised"). It is the logarithm map of the plane's rigid motions, the inverse of
+    /// A vehicle that turns while it moves drifts off the line that it was commanded to follow;
+    /// commands held for a period are straightened by this ("discretised"). It is the logarithm map
+    /// of the plane's rigid motions, the inverse of
     /// [`PlanarPose::moved_by`]: with t = wz dt, rotate (vx, vy) by -t/2 and multiply by (t/2) / sin(t/2).
     ///
-    /// Range: |t| < 2 pi. The factor is 1.05 at 60 degrees, 1.57 at half a turn, and grows without bound towards a whole
-    /// turn, which ends where it began whatever the velocity. There it is held at its value where sin(t/2) / (t/2) is
-    /// the root of the precision (1.5e-8 for `f64`, 3.5e-4 for `f32`), and t at 2 pi, so that the result stays finite.
+    /// Range: |t| < 2 pi. The factor is 1.05 at 60 degrees, 1.57 at half a turn, and grows without
+    /// bound towards a whole turn, which ends where it began whatever the velocity. There it is
+    /// held at its value where sin(t/2) / (t/2) is the root of the precision (1.5e-8 for `f64`,
+    /// 3.5e-4 for `f32`), and t at 2 pi, so that the result stays finite.
     ///
     /// ```
     /// use omni_core::geometry::PlanarPose;
@@ -131,7 +133,8 @@ impl<R: Real> BodyTwist<R> {
         }
     }
 
-    /// The velocity, along the body's axes, of the point of the body at `[x_m, y_m]` \[m\] from its origin: `v + wz x p`.
+    /// The velocity, along the body's axes, of the point of the body at `[x_m, y_m]` \[m\] from its
+    /// origin: `v + wz x p`.
     ///
     /// ```
     /// use omni_core::BodyTwist;
@@ -148,8 +151,9 @@ impl<R: Real> BodyTwist<R> {
         }
     }
 
-    /// The twist of the origin that gives the point of the body at `[x_m, y_m]` \[m\] the twist `of_point` (along the
-    /// body's axes): a command for a tool, a towed load or any other centre of rotation. Undoes [`BodyTwist::at_point`].
+    /// The twist of the origin that gives the point of the body at `[x_m, y_m]` \[m\] the twist
+    /// `of_point` (along the body's axes): a command for a tool, a towed load or any other centre
+    /// of rotation. Undoes [`BodyTwist::at_point`].
     ///
     /// ```
     /// use omni_core::BodyTwist;
@@ -187,8 +191,9 @@ impl<R: Real> BodyTwist<R> {
 
 /// A body twist held for some time: forward and sideways along the axes that turn with the vehicle, and the turn.
 ///
-/// Not the chord from start to end: a vehicle that turns by dyaw covers sin(dyaw/2) / (dyaw/2) of (dx, dy) as the crow
-/// flies. Made by [`BodyTwist::over`], or [`crate::geometry::Kinematics::displacement`]; [`PlanarPose::moved_by`] applies it.
+/// Not the chord from start to end: a vehicle that turns by dyaw covers sin(dyaw/2) / (dyaw/2) of
+/// (dx, dy) as the crow flies. Made by [`BodyTwist::over`], or
+/// [`crate::geometry::Kinematics::displacement`]; [`PlanarPose::moved_by`] applies it.
 ///
 /// ```
 /// use omni_core::geometry::WheelAngles;
@@ -343,10 +348,10 @@ impl<R: Real> PlanarPose<R> {
 
     /// The pose after `displacement`, exact for a twist that stayed constant: the vehicle moves along an arc.
     ///
-    /// The exponential map of the plane's rigid motions, its translation written as
-    /// sin(dyaw/2) / (dyaw/2) R(yaw + dyaw/2) (dx, dy). The heading is added up as it is, not wrapped; in `f32` it should
-    /// stay within 8192 rad ([`Real::sine_cosine`]). Over many steps use [`Odometry`](crate::estimate::Odometry), which does
-    /// not lose what a sum rounds away.
+    /// The exponential map of the plane's rigid motions, its translation written as sin(dyaw/2) /
+    /// (dyaw/2) R(yaw + dyaw/2) (dx, dy). The heading is added up as it is, not wrapped; in `f32`
+    /// it should stay within 8192 rad ([`Real::sine_cosine`]). Over many steps use
+    /// [`Odometry`](crate::estimate::Odometry), which does not lose what a sum rounds away.
     ///
     /// ```
     /// use omni_core::geometry::{BodyDisplacement, PlanarPose};

@@ -32,8 +32,8 @@ pub struct LinkageMotion<R, const N: usize> {
     /// Height of each wheel's centre above the base's origin \[m\].
     #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub height_m: [R; N],
-    /// How fast it rises against the wheels that stand \[m/s\]. Those that stand are the median: most wheels do, and where the halves are
-    /// even the lower one does.
+    /// How fast it rises against the wheels that stand \[m/s\]. Those that stand are the median:
+    /// most wheels do, and where the halves are even the lower one does.
     #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub rise_m_s: [R; N],
     #[cfg_attr(feature = "serde", serde(skip, default = "BodyMotion::flat"))]
@@ -55,7 +55,8 @@ impl<R: Real, const N: usize> LinkageMotion<R, N> {
         }
     }
 
-    /// How the body in that slot points and turns: 0 is the base, others are [`Linkage::carrier`]'s. The base's where there is none.
+    /// How the body in that slot points and turns: 0 is the base, others are
+    /// [`Linkage::carrier`]'s. The base's where there is none.
     ///
     /// ```
     /// use omni_core::linkage::{Attitude, LinkageMotion};
@@ -143,8 +144,8 @@ fn along<R: Real>(a: &[R; 3], arm: &[R; 3]) -> R {
     a[0] * arm[0] + a[1] * arm[1] + a[2] * arm[2]
 }
 
-/// Sine and cosine of an angle that no vehicle exceeds on its wheels: off by less than 1e-5 up to 0.6 rad and 2e-4 up to 1 rad. A larger
-/// angle than a quarter turn is one.
+/// Sine and cosine of an angle that no vehicle exceeds on its wheels: off by less than 1e-5 up to
+/// 0.6 rad and 2e-4 up to 1 rad. A larger angle than a quarter turn is one.
 fn small_angle<R: Real>(x: R) -> (R, R) {
     let most = R::frac_pi_2();
     let x = x.limited(-most, most);
@@ -155,11 +156,12 @@ fn small_angle<R: Real>(x: R) -> (R, R) {
 }
 
 impl<R: Real, const N: usize> Linkage<R, N> {
-    /// How the wheels move, from how the base points and turns and from the hinges: angles \[rad\] and rates \[rad/s\] in the order in which
-    /// they were given. A hinge without a reading, or with one that is no number, stands at 0. O(N).
+    /// How the wheels move, from how the base points and turns and from the hinges: angles \[rad\]
+    /// and rates \[rad/s\] in the order in which they were given. A hinge without a reading, or
+    /// with one that is no number, stands at 0. O(N).
     ///
-    /// Angles of parallel hinges add up exactly. Of hinges across each other the product of two angles is left out: 1 % of an arm where
-    /// both are 0.1 rad.
+    /// Angles of parallel hinges add up exactly. Of hinges across each other the product of two
+    /// angles is left out: 1 % of an arm where both are 0.1 rad.
     ///
     /// ```
     /// use omni_core::linkage::{Attitude, CarriedWheel, Linkage};

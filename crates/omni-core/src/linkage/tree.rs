@@ -176,12 +176,12 @@ constant_struct!(Linkage<R, const N> {
 });
 
 impl<R: Real, const N: usize> Linkage<R, N> {
-    /// Of a tree of hinges, in any order, and of what carries the wheels. Turns of hinges about vertical axes lift nothing and are left
-    /// out of account.
+    /// Of a tree of hinges, in any order, and of what carries the wheels. Turns of hinges about
+    /// vertical axes lift nothing and are left out of account.
     ///
     /// # Errors
-    /// Parameter `hinges` for more than [`MAX_HINGES`]; `hinge.child` or `hinge.parent` where they make no tree whose root is body 0, with
-    /// the index of the hinge; `hinge.axis`, `hinge.anchor_m`, `wheel.body`, `wheel.centre_m`.
+    /// Parameter `hinges` for more than [`MAX_HINGES`]; `hinge.child` or `hinge.parent` where they make no tree whose
+    /// root is body 0, with the index of the hinge; `hinge.axis`, `hinge.anchor_m`, `wheel.body`, `wheel.centre_m`.
     pub fn new(hinges: &[HingeGeometry<R>], wheels: &[CarriedWheel<R>; N]) -> Result<Self, ConfigError> {
         if hinges.len() > MAX_HINGES {
             return Err(ConfigError::new("hinges", hinges.len() as f64, "8 at most"));
@@ -262,7 +262,8 @@ impl<R: Real, const N: usize> Linkage<R, N> {
         usize::from(self.count)
     }
 
-    /// The slot of the body that carries a wheel, as [`LinkageMotion::attitude`](crate::linkage::LinkageMotion::attitude) counts them: 0 is the base.
+    /// The slot of the body that carries a wheel, as
+    /// [`LinkageMotion::attitude`](crate::linkage::LinkageMotion::attitude) counts them: 0 is the base.
     ///
     /// ```
     /// use omni_core::linkage::{CarriedWheel, HingeGeometry, Linkage};
@@ -278,11 +279,11 @@ impl<R: Real, const N: usize> Linkage<R, N> {
     }
 }
 
-/// Speed along its push of a wheel that rolls without slip \[m/s\], signed as `push_m_s`: what the ground asks of a wheel that moves over
-/// it with `ground_m_s` >= 0, `push_m_s` of that along its push, and rises with `rise_m_s`.
+/// Speed along its push of a wheel that rolls without slip \[m/s\], signed as `push_m_s`: what the ground asks of a
+/// wheel that moves over it with `ground_m_s` >= 0, `push_m_s` of that along its push, and rises with `rise_m_s`.
 ///
-/// It rolls in the plane that its centre moves in: a wheel that points ahead up the edge, along the hypotenuse; one that points
-/// crosswise does not feel it.
+/// It rolls in the plane that its centre moves in: a wheel that points ahead up the edge, along the
+/// hypotenuse; one that points crosswise does not feel it.
 ///
 /// ```
 /// use omni_core::linkage::rolled_speed;
@@ -305,10 +306,12 @@ pub fn rolled_speed<R: Real>(push_m_s: R, ground_m_s: R, rise_m_s: R) -> R {
     }
 }
 
-/// Slower than a tenth of a millimetre a second is no rise, and the root of next to nothing is not taken: its square \[m^2/s^2\].
+/// Slower than a tenth of a millimetre a second is no rise, and the root of next to nothing is not
+/// taken: its square \[m^2/s^2\].
 pub(crate) const NO_RISE: f64 = 1e-8;
 
-/// [`rolled_speed`] over the cosine between the push and the way, from the squares of the speed over the ground, the rise and the cosine.
+/// [`rolled_speed`] over the cosine between the push and the way, from the squares of the speed
+/// over the ground, the rise and the cosine.
 #[inline(always)]
 pub(crate) fn rolled<R: Real>(ground: R, rise: R, cosine: R) -> R {
     (ground + rise) * (ground + cosine * rise).per_root()

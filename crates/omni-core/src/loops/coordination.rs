@@ -35,12 +35,13 @@ use crate::{ConfigError, Real};
 pub enum Saturation<R> {
     /// Each wheel is cut to its own limit; the others do not notice.
     Clip,
-    /// Eqs. (11), (12) with |torque|: all torques are multiplied by the factor of the wheel furthest over its limit.
-    /// Ratios of torques are kept. The integrals react as `anti_windup` says; with [`None`](crate::loops::AntiWindup::None) they do not.
+    /// Eqs. (11), (12) with |torque|: all torques are multiplied by the factor of the wheel
+    /// furthest over its limit. Ratios of torques are kept. The integrals react as `anti_windup`
+    /// says; with [`None`](crate::loops::AntiWindup::None) they do not.
     ScaleTorques,
-    /// All references are multiplied by one factor s, as large as keeps every wheel within its limit, and the loops see
-    /// the error against the reduced reference (a conditioned controller shared by the wheels). Ratios of velocities are
-    /// kept and nothing winds up.
+    /// All references are multiplied by one factor s, as large as keeps every wheel within its
+    /// limit, and the loops see the error against the reduced reference (a conditioned controller
+    /// shared by the wheels). Ratios of velocities are kept and nothing winds up.
     ScaleReferences {
         /// The factor never falls below this, 0 to 1: a wheel may then saturate. 0 lets one blocked wheel stop all.
         floor: R,
@@ -265,12 +266,13 @@ pub fn torque_factor<R: Real, const N: usize>(requested_n_m: &[R; N], ranges: &T
     factor
 }
 
-/// The common speed factor of [`Saturation::ScaleReferences`]: the largest s in `floor..=1` with every torque short of the
-/// limit that its own reference pushes it towards; `floor` where there is none.
+/// The common speed factor of [`Saturation::ScaleReferences`]: the largest s in `floor..=1` with every
+/// torque short of the limit that its own reference pushes it towards; `floor` where there is none.
 ///
-/// `requested_n_m`: torque of each wheel for its whole reference. `slopes_n_m`: the part of it that is proportional to the
-/// reference, so that the torque for s times the reference is `requested - (1 - s) slope`. A wheel without reference (slope
-/// 0) is excluded. Limits on the other side are left to the final clip. Closed form: `u_i = 1 - (requested - limit) / slope`.
+/// `requested_n_m`: torque of each wheel for its whole reference. `slopes_n_m`: the part of it that
+/// is proportional to the reference, so that the torque for s times the reference is
+/// `requested - (1 - s) slope`. A wheel without reference (slope 0) is excluded. Limits on the other
+/// side are left to the final clip. Closed form: `u_i = 1 - (requested - limit) / slope`.
 ///
 /// ```
 /// use omni_core::loops::reference_factor;

@@ -8,8 +8,8 @@ use super::pid::Pid;
 use super::wheel_loops::{ControlState, Overload, WheelSample};
 use crate::Real;
 
-/// Loops with one set of constants. Passed by value, because the compiler then sees which constants the references point to: an
-/// image with constant loops has no code for what they do not use. In masks wheel i is bit i.
+/// Loops with one set of constants. Passed by value, because the compiler then sees which constants the references
+/// point to: an image with constant loops has no code for what they do not use. In masks wheel i is bit i.
 #[derive(Clone, Copy)]
 pub(super) struct Law<'a, R> {
     pub(super) pid: &'a Pid<R>,
@@ -26,13 +26,13 @@ struct AtLimit {
 }
 
 impl<R: Real> Law<'_, R> {
-    /// One step, eq. (10): with e' = share(e), the torques are u = p(e) + i(I, e') + d + ff, brought within their limits, and
-    /// I' = I + ki T e' + what anti-windup adds.
+    /// One step, eq. (10): with e' = share(e), the torques are u = p(e) + i(I, e') + d + ff,
+    /// brought within their limits, and I' = I + ki T e' + what anti-windup adds.
     ///
-    /// It starts from the references, measurements and ranges in `out`; those of wheels that are not active are 0. The
-    /// integrals take in what `share` makes of the errors, each wheel its own where there is none. `share` is linear, and
-    /// the identity on the references. `some_released`: not all wheels are active. `waits`: integrals know of limits that last
-    /// only ([`Overload`]), otherwise of every limit.
+    /// It starts from the references, measurements and ranges in `out`; those of wheels that are not active
+    /// are 0. The integrals take in what `share` makes of the errors, each wheel its own where there is
+    /// none. `share` is linear, and the identity on the references. `some_released`: not all wheels are
+    /// active. `waits`: integrals know of limits that last only ([`Overload`]), otherwise of every limit.
     ///
     /// The usual case, every wheel there and none at its limit, is straight loops over the wheels that write where the
     /// result is wanted; whatever else happens is in functions of its own.
@@ -132,7 +132,8 @@ impl<R: Real> Law<'_, R> {
                 .pid
                 .proportional(out.reference.rad_s[i], out.measured.rad_s[i]);
             out.i_n_m[i] = self.pid.integral(state.integral_n_m[i], integrated_error[i]);
-            // In here, and not as whole arrays: those are cleared by a function that costs more than all of these stores.
+            // In here, and not as whole arrays: those are cleared by a function that costs more
+            // than all of these stores.
             (out.d_n_m[i], out.ff_n_m[i]) = (R::zero(), R::zero());
         }
         if !self.pid.remembers() {

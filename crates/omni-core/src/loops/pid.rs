@@ -24,8 +24,8 @@ pub use sample::{LastStep, PidSample, PidState, PidTerms};
 
 /// A PID loop's constants. What changes from step to step is in [`PidState`].
 ///
-/// Formed once from a [`PidConfig`]; derivatives are backward differences, zero in the first step. With the reference r, the
-/// measurement y, the period T, the weights b and c and the filter time Td of the derivative:
+/// Formed once from a [`PidConfig`]; derivatives are backward differences, zero in the first step. With the
+/// reference r, the measurement y, the period T, the weights b and c and the filter time Td of the derivative:
 ///
 /// ```text
 /// p  = kp (b r - y)

@@ -166,7 +166,8 @@ impl<R: Real, const N: usize> WheelController<R, N> {
         sample
     }
 
-    /// [`WheelController::step`] into a sample that is there already: nothing is copied, for the smallest of processors.
+    /// [`WheelController::step`] into a sample that is there already: nothing is copied, for the
+    /// smallest of processors.
     ///
     /// ```
     /// use omni_core::{ControlState, Coordination, PidConfig, PidGains, TorqueLimit, WheelControlConfig};
@@ -309,8 +310,8 @@ fn stand<R: Real, const N: usize>(state: &mut ControlState<R, N>, short: bool, o
     out.end(short);
 }
 
-/// Releases wheels that are dropped or measure nonsense: all their numbers are zero, so that they are excluded from any common
-/// factor.
+/// Releases wheels that are dropped or measure nonsense: all their numbers are zero, so that they
+/// are excluded from any common factor.
 #[inline(never)]
 fn release_wheels<R: Real, const N: usize>(
     dropped: Option<&[bool; N]>,

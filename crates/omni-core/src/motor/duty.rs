@@ -25,7 +25,8 @@ use crate::Real;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct MotorDuty<R> {
-    /// Part of the supply's voltage at the terminals, -1 to 1; positive drives forwards. 0 shorts the motor, which brakes.
+    /// Part of the supply's voltage at the terminals, -1 to 1; positive drives forwards. 0 shorts
+    /// the motor, which brakes.
     pub duty: R,
     /// Current that flows with it \[A\], positive forwards.
     pub current_a: R,
@@ -36,9 +37,9 @@ pub struct MotorDuty<R> {
 }
 
 impl<R: Real> DcMotor<R> {
-    /// The duty for a shaft torque \[N.m\] at a velocity \[rad/s\], `(R i + kt w) / U`, with the current held within the driver's limit and
-    /// the duty within -1 to 1. With it the current and the torque that follow. Steady state: the winding's inductance is left out.
-    /// For what is not finite duty 0, which counts as limited.
+    /// The duty for a shaft torque \[N.m\] at a velocity \[rad/s\], `(R i + kt w) / U`, with the current held
+    /// within the driver's limit and the duty within -1 to 1. With it the current and the torque that follow.
+    /// Steady state: the winding's inductance is left out. For what is not finite duty 0, which counts as limited.
     ///
     /// ```
     /// use omni_core::motor::DcMotor;

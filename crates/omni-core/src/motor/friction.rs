@@ -5,9 +5,11 @@ use crate::error::not_negative;
 use crate::motor::TorqueRange;
 use crate::{ConfigError, Real};
 
-/// A gear with an efficiency, and friction at its output: dry (Coulomb, the same at every speed, and what holds at rest) and viscous.
+/// A gear with an efficiency, and friction at its output: dry (Coulomb, the same at every speed,
+/// and what holds at rest) and viscous.
 ///
-/// The plant of the simulation is built on it. For a controller it says which motor torque makes up for friction: feed-forward.
+/// The plant of the simulation is built on it. For a controller it says which motor torque makes up
+/// for friction: feed-forward.
 ///
 /// ```
 /// use omni_core::motor::{GearFriction, Gearbox};
@@ -45,11 +47,11 @@ impl<R: Real> GearFriction<R> {
         self.viscous_n_m_s_rad
     }
 
-    /// Torques at the output \[N.m\] between which a motor torque \[N.m\] holds the gear still: a load within them turns nothing. Turning
-    /// forwards the lower one acts, turning backwards the upper one, each less viscous friction.
+    /// Torques at the output \[N.m\] between which a motor torque \[N.m\] holds the gear still: a load within them
+    /// turns nothing. Turning forwards the lower one acts, turning backwards the upper one, each less viscous friction.
     ///
-    /// An efficiency is friction that grows with the torque on the teeth: between driving, `efficiency` times the lossless torque, and
-    /// being driven, the lossless torque over the efficiency, the gear stands.
+    /// An efficiency is friction that grows with the torque on the teeth: between driving, `efficiency` times
+    /// the lossless torque, and being driven, the lossless torque over the efficiency, the gear stands.
     ///
     /// ```
     /// use omni_core::motor::{GearFriction, Gearbox, TorqueRange};
@@ -66,8 +68,8 @@ impl<R: Real> GearFriction<R> {
         }
     }
 
-    /// Torque at the output \[N.m\] that a motor torque \[N.m\] makes at an output velocity \[rad/s\]. At rest: what is beyond friction, the
-    /// motor driving; 0 where it moves nothing.
+    /// Torque at the output \[N.m\] that a motor torque \[N.m\] makes at an output velocity
+    /// \[rad/s\]. At rest: what is beyond friction, the motor driving; 0 where it moves nothing.
     ///
     /// ```
     /// use omni_core::motor::{GearFriction, Gearbox};
@@ -94,8 +96,9 @@ impl<R: Real> GearFriction<R> {
         }
     }
 
-    /// Motor torque \[N.m\] for a torque at the output \[N.m\] at an output velocity \[rad/s\]: the inverse of
-    /// [`GearFriction::output_torque`], and the feed-forward of friction. At rest: what moves the gear with that torque left; 0 for 0.
+    /// Motor torque \[N.m\] for a torque at the output \[N.m\] at an output velocity \[rad/s\]: the
+    /// inverse of [`GearFriction::output_torque`], and the feed-forward of friction. At rest: what
+    /// moves the gear with that torque left; 0 for 0.
     ///
     /// Give it the velocity of the reference: the sign of a measured one chatters about rest.
     ///

@@ -7,7 +7,8 @@ use crate::{ConfigError, Real};
 /// A reduction with an efficiency. Losses act against the flow of power: driving, the output gets less than the motor
 /// gives; driven by the load, the motor holds more than it gives.
 ///
-/// For a model that has torque limits at the wheel. [`crate::geometry::Wheel::geared`] needs only the ratio of velocities.
+/// For a model that has torque limits at the wheel. [`crate::geometry::Wheel::geared`] needs only
+/// the ratio of velocities.
 ///
 /// ```
 /// use omni_core::motor::Gearbox;
@@ -49,8 +50,8 @@ impl<R: Real> Gearbox<R> {
         output_rad_s * self.ratio
     }
 
-    /// Torque at the output \[N.m\] that a motor torque \[N.m\] holds at an output velocity \[rad/s\]. At rest the motor
-    /// counts as driving.
+    /// Torque at the output \[N.m\] that a motor torque \[N.m\] holds at an output velocity
+    /// \[rad/s\]. At rest the motor counts as driving.
     ///
     /// ```
     /// use omni_core::motor::Gearbox;

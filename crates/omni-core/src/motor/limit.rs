@@ -7,8 +7,9 @@ use crate::{ConfigError, Real};
 
 /// Torque-speed line of a DC motor, in four quadrants: speed costs torque only while the motor drives.
 ///
-/// Driving (torque and velocity of one sign): `max(0, min(cap, stall - slope |v|))`. Braking: `min(cap, stall)`. As
-/// printed, eq. (13) turns negative above 114.5 rpm and would push a fast wheel backwards; here a limit is never negative.
+/// Driving (torque and velocity of one sign): `max(0, min(cap, stall - slope |v|))`. Braking:
+/// `min(cap, stall)`. As printed, eq. (13) turns negative above 114.5 rpm and would push a fast
+/// wheel backwards; here a limit is never negative.
 ///
 /// ```
 /// use omni_core::TorqueLimit;
@@ -144,12 +145,13 @@ impl<R: Real> TorqueLimit<R> {
         )
     }
 
-    /// The duty of a bridge without a current loop, -1 to 1, that gives `torque_n_m` \[N.m\] at `velocity_rad_s` \[rad/s\], or the nearest
-    /// there is: the line at part of the supply's voltage, `torque = stall duty - slope velocity`, solved for the duty. The torque is held
-    /// within the cap. Duty 0 shorts the motor, which brakes with `slope velocity`; to let a wheel go, open the bridge. 0 for NaN.
+    /// The duty of a bridge without a current loop, -1 to 1, that gives `torque_n_m` \[N.m\] at
+    /// `velocity_rad_s` \[rad/s\], or the nearest there is: the line at part of the supply's voltage,
+    /// `torque = stall duty - slope velocity`, solved for the duty. The torque is held within the cap. Duty 0
+    /// shorts the motor, which brakes with `slope velocity`; to let a wheel go, open the bridge. 0 for NaN.
     ///
-    /// It needs no more than a data sheet's stall torque and no-load speed at the supply's voltage. With resistance, torque constant and
-    /// friction known, [`DcMotor::duty`](crate::motor::DcMotor::duty) also returns the current.
+    /// It needs no more than a data sheet's stall torque and no-load speed at the supply's voltage. With resistance,
+    /// torque constant and friction known, [`DcMotor::duty`](crate::motor::DcMotor::duty) also returns the current.
     ///
     /// ```
     /// use omni_core::TorqueLimit;
@@ -167,8 +169,8 @@ impl<R: Real> TorqueLimit<R> {
         self.duty_at(torque_n_m, velocity_rad_s, R::one())
     }
 
-    /// [`TorqueLimit::duty`] where the supply has `supply_part` > 0 of the voltage that the line is of: a battery that runs down. 0 for a
-    /// part that is not positive.
+    /// [`TorqueLimit::duty`] where the supply has `supply_part` > 0 of the voltage that the line is
+    /// of: a battery that runs down. 0 for a part that is not positive.
     ///
     /// ```
     /// use omni_core::TorqueLimit;
@@ -192,7 +194,8 @@ impl<R: Real> TorqueLimit<R> {
     }
 }
 
-/// The limits of `N` actuators, their numbers side by side: loops over them run several at a time where the processor can.
+/// The limits of `N` actuators, their numbers side by side: loops over them run several at a time
+/// where the processor can.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(C)]

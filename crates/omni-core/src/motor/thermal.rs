@@ -42,9 +42,9 @@ pub struct ThermalConfig<R> {
 
 /// First-order winding temperature driven by the square of the torque, and the torque it allows.
 ///
-/// With x the heat (0 cold, 1 as hot as allowed): `T x' = (torque / continuous)^2 - x`, discretised exactly for a torque held
-/// over a period. Below the derating start the peak torque is allowed; above it the square of the torque falls linearly
-/// to the continuous one at x = 1, which is therefore never passed.
+/// With x the heat (0 cold, 1 as hot as allowed): `T x' = (torque / continuous)^2 - x`, discretised exactly
+/// for a torque held over a period. Below the derating start the peak torque is allowed; above it the
+/// square of the torque falls linearly to the continuous one at x = 1, which is therefore never passed.
 ///
 /// ```
 /// use omni_core::motor::{ThermalConfig, ThermalModel, ThermalState};
@@ -152,8 +152,8 @@ impl<R: Real> ThermalModel<R> {
         let share = -(-period / time_constant).exp_m1();
         let square = (peak / continuous) * (peak / continuous);
         let steepness = (square - R::one()) / (R::one() - start);
-        // The next heat is 1 - (1 - x) (1 - share (1 + steepness)): below 1 for as long as the last bracket is positive; half of
-        // that leaves room for rounding.
+        // The next heat is 1 - (1 - x) (1 - share (1 + steepness)): below 1 for as long as the last
+        // bracket is positive; half of that leaves room for rounding.
         if share * (R::one() + steepness) > R::of(0.5) {
             let allowed = "short enough that a period at peak torque does not overheat the motor";
             return Err(ConfigError::new("period_s", period.as_f64(), allowed));

@@ -201,8 +201,8 @@ impl<R: Real, const N: usize> TorqueRanges<R, N> {
     }
 }
 
-/// The range of a motor that gives at most `driving` with its velocity and `braking` against it or in any case. A velocity
-/// that is NaN has no direction to drive in: the caller's business.
+/// The range of a motor that gives at most `driving` with its velocity and `braking` against it or
+/// in any case. A velocity that is NaN has no direction to drive in: the caller's business.
 #[inline]
 pub(super) fn four_quadrants<R: Real>(driving: R, braking: R, velocity: R) -> TorqueRange<R> {
     let zero = R::zero();

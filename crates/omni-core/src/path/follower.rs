@@ -19,8 +19,8 @@ use crate::{ConfigError, Real};
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct FollowerConfig<R> {
-    /// Velocity asked for per distance \[m/s per m\], 0 to 1000. Its inverse is the time constant of the return: it should be several
-    /// times that of the wheels' loops.
+    /// Velocity asked for per distance \[m/s per m\], 0 to 1000. Its inverse is the time constant
+    /// of the return: it should be several times that of the wheels' loops.
     pub gain_per_s: R,
     /// Yaw rate asked for per heading error \[rad/s per rad\], 0 to 1000; as above.
     pub heading_gain_per_s: R,
@@ -34,7 +34,8 @@ constant_struct!(FollowerConfig<R> { gain_per_s: R, heading_gain_per_s: R, limit
 
 /// At the end of a trajectory a vehicle this near to the last pose is there \[m\], \[rad\].
 const THERE: [f64; 2] = [0.005, 0.01];
-/// So many times that is near enough for one that has had [`SETTLES_S`], so that what noise and drift of the pose make is not corrected.
+/// So many times that is near enough for one that has had [`SETTLES_S`], so that what noise and
+/// drift of the pose make is not corrected.
 const STAYS: f64 = 3.0;
 /// Time to get there after the end \[s\]: four of the time constants of the default gain.
 const SETTLES_S: f64 = 2.0;
@@ -59,19 +60,22 @@ const SETTLES_S: f64 = 2.0;
 pub struct Follow<R> {
     /// The twist to command \[m/s, m/s, rad/s\].
     pub twist: BodyTwist<R>,
-    /// The way to where the vehicle should be, as it looks now: forward, to the left \[m\]. 0 where the pose is not known.
+    /// The way to where the vehicle should be, as it looks now: forward, to the left \[m\]. 0 where
+    /// the pose is not known.
     pub error_m: [R; 2],
     /// The turn to where it should look, by the shorter way \[rad\], in (-pi, pi]. 0 where the pose is not known.
     pub error_rad: R,
 }
 
-/// Follows a trajectory: its velocity, turned to where the vehicle looks, and a correction in proportion to where the vehicle is not.
-/// Goes before the limits of the twist. It remembers nothing.
+/// Follows a trajectory: its velocity, turned to where the vehicle looks, and a correction in
+/// proportion to where the vehicle is not. Goes before the limits of the twist. It remembers nothing.
 ///
-/// The correction of the velocity is limited as a vector, so that its direction stays; that of the yaw rate takes the shorter turn.
+/// The correction of the velocity is limited as a vector, so that its direction stays; that of the
+/// yaw rate takes the shorter turn.
 ///
-/// After the end of the trajectory the command is exactly 0, so that the torque ends, while the vehicle is within 5 mm and 0.01 rad of the
-/// last pose, from 2 s after the end on within 15 mm and 0.03 rad. Farther away it is brought back. A pose that is not finite corrects nothing: the trajectory's own twist is driven.
+/// After the end of the trajectory the command is exactly 0, so that the torque ends, while the vehicle is
+/// within 5 mm and 0.01 rad of the last pose, from 2 s after the end on within 15 mm and 0.03 rad. Farther
+/// away it is brought back. A pose that is not finite corrects nothing: the trajectory's own twist is driven.
 ///
 /// ```
 /// use omni_core::path::{FollowerConfig, HolonomicFollower, PathPiece, PathSegment, Waypoint};

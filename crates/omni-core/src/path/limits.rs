@@ -43,8 +43,8 @@ pub struct PlanarInertia<R> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct PathLimits<R, const N: usize> {
-    /// Speed, acceleration, deceleration and jerk along the path, 0.001 or more (a speed may be 0); the acceleration also of what a bend takes
-    /// across it. Acceleration and deceleration are finite.
+    /// Speed, acceleration, deceleration and jerk along the path, 0.001 or more (a speed may be 0);
+    /// the acceleration also of what a bend takes across it. Acceleration and deceleration are finite.
     pub linear: MotionLimits<R>,
     /// The same of the heading.
     pub yaw: MotionLimits<R>,
@@ -60,7 +60,8 @@ pub struct PathLimits<R, const N: usize> {
     pub body: PlanarInertia<R>,
     /// Inertia of each wheel and rotor about its axle, as its actuator feels it \[kg.m^2\], >= 0; 0 by default.
     pub wheel_kg_m2: [R; N],
-    /// How much of the wheels' speeds and torques the trajectory may take, 0.05 to 1: the rest is for the follower. 0.9 by default.
+    /// How much of the wheels' speeds and torques the trajectory may take, 0.05 to 1: the rest is
+    /// for the follower. 0.9 by default.
     pub share: R,
 }
 
@@ -121,7 +122,8 @@ impl<R: Real, const N: usize> PathLimits<R, N> {
     }
 }
 
-/// The smallest limit that a way can be planned within [m, rad and s]: far below it times overflow. A speed may be 0, which nothing moves at.
+/// The smallest limit that a way can be planned within [m, rad and s]: far below it times overflow.
+/// A speed may be 0, which nothing moves at.
 const LEAST: f64 = 1e-3;
 
 /// `value` if it is 0, or enough to get anywhere; infinity means no limit.
@@ -139,7 +141,8 @@ fn change_limit<R: Real>(parameter: &'static str, value: R) -> Result<(), Config
     within(parameter, value, LEAST..=f64::INFINITY, allowed).map(|_| ())
 }
 
-/// The part of every limit on accelerations that bends may take, so that the rest is left for speeding up and slowing down.
+/// The part of every limit on accelerations that bends may take, so that the rest is left for
+/// speeding up and slowing down.
 const BENDS: f64 = 0.5;
 /// A jerk has three parts: of the bend's change, of speeding up in a bend, of the change of that.
 const JERK_PARTS: f64 = 3.0;
@@ -155,8 +158,8 @@ pub(crate) struct Vehicle<R, const N: usize> {
     pub(crate) limits: PathLimits<R, N>,
 }
 
-/// What a motion takes at one place of a path, by the way: at the speed v and the acceleration a along it, `by_square * v^2 + by_change * a`
-/// of everything that has a limit.
+/// What a motion takes at one place of a path, by the way: at the speed v and the acceleration a
+/// along it, `by_square * v^2 + by_change * a` of everything that has a limit.
 struct Point<R, const N: usize> {
     twist: BodyTwist<R>,
     wheels: WheelVelocities<R, N>,
@@ -241,7 +244,8 @@ impl<R: Real, const N: usize> Vehicle<R, N> {
         }
     }
 
-    /// What is left of each limit on accelerations at a speed, less what the bend takes; and what each unit of acceleration takes.
+    /// What is left of each limit on accelerations at a speed, less what the bend takes; and what
+    /// each unit of acceleration takes.
     fn left(&self, point: &Point<R, N>, speed: R, part: R) -> impl Iterator<Item = (R, R)> {
         let square = speed * speed;
         let share = part * self.limits.share;
@@ -266,8 +270,8 @@ impl<R: Real, const N: usize> Vehicle<R, N> {
         wheels.into_iter().chain(axes).chain([heading])
     }
 
-    /// Is the speed one that the wheels turn, at which motors keep [`KEPT`] of their torque, of which bends take [`BENDS`] at most, and whose
-    /// jerk is a third at most?
+    /// Is the speed one that the wheels turn, at which motors keep [`KEPT`] of their torque, of
+    /// which bends take [`BENDS`] at most, and whose jerk is a third at most?
     fn may_have(&self, point: &Point<R, N>, speed: R) -> bool {
         let PathLimits {
             linear,

@@ -9,7 +9,8 @@ use super::segment::PathSegment;
 const SAME_M: f64 = 1e-4;
 /// Smaller than this \[rad\] a turn is none.
 const SAME_RAD: f64 = 1e-6;
-/// A spline that would turn back on itself to go on smoothly ends in a corner: least cosine of the angle between its end and its chord.
+/// A spline that would turn back on itself to go on smoothly ends in a corner: least cosine of the
+/// angle between its end and its chord.
 const LEADS_ON: f64 = 0.2;
 /// Pieces of a spline from one waypoint to the next.
 const SPLINE_PIECES: u16 = 4;
@@ -159,7 +160,8 @@ fn station<R: Real>(waypoints: &[Waypoint<R>], i: usize, end: bool) -> Station<R
     smooth.filter(leads_on).unwrap_or(chord)
 }
 
-/// The end of a spline that nothing smooth goes on from: as its other end, mirrored, which is the circle that leaves there.
+/// The end of a spline that nothing smooth goes on from: as its other end, mirrored, which is the
+/// circle that leaves there.
 fn free_end<R: Real>(waypoints: &[Waypoint<R>], i: usize, end: bool) -> Option<Station<R>> {
     let (from, to) = (place(&waypoints[i]), place(&waypoints[i + 1]));
     let next = if end { i.checked_sub(1) } else { Some(i + 2) }.and_then(|k| waypoints.get(k))?;
@@ -207,7 +209,8 @@ fn unit<R: Real>(v: [R; 2]) -> [R; 2] {
     v.map(|c| c / length)
 }
 
-/// Gives the headings to the pieces: from one waypoint with a heading to the next by a turn that begins and ends at rest.
+/// Gives the headings to the pieces: from one waypoint with a heading to the next by a turn that
+/// begins and ends at rest.
 pub(super) fn head<R: Real>(
     waypoints: &[Waypoint<R>],
     segments: &mut [PathSegment<R>],
@@ -233,7 +236,8 @@ pub(super) fn head<R: Real>(
             i += 1;
             continue;
         }
-        // As far as the next waypoint with a heading, or before the vehicle turns on the spot: then it keeps the one it has.
+        // As far as the next waypoint with a heading, or before the vehicle turns on the spot: then
+        // it keeps the one it has.
         let mut last = i;
         while waypoints[last + 1].heading_rad.is_none()
             && segments.get(last + 1).is_some_and(|s| !s.on_the_spot)

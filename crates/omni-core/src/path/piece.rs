@@ -17,16 +17,17 @@ use crate::trig::cardinal_sine;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum WayShape<R> {
-    /// Straight. Where the waypoint is where the one before is, the vehicle turns there to the heading, or waits for the time.
+    /// Straight. Where the waypoint is where the one before is, the vehicle turns there to the
+    /// heading, or waits for the time.
     Line,
-    /// Along the circle on which the direction of travel turns by `sweep_rad` \[rad\] from one waypoint to the other: left is
-    /// +, 0.01 to 6.2 or as much to the right.
+    /// Along the circle on which the direction of travel turns by `sweep_rad` \[rad\] from one
+    /// waypoint to the other: left is +, 0.01 to 6.2 or as much to the right.
     Arc {
         /// Turn of the direction of travel \[rad\].
         sweep_rad: R,
     },
-    /// Smooth through this waypoint and its neighbours, direction and curvature continuous: where neighbours are splines too, those
-    /// of the circle through the three points; where the neighbour is a line or an arc, its.
+    /// Smooth through this waypoint and its neighbours, direction and curvature continuous: where neighbours are
+    /// splines too, those of the circle through the three points; where the neighbour is a line or an arc, its.
     Spline,
 }
 
@@ -48,15 +49,17 @@ pub struct Waypoint<R> {
     pub x_m: R,
     /// World y \[m\], -10000 to 10000.
     pub y_m: R,
-    /// Heading there \[rad\], -1000 to 1000, reached by the shorter turn from the heading before; none leaves the turn to the next
-    /// waypoint that has one. Of the first waypoint none is 0.
+    /// Heading there \[rad\], -1000 to 1000, reached by the shorter turn from the heading before;
+    /// none leaves the turn to the next waypoint that has one. Of the first waypoint none is 0.
     pub heading_rad: Option<R>,
     /// The way here from the waypoint before; without effect on the first.
     pub shape: WayShape<R>,
-    /// Fastest on the way here \[m/s\], above 0 and up to 1000; none is as fast as limits let it. Without effect on the first.
+    /// Fastest on the way here \[m/s\], above 0 and up to 1000; none is as fast as limits let it.
+    /// Without effect on the first.
     pub speed_m_s: Option<R>,
-    /// When the vehicle is there \[s\] from the start, above 0 and up to 100000, later than the time of the waypoint before; none is as soon as
-    /// limits let it. At that waypoint the vehicle is no faster than the mean before and after it. Without effect on the first, which is at 0.
+    /// When the vehicle is there \[s\] from the start, above 0 and up to 100000, later than the
+    /// time of the waypoint before; none is as soon as limits let it. At that waypoint the vehicle
+    /// is no faster than the mean before and after it. Without effect on the first, which is at 0.
     pub time_s: Option<R>,
 }
 
@@ -190,8 +193,8 @@ impl<R: Real> PathPiece<R> {
         }
     }
 
-    /// Gives the heading the part from `from` to `to`, of 0..1, of a turn from `yaw` by `turn` that begins and ends at rest:
-    /// 10 z^3 - 15 z^4 + 6 z^5, about `from`.
+    /// Gives the heading the part from `from` to `to`, of 0..1, of a turn from `yaw` by `turn` that
+    /// begins and ends at rest: 10 z^3 - 15 z^4 + 6 z^5, about `from`.
     pub(crate) fn turn_by_part(&mut self, yaw: R, turn: R, from: R, to: R) {
         let (z, zz) = (from, from * from);
         let of = R::of;
@@ -211,7 +214,8 @@ impl<R: Real> PathPiece<R> {
         self.yaw[0] += yaw;
     }
 
-    /// Place and heading, and their first and second derivative by the way, `along` from the start of the piece's segment.
+    /// Place and heading, and their first and second derivative by the way, `along` from the start
+    /// of the piece's segment.
     pub(crate) fn at(&self, along: R) -> [Along<R>; 3] {
         let z = (along - self.start_m) * self.per_length;
         let [x, y, yaw] = [&self.x, &self.y, &self.yaw].map(|c| horner(c, z));
@@ -305,7 +309,8 @@ impl<R: Real> Spline<R> {
     pub(crate) fn new(a: &Station<R>, b: &Station<R>) -> Self {
         let chord = between(a.place, b.place);
         let far = norm(chord);
-        // How much longer than its chord the arc is whose ends lean like this: 1 + d^2 / 6 for small angles d, pi/2 for 90 degrees.
+        // How much longer than its chord the arc is whose ends lean like this: 1 + d^2 / 6 for
+        // small angles d, pi/2 for 90 degrees.
         let cosine = |s: &Station<R>| (s.tangent[0] * chord[0] + s.tangent[1] * chord[1]) / far;
         let lean = R::ONE - R::of(0.5) * (cosine(a) + cosine(b));
         let scale = far * (R::ONE + lean * (R::of(1.0 / 3.0) + R::of(0.237) * lean));

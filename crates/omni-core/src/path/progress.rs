@@ -8,7 +8,8 @@ use crate::scalar::max;
 use crate::sum::Sum;
 use crate::{ConfigError, Real};
 
-/// From standing to its full rate a trajectory takes this long \[s\], and back: what it asks for changes within what wheels can do.
+/// From standing to its full rate a trajectory takes this long \[s\], and back: what it asks for
+/// changes within what wheels can do.
 const FULL_S: f64 = 0.2;
 /// A trajectory that is slower than this part of its rate is held up.
 const HELD_UP: f64 = 0.1;
@@ -25,8 +26,8 @@ const HELD_UP: f64 = 0.1;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct ProgressConfig<R> {
-    /// A vehicle that is farther than this from where it should be \[m\], 0.001 to 100, slows its trajectory down; from twice that on the
-    /// trajectory stands. It should be several times the error of a vehicle that is not held up.
+    /// A vehicle that is farther than this from where it should be \[m\], 0.001 to 100, slows its trajectory down; from
+    /// twice that on the trajectory stands. It should be several times the error of a vehicle that is not held up.
     pub lag_m: R,
     /// The same of its heading \[rad\], 0.001 to 100.
     pub lag_rad: R,
@@ -34,7 +35,8 @@ pub struct ProgressConfig<R> {
 
 constant_struct!(ProgressConfig<R> { lag_m: R, lag_rad: R });
 
-/// Samples a trajectory at a time that waits for the vehicle: while it tries again to climb an edge, or is stuck, the pose to follow stays near.
+/// Samples a trajectory at a time that waits for the vehicle: while it tries again to climb an
+/// edge, or is stuck, the pose to follow stays near.
 ///
 /// Its follower has to correct the pose, or a vehicle that lags stays behind for good.
 ///
@@ -76,7 +78,8 @@ constant_struct!(PathProgress<R> { config: ProgressConfig<R> });
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ProgressState<R> {
-    /// All the time that it waited \[s\]: exactly 0 until it first waits, so that until then its time is the clock's in every bit.
+    /// All the time that it waited \[s\]: exactly 0 until it first waits, so that until then its
+    /// time is the clock's in every bit.
     waited: Sum<R>,
     /// The clock at the last step \[s\].
     clock_s: R,
@@ -103,7 +106,8 @@ impl<R: Real> ProgressState<R> {
         self.waited.total
     }
 
-    /// For how long the vehicle has been held up without interruption \[s\]: the trajectory is slower than a tenth of its rate.
+    /// For how long the vehicle has been held up without interruption \[s\]: the trajectory is
+    /// slower than a tenth of its rate.
     #[must_use]
     pub fn held_up_s(&self) -> R {
         self.held_up_s
@@ -128,8 +132,8 @@ impl<R: Real> PathProgress<R> {
         Ok(Self { config })
     }
 
-    /// Where the vehicle should be, and how it should move, at a time \[s\] since the start, for a vehicle at `pose`. Time that goes backwards, or is no
-    /// number, is that of before. A pose that is not finite holds nothing up.
+    /// Where the vehicle should be, and how it should move, at a time \[s\] since the start, for a vehicle at `pose`.
+    /// Time that goes backwards, or is no number, is that of before. A pose that is not finite holds nothing up.
     #[must_use]
     pub fn step(
         &self,

@@ -8,8 +8,8 @@ use super::piece::{PathPiece, Waypoint};
 use super::segment::PathSegment;
 use super::time_law::{Profile, Ramp, bisected};
 
-/// Where the direction of travel changes by more than this \[rad\] from one segment to the next, the vehicle stops between them. So does
-/// it where the heading turns by more than this per metre more.
+/// Where the direction of travel changes by more than this \[rad\] from one segment to the next, the
+/// vehicle stops between them. So does it where the heading turns by more than this per metre more.
 const CORNER: f64 = 2e-3;
 
 /// The longest trajectory \[s\], which is twelve days.
@@ -103,7 +103,8 @@ fn is_smooth<R: Real>(a: &PathSegment<R>, b: &PathSegment<R>, pieces: &[PathPiec
         .all(|(e, s)| (e - s).abs() < R::of(CORNER))
 }
 
-/// The mean speed \[m/s\] of a run that takes `lasts` \[s\], less what its turns on the spot take; infinite where it ends with waiting.
+/// The mean speed \[m/s\] of a run that takes `lasts` \[s\], less what its turns on the spot take;
+/// infinite where it ends with waiting.
 fn mean_speed<R: Real>(run: &[PathSegment<R>], lasts: R) -> R {
     let (mut way, mut left) = (R::ZERO, lasts);
     for segment in run {
@@ -179,7 +180,8 @@ fn slowed<R: Real>(run: &mut [PathSegment<R>], asked: R, rounding: R) -> bool {
             top
         }
     });
-    // Ends between segments of the run follow the speed that all are held to; the outer ones are below it, as both are no faster than the mean.
+    // Ends between segments of the run follow the speed that all are held to; the outer ones are
+    // below it, as both are no faster than the mean.
     let count = run.len();
     let ends = |segment: &PathSegment<R>, i: usize, most: R| {
         let within = |speed: R, outer: bool| if outer || speed < most { speed } else { most };
@@ -202,7 +204,8 @@ fn slowed<R: Real>(run: &mut [PathSegment<R>], asked: R, rounding: R) -> bool {
             }
         })
     };
-    // The time grows without bound as the speed shrinks, down to the speeds of the outer ends, where it is the mean's or more.
+    // The time grows without bound as the speed shrinks, down to the speeds of the outer ends,
+    // where it is the mean's or more.
     let outer = [run[0].ends[0], run[count - 1].ends[1]];
     let slowest = outer
         .into_iter()

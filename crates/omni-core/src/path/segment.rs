@@ -6,7 +6,8 @@ use crate::Real;
 use crate::constants::constant_struct;
 use crate::shaping::MotionLimits;
 
-/// The way from one waypoint to the next: which pieces it has, and when how much of them is behind. Made by [`TrajectoryPlanner`](crate::path::TrajectoryPlanner).
+/// The way from one waypoint to the next: which pieces it has, and when how much of them is behind.
+/// Made by [`TrajectoryPlanner`](crate::path::TrajectoryPlanner).
 ///
 /// ```
 /// use omni_core::path::PathSegment;

@@ -10,7 +10,8 @@ use crate::geometry::{BodyTwist, PlanarPose, WorldTwist};
 
 /// Where a vehicle shall be when. Sampled without state, in a time that grows with the logarithm of its length.
 ///
-/// What is not made by [`TrajectoryPlanner`](crate::path::TrajectoryPlanner) is sampled too, whatever comes of it: nothing panics.
+/// What is not made by [`TrajectoryPlanner`](crate::path::TrajectoryPlanner) is sampled too,
+/// whatever comes of it: nothing panics.
 ///
 /// ```
 /// use omni_core::path::Trajectory;
@@ -97,8 +98,8 @@ impl<'a, R: Real> Trajectory<'a, R> {
             .map_or(R::ZERO, |last| last.start_s + last.duration_s)
     }
 
-    /// What it says of a time \[s\] from its start: the first pose, at rest, before 0 and of what is no number, the last one from
-    /// [`Trajectory::duration_s`] on.
+    /// What it says of a time \[s\] from its start: the first pose, at rest, before 0 and of what
+    /// is no number, the last one from [`Trajectory::duration_s`] on.
     ///
     /// ```
     /// use omni_core::path::Trajectory;

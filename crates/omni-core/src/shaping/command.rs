@@ -35,7 +35,8 @@ pub struct EmergencyDeceleration<R> {
     pub yaw_rad_s2: R,
 }
 
-/// When a vehicle that has come to rest by itself moves again: after an emergency stop, a safe stop or a time-out, and after the start.
+/// When a vehicle that has come to rest by itself moves again: after an emergency stop, a safe stop
+/// or a time-out, and after the start.
 ///
 /// ```
 /// use omni_core::shaping::{CommandShaper, CommandStatus, Restart, ShaperState, ShapingConfig};
@@ -60,7 +61,8 @@ pub enum Restart {
     /// With the next command.
     #[default]
     AtOnce,
-    /// With the next command after one of rest, which is exactly 0 in every component: a stick that is still pushed moves nothing.
+    /// With the next command after one of rest, which is exactly 0 in every component: a stick that
+    /// is still pushed moves nothing.
     Neutral,
 }
 
@@ -150,14 +152,15 @@ impl<R: Real> ShapingConfig<R> {
 #[repr(u8)]
 #[non_exhaustive]
 pub enum CommandStatus {
-    /// No command since the start or since the release of an emergency stop, or none of rest yet where [`Restart::Neutral`] wants one: rest, or
-    /// on the way there.
+    /// No command since the start or since the release of an emergency stop, or none of rest yet
+    /// where [`Restart::Neutral`] wants one: rest, or on the way there.
     Idle,
     /// The twist is the command.
     Following,
     /// The limits keep the twist from the command, or still do.
     Limited,
-    /// The last command is too old, or none of rest has come since where [`Restart::Neutral`] wants one: rest, or on the way there.
+    /// The last command is too old, or none of rest has come since where [`Restart::Neutral`] wants
+    /// one: rest, or on the way there.
     TimedOut,
     /// The emergency stop is latched: rest, or on the way there.
     EmergencyStop,

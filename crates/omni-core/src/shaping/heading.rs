@@ -1,7 +1,8 @@
 //! Heading hold: an outer loop with a gyro.
 //!
-//! Wheels know the heading only as far as they do not slip, and on a step they do. A gyro knows better: what the vehicle was
-//! commanded to turn less what it has turned is an error of heading, and a yaw rate in proportion to it takes the vehicle back.
+//! Wheels know the heading only as far as they do not slip, and on a step they do. A gyro knows
+//! better: what the vehicle was commanded to turn less what it has turned is an error of heading,
+//! and a yaw rate in proportion to it takes the vehicle back.
 
 use crate::error::{period, within};
 use crate::geometry::BodyTwist;
@@ -20,8 +21,8 @@ use crate::{ConfigError, Real};
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct HeadingHoldConfig<R> {
-    /// Yaw rate asked for per heading error \[rad/s per rad\], 0 to 1000. The inverse is the time constant of the return:
-    /// it should be several times that of the wheels' loops.
+    /// Yaw rate asked for per heading error \[rad/s per rad\], 0 to 1000. The inverse is the time
+    /// constant of the return: it should be several times that of the wheels' loops.
     pub gain_per_s: R,
     /// Largest correction of the yaw rate \[rad/s\], 0 to 1000.
     pub limit_rad_s: R,
@@ -31,8 +32,8 @@ pub struct HeadingHoldConfig<R> {
 
 /// Adds to a commanded twist the yaw rate that keeps the heading, by a gyro. Goes before the limits of the twist.
 ///
-/// A command of rest is left as it is, so that stops end without torque. The error is kept for the way on as it is: the bias of a gyro
-/// would fill it while the vehicle stands. What turns the vehicle during that time is not turned back.
+/// A command of rest is left as it is, so that stops end without torque. The error is kept for the way on as it is: the
+/// bias of a gyro would fill it while the vehicle stands. What turns the vehicle during that time is not turned back.
 ///
 /// ```
 /// use omni_core::shaping::{HeadingHold, HeadingHoldConfig, HeadingHoldState};
@@ -96,8 +97,9 @@ impl<R: Real> HeadingHold<R> {
         Ok(Self { config })
     }
 
-    /// The twist to command instead of `command`, with the gyro's yaw rate \[rad/s\] of the period that has passed. A command or a
-    /// reading that is not finite leaves the error as it is; the command's own components pass as they are.
+    /// The twist to command instead of `command`, with the gyro's yaw rate \[rad/s\] of the period
+    /// that has passed. A command or a reading that is not finite leaves the error as it is; the
+    /// command's own components pass as they are.
     ///
     /// ```
     /// use omni_core::shaping::{HeadingHold, HeadingHoldConfig, HeadingHoldState};
@@ -120,8 +122,8 @@ impl<R: Real> HeadingHold<R> {
             period_s,
         } = self.config;
         if *command == BodyTwist::ZERO {
-            // A vehicle that is blocked would be pushed for as long as it stands, and the bias of the gyro would be all there is
-            // to integrate.
+            // A vehicle that is blocked would be pushed for as long as it stands, and the bias of
+            // the gyro would be all there is to integrate.
             return *command;
         }
         let error = state.error.plus((command.wz_rad_s - gyro_rad_s) * period_s);

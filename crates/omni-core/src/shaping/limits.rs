@@ -10,8 +10,8 @@ use crate::{ConfigError, Real};
 
 /// Limits of one axis. The unit of velocity is the user's, \[m/s\] or \[rad/s\]; the other units follow from it.
 ///
-/// Forward is positive velocity, reverse negative. Acceleration is speed growing, deceleration speed shrinking. Infinity
-/// means no limit. Checked where a [`RateLimiter`] or a [`crate::shaping::TwistLimiter`] is made of it.
+/// Forward is positive velocity, reverse negative. Acceleration is speed growing, deceleration speed shrinking.
+/// Infinity means no limit. Checked where a [`RateLimiter`] or a [`crate::shaping::TwistLimiter`] is made of it.
 ///
 /// ```
 /// use omni_core::shaping::AxisLimits;
@@ -255,11 +255,11 @@ pub(crate) fn ramp_start<R: Real>(distance: R, base: R, jerk_step: R) -> R {
 
 /// Rate limiter of one axis; see [`AxisLimits`]. What changes from step to step is in [`RateLimiterState`].
 ///
-/// With a jerk limit it looks ahead: it accelerates no more than it can take back before the target, and brakes a
-/// reversal no harder than it can ease before it turns. A target that stays is reached exactly, and overshot by rounding
-/// only (an ulp), except where the acceleration of an earlier target leaves no choice. The velocity limits hold in any
-/// case. Without a jerk limit no square root is taken; a period in which the velocity changes sign is shared between
-/// deceleration and acceleration.
+/// With a jerk limit it looks ahead: it accelerates no more than it can take back before the target,
+/// and brakes a reversal no harder than it can ease before it turns. A target that stays is reached
+/// exactly, and overshot by rounding only (an ulp), except where the acceleration of an earlier target
+/// leaves no choice. The velocity limits hold in any case. Without a jerk limit no square root is
+/// taken; a period in which the velocity changes sign is shared between deceleration and acceleration.
 ///
 /// ```
 /// use omni_core::shaping::{AxisLimits, RateLimiter, RateLimiterState};

@@ -89,9 +89,9 @@ pub enum TwistLimits<R> {
         /// Yaw rate \[rad/s\].
         wz: AxisLimits<R>,
     },
-    /// One factor for the whole twist, so that a limit slows the motion down and leaves the curvature of the path alone.
-    /// Changes of the twist run along the straight line from the present twist to the target. A speed limit of 0 in one
-    /// group lets only twists pass that have nothing in that group.
+    /// One factor for the whole twist, so that a limit slows the motion down and leaves the curvature of
+    /// the path alone. Changes of the twist run along the straight line from the present twist to the
+    /// target. A speed limit of 0 in one group lets only twists pass that have nothing in that group.
     AlongMotion {
         /// The velocity (vx, vy) as a vector, whatever its direction \[m/s\].
         linear: MotionLimits<R>,
@@ -136,8 +136,8 @@ impl<R: Real> TwistLimiterState<R> {
         }
     }
 
-    /// Moving steadily with `twist`, which may be outside the limits: the limiter then brings it in. Components that are
-    /// not finite count as zero.
+    /// Moving steadily with `twist`, which may be outside the limits: the limiter then brings it
+    /// in. Components that are not finite count as zero.
     ///
     /// ```
     /// use omni_core::shaping::TwistLimiterState;

@@ -23,8 +23,9 @@ pub struct TractionWheel<R> {
     pub limit: TorqueLimit<R>,
     /// Inertia of wheel, gear and motor at the actuator \[kg.m^2\], 1e-22 to 1e6.
     pub inertia_kg_m2: R,
-    /// Rate that its encoder reads per rate at which the nose, and the left side, of its carrier go up: the direction in which the wheel
-    /// rolls over its gear, negative where its actuator is mounted the other way round. Each within +-1e6.
+    /// Rate that its encoder reads per rate at which the nose, and the left side, of its carrier go
+    /// up: the direction in which the wheel rolls over its gear, negative where its actuator is
+    /// mounted the other way round. Each within +-1e6.
     pub carrier: [R; 2],
     /// Where it stands: x forward, y left of the vehicle's origin \[m\], each within +-100 m.
     pub place_m: [R; 2],
@@ -43,7 +44,8 @@ impl<R: Real> TractionWheel<R> {
     }
 }
 
-/// What is known of the sensors and motors that a traction control lives with: its times follow from it. Start from [`TractionSensors::perfect`].
+/// What is known of the sensors and motors that a traction control lives with: its times follow
+/// from it. Start from [`TractionSensors::perfect`].
 ///
 /// ```
 /// use omni_core::traction::TractionSensors;
@@ -57,7 +59,8 @@ impl<R: Real> TractionWheel<R> {
 #[repr(C)]
 #[non_exhaustive]
 pub struct TractionSensors<R> {
-    /// Counts of an encoder in a turn of the actuator, where its reading is whole counts over the period, fractions allowed; 0: it is not.
+    /// Counts of an encoder in a turn of the actuator, where its reading is whole counts over the
+    /// period, fractions allowed; 0: it is not.
     pub encoder_counts: R,
     /// Standard deviation of a wheel's reading \[rad/s\], 0 to 100.
     pub encoder_noise_rad_s: R,
@@ -71,7 +74,8 @@ pub struct TractionSensors<R> {
 
 constant_struct!(TractionSensors<R> { encoder_counts: R, encoder_noise_rad_s: R, gyro_noise_rad_s: R, delay_s: R, lag_s: R });
 
-/// Gains and times of a traction control. Start from [`TractionConfig::traction`] or [`TractionConfig::traction_runup`].
+/// Gains and times of a traction control. Start from [`TractionConfig::traction`] or
+/// [`TractionConfig::traction_runup`].
 ///
 /// Gains beside the thrust's own are in multiples of it, so that they fit another vehicle as soon as that one does.
 ///
@@ -92,14 +96,15 @@ pub struct TractionConfig<R> {
     pub sensors: TractionSensors<R>,
     /// Thrust of every driven wheel per lack of speed, as a rate of its actuator \[N.m.s/rad\], 0 to 1e6.
     pub thrust_gain_n_m_s_rad: R,
-    /// The same per integral of it \[N.m/rad\], 0 to 1e6: what carries the vehicle up a ramp. It does not wind up at the limit.
+    /// The same per integral of it \[N.m/rad\], 0 to 1e6: what carries the vehicle up a ramp. It
+    /// does not wind up at the limit.
     pub thrust_integral_n_m_rad: R,
     /// Part of the gain that is left where next to no speed is lacking, 0 to 1; 1 leaves it whole.
     pub soft_part: R,
     /// Inverse of the lack at which the whole gain is there \[s/rad\], 0 to 1e6.
     pub soft_s_rad: R,
-    /// Proportional gain of a wheel's own velocity loop \[N.m.s/rad\], 0 to 1e6: of wheels across the direction of travel always, of all wheels
-    /// without traction control.
+    /// Proportional gain of a wheel's own velocity loop \[N.m.s/rad\], 0 to 1e6: of wheels across
+    /// the direction of travel always, of all wheels without traction control.
     pub free_gain_n_m_s_rad: R,
     /// Integral gain of the same loop \[N.m/rad\], 0 to 1e6.
     pub free_integral_n_m_rad: R,
@@ -113,7 +118,8 @@ pub struct TractionConfig<R> {
     pub slip_s: R,
     /// Slip that is left alone, as a speed of the rim \[m/s\], 0 to 100.
     pub slip_free_m_s: R,
-    /// Slip beyond that at which a wheel gives what the ground takes and nothing of the common thrust \[m/s\], 1e-6 to 100.
+    /// Slip beyond that at which a wheel gives what the ground takes and nothing of the common
+    /// thrust \[m/s\], 1e-6 to 100.
     pub slip_width_m_s: R,
     /// Time constant of the estimate of what the ground takes \[s\], 0 to 10.
     pub contact_s: R,
@@ -123,11 +129,13 @@ pub struct TractionConfig<R> {
     pub heading_thrust_per_s: R,
     /// The same per error of the yaw rate, 0 to 100.
     pub yaw_damping: R,
-    /// The higher wheel of a row pushes less: this times the thrust's gain, per angle of its carrier \[1/s\], 0 to 1000.
+    /// The higher wheel of a row pushes less: this times the thrust's gain, per angle of its
+    /// carrier \[1/s\], 0 to 1000.
     pub levelling_per_s: R,
     /// Part of the largest thrust from which on rows are levelled, 0 to 0.99.
     pub levelling_from: R,
-    /// Time constant with which the heading error is given up while the vehicle leans on a riser to square up \[s\], 0.001 to 1000.
+    /// Time constant with which the heading error is given up while the vehicle leans on a riser to
+    /// square up \[s\], 0.001 to 1000.
     pub squaring_s: R,
     /// Longest memory of the gyro's zero \[s\], 0 to 3600; 0 leaves the zero as it is.
     pub gyro_zero_s: R,
@@ -163,8 +171,8 @@ impl<R: Real> TractionSensors<R> {
 }
 
 impl<R: Real> TractionConfig<R> {
-    /// Keeps the wheels together: least slip, heat and force. From the gains of a wheel's velocity loop \[N.m.s/rad, N.m/rad\] and the
-    /// control period \[s\].
+    /// Keeps the wheels together: least slip, heat and force. From the gains of a wheel's velocity
+    /// loop \[N.m.s/rad, N.m/rad\] and the control period \[s\].
     ///
     /// ```
     /// use omni_core::traction::TractionConfig;
@@ -202,7 +210,8 @@ impl<R: Real> TractionConfig<R> {
         }
     }
 
-    /// Gets over the highest steps: rows are levelled under more load only, but faster. As [`TractionConfig::traction`] otherwise.
+    /// Gets over the highest steps: rows are levelled under more load only, but faster. As
+    /// [`TractionConfig::traction`] otherwise.
     ///
     /// ```
     /// use omni_core::traction::TractionConfig;
@@ -364,14 +373,16 @@ const WINDOWS: f64 = 4.0;
 const NOISE_MARGIN: f64 = 10.0;
 /// Slip that noise makes is left alone up to so many standard deviations of a filtered wheel.
 const DEVIATIONS: f64 = 2.0;
-/// Counts come rarely where fewer than this come in their window: plain loops on estimates from half a count on have the commanded speed to
-/// a part in a thousand and no heat, but are slower by a tenth to a third below 0.3.
+/// Counts come rarely where fewer than this come in their window: plain loops on estimates from half a count on
+/// have the commanded speed to a part in a thousand and no heat, but are slower by a tenth to a third below 0.3.
 const RARE: f64 = 0.4;
-/// Readings older than this \[s\] are answered with smaller gains. A delay is as bad as a window of counts of twice its length.
+/// Readings older than this \[s\] are answered with smaller gains. A delay is as bad as a window of
+/// counts of twice its length.
 const FRESH_S: f64 = 0.015;
 
 impl<R: Real> TractionTimes<R> {
-    /// For actuators of this largest inertia, least torque, largest way a turn \[kg.m^2, N.m, m/rad\], and outermost lever \[m\].
+    /// For actuators of this largest inertia, least torque, largest way a turn \[kg.m^2, N.m,
+    /// m/rad\], and outermost lever \[m\].
     pub(super) fn new(
         config: &TractionConfig<R>,
         inertia_kg_m2: R,
@@ -434,7 +445,8 @@ impl<R: Real> TractionTimes<R> {
         }
     }
 
-    /// Gains of a wheel's own loop, proportional and integral: softer by the delay alone where the readings are taken as they come.
+    /// Gains of a wheel's own loop, proportional and integral: softer by the delay alone where the
+    /// readings are taken as they come.
     #[inline(always)]
     pub(super) fn own(&self, config: &TractionConfig<R>, raw: bool) -> [R; 2] {
         if raw {

@@ -6,10 +6,12 @@ use crate::Real;
 use crate::geometry::BodyTwist;
 use crate::scalar::{is_plausible, largest, max};
 
-/// Part of the largest way per turn from which on a direction of travel drives a wheel. The other wheels follow the measured speed.
+/// Part of the largest way per turn from which on a direction of travel drives a wheel. The other
+/// wheels follow the measured speed.
 const DRIVEN_PART: f64 = 0.3;
-/// The same where wheels with that much push without turning the vehicle. Wheels across that push at an edge press the vehicle along it: with
-/// 0.3 `chugo7` stays at the built-in step at 18 degrees and more off straight ahead, with 0.6 it climbs (docs/study.md).
+/// The same where wheels with that much push without turning the vehicle. Wheels across that push
+/// at an edge press the vehicle along it: with 0.3 `chugo7` stays at the built-in step at 18
+/// degrees and more off straight ahead, with 0.6 it climbs (docs/study.md).
 const ENOUGH_PART: f64 = 0.6;
 /// Where sensors may hide this part of the commanded speed, slip does not stand out from noise.
 const HIDDEN_PART: f64 = 0.5;
@@ -20,8 +22,9 @@ const ON_THE_SPOT: f64 = 0.05;
 const BALANCED_PART: f64 = 0.01;
 
 impl<R: Real, const N: usize> Traction<R, N> {
-    /// Takes a command for the direction of travel. [`Traction::step`] does so itself; a [`super::Supervisor`] must know it before. What is known
-    /// along the old direction is taken over as far as the new one points there. What is no command, as NaN, is none: the last one goes on.
+    /// Takes a command for the direction of travel. [`Traction::step`] does so itself; a
+    /// [`super::Supervisor`] must know it before. What is known along the old direction is taken over
+    /// as far as the new one points there. What is no command, as NaN, is none: the last one goes on.
     ///
     /// ```
     /// use omni_core::traction::TractionState;

@@ -5,8 +5,8 @@ use crate::Real;
 /// What the width of a count may make of the rate \[rad/s\].
 const RATE_RAD_S: f64 = 0.3;
 
-/// How fast wheels change their rate in an impact \[rad/s^2\]: 15 m/s^2 of a rim of 0.15 m. What is read over a longer time is out of date
-/// by as much as it is more precise.
+/// How fast wheels change their rate in an impact \[rad/s^2\]: 15 m/s^2 of a rim of 0.15 m. What is
+/// read over a longer time is out of date by as much as it is more precise.
 const CHANGE_RAD_S2: f64 = 100.0;
 
 /// Time over which a rate is best read from counts of this angle \[s\].
@@ -14,7 +14,8 @@ pub(super) fn window_s<R: Real>(count_rad: R) -> R {
     (count_rad / R::of(CHANGE_RAD_S2)).sqrt()
 }
 
-/// What is remembered of an encoder: where the wheel is between two counts, how fast it turns, since when no count came.
+/// What is remembered of an encoder: where the wheel is between two counts, how fast it turns,
+/// since when no count came.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -36,9 +37,9 @@ impl<R: Real> EncoderState<R> {
 
     /// The rate \[rad/s\], from what whole counts of `count_rad` over the period said.
     ///
-    /// Between two counts the wheel is anywhere; in a period with a count it is next to an edge. Only an angle that leaves what is possible
-    /// corrects the rate, by the time that it took, and slowly enough to keep the rate within [`RATE_RAD_S`]. A wheel of which no count
-    /// comes any more slows down to what would have made one.
+    /// Between two counts the wheel is anywhere; in a period with a count it is next to an edge. Only an angle that
+    /// leaves what is possible corrects the rate, by the time that it took, and slowly enough to keep the rate
+    /// within [`RATE_RAD_S`]. A wheel of which no count comes any more slows down to what would have made one.
     pub(super) fn step(&mut self, read_rad_s: R, count_rad: R, period_s: R) -> R {
         let zero = R::zero();
         let counted = read_rad_s * period_s;

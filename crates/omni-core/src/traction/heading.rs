@@ -33,8 +33,8 @@ pub(super) struct Turn<R> {
 }
 
 impl<R: Real, const N: usize> Traction<R, N> {
-    /// Steps the yaw rate, by the gyro less its zero, or by the wheels where there is none, or none whose zero is known; returns it as it is
-    /// read, without the filter.
+    /// Steps the yaw rate, by the gyro less its zero, or by the wheels where there is none, or none
+    /// whose zero is known; returns it as it is read, without the filter.
     pub(super) fn measure_yaw(
         &self,
         state: &mut TractionState<R, N>,
@@ -93,8 +93,8 @@ impl<R: Real, const N: usize> Traction<R, N> {
         sum
     }
 
-    /// The yaw rate by the wheels where it can be trusted with a gyro's zero: where the vehicle stands, or drives on the level with little
-    /// thrust and no wheel that disagrees with the others.
+    /// The yaw rate by the wheels where it can be trusted with a gyro's zero: where the vehicle
+    /// stands, or drives on the level with little thrust and no wheel that disagrees with the others.
     fn turns_by_wheels(&self, state: &TractionState<R, N>, rolling_rad_s: &[R; N]) -> Option<R> {
         let (config, zero) = (&self.config, R::zero());
         if config.gyro_zero_s == zero || !state.wheels.iter().all(|wheel| wheel.usable) {

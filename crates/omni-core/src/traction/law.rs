@@ -15,8 +15,8 @@ use crate::policy::Readings;
 use crate::scalar::is_plausible;
 
 impl<R: Real, const N: usize> Traction<R, N> {
-    /// One control period: readings and a target speed in, torques and every signal out. Never NaN, never beyond a motor's limits, whatever
-    /// is read. O(N).
+    /// One control period: readings and a target speed in, torques and every signal out. Never NaN,
+    /// never beyond a motor's limits, whatever is read. O(N).
     ///
     /// ```
     /// use omni_core::traction::{TractionState, TractionTarget};
@@ -45,8 +45,8 @@ impl<R: Real, const N: usize> Traction<R, N> {
         sample
     }
 
-    /// As [`Traction::step`], into a sample that is kept from period to period: returned by value it is copied. All but `wheels.ff_n_m` and
-    /// `wheels.common_factor` is written.
+    /// As [`Traction::step`], into a sample that is kept from period to period: returned by value
+    /// it is copied. All but `wheels.ff_n_m` and `wheels.common_factor` is written.
     ///
     /// ```
     /// use omni_core::traction::{TractionSample, TractionState, TractionTarget};

@@ -12,15 +12,16 @@ const MOTIONS: usize = 3;
 /// Traction control comes back once a wheel was to spare for so long \[s\].
 const SPARE_AGAIN_S: f64 = 0.5;
 
-/// A reading is stuck if it does not change by a bit while its motor gives more than this part of its torque: for the first time if it is
-/// 0, else for the second \[s\]. A stuck reading of 0 is used again after the last.
+/// A reading is stuck if it does not change by a bit while its motor gives more than this part of its torque:
+/// for the first time if it is 0, else for the second \[s\]. A stuck reading of 0 is used again after the last.
 const STUCK_PART: f64 = 0.5;
 const STUCK_STANDING_S: f64 = 1.0;
 const STUCK_TURNING_S: f64 = 0.25;
 const STUCK_AGAIN_S: f64 = 4.0;
 
 impl<R: Real, const N: usize> Traction<R, N> {
-    /// Rates of the wheels, 0 of those that are not usable. A wheel is not usable where its reading is no number, stuck, or doubted.
+    /// Rates of the wheels, 0 of those that are not usable. A wheel is not usable where its reading
+    /// is no number, stuck, or doubted.
     pub(super) fn read_wheels(&self, state: &mut TractionState<R, N>, readings: &Readings<'_, R>) -> [R; N] {
         let period_s = self.config.period_s;
         let (resting, raw, watched) = (state.is_resting(), state.raw, state.watched);
@@ -153,7 +154,8 @@ impl<R: Real, const N: usize> Traction<R, N> {
 }
 
 impl<R: Real, const N: usize> TractionState<R, N> {
-    /// Wheels that are left out because they show a slow vehicle while the ground carries the others, or turn with a reading that stays.
+    /// Wheels that are left out because they show a slow vehicle while the ground carries the
+    /// others, or turn with a reading that stays.
     pub(crate) fn left_out(&self) -> [bool; N] {
         (self.wheels)
             .map(|wheel| wheel.doubted || (wheel.read_rad_s != R::zero() && wheel.is_same_for_long(false)))
@@ -161,8 +163,9 @@ impl<R: Real, const N: usize> TractionState<R, N> {
 }
 
 impl<R: Real> super::state::WheelState<R> {
-    /// Is the reading stuck? Notes for how long it has been the same. A wheel that stands has longer than one that turns, because it may
-    /// be blocked, and is used again after a while; where a fault monitor watches, that judges it.
+    /// Is the reading stuck? Notes for how long it has been the same. A wheel that stands has
+    /// longer than one that turns, because it may be blocked, and is used again after a while;
+    /// where a fault monitor watches, that judges it.
     fn check_stuck(&mut self, read_rad_s: R, period_s: R, resting: bool, watched: bool) -> bool {
         let zero = R::zero();
         let stands = read_rad_s == zero;

@@ -10,13 +10,14 @@ use crate::{ConfigError, Real};
 
 /// Part of its motor's torque against the thrust from which on a wheel brakes.
 pub(super) const BRAKING_PART: f64 = 0.025;
-/// Part of the target up to which no wheel is slowed down, whatever speed is measured. 1 would leave wheels spinning that have no load, and
-/// twice as much of their spread.
+/// Part of the target up to which no wheel is slowed down, whatever speed is measured. 1 would
+/// leave wheels spinning that have no load, and twice as much of their spread.
 pub(super) const BACK_PART: f64 = 0.5;
 /// A wheel that rises faster climbs \[m/s\].
 pub(super) const CLIMBS_M_S: f64 = 0.02;
 
-/// Traction control of one vehicle. Immutable; what it remembers is a [`TractionState`](crate::traction::TractionState).
+/// Traction control of one vehicle. Immutable; what it remembers is a
+/// [`TractionState`](crate::traction::TractionState).
 ///
 /// ```
 /// use omni_core::traction::{Traction, TractionState, TractionTarget};

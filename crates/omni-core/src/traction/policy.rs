@@ -10,7 +10,8 @@ use crate::policy::{Policy, Readings};
 use crate::shaping::{TwistLimiter, TwistLimiterState};
 use crate::{ConfigError, Real};
 
-/// What a [`TractionPolicy`] remembers: to be kept and given back, [`TractionPolicy::state`], [`TractionPolicy::restore`].
+/// What a [`TractionPolicy`] remembers: to be kept and given back, [`TractionPolicy::state`],
+/// [`TractionPolicy::restore`].
 ///
 /// ```
 /// use omni_core::traction::TractionPolicyState;
@@ -21,10 +22,7 @@ use crate::{ConfigError, Real};
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
     feature = "serde",
-    serde(bound(
-        serialize = "R: serde::Serialize",
-        deserialize = "R: Real + serde::Deserialize<'de>"
-    ))
+    serde(bound(deserialize = "R: Real + serde::Deserialize<'de>"))
 )]
 pub struct TractionPolicyState<R, const N: usize> {
     limited: TwistLimiterState<R>,
@@ -66,8 +64,8 @@ impl<R: Real, const N: usize> TractionPolicyState<R, N> {
 }
 
 impl<R: Real, const N: usize> TractionPolicyState<R, N> {
-    /// A start after a [`ControllerPolicy`](crate::loops::ControllerPolicy) with this state, while the vehicle moves with `twist`:
-    /// its command goes on, and so does a hold at rest.
+    /// A start after a [`ControllerPolicy`](crate::loops::ControllerPolicy) with this state, while
+    /// the vehicle moves with `twist`: its command goes on, and so does a hold at rest.
     ///
     /// ```
     /// use omni_core::shaping::TwistLimiterState;

@@ -16,8 +16,9 @@ use crate::loops::WheelSample;
 pub struct TractionSample<R, const N: usize> {
     /// The command.
     pub command: BodyTwist<R>,
-    /// The wheels' signals. Of driven wheels `p_n_m` is the common thrust, `d_n_m` what slip, heading and level make of it; of wheels
-    /// across the way `p_n_m` and `i_n_m` are their own loops'. No reference is reduced: the common factor is 1.
+    /// The wheels' signals. Of driven wheels `p_n_m` is the common thrust, `d_n_m` what slip,
+    /// heading and level make of it; of wheels across the way `p_n_m` and `i_n_m` are their own
+    /// loops'. No reference is reduced: the common factor is 1.
     pub wheels: WheelSample<R, N>,
     /// What drives the wheels.
     pub loops: TractionLoops,

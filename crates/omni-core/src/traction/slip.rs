@@ -91,7 +91,8 @@ impl<R: Real, const N: usize> Traction<R, N> {
         let wheel = &mut state.wheels[i];
         let (p, held) = (gain * error, wheel.integral_n_m);
         let torque = p + held;
-        // Held at the motor's limit and not before: an integral that minds what the torque does rectifies noise that reaches a limit.
+        // Held at the motor's limit and not before: an integral that minds what the torque does
+        // rectifies noise that reaches a limit.
         let most = wheel.most_n_m;
         wheel.integral_n_m = (held + integral * error * self.config.period_s).limited(-most, most);
         (
@@ -179,9 +180,9 @@ impl<R: Real, const N: usize> Traction<R, N> {
 
     /// The torque of a wheel that slips, everything along the thrust \[N.m\].
     ///
-    /// Beyond what is free a faster wheel gives what the ground takes, and is slowed down only as far as it is faster than both the vehicle
-    /// (by `back`) and half of its target: so a wrong speed can take thrust away, but never turns a wheel back. A slower wheel is driven only
-    /// as far as it is slower than both the vehicle and its target.
+    /// Beyond what is free a faster wheel gives what the ground takes, and is slowed down only as far as it is faster
+    /// than both the vehicle (by `back`) and half of its target: so a wrong speed can take thrust away, but never
+    /// turns a wheel back. A slower wheel is driven only as far as it is slower than both the vehicle and its target.
     #[inline(always)]
     fn slip_torque(&self, thrust: R, contact: R, slip: R, free: R, [back, lack]: [R; 2], gain: R) -> R {
         let (zero, one) = (R::zero(), R::one());

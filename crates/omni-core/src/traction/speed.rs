@@ -14,13 +14,13 @@ pub(super) struct MeasuredSpeed<R> {
 }
 
 impl<R: Real, const N: usize> Traction<R, N> {
-    /// Steps the speed by the rolling speeds of the driven wheels, and returns the wheel that gives it; none where none is usable, or
-    /// where slip does not stand out from noise.
+    /// Steps the speed by the rolling speeds of the driven wheels, and returns the wheel that gives
+    /// it; none where none is usable, or where slip does not stand out from noise.
     ///
-    /// No wheel that pushes is slower than the ground beneath it, so the slowest gives the speed, and all that agree with it are averaged:
-    /// what is no slip has the mean of all wheels. Each wheel is filtered before any is chosen, or the least of many noisy numbers
-    /// would be noise. One wheel alone can say that the vehicle stands; that it goes back takes two. Where all wheels brake it is the
-    /// fastest that gives the speed.
+    /// No wheel that pushes is slower than the ground beneath it, so the slowest gives the speed, and all that
+    /// agree with it are averaged: what is no slip has the mean of all wheels. Each wheel is filtered before any
+    /// is chosen, or the least of many noisy numbers would be noise. One wheel alone can say that the vehicle
+    /// stands; that it goes back takes two. Where all wheels brake it is the fastest that gives the speed.
     pub(super) fn measure_speed(
         &self,
         state: &mut TractionState<R, N>,
@@ -30,7 +30,8 @@ impl<R: Real, const N: usize> Traction<R, N> {
         let part = self.config.part(self.times.speed_s);
         for i in 0..N {
             let (travel, wheel) = (&state.travel[i], &mut state.wheels[i]);
-            // Both as they are read, and then one filter: a yaw rate that came later would be slip of all wheels in every turn.
+            // Both as they are read, and then one filter: a yaw rate that came later would be slip
+            // of all wheels in every turn.
             let now = (rolling_rad_s[i] - self.turned_by(i) * yaw_rad_s) * travel.way_m;
             follow(&mut wheel.speed_m_s, now, part);
         }
@@ -98,7 +99,8 @@ impl<R: Real, const N: usize> Traction<R, N> {
         Some(MeasuredSpeed { speed_m_s, wheel })
     }
 
-    /// The mean of the wheels that are no faster than the slowest by what is no slip; by twice that a wheel is excluded.
+    /// The mean of the wheels that are no faster than the slowest by what is no slip; by twice that
+    /// a wheel is excluded.
     #[inline(always)]
     fn agreed(&self, state: &TractionState<R, N>, sign: R, slowest: R, wheel: usize) -> MeasuredSpeed<R> {
         let (zero, one) = (R::zero(), R::one());

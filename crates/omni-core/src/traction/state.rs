@@ -7,8 +7,8 @@ use crate::geometry::BodyTwist;
 use crate::linkage::{LinkageMotion, MAX_HINGES};
 use crate::scalar::is_plausible;
 
-/// What [`super::Traction`] remembers between periods; `default` is a fresh start. It is of one [`super::Traction`] only: what that works out
-/// for a direction of travel is kept here.
+/// What [`super::Traction`] remembers between periods; `default` is a fresh start. It is of one
+/// [`super::Traction`] only: what that works out for a direction of travel is kept here.
 ///
 /// ```
 /// use omni_core::traction::TractionState;
@@ -20,10 +20,7 @@ use crate::scalar::is_plausible;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
     feature = "serde",
-    serde(bound(
-        serialize = "R: serde::Serialize",
-        deserialize = "R: Real + serde::Deserialize<'de>"
-    ))
+    serde(bound(deserialize = "R: Real + serde::Deserialize<'de>"))
 )]
 pub struct TractionState<R, const N: usize> {
     /// The last command, its speed \[m/s\], the rates that it asks of the wheels.
@@ -41,7 +38,8 @@ pub struct TractionState<R, const N: usize> {
     pub(super) largest_rate_rad_m: R,
     /// Filtered rates: of the base's nose and left side, of the hinges.
     pub(super) base_rad_s: [R; 2],
-    /// What the unit says of the base's rates beyond the change of its attitude, and for how long that has been looked at \[rad/s, s\].
+    /// What the unit says of the base's rates beyond the change of its attitude, and for how long
+    /// that has been looked at \[rad/s, s\].
     pub(super) base_zero_rad_s: [R; 2],
     pub(super) base_found_s: R,
     /// The attitude of the period before, nose and left side; none where it was not read \[rad\].
@@ -67,7 +65,8 @@ pub struct TractionState<R, const N: usize> {
     /// Time over which the zero was found so far \[s\].
     pub(super) gyro_found_s: R,
     pub(super) loops: TractionLoops,
-    /// For how long the vehicle has been held up, has had no need of traction control, has had most wheels off the speed \[s\].
+    /// For how long the vehicle has been held up, has had no need of traction control, has had most
+    /// wheels off the speed \[s\].
     pub(super) held_up_s: R,
     /// The speed when that began, along the target \[m/s\].
     pub(super) held_up_m_s: R,
@@ -83,8 +82,8 @@ pub struct TractionState<R, const N: usize> {
     pub(super) redundant_again_s: R,
     /// Thrust at which every driven wheel gives its largest torque \[N.m\].
     pub(super) full_thrust_n_m: R,
-    /// For how long one wheel has shown a slow vehicle while the ground carried most driven wheels, less four times the time for which
-    /// it was not so \[s\].
+    /// For how long one wheel has shown a slow vehicle while the ground carried most driven wheels,
+    /// less four times the time for which it was not so \[s\].
     pub(super) carried_s: R,
     /// Part of the gain of slip control that is in use: less where wheels swing from limit to limit.
     pub(super) slip_gain_part: R,
@@ -196,9 +195,9 @@ impl<R: Real, const N: usize> TractionState<R, N> {
         }
     }
 
-    /// A start of a vehicle that moves with `twist` already: after a reset, or where another controller drove it. Without it the
-    /// speed is found within the time in which the vehicle could have reached it, and wheels brake until then. A twist that is not
-    /// finite, or beyond 1e6, is none.
+    /// A start of a vehicle that moves with `twist` already: after a reset, or where another controller
+    /// drove it. Without it the speed is found within the time in which the vehicle could have reached
+    /// it, and wheels brake until then. A twist that is not finite, or beyond 1e6, is none.
     ///
     /// ```
     /// use omni_core::BodyTwist;

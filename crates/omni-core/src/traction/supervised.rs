@@ -30,10 +30,7 @@ pub(crate) struct Supervised<'a, R, const N: usize> {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
     feature = "serde",
-    serde(bound(
-        serialize = "R: serde::Serialize",
-        deserialize = "R: Real + serde::Deserialize<'de>"
-    ))
+    serde(bound(deserialize = "R: Real + serde::Deserialize<'de>"))
 )]
 pub(crate) struct SupervisedState<R, const N: usize> {
     pub(crate) traction: TractionState<R, N>,

@@ -26,8 +26,8 @@ const ROLLS_PART: f64 = 0.6;
 const BACK_OFF_TIMES: f64 = 4.0;
 /// A vehicle that is stuck for so long after its last try gives up \[s\].
 const GIVES_UP_S: f64 = 1.0;
-/// A vehicle that gives this part of its thrust for so long \[s\], and neither rises nor stands on a slope of so much \[rad\], is
-/// stuck whatever its wheels say: all of them may spin as commanded.
+/// A vehicle that gives this part of its thrust for so long \[s\], and neither rises nor stands on
+/// a slope of so much \[rad\], is stuck whatever its wheels say: all of them may spin as commanded.
 const VAIN_PART: f64 = 0.5;
 const VAIN_S: f64 = 5.0;
 const LEVEL_RAD: f64 = 0.05;
@@ -36,8 +36,9 @@ const CREEPS_PART: f64 = 0.5;
 
 /// Chooses the target speed of a [`super::Traction`]. Immutable.
 ///
-/// It knows which row of wheels climbs next from how high the rows stand. Rows behind the first need a run-up, because an impact takes most
-/// of the vehicle's energy. A vehicle that pushes with all it has and does not move backs off and tries again.
+/// It knows which row of wheels climbs next from how high the rows stand. Rows behind the first
+/// need a run-up, because an impact takes most of the vehicle's energy. A vehicle that pushes with
+/// all it has and does not move backs off and tries again.
 ///
 /// ```
 /// use omni_core::traction::{Supervisor, SupervisorConfig};
@@ -165,8 +166,8 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
         target
     }
 
-    /// Nothing is tried while slip does not stand out from noise: the target is the commanded speed, and what was tried counts. A vehicle that is stuck gives
-    /// up here too.
+    /// Nothing is tried while slip does not stand out from noise: the target is the commanded
+    /// speed, and what was tried counts. A vehicle that is stuck gives up here too.
     fn without_retries(
         &self,
         state: &mut SupervisorState<R>,
@@ -192,7 +193,8 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
         TractionTarget::at(state.target_m_s)
     }
 
-    /// It has pushed hard on the level for long: nothing that moves there needs that. Without an attitude, which tells a slope, it is never said.
+    /// It has pushed hard on the level for long: nothing that moves there needs that. Without an
+    /// attitude, which tells a slope, it is never said.
     fn pushes_in_vain(&self, state: &mut SupervisorState<R>, traction: &TractionState<R, N>) -> bool {
         let level = |angles: [R; 2]| angles.iter().all(|angle| angle.abs() < R::of(LEVEL_RAD));
         let pushes = traction.thrust_n_m > R::of(VAIN_PART) * traction.largest_motor_n_m
@@ -208,8 +210,9 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
             && !moves(traction, slow_m_s)
     }
 
-    /// Tries are of the furthest row so far: those of a row are over once a row behind it climbs for the first time. All are over where
-    /// every row is past the obstacle. A vehicle that falls back to level ground goes on counting, or it would try for ever.
+    /// Tries are of the furthest row so far: those of a row are over once a row behind it climbs
+    /// for the first time. All are over where every row is past the obstacle. A vehicle that falls
+    /// back to level ground goes on counting, or it would try for ever.
     fn progress(&self, state: &mut SupervisorState<R>, (axis, _): (usize, bool)) {
         let (config, zero) = (&self.config, R::zero());
         if state.row > state.furthest {
@@ -336,8 +339,8 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
         }
     }
 
-    /// The row that climbs next, that behind the largest drop from row to row, and the drop \[m\]. Three rows and more distinguish a step from a
-    /// slope: what every row is below the one before it is the slope's.
+    /// The row that climbs next, that behind the largest drop from row to row, and the drop \[m\]. Three rows
+    /// and more distinguish a step from a slope: what every row is below the one before it is the slope's.
     fn next_row(&self, order: (usize, bool), height_m: &[R; N]) -> (u16, R) {
         let zero = R::zero();
         let (mut sums, mut wheels) = ([zero; N], [zero; N]);

@@ -19,7 +19,8 @@ pub struct TractionTarget<R, const N: usize> {
     pub climbing: [bool; N],
     /// Slip that these may have beyond that of the others \[m/s\], 0 or more.
     pub allowance_m_s: R,
-    /// Slip that these are meant to have \[m/s\]: flywheels whose spin keeps friction at its limit through an impact. 0 is none.
+    /// Slip that these are meant to have \[m/s\]: flywheels whose spin keeps friction at its limit
+    /// through an impact. 0 is none.
     pub spin_m_s: R,
     /// Gain of that, in multiples of the thrust's.
     pub spin_gain: R,

@@ -19,7 +19,8 @@ const HELD_UP_S: f64 = 0.15;
 const HELD_UP_BLIND_S: f64 = 0.3;
 /// Slip that calls for traction control, in multiples of what is left alone.
 const SLIPS: f64 = 2.5;
-/// Traction control hands back after so long without a need \[s\], below this part of the largest thrust and this error of the heading \[rad\].
+/// Traction control hands back after so long without a need \[s\], below this part of the largest
+/// thrust and this error of the heading \[rad\].
 const CALM_S: f64 = 0.5;
 const CALM_PART: f64 = 0.4;
 const CALM_RAD: f64 = 0.02;
@@ -28,8 +29,8 @@ const BACKWARD_M_S: f64 = 0.1;
 const OFF_SPEED_M_S: f64 = 0.5;
 /// Where most are so for this long, plain loops take over until the command rests \[s\].
 const OFF_SPEED_S: f64 = 0.3;
-/// Slip ends within a slip time. Wheels that nothing drives and that stay faster than slip control leaves them for so many, and for so long
-/// at least \[s\], are carried by the ground.
+/// Slip ends within a slip time. Wheels that nothing drives and that stay faster than slip control
+/// leaves them for so many, and for so long at least \[s\], are carried by the ground.
 const CARRIED: f64 = 2.0;
 const CARRIED_S: f64 = 0.06;
 const LEAK: f64 = 4.0;
@@ -198,8 +199,8 @@ impl<R: Real, const N: usize> Traction<R, N> {
         state.integral_n_m = state.integral_n_m.limited(-largest, largest);
     }
 
-    /// The thrust that a driven wheel has at most, and that at which every one gives what it has \[N.m\]: those with less way per turn get a
-    /// smaller part of it.
+    /// The thrust that a driven wheel has at most, and that at which every one gives what it has
+    /// \[N.m\]: those with less way per turn get a smaller part of it.
     pub(super) fn find_largest(&self, state: &mut TractionState<R, N>, range: &TorqueRanges<R, N>) {
         (state.largest_motor_n_m, state.full_thrust_n_m) = (R::zero(), R::zero());
         for i in 0..N {

@@ -16,7 +16,8 @@ fn limit(params: &Value, key: &str) -> f64 {
     params[key].as_f64().map_or(f64::INFINITY, f64::abs)
 }
 
-/// The limits of which one call there takes some: `limit_value`, `limit_first_derivative`, `limit_second_derivative`, or all.
+/// The limits of which one call there takes some: `limit_value`, `limit_first_derivative`,
+/// `limit_second_derivative`, or all.
 fn limits(params: &Value, call: &str) -> AxisLimits<f64> {
     let mut limits = AxisLimits::unlimited();
     let all = call == "limit";

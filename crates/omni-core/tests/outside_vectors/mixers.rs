@@ -47,7 +47,8 @@ pub(crate) fn omnix(case: &Case) {
     case.expects("scale", &[factor]);
 }
 
-/// OMNI3: at 60, 180 and 300 degrees, each motor turning so that the vehicle moves forward or left; scaled to the largest.
+/// OMNI3: at 60, 180 and 300 degrees, each motor turning so that the vehicle moves forward or left;
+/// scaled to the largest.
 pub(crate) fn omni3(case: &Case) {
     let third = core::f64::consts::FRAC_PI_3;
     let kinematics =
@@ -88,7 +89,8 @@ pub(crate) fn omni3_factors(case: &Case) {
         .map(as_numbers)
         .collect();
     let scale = 1.0 / (15.0 * degree).cos();
-    // Right is positive there: a rolling direction of -a there is one of a here. Ours are 90 degrees ahead of the place.
+    // Right is positive there: a rolling direction of -a there is one of a here. Ours are 90
+    // degrees ahead of the place.
     let layout = WheelLayout::<f64, 3>::omni(1.0, (-195.0 - 90.0) * degree, 1.0).expect("valid");
     let kinematics = Kinematics::new(&layout).expect("valid");
     for (row, ours) in rows.iter().zip([0, 2, 1]) {

@@ -159,8 +159,8 @@ pub(crate) fn pid_rs(case: &Case) {
     case.expects("out", &outputs);
 }
 
-/// idsp low-passes the whole error with the time constant kd / limit_d, backward Euler, before an ideal PID; as one biquad
-/// `y = b0 x + b1 x1 + b2 x2 + a1 y1 + a2 y2`. Its limit of the integral leaves no trace in these coefficients.
+/// idsp low-passes the whole error with the time constant kd / limit_d, backward Euler, before an ideal PID; as one
+/// biquad `y = b0 x + b1 x1 + b2 x2 + a1 y1 + a2 y2`. Its limit of the integral leaves no trace in these coefficients.
 pub(crate) fn idsp(case: &Case) {
     let [kp, ki, kd, limit_d] = ["kp", "ki", "kd", "limit_d"].map(|key| case.number(key));
     let period = case.number("sample_period");

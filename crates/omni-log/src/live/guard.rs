@@ -1,7 +1,8 @@
 //! Who may open a connection: programs of this machine, and pages that are known viewers.
 //!
-//! A browser lets every page connect to this machine. It says whose page it is (`Origin`) and which name was looked up (`Host`, which a
-//! page of elsewhere can make resolve to this machine). A program that is no browser sends no `Origin`, and could send any.
+//! A browser lets every page connect to this machine. It says whose page it is (`Origin`) and which
+//! name was looked up (`Host`, which a page of elsewhere can make resolve to this machine). A
+//! program that is no browser sends no `Origin`, and could send any.
 
 use tokio_tungstenite::tungstenite::http::uri::Authority;
 use tokio_tungstenite::tungstenite::http::{HeaderMap, header};
@@ -26,8 +27,8 @@ pub(super) struct Guard {
 }
 
 impl Guard {
-    /// Known viewers, pages of this machine and the origins of `more`, or the one of these that is none; with `own_page` the run's own page
-    /// and those of `more` alone.
+    /// Known viewers, pages of this machine and the origins of `more`, or the one of these that is
+    /// none; with `own_page` the run's own page and those of `more` alone.
     pub(super) fn new(more: &[String], own_page: bool) -> Result<Self, String> {
         let known = VIEWERS
             .iter()

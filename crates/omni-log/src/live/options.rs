@@ -15,8 +15,8 @@ pub struct Live {
     /// Its place on ROS 2; none for none.
     #[cfg(feature = "ros2")]
     pub ros2: Option<Ros2>,
-    /// Where its log is written; none for no log. Not with [`Live::allow_control`]: a log has one policy. Until the run's end the file is called
-    /// `.part`, and stays so where an error ends it.
+    /// Where its log is written; none for no log. Not with [`Live::allow_control`]: a log has one
+    /// policy. Until the run's end the file is called `.part`, and stays so where an error ends it.
     pub log: Option<PathBuf>,
     /// Simulated seconds per second of the clock, at least 0.001; infinity for as fast as it goes.
     pub real_time_factor: f64,
@@ -30,9 +30,11 @@ pub struct Live {
     pub pilot: Option<Pilot>,
     /// Viewers may change command, policy and torque limit; else they watch.
     pub allow_control: bool,
-    /// Of web pages only the run's own may connect, and those of [`Live::origins`]: neither other pages of this machine nor known viewers.
+    /// Of web pages only the run's own may connect, and those of [`Live::origins`]: neither other
+    /// pages of this machine nor known viewers.
     pub own_page: bool,
-    /// Origins of web pages that may connect besides those of known viewers and of this machine, as `https://viewer.example`.
+    /// Origins of web pages that may connect besides those of known viewers and of this machine, as
+    /// `https://viewer.example`.
     pub origins: Vec<String>,
 }
 
@@ -49,7 +51,8 @@ pub enum Until {
 }
 
 impl Live {
-    /// A run on that port, 0 for any that is free, as fast as the clock: it starts at once, ends with its scenario, and others watch.
+    /// A run on that port, 0 for any that is free, as fast as the clock: it starts at once, ends
+    /// with its scenario, and others watch.
     ///
     /// ```
     /// let live = omni_log::Live::new(8765);
@@ -73,7 +76,8 @@ impl Live {
         }
     }
 
-    /// A run on ROS 2, as fast as the clock, without a port for viewers: it starts at once and goes on until it is stopped.
+    /// A run on ROS 2, as fast as the clock, without a port for viewers: it starts at once and goes
+    /// on until it is stopped.
     ///
     /// ```
     /// use omni_log::{Live, Ros2, Until};

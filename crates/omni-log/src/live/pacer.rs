@@ -4,7 +4,8 @@ use std::time::{Duration, Instant};
 
 /// How far ahead of the clock a run may be before it waits.
 const AHEAD: Duration = Duration::from_millis(2);
-/// How far behind it may be before it goes on from where it is: a machine that slept, or that is too slow, does not chase the clock.
+/// How far behind it may be before it goes on from where it is: a machine that slept, or that is
+/// too slow, does not chase the clock.
 const BEHIND: Duration = Duration::from_millis(500);
 
 /// Keeps a run in step with the clock.

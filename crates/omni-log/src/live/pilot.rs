@@ -2,8 +2,8 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Drives a live run from where it was started, as keys of a terminal do. It is one of those that command: the last one is followed, and a
-/// command ends 0.5 s on the clock after it was given.
+/// Drives a live run from where it was started, as keys of a terminal do. It is one of those that
+/// command: the last one is followed, and a command ends 0.5 s on the clock after it was given.
 ///
 /// ```
 /// let pilot = omni_log::Pilot::new();
@@ -23,8 +23,8 @@ impl Pilot {
         Self::default()
     }
 
-    /// Asks for a twist: vx forwards, vy to the left \[m/s\], wz to the left \[rad/s\]. One that the scenario may not ask for is
-    /// refused, and the run's `warn` says why.
+    /// Asks for a twist: vx forwards, vy to the left \[m/s\], wz to the left \[rad/s\]. One that
+    /// the scenario may not ask for is refused, and the run's `warn` says why.
     pub fn ask(&self, twist: [f64; 3]) {
         *self.asked.lock().unwrap_or_else(PoisonError::into_inner) = Some(twist);
     }

@@ -45,7 +45,8 @@ impl std::fmt::Display for Setting {
 /// Where the threads of clients leave what the run's thread takes.
 pub(super) struct Requests {
     pending: Mutex<Pending>,
-    /// Held by who changes the scenario, never by the run: checking one with a picture of a ground inside takes longer than a period.
+    /// Held by who changes the scenario, never by the run: checking one with a picture of a ground
+    /// inside takes longer than a period.
     setting: Mutex<()>,
 }
 
@@ -211,8 +212,8 @@ impl Requests {
         Ok(())
     }
 
-    /// Takes the scenario that `check` makes of the one of now, or says why not. `check` runs without the pending, as in
-    /// [`Requests::take_command`].
+    /// Takes the scenario that `check` makes of the one of now, or says why not. `check` runs
+    /// without the pending, as in [`Requests::take_command`].
     fn take_setting(&self, check: impl FnOnce(&Scenario) -> Result<Scenario, String>) -> Result<(), String> {
         let scenario = self.pending().scenario.clone();
         let changed = Arc::new(check(&scenario)?);
@@ -374,7 +375,8 @@ mod tests {
 
     #[test]
     fn what_is_asked_is_checked_while_the_run_goes_on_taking_its_command() {
-        // Every setting and command is checked in one of these two: a caller that held the pending could not get through.
+        // Every setting and command is checked in one of these two: a caller that held the pending
+        // could not get through.
         let requests = requests();
         let slow = BodyTwist {
             vx_m_s: 0.1,

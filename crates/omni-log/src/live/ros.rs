@@ -117,7 +117,8 @@ impl OnRos {
     }
 }
 
-/// What the inertial measurement unit says. Its attitude is not measured; how noisy its rates are is the scenario's, which it does not know.
+/// What the inertial measurement unit says. Its attitude is not measured; how noisy its rates are
+/// is the scenario's, which it does not know.
 fn imu(simulation: &Simulation) -> Imu {
     let sensed = &simulation.sensed().imu;
     Imu {

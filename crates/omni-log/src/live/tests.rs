@@ -46,7 +46,7 @@ fn the_log_of_a_live_run_is_that_of_the_run_byte_by_byte() {
     let mut log = RunLog::create(&alone, &scenario, &controller).expect("a log");
     let run = Run::new(&scenario)
         .controller(controller)
-        .record::<Error>(&mut log)
+        .log_to::<Error>(&mut log)
         .expect("a run");
     log.finish(&run.outcome).expect("a log");
     let mut live = fast();

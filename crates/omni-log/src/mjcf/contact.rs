@@ -1,12 +1,14 @@
 //! The spring and damper of a contact, in MuJoCo's words.
 //!
-//! MuJoCo's contact force f and acceleration a obey `R f + a = -b v - k r`, with v the speed and r the depth of touch, both negative where
-//! surfaces sink, and `R = (1 - d) / d` times the inverse mass that it counts for the bodies in touch: a spring of k / R, a damper of b / R and,
-//! against quick changes, a mass of 1 / R. d is `solimp`, `-k d` and `-b d` are `solref` ("Solver parameters" of MuJoCo's documentation).
+//! MuJoCo's contact force f and acceleration a obey `R f + a = -b v - k r`, with v the speed and r the
+//! depth of touch, both negative where surfaces sink, and `R = (1 - d) / d` times the inverse mass that it
+//! counts for the bodies in touch: a spring of k / R, a damper of b / R and, against quick changes, a mass
+//! of 1 / R. d is `solimp`, `-k d` and `-b d` are `solref` ("Solver parameters" of MuJoCo's documentation).
 
 use super::numbers::{number, numbers};
 
-/// How much of a contact's speed its damper takes in a step: so much that it acts within few, and so little that it does not swing.
+/// How much of a contact's speed its damper takes in a step: so much that it acts within few, and
+/// so little that it does not swing.
 const DAMPED: f64 = 0.4;
 /// Values of `solimp` that leave both the constraint and its softness in the digits that the solver has.
 const SOLIMP: [f64; 2] = [0.05, 0.99];

@@ -11,7 +11,8 @@ use crate::xml::{Xml, comment, leaf};
 
 const COLOUR: &str = "0.62 0.6 0.56 1";
 const OTHER_FRICTION: &str = "0.55 0.7 0.8 1";
-/// How far beyond the vehicle's way there is ground \[m\]: farther than it gets, and no farther than digits of a contact last.
+/// How far beyond the vehicle's way there is ground \[m\]: farther than it gets, and no farther
+/// than digits of a contact last.
 const MARGIN_M: f64 = 5.0;
 /// Thickness of what is below a field of heights \[m\].
 const BASE_M: f64 = 0.5;

@@ -1,7 +1,7 @@
 //! The inverse mass that MuJoCo counts for a roller: what a contact's stiffness is measured in.
 //!
-//! It is the mean over three directions of the velocity that a unit impulse at the roller's middle gives that point, all joints free and at
-//! their start (`body_invweight0` of MuJoCo). A roller's own spin has no part in it.
+//! It is the mean over three directions of the velocity that a unit impulse at the roller's middle gives that
+//! point, all joints free and at their start (`body_invweight0` of MuJoCo). A roller's own spin has no part in it.
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use omni_config::{RollerWheel, Vehicle, WheelSpec};

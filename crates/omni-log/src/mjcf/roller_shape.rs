@@ -1,11 +1,12 @@
 //! What a roller is made of for MuJoCo, which has no barrel.
 //!
-//! No single shape that it has follows the rim: between rollers a capsule is off by half of its own length squared over the wheel's diameter,
-//! the ellipsoid that osculates the rim by `p R t^4 / (8 rho)` (0.4 mm on a wheel of 66 mm with twelve rollers), and a polyhedron's facets
-//! are a staircase to a contact that gives 14 um. Ellipsoids about one centre, each of which touches the rim at two angles +-t_k and is inside
-//! of it elsewhere, follow it better with the square of their number n: where the squares of the t_k are evenly spaced up to that of the
-//! last angle T at which the crown carries the wheel, they are inside by `p R T^4 / (32 rho n^2)` at most. Where neighbours carry the wheel
-//! together, their ends are cylinders: an ellipsoid that goes on beyond T is off there by 30 um on `mecanum4`.
+//! No single shape that it has follows the rim: between rollers a capsule is off by half of its own length squared
+//! over the wheel's diameter, the ellipsoid that osculates the rim by `p R t^4 / (8 rho)` (0.4 mm on a wheel of 66 mm
+//! with twelve rollers), and a polyhedron's facets are a staircase to a contact that gives 14 um. Ellipsoids about
+//! one centre, each of which touches the rim at two angles +-t_k and is inside of it elsewhere, follow it better with
+//! the square of their number n: where the squares of the t_k are evenly spaced up to that of the last angle T at
+//! which the crown carries the wheel, they are inside by `p R T^4 / (32 rho n^2)` at most. Where neighbours carry the
+//! wheel together, their ends are cylinders: an ellipsoid that goes on beyond T is off there by 30 um on `mecanum4`.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -96,7 +97,8 @@ fn crowned_rad(wheel: &RollerWheel) -> f64 {
     low
 }
 
-/// The ends of a roller that carries the wheel together with its neighbours: where its edge begins, and a cylinder on from there.
+/// The ends of a roller that carries the wheel together with its neighbours: where its edge begins,
+/// and a cylinder on from there.
 fn ends(wheel: &RollerWheel) -> Option<Ends> {
     let turn = crowned_rad(wheel);
     let sine = libm::cos(wheel.roller_angle_rad) * libm::sin(turn);
@@ -129,7 +131,8 @@ impl Piece {
     }
 }
 
-/// Corners of the barrel. Those around it are so much further out that facets and arcs are as far from the axis in the mean.
+/// Corners of the barrel. Those around it are so much further out that facets and arcs are as far
+/// from the axis in the mean.
 fn mesh(wheel: &RollerWheel) -> Vec<[f64; 3]> {
     let [slices, around] = FACETS;
     let barrel = &wheel.barrel;
@@ -199,7 +202,8 @@ mod tests {
                 pieces(&wheel).expect("a rim"),
             );
             let (cos, from) = (libm::cos(wheel.roller_angle_rad), crowned_rad(&wheel));
-            // From where the edge begins to where it is 15 um above the ground, more than a contact's spring gives there.
+            // From where the edge begins to where it is 15 um above the ground, more than a
+            // contact's spring gives there.
             for k in 0..=20 {
                 let turn = from + 0.02 * f64::from(k) / 20.0;
                 let sine = cos * libm::sin(turn);

@@ -96,7 +96,8 @@ fn body(
     })
 }
 
-/// Masses and inertias of a wheel's parts: of the wheel's own, three tenths of the mass are its rollers' unless its file says otherwise.
+/// Masses and inertias of a wheel's parts: of the wheel's own, three tenths of the mass are its
+/// rollers' unless its file says otherwise.
 struct Parts {
     hub_kg: f64,
     /// About the axle and across it \[kg.m^2\].

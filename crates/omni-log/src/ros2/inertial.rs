@@ -18,8 +18,8 @@ pub struct Clock {
     pub clock: Time,
 }
 
-/// `sensor_msgs/msg/Imu`: an inertial measurement unit. A covariance whose first element is -1 says that there is no such
-/// measurement; all zero, that it is not known.
+/// `sensor_msgs/msg/Imu`: an inertial measurement unit. A covariance whose first element is -1 says
+/// that there is no such measurement; all zero, that it is not known.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Imu {
     /// Time and frame of the measurement.

@@ -8,8 +8,8 @@ use super::{Header, Vector3};
 use crate::topic;
 use crate::urdf::IMU_LINK;
 
-/// `omnistep_msgs/msg/Sensors`: what the sensors said at the start of one control period. NaN is a reading that did not arrive, or of a sensor
-/// that the vehicle has not.
+/// `omnistep_msgs/msg/Sensors`: what the sensors said at the start of one control period. NaN is a
+/// reading that did not arrive, or of a sensor that the vehicle has not.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Sensors {

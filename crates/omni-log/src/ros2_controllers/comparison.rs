@@ -2,7 +2,8 @@
 
 use omni_config::{Error, Vehicle};
 
-/// How far a wheel may be from where a controller has it, as a part of what is compared: what is left of files of three or four digits.
+/// How far a wheel may be from where a controller has it, as a part of what is compared: what is
+/// left of files of three or four digits.
 pub(super) const PART: f64 = 1e-3;
 
 pub(super) fn refused(vehicle: &Vehicle, wheel: usize, key: &str, value: &str, allowed: &str) -> Error {

@@ -1,8 +1,8 @@
 //! Four mecanum wheels, as `mecanum_drive_controller` has them.
 //!
-//! In the frame of the wheels' middle, whose x axis is the way that they roll, they turn at `(vx -+ vy -+ L wz) / r`: front left and rear
-//! right with `-vy`, the left ones with `-L wz`, where L is half of wheelbase and track together. `base_frame_offset` is where the base
-//! is in that frame, and how far it is turned there.
+//! In the frame of the wheels' middle, whose x axis is the way that they roll, they turn at `(vx -+ vy -+ L wz) / r`:
+//! front left and rear right with `-vy`, the left ones with `-L wz`, where L is half of wheelbase and track together.
+//! `base_frame_offset` is where the base is in that frame, and how far it is turned there.
 
 use std::f64::consts::FRAC_PI_4;
 

@@ -1,7 +1,8 @@
 //! Omni wheels evenly spaced on a circle, as `omni_wheel_drive_controller` has them.
 //!
-//! Of n wheels the one with index i, counter-clockwise, is at the angle `theta = wheel_offset + 2 pi i / n` from forward and turns at
-//! `(sin(theta) vx - cos(theta) vy - robot_radius wz) / wheel_radius`: its rolling direction is clockwise about the origin.
+//! Of n wheels the one with index i, counter-clockwise, is at the angle `theta = wheel_offset + 2 pi i / n`
+//! from forward and turns at `(sin(theta) vx - cos(theta) vy - robot_radius wz) / wheel_radius`: its
+//! rolling direction is clockwise about the origin.
 
 use std::f64::consts::TAU;
 

@@ -54,8 +54,8 @@ pub fn wheel_link(wheel: &str) -> String {
     format!("wheel_{wheel}")
 }
 
-/// Origin of a body's link in the vehicle's frame as it stands on flat ground \[m\]: the anchor of the hinge that carries it,
-/// the vehicle's own origin for the base.
+/// Origin of a body's link in the vehicle's frame as it stands on flat ground \[m\]: the anchor of
+/// the hinge that carries it, the vehicle's own origin for the base.
 ///
 /// ```
 /// use omni_config::Vehicle;
@@ -73,10 +73,10 @@ pub fn link_frame_m(vehicle: &Vehicle, body: &str) -> [f64; 3] {
 
 /// The vehicle as URDF: a link a body and a wheel, a joint a hinge and a wheel.
 ///
-/// Bodies are the boxes that their inertia is of, wheels are cylinders as wide as `width_m` says; their inertia across the axle is
-/// taken for half of that about it, a disc's. Hinges have their limits and damping, and mimic each other where they are coupled.
-/// Wheels turn without end; their effort is the motor's stall torque behind the gear, their velocity its no-load speed, or
-/// 1000 rad/s where there is none. A hinge has no motor: its effort is 0.
+/// Bodies are the boxes that their inertia is of, wheels are cylinders as wide as `width_m` says; their inertia
+/// across the axle is taken for half of that about it, a disc's. Hinges have their limits and damping, and mimic
+/// each other where they are coupled. Wheels turn without end; their effort is the motor's stall torque behind the
+/// gear, their velocity its no-load speed, or 1000 rad/s where there is none. A hinge has no motor: its effort is 0.
 ///
 /// ```
 /// use omni_config::Vehicle;

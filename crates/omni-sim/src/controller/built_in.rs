@@ -23,7 +23,8 @@ const DRIVEN: &str = "driven";
 trait CoreController<R, const N: usize>: Send + Sync {
     /// What it shares with others, and which of those it is.
     const KIND: [&'static str; 2];
-    /// What another of the same first kind goes on from: the limited command, or all that is around the loops, and a hold at rest.
+    /// What another of the same first kind goes on from: the limited command, or all that is around
+    /// the loops, and a hold at rest.
     type Shared: Serialize + DeserializeOwned + Copy;
     type State: Serialize + DeserializeOwned;
     fn shared(&self) -> Self::Shared;

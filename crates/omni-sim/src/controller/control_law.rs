@@ -8,8 +8,8 @@ use crate::{Error, ReportColumns};
 
 /// A controller with its state.
 pub(super) trait ControlLaw: Send + Sync {
-    /// One control step. Overwrites `sample` but for what was asked for, the measured velocities and the path, whatever is returned; its
-    /// report is empty before.
+    /// One control step. Overwrites `sample` but for what was asked for, the measured velocities
+    /// and the path, whatever is returned; its report is empty before.
     fn step(&mut self, readings: &Readings<'_, f64>, sample: &mut ControlSample) -> Result<(), Error>;
     /// What it reports.
     fn columns(&self) -> ReportColumns {

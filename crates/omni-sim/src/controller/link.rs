@@ -13,8 +13,8 @@ use super::emulator_process::EmulatorProcess;
 
 /// Greetings sent, one a time-out, before a controller is given up.
 pub(super) const GREETINGS: u32 = 5;
-/// Frames that wait, either way: more than there are without an answer in the longest hold, and no memory to speak of. A peer
-/// that sends more waits until they are read.
+/// Frames that wait, either way: more than there are without an answer in the longest hold, and no
+/// memory to speak of. A peer that sends more waits until they are read.
 const QUEUE: usize = 64;
 /// Bytes of what is no message that are shown.
 const SHOWN: usize = 24;
@@ -47,8 +47,8 @@ pub(super) enum Event<const N: usize> {
 }
 
 impl Link {
-    /// A link over any two streams. An answer is waited for no longer than `time_out`: nothing else shows that a frame was
-    /// lost, and one that is only late counts as lost. `name` is what messages call the other end.
+    /// A link over any two streams. An answer is waited for no longer than `time_out`: nothing else shows that
+    /// a frame was lost, and one that is only late counts as lost. `name` is what messages call the other end.
     pub fn new(
         name: impl Into<String>,
         reader: impl Read + Send + 'static,

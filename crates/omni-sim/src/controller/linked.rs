@@ -19,8 +19,8 @@ use crate::link_counters::LinkCounters;
 use crate::report::{DriveReport, DriveWheel, drive_mode, wheel_fault};
 use crate::{Error, ReportColumns};
 
-/// Messages that answer nothing, within one time-out, before a peer is given up. Frames that were late are no more than the
-/// greetings and the periods of a hold.
+/// Messages that answer nothing, within one time-out, before a peer is given up. Frames that were
+/// late are no more than the greetings and the periods of a hold.
 const MOST_UNDUE: u32 = 100;
 
 /// Periods without an answer, and the one that is answered now.
@@ -63,7 +63,8 @@ pub(super) struct Linked<const N: usize> {
     restart: bool,
     emergency_stop: bool,
     last: Answer<N>,
-    /// Wheel velocities sent since that answer, now or in vain, the oldest first: no more than there may be periods of a hold.
+    /// Wheel velocities sent since that answer, now or in vain, the oldest first: no more than
+    /// there may be periods of a hold.
     unanswered_rad_s: Vec<[f32; N]>,
     period_s: f64,
     periods: u64,

@@ -54,10 +54,12 @@ impl<const N: usize> UserPolicy<N> {
     }
 }
 
-/// Can a controller of one's own be called so? The name stands in tables and logs, and beside those of coordination policies.
+/// Can a controller of one's own be called so? The name stands in tables and logs, and beside those
+/// of coordination policies.
 ///
 /// # Errors
-/// [`Error::Argument`] for the name of a coordination policy, for none, and for one of more than 80 characters or of two lines.
+/// [`Error::Argument`] for the name of a coordination policy, for none, and for one of more than 80
+/// characters or of two lines.
 ///
 /// ```
 /// use omni_sim::controller::check_name;
@@ -142,7 +144,7 @@ impl<const N: usize> ControlLaw for UserPolicy<N> {
         );
         sample.command = readings.command;
         sample.estimated = kinematics.forward(&measured);
-        sample.common_factor = f64::NAN; // what it does inside is not known, and a zero would be taken for a measurement
+        sample.common_factor = f64::NAN; // not known, and a zero would be taken for a measurement
         sample.brake.clear();
         sample.wheels.clear();
         sample.wheels.extend((0..N).map(|i| {

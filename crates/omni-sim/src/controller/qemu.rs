@@ -19,8 +19,8 @@ pub const DEFAULT_FIRMWARE: &str = "firmware/target/thumbv7em-none-eabihf/releas
 pub struct Firmware {
     /// The image: an ELF file for a Cortex-M4F that serves omni-link frames on the semihosting console.
     pub image: PathBuf,
-    /// How long to wait for an answer. The emulator loses none: 2 s by default, so that a busy machine is not taken for a
-    /// broken one.
+    /// How long to wait for an answer. The emulator loses none: 2 s by default, so that a busy
+    /// machine is not taken for a broken one.
     pub time_out: Duration,
 }
 
@@ -92,7 +92,8 @@ pub fn emulator(image: &Path) -> Command {
             "-serial",
             "none",
         ])
-        // Without a chardev: the guest's reads and writes of the console are the emulator's own of its standard streams.
+        // Without a chardev: the guest's reads and writes of the console are the emulator's own of
+        // its standard streams.
         .args(["-semihosting-config", "enable=on,target=native"])
         .arg("-kernel")
         .arg(image)

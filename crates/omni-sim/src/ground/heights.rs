@@ -131,8 +131,8 @@ mod tests {
             for (at, expected) in places.iter().zip(ground_heights_m(&scenario, &places)) {
                 let height = |shape: &crate::ground::Shape| shape.height_m(*at);
                 let found = shapes.iter().filter_map(height).fold(f64::NEG_INFINITY, f64::max);
-                // Rays find a round bar by iterations, whose digits its 400 m of length take: 1.5e-6 m off at most. All else
-                // they find by planes, 5e-14 m off at most.
+                // Rays find a round bar by iterations, whose digits its 400 m of length take:
+                // 1.5e-6 m off at most. All else they find by planes, 5e-14 m off at most.
                 let tolerance_m = if name == "bumps" { 1e-5 } else { 1e-9 };
                 assert!(
                     (found - expected).abs() < tolerance_m,

@@ -6,7 +6,8 @@ use super::rules::{Draw, Rules};
 use crate::config::{self, Scenario};
 use crate::{Error, Simulation};
 
-/// Torque at 1, as a part of what the motor can give at its speed: 1.6 m/s^2 for the seven-wheel vehicle, brisk for the speeds asked for.
+/// Torque at 1, as a part of what the motor can give at its speed: 1.6 m/s^2 for the seven-wheel
+/// vehicle, brisk for the speeds asked for.
 const TORQUE_PART: f64 = 0.25;
 /// Errors of speed \[m/s\] and of yaw rate \[rad/s\] that count as 1.
 const ERROR: [f64; 3] = [0.25, 0.25, 0.5];

@@ -93,8 +93,9 @@ impl Episodes {
         })
     }
 
-    /// Starts the next episode of those in `mask`, each with its seed ([`Episode::reset`]); returns what all see. `look` is asked
-    /// every tenth of a second whether to go on; where it says no, nothing is returned and every episode is over.
+    /// Starts the next episode of those in `mask`, each with its seed ([`Episode::reset`]); returns
+    /// what all see. `look` is asked every tenth of a second whether to go on; where it says no,
+    /// nothing is returned and every episode is over.
     ///
     /// # Errors
     /// As [`Episode::reset`]; [`Error::Argument`] where there is not one seed and one flag an environment.

@@ -11,7 +11,8 @@ use crate::{Error, Outcome, Simulation, Verdict};
 const SPEED_M_S: f64 = 0.3;
 /// Yaw rate commanded at 1 \[rad/s\]: five times what turns the largest heading of the start away in half a second.
 const TURN_RAD_S: f64 = 0.3;
-/// Torque added to a row's wheels at 1, as a part of the motor's stall torque: as much as the coordination may be wrong by.
+/// Torque added to a row's wheels at 1, as a part of the motor's stall torque: as much as the
+/// coordination may be wrong by.
 const ADDED_PART: f64 = 0.5;
 
 /// Worth of a metre forward.
@@ -22,7 +23,8 @@ const CLIMBED: f64 = 2.0;
 const PER_EFFORT_S: f64 = -0.1;
 /// Of a second one radian off the heading.
 const PER_RAD_S: f64 = -0.5;
-/// Of tipping over, leaning as far as no ground asks, running away, or of physics that gave up or gave something back for nothing.
+/// Of tipping over, leaning as far as no ground asks, running away, or of physics that gave up or
+/// gave something back for nothing.
 const FAILED: f64 = -1.0;
 
 const INFO: &[&str] = &[

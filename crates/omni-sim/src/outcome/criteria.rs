@@ -4,14 +4,14 @@ use crate::config::{Scenario, Vehicle};
 use crate::control_sample::ControlSample;
 use crate::observation::Observation;
 
-/// A vehicle runs away where it is so much faster than commanded: half as fast again. Loops hold a speed within some per cent, and
-/// what an edge or a slope adds is braked. The built-in vehicles, commanded 0.3 m/s, have 0.47 m/s for as long at most, down the built-in hills; the
-/// bound is then 0.55 m/s.
+/// A vehicle runs away where it is so much faster than commanded: half as fast again. Loops hold a speed
+/// within some per cent, and what an edge or a slope adds is braked. The built-in vehicles, commanded
+/// 0.3 m/s, have 0.47 m/s for as long at most, down the built-in hills; the bound is then 0.55 m/s.
 const FASTER: f64 = 1.5;
 /// And by so much \[m/s\]: what bumps and the end of a stall shake a vehicle that is commanded to creep, or to stand.
 const SHAKEN_M_S: f64 = 0.1;
-/// And about by so much \[m/s\] of the farthest wheel: what lets a vehicle slide a little turns it too, on the built-in hills by 0.24 to
-/// 0.46 rad/s, of chugo7's farthest wheel 0.17 m/s, without a command to turn.
+/// And about by so much \[m/s\] of the farthest wheel: what lets a vehicle slide a little turns it too, on
+/// the built-in hills by 0.24 to 0.46 rad/s, of chugo7's farthest wheel 0.17 m/s, without a command to turn.
 const TURNED_M_S: f64 = 0.25;
 /// For so long without a break \[s\]: a drop of 20 cm is over in 0.2 s, and what it leaves is braked in as long.
 pub(super) const SUSTAINED_S: f64 = 0.5;
@@ -75,8 +75,9 @@ pub(super) fn farthest_wheel_m(scenario: &Scenario) -> f64 {
     })
 }
 
-/// How much further than the ground asks a body may lean \[rad\]: 30 degrees. No built-in run has any of it,
-/// whatever the vehicle and the policy; and a frame that stands 30 degrees steeper than the ground under it has half its wheels in the air.
+/// How much further than the ground asks a body may lean \[rad\]: 30 degrees. No built-in run has
+/// any of it, whatever the vehicle and the policy; and a frame that stands 30 degrees steeper than
+/// the ground under it has half its wheels in the air.
 const SWING_RAD: f64 = core::f64::consts::FRAC_PI_6;
 
 /// A hinge is at its stop within this \[rad\], and no other hinge's stop is so near to where it is on flat ground.
@@ -134,7 +135,8 @@ impl Lean {
     }
 }
 
-/// The shortest way between neighbouring rows or tracks of wheels \[m\]: over it a step in the ground turns a body furthest.
+/// The shortest way between neighbouring rows or tracks of wheels \[m\]: over it a step in the
+/// ground turns a body furthest.
 fn shortest_span_m(vehicle: &Vehicle) -> f64 {
     let along = |k: usize| {
         let mut places: Vec<f64> = vehicle.wheel.iter().map(|wheel| wheel.position_m[k]).collect();
@@ -148,8 +150,8 @@ fn shortest_span_m(vehicle: &Vehicle) -> f64 {
 /// Wheels closer than that are side by side, as [`Vehicle::rows`] has it \[m\].
 const ABREAST_M: f64 = 0.02;
 
-/// Part of the energy that went through a run which finite steps may gain: a thousand times what any built-in run's balance misses,
-/// and what it misses there is lost, not gained.
+/// Part of the energy that went through a run which finite steps may gain: a thousand times what
+/// any built-in run's balance misses, and what it misses there is lost, not gained.
 const GAINED_PART: f64 = 0.1;
 /// And so much \[m\] times the weight: twenty times what any built-in run gains at any time, 0.05 mm.
 const GAINED_M: f64 = 1e-3;
@@ -260,7 +262,8 @@ mod tests {
     #[test]
     fn a_command_to_turn_is_none_to_go_and_a_command_to_go_none_to_turn() {
         let turn = [0.0, 0.0, 3.0];
-        // Sliding off at 1.7 m/s: half as much again as 3 rad/s have the farthest wheel, and yet it was not commanded to go.
+        // Sliding off at 1.7 m/s: half as much again as 3 rad/s have the farthest wheel, and yet it
+        // was not commanded to go.
         assert!(runs_away(&[(501, turn, [1.7, 0.0, 3.0])]));
         assert!(runs_away(&[(501, turn, [0.0, 0.101, 3.0])]));
         assert!(!runs_away(&[(5000, turn, [0.0, 0.099, 3.0])]));
@@ -307,7 +310,8 @@ mod tests {
 
     #[test]
     fn a_lean_is_measured_against_what_the_ground_asks() {
-        // Flat: 30 degrees. Neighbouring tracks of chugo7 are 0.23 m apart: a step of 5 cm turns a frame by 12.6 degrees at most.
+        // Flat: 30 degrees. Neighbouring tracks of chugo7 are 0.23 m apart: a step of 5 cm turns a
+        // frame by 12.6 degrees at most.
         let flat = scenario("flat", &[]);
         assert!(!leans(&flat, 29.0) && leans(&flat, 30.5) && leans(&flat, 52.0));
         let step = scenario("step", &[]);

@@ -117,7 +117,8 @@ impl Effort {
         }
     }
 
-    /// What limited it in the last second in which motors pushed, and how many wheels slipped or stood at the limit of their motors.
+    /// What limited it in the last second in which motors pushed, and how many wheels slipped or
+    /// stood at the limit of their motors.
     pub(super) fn limited(&self) -> (LimitedBy, usize) {
         let Some((from_us, then)) = self.windows.front() else {
             return (LimitedBy::Time, 0);

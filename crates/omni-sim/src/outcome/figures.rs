@@ -199,8 +199,8 @@ impl Figure {
         self.value(outcome).is_some() && (self.shown_of)(outcome)
     }
 
-    /// Its value with three significant digits, and no more decimals than mean something (a position to the millimetre); none where it was
-    /// not measured.
+    /// Its value with three significant digits, and no more decimals than mean something (a
+    /// position to the millimetre); none where it was not measured.
     #[must_use]
     pub fn shown(&self, outcome: &Outcome) -> Option<String> {
         self.value(outcome)

@@ -26,7 +26,8 @@ const UP_TOLERANCE_M: f64 = 0.005;
 const TIPPED_COSINE: f64 = 0.5;
 /// A vehicle that goes less than this part of the commanded way has stalled.
 const STALLED_PART: f64 = 0.1;
-/// Without an obstacle it was commanded to go at least so far \[m\]: what is left at the end of a path is no command to go.
+/// Without an obstacle it was commanded to go at least so far \[m\]: what is left at the end of a
+/// path is no command to go.
 const COMMANDED_M: f64 = 0.05;
 /// Time over which that is judged, in windows of [`WINDOW_NS`].
 const STALL_WINDOWS: usize = 100;
@@ -472,7 +473,8 @@ impl Progress {
         ways.is_some_and(|[[gone, commanded], _]| gone < STALLED_PART * commanded)
     }
 
-    /// At an obstacle: it went along it, and not across as commanded. Traction control that backs off goes back more than aside.
+    /// At an obstacle: it went along it, and not across as commanded. Traction control that backs
+    /// off goes back more than aside.
     fn slid_along(&self) -> bool {
         self.a_second_ago().is_some_and(|then| {
             let [across, along] = [0, 1].map(|k| self.now.place_m[k] - then.place_m[k]);

@@ -15,7 +15,8 @@ const LEAST_M_S: f64 = 0.02;
 const LEAST_PART: f64 = 0.1;
 /// A vehicle that slips off an edge goes back by less than this \[m\].
 const LEAST_M: f64 = 0.05;
-/// While traction control backs off for another try it moves against the command on purpose; it does so for 2 s at most \[s\].
+/// While traction control backs off for another try it moves against the command on purpose; it
+/// does so for 2 s at most \[s\].
 const BACKS_OFF_S: f64 = 2.0;
 /// A vehicle at rest moves no faster over the ground \[m/s\], and about \[rad/s\].
 const STANDS: [f64; 2] = [0.01, 0.05];
@@ -42,7 +43,8 @@ pub(super) struct Obedience {
     way_per_rad: Vec<f64>,
     /// From a reference of 0 on, this is how long torque may last \[s\].
     torque_ends_s: f64,
-    /// The command as a vehicle follows that speeds up and slows down with [`BRAKING_M_S2`]: over the ground, and about.
+    /// The command as a vehicle follows that speeds up and slows down with [`BRAKING_M_S2`]: over
+    /// the ground, and about.
     followed: ([f64; 2], f64),
     against: [Against; 2],
     retries: u32,
@@ -263,8 +265,8 @@ mod tests {
     use crate::{Simulation, TractionReport};
     use omni_core::traction::{SupervisorMode, TractionLoops};
 
-    /// Periods of 1 ms of one kind, one after the other: how many, what is commanded, how the vehicle moves, the torque of its first wheel
-    /// \[N.m\], how fast that turns \[rad/s\], and how often traction control has backed off.
+    /// Periods of 1 ms of one kind, one after the other: how many, what is commanded, how the vehicle moves, the torque
+    /// of its first wheel \[N.m\], how fast that turns \[rad/s\], and how often traction control has backed off.
     struct Stage {
         periods: u32,
         commanded: [f64; 3],
@@ -381,7 +383,8 @@ mod tests {
     #[test]
     fn less_than_half_of_the_commanded_way_has_fallen_short() {
         let goes = |commanded, moves| found(&[stage(4000, commanded, moves)]).fell_short;
-        // The command as it is followed comes to 0.3 m/s in 0.6 s: 1.11 m in 4 s. At v the vehicle is behind that once v is below 0.139 m/s.
+        // The command as it is followed comes to 0.3 m/s in 0.6 s: 1.11 m in 4 s. At v the vehicle
+        // is behind that once v is below 0.139 m/s.
         assert!(goes(AHEAD, [0.138, 0.0, 0.0]) && !goes(AHEAD, [0.140, 0.0, 0.0]));
         assert!(
             goes(AHEAD, BACK) && goes(AHEAD, [0.0, 0.3, 0.0]),
@@ -404,7 +407,8 @@ mod tests {
         let ahead_turning = |wz, periods| found(&[stage(periods, AHEAD, [0.3, 0.0, wz])]).off_course;
         // 0.1 rad/s come to 45 degrees in 7.85 s.
         assert!(!ahead_turning(0.1, 7850) && ahead_turning(0.1, 7860) && ahead_turning(-0.1, 7860));
-        // Commanded to turn by 0.5 rad/s, half of it too much or too little is allowed besides; the first 0.38 s take 0.095 rad from what is commanded.
+        // Commanded to turn by 0.5 rad/s, half of it too much or too little is allowed besides; the
+        // first 0.38 s take 0.095 rad from what is commanded.
         let turning = |wz, periods| found(&[stage(periods, [0.0, 0.0, 0.5], [0.0, 0.0, wz])]).off_course;
         assert!(!turning(0.5, 60_000) && !turning(0.75, 60_000) && !turning(0.26, 60_000));
         assert!(turning(0.85, 6500) && !turning(0.85, 6350));

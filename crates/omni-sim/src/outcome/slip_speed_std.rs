@@ -1,8 +1,9 @@
 //! How differently wheels slip.
 
-/// The figure `slip_speed_std`: over all periods, the root mean square of the standard deviation of the wheels' slip speeds, over the
-/// root mean square of the speeds that were asked of them. What all wheels do together, as on the longer way over an edge or when they
-/// lag behind, is no spread; nor is what the vehicle's links make of wheels that roll.
+/// The figure `slip_speed_std`: over all periods, the root mean square of the standard deviation of
+/// the wheels' slip speeds, over the root mean square of the speeds that were asked of them. What
+/// all wheels do together, as on the longer way over an edge or when they lag behind, is no spread;
+/// nor is what the vehicle's links make of wheels that roll.
 #[derive(Default)]
 pub(super) struct SlipSpeedStd {
     variances: f64,
@@ -23,7 +24,8 @@ impl SlipSpeedStd {
         self.period = Period::default();
     }
 
-    /// Adds a driven wheel: the speed along its push that its reference asks of it, and what its rim is faster than its centre \[m/s\].
+    /// Adds a driven wheel: the speed along its push that its reference asks of it, and what its
+    /// rim is faster than its centre \[m/s\].
     pub(super) fn add(&mut self, asked_m_s: f64, slip_m_s: f64) {
         // Wheels on both sides of a vehicle turn against each other: each counts in its commanded direction.
         let slip_m_s = slip_m_s * asked_m_s.signum();

@@ -1,4 +1,4 @@
-//! Where the underside of a body meets the ground. No body is a contact of the physics: a real vehicle would stand there, or scrape.
+//! Where the underside of a body meets the ground: physics has no contact there, a real vehicle would stand or scrape.
 
 use rapier3d_f64::prelude::{Pose, Rotation, Vector};
 
@@ -8,8 +8,8 @@ use crate::config::{Body, Hinge, Scenario, Terrain, Vehicle};
 use crate::ground::{Rectangle, Shape, reach_m, shapes};
 use crate::observation::{Observation, Pose3};
 
-/// A body has not touched that is lower than the ground by no more than this, or no further behind a riser \[m\]: contacts give by half a
-/// millimetre, and a box is no body's shape to a millimetre.
+/// A body has not touched that is lower than the ground by no more than this, or no further behind
+/// a riser \[m\]: contacts give by half a millimetre, and a box is no body's shape to a millimetre.
 const TOLERANCE_M: f64 = 2e-3;
 /// Least and largest distance of points of an underside \[m\].
 const SPACING_M: [f64; 2] = [0.005, 0.02];
@@ -177,8 +177,8 @@ impl Joint {
     }
 }
 
-/// How near the points of an underside are: a quarter of the shortest rise of the ground, or less. Edges have no width, but a vehicle that
-/// crosses one takes all its points over it.
+/// How near the points of an underside are: a quarter of the shortest rise of the ground, or less.
+/// Edges have no width, but a vehicle that crosses one takes all its points over it.
 fn spacing_m(terrain: &Terrain) -> f64 {
     let [least, most] = SPACING_M;
     let fine = match terrain {

@@ -14,7 +14,8 @@ use crate::observation::Observation;
 /// The actuators of all wheels.
 pub(super) struct Actuation {
     state: State,
-    /// Part of the gap between a torque and the commanded one that closes in a physics step, and in the step's mean; 1 without lag.
+    /// Part of the gap between a torque and the commanded one that closes in a physics step, and in
+    /// the step's mean; 1 without lag.
     follow: f64,
     follow_mean: f64,
     sag: f64,
@@ -40,8 +41,8 @@ pub(super) struct Actuation {
 pub(super) struct Geared {
     /// Torque that reaches the wheel, seen from the actuator \[N.m\].
     pub(super) torque_n_m: f64,
-    /// Dry friction between wheel and carrier, about the axle \[N.m\]: it holds the wheel at rest with up to this, and acts with this against
-    /// its turning.
+    /// Dry friction between wheel and carrier, about the axle \[N.m\]: it holds the wheel at rest
+    /// with up to this, and acts with this against its turning.
     pub(super) hold_n_m: f64,
 }
 
@@ -195,10 +196,11 @@ impl Actuation {
         weak.map(|(_, part)| part).product()
     }
 
-    /// Lowest and highest torque of a motor at the speed that it has, at a part of its voltage, as [`omni_core::TorqueLimit::range`] has it.
+    /// Lowest and highest torque of a motor at the speed that it has, at a part of its voltage, as
+    /// [`omni_core::TorqueLimit::range`] has it.
     ///
-    /// The speed is that of the step's start. Where the line is so steep that a wheel without load would pass its no-load speed in the
-    /// step, the torque is what takes it there.
+    /// The speed is that of the step's start. Where the line is so steep that a wheel without load
+    /// would pass its no-load speed in the step, the torque is what takes it there.
     fn line(&self, wheel: usize, voltage: f64) -> [f64; 2] {
         let (velocity, slope) = (self.state.velocity_rad_s[wheel], self.slope_n_m_s_rad);
         let stall = voltage * self.stall_n_m;
@@ -217,8 +219,9 @@ impl Actuation {
 
     /// What the gear of a wheel makes of the torque that acts; drags and viscous friction are not in it.
     ///
-    /// Dry friction and efficiency are one law: turning forwards the wheel gets the lower torque of [`GearFriction::holding`], turning
-    /// backwards the upper one, and at rest what keeps it there. So the middle of both acts, and half their difference holds.
+    /// Dry friction and efficiency are one law: turning forwards the wheel gets the lower torque of
+    /// [`GearFriction::holding`], turning backwards the upper one, and at rest what keeps it there.
+    /// So the middle of both acts, and half their difference holds.
     pub(super) fn geared(&self, wheel: usize) -> Geared {
         let torque = self.state.torque_n_m[wheel];
         match &self.friction[wheel] {
@@ -251,10 +254,12 @@ impl Actuation {
         self.shorted.get(wheel) == Some(&true)
     }
 
-    /// Damping by drags, viscous friction and a shorted motor between a wheel and its carrier now \[N.m.s/rad\], about the axle.
+    /// Damping by drags, viscous friction and a shorted motor between a wheel and its carrier now
+    /// \[N.m.s/rad\], about the axle.
     ///
-    /// A motor's torque falls with its speed because its windings see the voltage that it makes: shorted they see nothing else, and
-    /// the slope is a damper. A motor that is lost has no windings to short, and a weak one only a part.
+    /// A motor's torque falls with its speed because its windings see the voltage that it makes:
+    /// shorted they see nothing else, and the slope is a damper. A motor that is lost has no
+    /// windings to short, and a weak one only a part.
     pub(super) fn damper_n_m_s_rad(&self, wheel: usize, time_s: f64) -> f64 {
         let holding = self
             .drags
@@ -273,7 +278,8 @@ impl Actuation {
         }
     }
 
-    /// Torque of the drags on an actuator \[N.m\]; at most what stops the wheel alone in a physics step, so that it does not swing.
+    /// Torque of the drags on an actuator \[N.m\]; at most what stops the wheel alone in a physics
+    /// step, so that it does not swing.
     pub(super) fn explicit_drag_n_m(&self, wheel: usize, time_s: f64) -> f64 {
         let damper = self.damper_n_m_s_rad(wheel, time_s);
         if damper == 0.0 {
@@ -284,9 +290,10 @@ impl Actuation {
         -gear * damper.min(self.inertia_kg_m2[wheel] / self.step_s) * velocity
     }
 
-    /// Accounts for a physics step that has been made: angles, work, torques. `moved` is by how much an actuator has turned \[rad\] and how
-    /// fast it turns now \[rad/s\], with the velocity before; `drag_n_m` the torque of the drags on it in the step, and `held_n_m` that of
-    /// the dry friction about its wheel's axle, given how far the actuator turned.
+    /// Accounts for a physics step that has been made: angles, work, torques. `moved` is by how
+    /// much an actuator has turned \[rad\] and how fast it turns now \[rad/s\], with the velocity
+    /// before; `drag_n_m` the torque of the drags on it in the step, and `held_n_m` that of the dry
+    /// friction about its wheel's axle, given how far the actuator turned.
     pub(super) fn account(
         &mut self,
         share: f64,

@@ -143,8 +143,8 @@ pub(super) struct Touch {
 
 /// The contact of a barrel, at a pose in the frame of a box, with that box.
 ///
-/// The distance is the largest gap that any plane leaves between the shapes, overlaps being gaps below 0. The plane is that of a
-/// face, or leans about an edge between two faces; a corner's planes are taken for those of its three edges.
+/// The distance is the largest gap that any plane leaves between the shapes, overlaps being gaps below 0. The plane is
+/// that of a face, or leans about an edge between two faces; a corner's planes are taken for those of its three edges.
 pub(super) fn touch_box(cuboid: &Cuboid, barrel: &BarrelShape, pose: &Pose) -> Touch {
     let half = cuboid.half_extents.to_array();
     let middle = pose.translation.to_array();
@@ -167,7 +167,8 @@ pub(super) fn touch_box(cuboid: &Cuboid, barrel: &BarrelShape, pose: &Pose) -> T
         (point.dot(normal) - support, point)
     };
     let reach = barrel.reach_m();
-    // A gap is at most how far the middle is out, and less than that by the reach at most: most faces cannot be the widest.
+    // A gap is at most how far the middle is out, and less than that by the reach at most: most
+    // faces cannot be the widest.
     let farthest = out.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let (mut normal, mut widest, mut on_barrel) = (axis(0), f64::NEG_INFINITY, pose.translation);
     for (i, out) in out.iter().enumerate() {
@@ -219,7 +220,8 @@ pub(super) fn touch_box(cuboid: &Cuboid, barrel: &BarrelShape, pose: &Pose) -> T
     }
 }
 
-/// Where a function that falls from `first` > 0 at 0 to `last` <= 0 at 1 is zero, to rounding: the Illinois variant of false position.
+/// Where a function that falls from `first` > 0 at 0 to `last` <= 0 at 1 is zero, to rounding: the
+/// Illinois variant of false position.
 fn root([mut first, mut last]: [f64; 2], function: impl Fn(f64) -> f64) -> f64 {
     let (mut low, mut high) = (0.0, 1.0);
     let mut moved = 0; // which end moved last, and so the other one's value is halved

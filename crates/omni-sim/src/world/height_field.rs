@@ -5,8 +5,8 @@ use rapier3d_f64::prelude::{AngVector, Pose, Vector};
 
 /// Heights, scale and pose of a field of `rows` and `columns` of heights \[m\], row by row, from `from_m` on.
 ///
-/// parry's fields have y up, rows along z and columns along x. Turned by a quarter about x they have z up and rows to the right; so rows
-/// here are columns there.
+/// parry's fields have y up, rows along z and columns along x. Turned by a quarter about x they
+/// have z up and rows to the right; so rows here are columns there.
 pub(super) fn height_field(
     from_m: f64,
     [length, width]: [f64; 2],

@@ -35,7 +35,8 @@ pub(crate) fn plant(scenario: &Scenario, x_m: f64, yaw_rad: f64) -> Result<AnyPl
 /// A plant that is simulated elsewhere, at its start as [`plant`] has it.
 ///
 /// # Errors
-/// Faults that are unknown here, masses that are put on a body on the way, and whatever keeps the physics from starting.
+/// Faults that are unknown here, masses that are put on a body on the way, and whatever keeps the
+/// physics from starting.
 pub(crate) fn external(
     scenario: &Scenario,
     physics: Box<dyn ExternalPhysics>,

@@ -55,7 +55,8 @@ pub(super) fn tilt(x: Vector, z: Vector) -> (f64, f64) {
     (libm::asin(x.z.clamp(-1.0, 1.0)), libm::acos(z.z.clamp(-1.0, 1.0)))
 }
 
-/// Velocity of a wheel's centre along its push, in the tangent plane of its contact; the ground's plane while there is none \[m/s\].
+/// Velocity of a wheel's centre along its push, in the tangent plane of its contact; the ground's
+/// plane while there is none \[m/s\].
 pub(super) fn along_push(velocity: Vector, across: Vector, seen: &WheelObservation) -> f64 {
     let normal = if seen.touches() {
         Vector::from(seen.normal)
@@ -65,8 +66,9 @@ pub(super) fn along_push(velocity: Vector, across: Vector, seen: &WheelObservati
     velocity.dot(across.cross(normal).normalize_or_zero())
 }
 
-/// Speed that a wheel asks of its centre along its push \[m/s\]. `way` is what its turning against its carrier makes of it; the carrier
-/// takes the rim along as it turns itself, about the axis `across` the push (docs/derivations.md, What a carrier's turning does to a rim).
+/// Speed that a wheel asks of its centre along its push \[m/s\]. `way` is what its turning against
+/// its carrier makes of it; the carrier takes the rim along as it turns itself, about the axis
+/// `across` the push (docs/derivations.md, What a carrier's turning does to a rim).
 pub(super) fn rim_speed(way_m_s: f64, radius_m: f64, across: Vector, carrier_rad_s: Vector) -> f64 {
     way_m_s + radius_m * across.dot(carrier_rad_s)
 }

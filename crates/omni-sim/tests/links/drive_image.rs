@@ -19,8 +19,8 @@ use omni_sim::{Error, Run, Trace, run};
 
 const N: usize = 7;
 
-/// The scenario of the image, with an encoder that falls silent and commands that stop on the way, and an emergency stop that is
-/// pressed and released.
+/// The scenario of the image, with an encoder that falls silent and commands that stop on the way,
+/// and an emergency stop that is pressed and released.
 fn troubled() -> Scenario {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../firmware/scenarios/drive.toml");
     let faults = "fault=[{kind='encoder_silent',wheel='2',from_s=0.8,until_s=1.5},{kind='command_lost',from_s=1.8,until_s=2.6},\
@@ -34,7 +34,8 @@ fn climb() -> Scenario {
     Scenario::load(&file.display().to_string(), &[]).unwrap()
 }
 
-/// Does a linked run of [`climb`] do what the host's does, in every bit? What traction control alone reports is in no answer.
+/// Does a linked run of [`climb`] do what the host's does, in every bit? What traction control
+/// alone reports is in no answer.
 fn assert_it_climbs_as_the_host_does(linked: &Trace) {
     let host = run(&climb()).unwrap();
     assert!(host.outcome().climbed && linked.outcome().climbed);
@@ -99,7 +100,8 @@ impl<D: Served<N>, L: Fn(&mut Answer<N>)> Served<N> for Liar<D, L> {
     }
 }
 
-/// Serves the scenario's drive until no request comes any more. One answer is damaged on the way, by its number, the greeting's being 0.
+/// Serves the scenario's drive until no request comes any more. One answer is damaged on the way,
+/// by its number, the greeting's being 0.
 fn serve(
     from: PipeReader,
     to: PipeWriter,
@@ -228,7 +230,8 @@ fn accepts_none(answer: &mut Answer<N>) {
 
 #[test]
 fn a_drive_is_accepted_that_goes_on_with_a_reading_whose_answer_was_lost() {
-    // From the 201st period on wheel 2 gives no reading: the drive goes on with the 200th, and in one of these runs that answer is damaged.
+    // From the 201st period on wheel 2 gives no reading: the drive goes on with the 200th, and in
+    // one of these runs that answer is damaged.
     let keys = [
         "duration_s=0.3",
         "fault=[{kind='encoder_silent',wheel='2',from_s=0.2}]",
@@ -307,7 +310,7 @@ fn what_a_drive_cannot_say_stops_the_run() {
             error.chars().count() <= 300 && error.lines().count() == 1,
             "{error}"
         );
-        assert!(error.contains("stopped at t = 0.100 s"), "{error}"); // the hundred-and-first period, the first altered one
+        assert!(error.contains("stopped at t = 0.100 s"), "{error}"); // the first altered period
     }
 }
 

@@ -15,8 +15,8 @@ use omni_sim::{Error, Run, Simulation, Trace, run};
 
 const N: usize = 7;
 
-/// How long to wait for a frame: only lost ones take it. The busier the machine may be the longer, and the shorter the more
-/// are lost; where none is, no delay may look like a loss.
+/// How long to wait for a frame: only lost ones take it. The busier the machine may be the longer,
+/// and the shorter the more are lost; where none is, no delay may look like a loss.
 fn time_out(requests: &Faults, answers: &Faults) -> Duration {
     let faults = requests.values().chain(answers.values());
     match faults.filter(|&&fault| fault == Fault::Lose).count() {

@@ -1,4 +1,4 @@
-//! Controllers at the other end of a link that answer falsely, chatter or are something else: the host stops in one line that says so.
+//! Controllers behind a link that answer falsely, chatter or are something else: the host stops and says so in a line.
 
 use std::io::{PipeReader, PipeWriter, Read, Write, pipe};
 use std::sync::mpsc;
@@ -201,7 +201,8 @@ fn signals_that_no_controller_has_stop_the_run_before_they_are_logged() {
 
 #[test]
 fn the_range_is_that_of_the_motor_at_the_velocity_that_was_sent() {
-    // 2 N.m at rest, 0.2 less for each rad/s: at the 4.5 rad/s of 0.3 m/s the motor drives with 1.1 N.m and brakes with 2.
+    // 2 N.m at rest, 0.2 less for each rad/s: at the 4.5 rad/s of 0.3 m/s the motor drives with 1.1
+    // N.m and brakes with 2.
     let falling = [Override::new("vehicle.motor.slope_n_m_s_rad", 0.2)];
     let late = |answer: &Answer<N>| answer.sequence == 2000;
     for (sign, refused) in [(1.0, true), (-1.0, false)] {

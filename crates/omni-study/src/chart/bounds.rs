@@ -14,14 +14,15 @@ const ABREAST_M: f64 = 0.02;
 /// Heights are compared with the bodies in steps of this \[m\].
 const GRID_M: f64 = 1e-4;
 
-/// The greatest step up that the bodies clear where the edge is met squarely \[m\]; none where neither of the two rules bounds it.
+/// The greatest step up that the bodies clear where the edge is met squarely \[m\]; none where
+/// neither of the two rules bounds it.
 ///
-/// - *Overhang*: a body whose box reaches further ahead than every wheel meets the riser (`sqrt(r^2 - (r - c)^2)` ahead of its axle) clears
-///   its clearance c.
-/// - *Straddling*: a single body on two rows of wheels, L apart, stands with the front row on a step of height h, and the rear row at the
-///   riser. It is tilted by `asin(h / L)`. The edge, `d = sqrt(r^2 - (r - h)^2)` ahead of the rear axle, is then at
-///   `x = d cos + (h - r) sin`, `z = r + (h - r) cos - d sin` in the vehicle's axes, and z is at most the clearance. Where the box begins
-///   further ahead, the edge meets it there.
+/// - *Overhang*: a body whose box reaches further ahead than every wheel meets the riser
+///   (`sqrt(r^2 - (r - c)^2)` ahead of its axle) clears its clearance c.
+/// - *Straddling*: a single body on two rows of wheels, L apart, stands with the front row on a step of height h,
+///   and the rear row at the riser. It is tilted by `asin(h / L)`. The edge, `d = sqrt(r^2 - (r - h)^2)` ahead of
+///   the rear axle, is then at `x = d cos + (h - r) sin`, `z = r + (h - r) cos - d sin` in the vehicle's axes,
+///   and z is at most the clearance. Where the box begins further ahead, the edge meets it there.
 ///
 /// A body may be 2 mm in the ground, as in the verdict `touched`.
 ///
@@ -120,8 +121,8 @@ fn ahead_m(radius_m: f64, height_m: f64) -> f64 {
     (radius_m * radius_m - above_m * above_m).sqrt()
 }
 
-/// The greatest step that the balance of forces does not exclude, of those every millimetre up to `largest_mm` \[mm\]. None where it excludes none of
-/// them, does not describe the vehicle or the approach, or the policy runs up by itself.
+/// The greatest step that the balance of forces does not exclude, of those every millimetre up to `largest_mm` \[mm\].
+/// None where it excludes none of them, does not describe the vehicle or the approach, or the policy runs up by itself.
 pub(super) fn climb_limits_mm(
     scenario: impl Fn(u32) -> Result<Scenario, Error>,
     approach: &Approach,

@@ -12,12 +12,13 @@ use super::{Chart, ChartPlan};
 use crate::Error;
 use crate::run::threads;
 
-/// Adds to `done` the cells that the plan has and it lacks, on `jobs` threads (all cores by default), until all are there or `stop` is set:
-/// then cells under way are given up. Calls `watch` with the chart after each cell, for it to be kept. The chart is the same for any number of
-/// threads, and however often it was stopped.
+/// Adds to `done` the cells that the plan has and it lacks, on `jobs` threads (all cores by default), until
+/// all are there or `stop` is set: then cells under way are given up. Calls `watch` with the chart after each
+/// cell, for it to be kept. The chart is the same for any number of threads, and however often it was stopped.
 ///
 /// # Errors
-/// Where `done` is a chart of other runs, where a scenario cannot be made, what `watch` returns, and [`Error::Io`] where threads cannot be started.
+/// Where `done` is a chart of other runs, where a scenario cannot be made, what `watch` returns,
+/// and [`Error::Io`] where threads cannot be started.
 pub fn chart(
     plan: &ChartPlan,
     done: &Chart,

@@ -20,10 +20,11 @@ const PUSHES_S: f64 = 5.0;
 const BACK_M: f64 = 0.06;
 /// And how far their headings may differ \[deg\].
 const OFF_DEG: f64 = 1.0;
-/// So many more starts climb the size to plan with. With 7 of them 3 of 208 cells of the built-in vehicles were climbed from 16 to 18 of 20
-/// starts that the chart had not seen.
+/// So many more starts climb the size to plan with. With 7 of them 3 of 208 cells of the built-in
+/// vehicles were climbed from 16 to 18 of 20 starts that the chart had not seen.
 const CONFIRMING: usize = 27;
-/// A run that turns the vehicle by so much has not climbed: a follower that corrects its heading would have to work against the edge.
+/// A run that turns the vehicle by so much has not climbed: a follower that corrects its heading
+/// would have to work against the edge.
 const MOST_YAW_DEG: f64 = 20.0;
 /// Most sides times skews.
 const MOST_APPROACHES: usize = 5000;
@@ -60,7 +61,8 @@ pub struct ChartSetup {
 }
 
 impl ChartSetup {
-    /// Steps up and down, every 15 degrees and squarely, at friction 0.7 and 0.3 m/s; three starts, and a margin of 0.8.
+    /// Steps up and down, every 15 degrees and squarely, at friction 0.7 and 0.3 m/s; three starts,
+    /// and a margin of 0.8.
     #[must_use]
     pub fn new(vehicle: impl Into<Value>) -> Self {
         Self {

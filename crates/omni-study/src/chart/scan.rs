@@ -84,8 +84,8 @@ fn tenths(size_m: f64) -> f64 {
 }
 
 impl Scan<'_> {
-    /// Coarse steps to the first size that is not climbed, then fine ones below it. A larger size that is climbed again beyond is an island, and
-    /// none of the vehicle's capability. False if it was stopped.
+    /// Coarse steps to the first size that is not climbed, then fine ones below it. A larger size that is
+    /// climbed again beyond is an island, and none of the vehicle's capability. False if it was stopped.
     fn rise(&mut self, starts: usize, largest_mm: u32) -> Result<bool, Error> {
         let grid_mm = self.approach.edge.grid_mm();
         let mut above_mm = largest_mm + 1;
@@ -106,7 +106,8 @@ impl Scan<'_> {
         Ok(true)
     }
 
-    /// The margin's part of the limit, climbed from every start. A size that is not becomes the limit: it lies between two that were tried.
+    /// The margin's part of the limit, climbed from every start. A size that is not becomes the
+    /// limit: it lies between two that were tried.
     fn confirmed(&mut self, margin: f64) -> Result<Option<f64>, Error> {
         loop {
             let climbs_m = tenths(margin * size_m(self.limit_mm));
@@ -127,7 +128,8 @@ impl Scan<'_> {
         }
     }
 
-    /// Why a size is not climbed from the first of the starts from which it is not; within, none if it is climbed from all. None if it was stopped.
+    /// Why a size is not climbed from the first of the starts from which it is not; within, none if
+    /// it is climbed from all. None if it was stopped.
     #[expect(clippy::option_option, reason = "stopped, climbed, or not and why")]
     fn tried(&self, size_m: f64, starts: &[ChartStart]) -> Result<Option<Option<String>>, Error> {
         for start in starts {

@@ -11,8 +11,8 @@ use omni_study::Edge;
 pub(crate) struct ChartArgs {
     /// A built-in vehicle or a .toml file.
     pub(crate) vehicle: String,
-    /// Coordination policy: independent, scale_torques, scale_references, shared_integral, traction_runup or traction; the best that the vehicle
-    /// allows if left out.
+    /// Coordination policy: independent, scale_torques, scale_references, shared_integral,
+    /// traction_runup or traction; the best that the vehicle allows if left out.
     #[arg(long)]
     pub(crate) policy: Option<String>,
     /// What is climbed: step, drop, sill, slope or gap, several with commas.
@@ -24,8 +24,8 @@ pub(crate) struct ChartArgs {
         default_values_t = [EdgeArg::Step, EdgeArg::Drop]
     )]
     pub(crate) edge: Vec<EdgeArg>,
-    /// Directions of travel in the vehicle's axes [deg], -180 to 180, several with commas: 0 is ahead, 90 is left. Every 15 degrees if left out; of a
-    /// vehicle that is the same on its left and on its right, 0 to 180.
+    /// Directions of travel in the vehicle's axes [deg], -180 to 180, several with commas: 0 is ahead, 90 is
+    /// left. Every 15 degrees if left out; of a vehicle that is the same on its left and on its right, 0 to 180.
     #[arg(
         long,
         value_delimiter = ',',
@@ -51,10 +51,12 @@ pub(crate) struct ChartArgs {
     /// Part of the limit to plan with, 0.1 to 1.
     #[arg(long, default_value_t = 0.8, allow_negative_numbers = true)]
     pub(crate) margin: f64,
-    /// Number of starts from which each size has to be climbed, 3 to 100. They differ in the wheels' phase and in the heading.
+    /// Number of starts from which each size has to be climbed, 3 to 100. They differ in the
+    /// wheels' phase and in the heading.
     #[arg(long, value_name = "N", default_value_t = 3)]
     pub(crate) starts: usize,
-    /// Replaces a key of every run or, with "vehicle." in front, of the vehicle, such as physics.engine=rapier; may be repeated.
+    /// Replaces a key of every run or, with "vehicle." in front, of the vehicle, such as
+    /// physics.engine=rapier; may be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) overrides: Vec<String>,
     /// The chart's TOML file; out/chart-VEHICLE-POLICY.toml if left out.

@@ -16,11 +16,12 @@ pub(crate) struct ExportArgs {
     /// With --format mjcf, rust and c: a vehicle instead of the scenario's, a built-in one or a .toml file.
     #[arg(long)]
     pub(crate) vehicle: Option<String>,
-    /// Replaces a key of the vehicle; with --format mjcf, rust and c of the scenario, so vehicle.rollers.count=9 for its vehicle; may be
-    /// repeated.
+    /// Replaces a key of the vehicle; with --format mjcf, rust and c of the scenario, so
+    /// vehicle.rollers.count=9 for its vehicle; may be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) overrides: Vec<String>,
-    /// With --format urdf: adds a block for ros2_control, whose controllers command this interface of each wheel over /joint_commands.
+    /// With --format urdf: adds a block for ros2_control, whose controllers command this interface
+    /// of each wheel over /joint_commands.
     #[arg(long, value_enum, value_name = "INTERFACE")]
     pub(crate) ros2_control: Option<CommandInterface>,
     /// File to write; standard output if left out.

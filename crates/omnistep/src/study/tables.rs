@@ -5,8 +5,8 @@ use omni_study::{Cell, Kind, MapCell, PairedCell, PairedFigure, Plan};
 
 use crate::output::aligned;
 
-/// One table for each figure and combination of the axes that are not the map's. With less than two axes, figures are the
-/// rows of one table.
+/// One table for each figure and combination of the axes that are not the map's. With less than two
+/// axes, figures are the rows of one table.
 pub(super) fn tables(plan: &Plan, map: &[MapCell]) -> String {
     let study = plan.study();
     let figures = || study.map.figures.iter().enumerate();
@@ -100,8 +100,8 @@ pub(super) fn baseline(plan: &Plan, baseline: &Override, cells: &[PairedCell]) -
     )
 }
 
-/// `+3 -1 of 24` for yes and no: with this value alone, with the other alone. `+0.012 +- 0.004 (24)` for a number: mean, 95 %
-/// interval, pairs.
+/// `+3 -1 of 24` for yes and no: with this value alone, with the other alone.
+/// `+0.012 +- 0.004 (24)` for a number: mean, 95 % interval, pairs.
 fn difference(figure: &PairedFigure) -> String {
     match (figure.only, figure.mean) {
         (_, None) => "-".into(),
@@ -117,8 +117,8 @@ fn difference(figure: &PairedFigure) -> String {
     }
 }
 
-/// `22/24 (74-98 %)` for yes and no, the mean with four digits and half its interval for a number, `-` where nothing was measured; failed runs
-/// aside, and beside who climbed those that had no time to. Intervals are of 95 %.
+/// `22/24 (74-98 %)` for yes and no, the mean with four digits and half its interval for a number, `-` where nothing
+/// was measured; failed runs aside, and beside who climbed those that had no time to. Intervals are of 95 %.
 fn shown(plan: &Plan, cell: &MapCell, figure: usize) -> String {
     let name = &plan.study().map.figures[figure];
     let column = plan.columns().figures.iter().find(|column| column.name == *name);

@@ -6,8 +6,8 @@ use std::path::Path;
 
 use assert_cmd::Command;
 
-/// Runs `omnistep run flat --controller qemu` in a folder that is the only place for programs, and returns its exit code
-/// and the one line on standard error.
+/// Runs `omnistep run flat --controller qemu` in a folder that is the only place for programs, and
+/// returns its exit code and the one line on standard error.
 fn refused(folder: &Path, args: &[&str]) -> (Option<i32>, String) {
     let output = Command::cargo_bin("omnistep")
         .unwrap()

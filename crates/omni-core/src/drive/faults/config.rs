@@ -21,29 +21,33 @@ use crate::drive::periods_of;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct FaultConfig<R> {
-    /// Largest change \[rad/s\] of an actuator's velocity within one period, 1e-9 or more: a reading further from the last accepted one
-    /// is held back.
+    /// Largest change \[rad/s\] of an actuator's velocity within one period, 1e-9 or more: a
+    /// reading further from the last accepted one is held back.
     pub jump_rad_s: R,
-    /// Periods a jump is bridged with the last accepted reading; then the wheel is faulty. Good readings between jumps count
-    /// against jumps one by one. 1 to 65535.
+    /// Periods a jump is bridged with the last accepted reading; then the wheel is faulty. Good
+    /// readings between jumps count against jumps one by one. 1 to 65535.
     pub jump_periods: u16,
-    /// A reading that stays exactly the same while what the other wheels say of it moves by more than this \[rad/s\] is
-    /// stuck, 1e-9 or more. So is, after ten times as long, a reading that stays exactly 0 while the others say that the wheel turns by more
-    /// than this and its loop pulls in vain towards its reference. Also how well a faulty wheel must agree with the others to be accepted again.
+    /// A reading that stays exactly the same while what the other wheels say of it moves by more than this
+    /// \[rad/s\] is stuck, 1e-9 or more. So is, after ten times as long, a reading that stays exactly 0
+    /// while the others say that the wheel turns by more than this and its loop pulls in vain towards its
+    /// reference. Also how well a faulty wheel must agree with the others to be accepted again.
     pub stuck_rad_s: R,
-    /// A reading that stays exactly the same while the motor is commanded to give at least this torque \[N.m\] towards the reference, or with a
-    /// reference further away than `stuck_rad_s`, is stuck after ten times `stuck_periods`, 1e-9 or more. One of 0 that the others can check is
-    /// so once they say that the wheel has turned by `stuck_rad_s` in that time. Of three wheels, which cannot check each other, one of 0 or so
-    /// far away is stuck after `stuck_periods` if another wheel turns faster than `stuck_rad_s`. A wheel that is blocked while others turn looks
-    /// the same. If another wheel is pulled as hard and reads 0 too, the vehicle more probably stands before an obstacle: that is no evidence
-    /// but of three wheels, where either all encoders are dead or all motors push in vain.
+    /// A reading that stays exactly the same while the motor is commanded to give at least this torque
+    /// \[N.m\] towards the reference, or with a reference further away than `stuck_rad_s`, is stuck
+    /// after ten times `stuck_periods`, 1e-9 or more. One of 0 that the others can check is so once they
+    /// say that the wheel has turned by `stuck_rad_s` in that time. Of three wheels, which cannot check
+    /// each other, one of 0 or so far away is stuck after `stuck_periods` if another wheel turns faster
+    /// than `stuck_rad_s`. A wheel that is blocked while others turn looks the same. If another wheel is
+    /// pulled as hard and reads 0 too, the vehicle more probably stands before an obstacle: that is no
+    /// evidence but of three wheels, where either all encoders are dead or all motors push in vain.
     pub stuck_torque_n_m: R,
     /// Periods of evidence in a row that make a reading stuck, 2 to 65535.
     pub stuck_periods: u16,
     /// Periods without a reading after which a wheel is faulty, 1 to 65535; until then its last reading stands.
     pub silent_periods: u16,
-    /// Good readings in a row after which a faulty wheel (never one declared lost) is accepted again, 1 to 65535: readings
-    /// without a jump that agree with the other wheels as far as these determine it, from a stuck wheel readings that change.
+    /// Good readings in a row after which a faulty wheel (never one declared lost) is accepted
+    /// again, 1 to 65535: readings without a jump that agree with the other wheels as far as these
+    /// determine it, from a stuck wheel readings that change.
     pub recovery_periods: u16,
 }
 
@@ -58,9 +62,9 @@ constant_struct!(FaultConfig<R> {
 });
 
 impl<R: Real> FaultConfig<R> {
-    /// What is usual for a control period \[s\]: jumps for 5 ms, readings that are stuck by 1 rad/s for 0.1 s or do not arrive for 20 ms, and a
-    /// recovery of 0.2 s, in whole periods. What depends on the vehicle is not checked: `jump_rad_s`, several times what a wheel gains in a
-    /// period, and `stuck_torque_n_m`, half of what a motor gives.
+    /// What is usual for a control period \[s\]: jumps for 5 ms, readings that are stuck by 1 rad/s for 0.1 s or do
+    /// not arrive for 20 ms, and a recovery of 0.2 s, in whole periods. What depends on the vehicle is not checked:
+    /// `jump_rad_s`, several times what a wheel gains in a period, and `stuck_torque_n_m`, half of what a motor gives.
     ///
     /// ```
     /// use omni_core::drive::FaultConfig;

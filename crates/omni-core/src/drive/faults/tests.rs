@@ -99,7 +99,8 @@ fn a_reading_that_never_changes_is_stuck_only_while_it_should_have_moved() {
     }
 }
 
-/// Periods until each of three wheels is stuck, up to 1000, where the first reads `first` and gets 1.6 N.m in vain and the others read `others`.
+/// Periods until each of three wheels is stuck, up to 1000, where the first reads `first` and gets
+/// 1.6 N.m in vain and the others read `others`.
 fn stuck_after(first: impl Fn(u32) -> f64, others: impl Fn(u32) -> f64) -> [Option<u32>; 3] {
     stuck_at(5.0, first, others)
 }
@@ -137,8 +138,8 @@ fn without_redundancy_no_count_while_torque_acts_and_others_turn_is_a_dead_encod
     // Stuck at a velocity is the same, and a wheel that moves ever so little is none.
     assert_eq!(stuck_after(|_| 3.0, turns), [Some(50), None, None]);
     assert_eq!(stuck_after(|k| 1e-3 * f64::from(k % 2), turns), [None; 3]);
-    // However slowly it shall turn: a reading of 0 is no wheel near its reference. One that is stuck there may be, for ten times as long, and
-    // for ever where the torque does not act towards the reference.
+    // However slowly it shall turn: a reading of 0 is no wheel near its reference. One that is stuck there
+    // may be, for ten times as long, and for ever where the torque does not act towards the reference.
     assert_eq!(stuck_at(0.5, |_| 0.0, turns), [Some(50), None, None]);
     assert_eq!(stuck_at(0.5, |_| 0.4, turns), [Some(500), None, None]);
     assert_eq!(stuck_at(0.4, |_| 0.5, turns), [None; 3]);
@@ -173,7 +174,8 @@ fn at_a_crawl_an_angle_that_the_others_show_makes_a_wheel_without_a_count_stuck_
             bench.read(Some(0.0)).1 == Some(Fault::Stuck)
         })
     };
-    // 1 rad/s in 500 periods is 5000 periods at 0.1 rad/s, whatever single counts make of it; the first reading is no repetition.
+    // 1 rad/s in 500 periods is 5000 periods at 0.1 rad/s, whatever single counts make of it; the
+    // first reading is no repetition.
     assert_eq!(after(1.6, &[0.125]), Some(4000));
     assert!(after(1.6, &[0.5, -0.25]).is_some_and(|after| after.abs_diff(4000) < 5));
     assert_eq!(after(1.6, &[0.5]), Some(1000));

@@ -103,8 +103,8 @@ fn driving_straight_x_grows_with_the_way_and_y_with_its_cube() {
             "{p:?}"
         );
         let [_, [_, yy, yw], [_, _, ww]] = *p.matrix();
-        // y is the integral of a yaw that walks at random: ww L^2 / 3 and ww L / 2. Two transverse wheels stand still. The
-        // arc of a step puts half of its yaw into y: sums of (i + 1/2)^2 / n^3 are 1/3 - 1 / (12 n^2).
+        // y is the integral of a yaw that walks at random: ww L^2 / 3 and ww L / 2. Two transverse wheels stand
+        // still. The arc of a step puts half of its yaw into y: sums of (i + 1/2)^2 / n^3 are 1/3 - 1 / (12 n^2).
         let n = f64::from(steps);
         assert!(
             (yy / (ww * way_m * way_m * (1.0 - 0.25 / (n * n)) / 3.0) - 1.0).abs() < 1e-10,

@@ -10,8 +10,8 @@ fn ten_to<R: Real>(random: &mut Random, most: f64) -> R {
     R::of(10.0_f64.powf(most * random.next()))
 }
 
-/// Readings up to 10 to the power of `wild` of any sign, each sensor of another size, which changes every 50 periods; every second run has
-/// deviations that are up to a thousand times the default or a thousandth of it.
+/// Readings up to 10 to the power of `wild` of any sign, each sensor of another size, which changes every 50
+/// periods; every second run has deviations that are up to a thousand times the default or a thousandth of it.
 fn keeps_its_variances<R: Real>(wild: f64) {
     let mut random = Random(0x9e37_79b9_7f4a_7c15);
     for run in 0..40 {

@@ -25,14 +25,15 @@ use crate::{ConfigError, Real};
 pub struct EstimatorConfig<R> {
     /// Time between steps \[s\], 1e-6 to 10.
     pub period_s: R,
-    /// Noise of a wheel's velocity \[rad/s\], 1e-6 to 1000; 0.1. Of counts: a count over the period and `sqrt(6)`: that of a difference of two rounded angles.
+    /// Noise of a wheel's velocity \[rad/s\], 1e-6 to 1000; 0.1. Of counts: a count over the period
+    /// and `sqrt(6)`: that of a difference of two rounded angles.
     pub wheel_rad_s: R,
     /// Noise of the gyro \[rad/s\], 1e-6 to 1000; 0.01.
     pub gyro_rad_s: R,
     /// Noise of the accelerometer \[m/s^2\], 1e-6 to 1000; 0.05.
     pub accelerometer_m_s2: R,
-    /// How far the velocity wanders where no accelerometer says so \[m/s per root of s\], 1e-6 to 1000; 0.3: by 1 m/s^2 for a tenth of a
-    /// second, again and again.
+    /// How far the velocity wanders where no accelerometer says so \[m/s per root of s\], 1e-6 to
+    /// 1000; 0.3: by 1 m/s^2 for a tenth of a second, again and again.
     pub wander_m_s_per_sqrt_s: R,
     /// Deviation of the gyro's bias at the start \[rad/s\], 1e-6 to 1000; 0.02.
     pub bias_rad_s: R,
@@ -45,8 +46,9 @@ pub struct EstimatorConfig<R> {
     /// Averages over 50 ms up to which a vehicle whose command is rest stands: of the wheels beyond their
     /// noise \[rad/s\], 0 to 1000; 0.05.
     pub still_wheel_rad_s: R,
-    /// Root mean square of the gyro about its own average, beyond its noise \[rad/s\], 0 to 1000; 0.05. The average itself has to be within
-    /// four deviations of the bias as it is known: what is learnt at first is four times `bias_rad_s`.
+    /// Root mean square of the gyro about its own average, beyond its noise \[rad/s\], 0 to 1000;
+    /// 0.05. The average itself has to be within four deviations of the bias as it is known: what
+    /// is learnt at first is four times `bias_rad_s`.
     pub still_gyro_rad_s: R,
     /// Of each acceleration \[m/s^2\], 0 to 1000; 0.1.
     pub still_m_s2: R,

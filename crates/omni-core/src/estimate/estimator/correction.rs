@@ -50,7 +50,8 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         nis
     }
 
-    /// Innovation of each wheel: its reading less what is expected. A wheel without a reading gets what the others imply.
+    /// Innovation of each wheel: its reading less what is expected. A wheel without a reading gets
+    /// what the others imply.
     fn innovations(
         &self,
         state: &EstimatorState<R, N>,
@@ -108,8 +109,8 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         variances
     }
 
-    /// The slip may have changed: by what goes unnoticed, by as much as it is, by what the wheels disagree, and by what was not expected.
-    /// Gives the variances that it may have along and across.
+    /// The slip may have changed: by what goes unnoticed, by as much as it is, by what the wheels
+    /// disagree, and by what was not expected. Gives the variances that it may have along and across.
     fn widen(
         &self,
         state: &mut EstimatorState<R, N>,
@@ -152,8 +153,9 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         [along, across]
     }
 
-    /// A slip of these variances that lasts for `slip_s` is none on average. In white noise that is a reading of 0 with the variance times twice the
-    /// periods that it lasts; by turns along and across, each with what two periods say. In yaw it fades by itself: gyro and wheels determine it.
+    /// A slip of these variances that lasts for `slip_s` is none on average. In white noise that is a
+    /// reading of 0 with the variance times twice the periods that it lasts; by turns along and across,
+    /// each with what two periods say. In yaw it fades by itself: gyro and wheels determine it.
     fn hold_against_none(
         &self,
         state: &mut EstimatorState<R, N>,

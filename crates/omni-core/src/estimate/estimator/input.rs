@@ -38,8 +38,9 @@ impl<R: Real, const N: usize> EstimatorInput<R, N> {
         }
     }
 
-    /// Wheels and what an inertial measurement unit says, with the command. Its roll and pitch level what it says: gravity is taken off the
-    /// acceleration, and the yaw rate is that of the heading. Without them there is no acceleration, and the rate is that about z.
+    /// Wheels and what an inertial measurement unit says, with the command. Its roll and pitch
+    /// level what it says: gravity is taken off the acceleration, and the yaw rate is that of the
+    /// heading. Without them there is no acceleration, and the rate is that about z.
     ///
     /// ```
     /// use omni_core::estimate::EstimatorInput;

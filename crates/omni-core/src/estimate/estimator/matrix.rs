@@ -102,8 +102,9 @@ impl<R: Real> Matrix<R> {
             .map(|p| a * (p[VX] + p[SLIP]) + b * (p[VY] + p[SLIP + 1]) + c * p[SLIP + 2])
     }
 
-    /// Takes in a scalar reading with the innovation variance `variance`, `seen` being `P h`; gives the gain. Joseph's form
-    /// `(I - k h^T) P (I - k h^T)^T + k r k^T`, multiplied out: `P - k m^T - m k^T` with `m = P h - k variance / 2`.
+    /// Takes in a scalar reading with the innovation variance `variance`, `seen` being `P h`; gives
+    /// the gain. Joseph's form `(I - k h^T) P (I - k h^T)^T + k r k^T`, multiplied out:
+    /// `P - k m^T - m k^T` with `m = P h - k variance / 2`.
     pub(super) fn take(&mut self, seen: &[R; SIZE], variance: R) -> [R; SIZE] {
         let (per, half) = (R::one() / variance, R::of(0.5) * variance);
         let gain = seen.map(|s| s * per);
@@ -121,9 +122,9 @@ impl<R: Real> Matrix<R> {
         gain
     }
 
-    /// Where rounding has left less than nothing of a variance, the variances stay, and what they have in common is forgotten: no digit of it is
-    /// known. Joseph's form leaves less than nothing only where readings are absurd: `f32` keeps seven digits of variances that these make 1e7 times as large as
-    /// those that follow.
+    /// Where rounding has left less than nothing of a variance, the variances stay, and what they have in common
+    /// is forgotten: no digit of it is known. Joseph's form leaves less than nothing only where readings are
+    /// absurd: `f32` keeps seven digits of variances that these make 1e7 times as large as those that follow.
     pub(super) fn keep_positive(&mut self) {
         if (0..SIZE).any(|i| self.0[i][i] < R::zero()) {
             *self = Self::diagonal(core::array::from_fn(|i| self.0[i][i].abs()));

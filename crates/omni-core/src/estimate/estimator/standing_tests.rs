@@ -23,8 +23,8 @@ fn resting(random: &mut Random, bias: f64, turns: f64) -> EstimatorInput<f64, 4>
     input
 }
 
-/// Fifty vehicles that stand for a second and tremble about the vertical by this deviation \[rad/s\], each time for 45 ms: squares of what the
-/// bias is off by over its deviation, and the deviations.
+/// Fifty vehicles that stand for a second and tremble about the vertical by this deviation \[rad/s\],
+/// each time for 45 ms: squares of what the bias is off by over its deviation, and the deviations.
 fn learnt(tremble: f64, change: fn(&mut EstimatorInput<f64, 4>)) -> (Vec<f64>, Vec<f64>) {
     let estimator = filter::<f64>();
     let mut random = Random(7);
@@ -57,8 +57,9 @@ fn mean(of: &[f64]) -> f64 {
 #[test]
 fn a_vehicle_that_stands_learns_the_bias_and_keeps_its_pose() {
     let (squares, deviations) = learnt(0.0, |_| {});
-    // The gyro's noise, and that of the yaw rate by four wheels at a lever of 0.25 + 0.2 m, over the root of the 950 periods after the first
-    // 50 ms. Beyond that the bias has wandered by 1e-4 rad/s in a second, of which half a variance is known: 3 %.
+    // The gyro's noise, and that of the yaw rate by four wheels at a lever of 0.25 + 0.2 m, over
+    // the root of the 950 periods after the first 50 ms. Beyond that the bias has wandered by 1e-4
+    // rad/s in a second, of which half a variance is known: 3 %.
     let noise = 0.01_f64.hypot(0.1 * 0.076 / (2.0 * 0.45));
     let deviation = mean(&deviations);
     assert!(
@@ -73,7 +74,8 @@ fn a_vehicle_that_trembles_is_as_sure_of_the_bias_as_it_may_be() {
     // 1.5 mrad/s for 45 ms are as much as white noise of 0.014 rad/s: more than the gyro's own.
     let (squares, _) = learnt(1.5e-3, |_| {});
     assert!(OF_FIFTY.contains(&mean(&squares)), "{}", mean(&squares));
-    // Where a wheel's reading is missing, it has to allow for trembling: 0.3 mm/s at the wheels' mean lever of 0.45 m, 0.7 mrad/s.
+    // Where a wheel's reading is missing, it has to allow for trembling: 0.3 mm/s at the wheels'
+    // mean lever of 0.45 m, 0.7 mrad/s.
     let (squares, _) = learnt(6e-4, |input| input.wheels.rad_s[1] = f64::NAN);
     assert!(OF_FIFTY.contains(&mean(&squares)), "{}", mean(&squares));
 }

@@ -94,8 +94,9 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         state.yaw_rate = state.bias;
     }
 
-    /// The yaw rate of a vehicle that stands, by its wheels, and its variance. Where a reading is missing it is not known, and what the vehicle trembles lasts for
-    /// `STILL_S`: a mean over many readings knows less than if each were another.
+    /// The yaw rate of a vehicle that stands, by its wheels, and its variance. Where a reading is
+    /// missing it is not known, and what the vehicle trembles lasts for `STILL_S`: a mean over many
+    /// readings knows less than if each were another.
     fn trembling(&self, input: &EstimatorInput<R, N>, valid: &ValidReadings<R, N>) -> (R, R) {
         let config = &self.config;
         if valid.count < N {

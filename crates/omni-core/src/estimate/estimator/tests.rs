@@ -30,7 +30,8 @@ pub(super) fn filter<R: Real>() -> Estimator<R, 4> {
     Estimator::new(EstimatorConfig::new(R::of(1e-3)), &mecanum()).expect("valid")
 }
 
-/// Is it positive definite? By Cholesky's factors in `f64`, of the rows and columns that have a variance, each scaled by it.
+/// Is it positive definite? By Cholesky's factors in `f64`, of the rows and columns that have a
+/// variance, each scaled by it.
 fn is_positive<R: Real>(state: &EstimatorState<R, 4>) -> bool {
     let p = state.covariance.0.map(|row| row.map(Real::as_f64));
     let mut l = [[0.0; SIZE]; SIZE];

@@ -13,7 +13,8 @@ fn numbers(state: &State) -> [f64; SIZE] {
     [x, y, yaw, vx, vy, state.bias, sx, sy, sw]
 }
 
-/// The state with one number changed. Without a gyro the yaw rate of the period before, which has the bias in it, changes with the bias.
+/// The state with one number changed. Without a gyro the yaw rate of the period before, which has
+/// the bias in it, changes with the bias.
 fn changed(state: &State, index: usize, by: f64, gyro: bool) -> State {
     let mut state = *state;
     match index {
@@ -31,8 +32,8 @@ fn changed(state: &State, index: usize, by: f64, gyro: bool) -> State {
     state
 }
 
-/// A column of the transition that the covariance is carried by: of `F e e^T F^T`, whose root of the diagonal is positive where the number
-/// keeps most of itself.
+/// A column of the transition that the covariance is carried by: of `F e e^T F^T`, whose root of
+/// the diagonal is positive where the number keeps most of itself.
 fn column(
     estimator: &Estimator<f64, 4>,
     state: &State,
@@ -81,7 +82,8 @@ fn the_covariance_is_carried_by_the_derivatives_of_the_state() {
             estimator.predict(&mut state, &input, &ValidReadings::of(&input));
             numbers(&state)
         };
-        // Without a gyro the wheels' slip in yaw turns the vehicle; it is carried as noise of the rate, not by a derivative.
+        // Without a gyro the wheels' slip in yaw turns the vehicle; it is carried as noise of the
+        // rate, not by a derivative.
         for i in 0..if gyro { SIZE } else { SIZE - 1 } {
             const STEP: f64 = 1e-5;
             let (ahead, behind) = (moved(i, STEP), moved(i, -STEP));
@@ -92,7 +94,7 @@ fn the_covariance_is_carried_by_the_derivatives_of_the_state() {
             }
         }
     }
-    // Rounding of numbers up to 4 over the step, 1e-10, and a third derivative of at most 2 times the square of the step, 1e-10. A term of
-    // v dt^2 that is wrong is 2e-6 at 1 kHz.
+    // Rounding of numbers up to 4 over the step, 1e-10, and a third derivative of at most 2 times
+    // the square of the step, 1e-10. A term of v dt^2 that is wrong is 2e-6 at 1 kHz.
     assert!(worst < 1e-9, "{worst}");
 }

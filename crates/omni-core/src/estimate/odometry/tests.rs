@@ -18,8 +18,8 @@ fn displacement(dx_m: f64, dy_m: f64, dyaw_rad: f64) -> BodyDisplacement<f64> {
     BodyDisplacement { dx_m, dy_m, dyaw_rad }
 }
 
-/// A winding path at 0.3 m/s, at up to 20 degrees to where the vehicle looks, on a mean turn. No period is a multiple of
-/// another.
+/// A winding path at 0.3 m/s, at up to 20 degrees to where the vehicle looks, on a mean turn. No
+/// period is a multiple of another.
 fn winding(t: f64, mean_turn_rad_s: f64) -> BodyTwist<f64> {
     let slip = 0.35 * (TAU * t / 23.7).sin();
     BodyTwist {

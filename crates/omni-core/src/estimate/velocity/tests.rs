@@ -106,9 +106,9 @@ proptest! {
         // Twenty time constants until it is looked at.
         let periods = (40.0 / bandwidth / PERIOD_S) as u32 + 400;
         let read = readings(&estimator(observer), periods, |t| velocity * t);
-        // Half a count times the sum of the sizes of its impulse response. That sum is twice the peak of its step response,
-        // (1 - p)^2 k p^(k - 1) / T after k periods with both poles at p: 2 bandwidth / e in continuous time, and up to 2 % more
-        // here, with few periods in a time constant. 1e-6 of the start is left.
+        // Half a count times the sum of the sizes of its impulse response. That sum is twice the peak of its step
+        // response, (1 - p)^2 k p^(k - 1) / T after k periods with both poles at p: 2 bandwidth / e in continuous
+        // time, and up to 2 % more here, with few periods in a time constant. 1e-6 of the start is left.
         let pole = (-bandwidth * PERIOD_S).exp();
         let peak = (1..400).map(|k| f64::from(k) * pole.powi(k - 1)).fold(0.0, f64::max);
         let most = COUNT_RAD / PERIOD_S * (1.0 - pole).powi(2) * peak;
@@ -342,8 +342,9 @@ fn figures_are_checked_by_name() {
     }
 }
 
-/// What is read of a wheel that turns with `rad_s` where reading `k` comes `after(k)` periods after the one before; none: the counter cannot
-/// be read. With `measures` the time is given, else a period without a reading is said to be one.
+/// What is read of a wheel that turns with `rad_s` where reading `k` comes `after(k)` periods after
+/// the one before; none: the counter cannot be read. With `measures` the time is given, else a
+/// period without a reading is said to be one.
 fn uneven(
     method: VelocityMethod<f64>,
     rad_s: f64,

@@ -132,7 +132,7 @@ proptest! {
     }
 
     #[test]
-    fn wheels_that_stand_are_the_lower_median(rises in prop::array::uniform6(-3..4_i8)) { // few values, so that many are equal
+    fn wheels_that_stand_are_the_lower_median(rises in prop::array::uniform6(-3..4_i8)) { // few values: many are equal
         let rises = rises.map(f64::from);
         let (mut against, mut sorted) = (rises, rises);
         against_those_that_stand(&mut against);

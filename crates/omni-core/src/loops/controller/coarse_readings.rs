@@ -82,8 +82,8 @@ impl Random {
 
 const DT: f64 = 1e-3;
 
-/// Mean of the velocity ahead \[m/s\] over the second half of 20 s: at 0.1 m/s the coarsest encoder then counts 67 times,
-/// and one count is 1.5 %. No loop knows the mean of the noise, so that is added: what is left is the law's.
+/// Mean of the velocity ahead \[m/s\] over the second half of 20 s: at 0.1 m/s the coarsest encoder then counts 67
+/// times, and one count is 1.5 %. No loop knows the mean of the noise, so that is added: what is left is the law's.
 fn mean_speed<R: Real, M: Model<N>, const N: usize>(
     policy: &str,
     anti_windup: AntiWindup<R>,

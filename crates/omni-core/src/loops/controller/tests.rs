@@ -122,8 +122,8 @@ fn shared_integral_never_leaves_the_range_of_the_kinematics() {
     assert!(residual.iter().all(|r| r.abs() < 1e-12), "{residual:?}");
 }
 
-/// Largest forward velocity over the commanded one, less 1, after 30 s against `force_n` (infinite: a wall) have ended. A
-/// vehicle of 20 kg whose wheels grip.
+/// Largest forward velocity over the commanded one, less 1, after 30 s against `force_n` (infinite:
+/// a wall) have ended. A vehicle of 20 kg whose wheels grip.
 fn vehicle_overshoot(config: WheelControlConfig<f64, 7>, force_n: f64) -> f64 {
     let controller = Controller::new(&layout(), config).expect("valid");
     let (mut state, mut vx, mut peak) = (ControlState::default(), 0.3, 0.0_f64);
@@ -221,7 +221,8 @@ fn a_conditional_shared_integral_stops_as_a_whole() {
     for _ in 0..20_000 {
         controller.step(&mut state, &FORWARD, &WheelVelocities::zero());
     }
-    // A limit counts from its eighth period on: the seven before take in 2 N.m/rad times 4.55 rad/s, 0.064 N.m together.
+    // A limit counts from its eighth period on: the seven before take in 2 N.m/rad times 4.55
+    // rad/s, 0.064 N.m together.
     assert!(
         state.integral_n_m.iter().all(|i| i.abs() < 0.065),
         "{:?}",

@@ -5,9 +5,9 @@ use crate::Real;
 use crate::loops::wheel_loops::{ControlState, WheelSample};
 
 impl<R: Real> Law<'_, R> {
-    /// Brings the terms of `out` within their bounds: proportional terms within their limit, and integrals with an error beyond the
-    /// zone to 0. Those wheels. Where the integral is shared it is all of them or none: with some of its parts it
-    /// would leave the range of the kinematics.
+    /// Brings the terms of `out` within their bounds: proportional terms within their limit, and
+    /// integrals with an error beyond the zone to 0. Those wheels. Where the integral is shared it
+    /// is all of them or none: with some of its parts it would leave the range of the kinematics.
     #[inline(never)]
     pub(super) fn bound<const N: usize>(
         self,
@@ -40,8 +40,8 @@ impl<R: Real> Law<'_, R> {
         }
     }
 
-    /// Torques and slopes of the wheels as they are about their limits: a proportional term that is at its own limit does not fall with
-    /// the reference at first, and one that is not may come to its limit on the way.
+    /// Torques and slopes of the wheels as they are about their limits: a proportional term that is at its own
+    /// limit does not fall with the reference at first, and one that is not may come to its limit on the way.
     pub(super) fn linearised_at_limits<const N: usize>(
         self,
         state: &ControlState<R, N>,

@@ -8,8 +8,9 @@ use crate::loops::wheel_loops::{ControlState, WheelSample};
 use crate::motor::TorqueRanges;
 
 impl<R: Real> Law<'_, R> {
-    /// Brings the requested torques of `out` within the limits by the law of the coordination, and the derivative and reference to
-    /// remember to `state`. `correction`, which is 0, becomes what anti-windup adds to the integrals; true where it adds something.
+    /// Brings the requested torques of `out` within the limits by the law of the coordination, and
+    /// the derivative and reference to remember to `state`. `correction`, which is 0, becomes what
+    /// anti-windup adds to the integrals; true where it adds something.
     #[inline(never)]
     pub(super) fn limit<const N: usize>(
         self,
@@ -50,8 +51,9 @@ impl<R: Real> Law<'_, R> {
         corrects
     }
 
-    /// Scales all references by one factor with which no torque is beyond the limit that its own reference pushes it towards, and every
-    /// term with them, which is affine in the reference. Applied are the torques that are then asked for.
+    /// Scales all references by one factor with which no torque is beyond the limit that its own
+    /// reference pushes it towards, and every term with them, which is affine in the reference.
+    /// Applied are the torques that are then asked for.
     #[inline(always)]
     fn scale_references<const N: usize>(
         self,
@@ -86,7 +88,8 @@ impl<R: Real> Law<'_, R> {
         self.bound_reduced(out, outside_zone);
     }
 
-    /// Reduces references to the common factor for this step, integrated errors to that which lasts, and the terms with them.
+    /// Reduces references to the common factor for this step, integrated errors to that which
+    /// lasts, and the terms with them.
     #[inline(always)]
     fn reduce_references<const N: usize>(
         self,
@@ -106,7 +109,8 @@ impl<R: Real> Law<'_, R> {
         self.reduce_terms(less, all_started, state, out);
     }
 
-    /// How the torque of each wheel changes with the factor of its reference. What is compared with moves along in a first step.
+    /// How the torque of each wheel changes with the factor of its reference. What is compared with
+    /// moves along in a first step.
     #[inline(always)]
     fn slopes<const N: usize>(
         self,
@@ -171,8 +175,9 @@ impl<R: Real> Law<'_, R> {
         }
     }
 
-    /// Writes to `correction`, which is zero, what anti-windup adds to the integrals because torques `asked` for were not applied;
-    /// nothing of wheels that are beyond a limit and not overloaded yet. The derivative and reference of `state` are brought to what was realised.
+    /// Writes to `correction`, which is zero, what anti-windup adds to the integrals because
+    /// torques `asked` for were not applied; nothing of wheels that are beyond a limit and not
+    /// overloaded yet. The derivative and reference of `state` are brought to what was realised.
     #[inline(always)]
     fn correct<const N: usize>(
         self,
@@ -212,8 +217,8 @@ impl<R: Real> Law<'_, R> {
         let excess = *correction;
         *correction = [R::zero(); N];
         if law == AntiWindup::Conditional && self.shares_integral() {
-            // Shared, the motion as a whole goes on integrating or does not: stopped wheel by wheel and projected, most of
-            // what was stopped would come back.
+            // Shared, the motion as a whole goes on integrating or does not: stopped wheel by wheel
+            // and projected, most of what was stopped would come back.
             let mut outwards = R::zero();
             for i in 0..N {
                 outwards += excess[i] * integrated_error[i];
@@ -246,8 +251,8 @@ impl<R: Real> Law<'_, R> {
         }
     }
 
-    /// Integrals held where [`AntiWindup::Clamp`] says so; shared ones by one factor for all, because cut one by one they
-    /// would leave the range of the kinematics.
+    /// Integrals held where [`AntiWindup::Clamp`] says so; shared ones by one factor for all,
+    /// because cut one by one they would leave the range of the kinematics.
     #[inline]
     pub(super) fn hold_integrals<const N: usize>(self, state: &mut ControlState<R, N>) {
         let AntiWindup::Clamp { limit_n_m } = self.pid.anti_windup() else {
@@ -279,8 +284,8 @@ fn scale_torques<R: Real, const N: usize>(out: &mut WheelSample<R, N>) {
     }
 }
 
-/// The factor of all references for this step, and that for long: only wheels beyond a limit count for the first, and only
-/// overloaded ones for the second.
+/// The factor of all references for this step, and that for long: only wheels beyond a limit count
+/// for the first, and only overloaded ones for the second.
 #[inline(always)]
 fn common_factors<R: Real, const N: usize>(
     requested: &[R; N],

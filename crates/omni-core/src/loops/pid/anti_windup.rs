@@ -6,11 +6,12 @@ use crate::{ConfigError, Real};
 
 /// How the integral of a saturated loop is kept from winding up.
 ///
-/// `excess` below is the output as applied minus the output as asked for: not zero only while something, a limit or a
-/// coordination law, changed the output. In a [`WheelController`](crate::loops::WheelController) it counts from the eighth period
-/// in a row beyond the same limit ([`Overload`](crate::loops::Overload)), that of wheels scaled with it too, in a [`Pid`](crate::loops::Pid) at once. Under
-/// [`Saturation::ScaleReferences`](crate::loops::Saturation::ScaleReferences) the law is `Conditioned` whatever is set here; `Clamp`
-/// limits the integrals there too.
+/// `excess` below is the output as applied minus the output as asked for: not zero only while something, a
+/// limit or a coordination law, changed the output. In a [`WheelController`](crate::loops::WheelController)
+/// it counts from the eighth period in a row beyond the same limit ([`Overload`](crate::loops::Overload)),
+/// that of wheels scaled with it too, in a [`Pid`](crate::loops::Pid) at once. Under
+/// [`Saturation::ScaleReferences`](crate::loops::Saturation::ScaleReferences) the law is `Conditioned`
+/// whatever is set here; `Clamp` limits the integrals there too.
 ///
 /// ```
 /// use omni_core::loops::{AntiWindup, Pid, PidState};
@@ -41,8 +42,9 @@ use crate::{ConfigError, Real};
 pub enum AntiWindup<R> {
     /// Nothing: the integral takes in every error. Overshoots after every saturation.
     None,
-    /// The integral is held within +-`limit_n_m` after each step. With [`IntegrationOrder::BeforeOutput`](crate::loops::IntegrationOrder) the
-    /// term of a step may be larger by that step's `ki T e`.
+    /// The integral is held within +-`limit_n_m` after each step. With
+    /// [`IntegrationOrder::BeforeOutput`](crate::loops::IntegrationOrder) the term of a step may be
+    /// larger by that step's `ki T e`.
     Clamp {
         /// Largest integral \[N.m\], 0 to 1e9.
         limit_n_m: R,
@@ -51,7 +53,8 @@ pub enum AntiWindup<R> {
     Conditional,
     /// The integral follows the applied output: `I' = ki e + excess / T` (Fertik and Ross).
     BackCalculation {
-        /// Tracking time constant T \[s\], the control period to 1e6: smaller forgets faster. A usual choice is kp / ki.
+        /// Tracking time constant T \[s\], the control period to 1e6: smaller forgets faster. A
+        /// usual choice is kp / ki.
         tracking_time_s: R,
     },
     /// The loop sees the reference with which its output would just have been the applied one, in every term (Hanus'
@@ -95,11 +98,12 @@ pub(super) fn reciprocal<R: Real>(slope: R) -> R {
     }
 }
 
-/// Part of an excess that a conditioned integral takes back; 0 where it stops instead. Integral and derivative act one period
-/// late: together they must not take back more than the whole excess, they would swing.
+/// Part of an excess that a conditioned integral takes back; 0 where it stops instead. Integral and derivative
+/// act one period late: together they must not take back more than the whole excess, they would swing.
 ///
-/// With g = ki T / slope and the part rho = 1 - (slope of the derivative) / slope that is left for the integral, the result is
-/// min(g, rho) where g <= rho (0.1 % more for rounding), or where the derivative takes back at most half; otherwise 0.
+/// With g = ki T / slope and the part rho = 1 - (slope of the derivative) / slope that is left for
+/// the integral, the result is min(g, rho) where g <= rho (0.1 % more for rounding), or where the
+/// derivative takes back at most half; otherwise 0.
 pub(super) fn back_calculation_gain<R: Real>(ki_dt: R, inverse_slope: R, derivative_slope: R) -> R {
     let (gain, room) = (ki_dt * inverse_slope, R::one() - derivative_slope * inverse_slope);
     if gain <= R::of(1.001) * room || room >= R::of(0.5) {

@@ -71,7 +71,8 @@ impl<R: Real> PidGains<R> {
 pub enum IntegrationOrder {
     /// First integrate, then form the output (implicit Euler; WPILib, the `pid` crate).
     BeforeOutput,
-    /// First form the output, then integrate (explicit Euler; ros2's control_toolbox): the integral acts one period late.
+    /// First form the output, then integrate (explicit Euler; ros2's control_toolbox): the integral
+    /// acts one period late.
     AfterOutput,
 }
 
@@ -110,12 +111,14 @@ pub struct PidConfig<R> {
     pub order: IntegrationOrder,
     /// What the integral does while the output is not what the loop asked for.
     pub anti_windup: AntiWindup<R>,
-    /// Integral zone \[rad/s\], 0 or more, infinite for none: the integral takes in errors within +- this and is set to 0 by any
-    /// other, so that it mends the last bit of an error and knows nothing of the way there. WPILib's `IZone` does the same. Wider
-    /// than the noise of the readings. Where wheels share an integral, one error beyond the zone sets all of them to 0.
+    /// Integral zone \[rad/s\], 0 or more, infinite for none: the integral takes in errors
+    /// within +- this and is set to 0 by any other, so that it mends the last bit of an error and
+    /// knows nothing of the way there. WPILib's `IZone` does the same. Wider than the noise of the
+    /// readings. Where wheels share an integral, one error beyond the zone sets all of them to 0.
     pub integral_zone_rad_s: R,
-    /// The proportional term is held within +- this \[N.m\], 0 or more, infinite for none. The integral knows of the limits of the
-    /// output only, but while the output is limited too it takes in no more than what is left of the proportional term stands for.
+    /// The proportional term is held within +- this \[N.m\], 0 or more, infinite for none. The
+    /// integral knows of the limits of the output only, but while the output is limited too it
+    /// takes in no more than what is left of the proportional term stands for.
     pub proportional_limit_n_m: R,
     /// Limits of the output, infinite for none. [`crate::loops::WheelController`] uses its motors' limits instead.
     pub output: TorqueRange<R>,
@@ -141,9 +144,9 @@ impl<R: Real> PidConfig<R> {
         }
     }
 
-    /// What one count of an encoder with `counts_per_turn` > 0 makes of a velocity read once a period, and what the gains make
-    /// of that: proportional, integral and derivative of a single count. More than the motor has is a warning: the torque
-    /// then jumps from limit to limit, and the loop holds the speed in the mean only.
+    /// What one count of an encoder with `counts_per_turn` > 0 makes of a velocity read once a period, and what
+    /// the gains make of that: proportional, integral and derivative of a single count. More than the motor has
+    /// is a warning: the torque then jumps from limit to limit, and the loop holds the speed in the mean only.
     ///
     /// # Errors
     /// Parameter `counts_per_turn` not above 0 or not finite.
@@ -176,7 +179,8 @@ impl<R: Real> PidConfig<R> {
         })
     }
 
-    /// The same with an integral that takes in only errors of at most `zone_rad_s` \[rad/s\], 0 or more; a larger one sets it to 0.
+    /// The same with an integral that takes in only errors of at most `zone_rad_s` \[rad/s\], 0 or
+    /// more; a larger one sets it to 0.
     ///
     /// ```
     /// use omni_core::loops::{Pid, PidState};
@@ -196,7 +200,8 @@ impl<R: Real> PidConfig<R> {
         }
     }
 
-    /// The same with the proportional term held within +-`limit_n_m` \[N.m\], 0 or more: a large error pulls no harder than that.
+    /// The same with the proportional term held within +-`limit_n_m` \[N.m\], 0 or more: a large
+    /// error pulls no harder than that.
     ///
     /// ```
     /// use omni_core::loops::{Pid, PidState};

@@ -24,8 +24,8 @@ impl<R: Real> Pid<R> {
         (law == AntiWindup::Conditioned && plain && gain > R::zero()).then_some(gain)
     }
 
-    /// What anti-windup adds to the integral \[N.m\] for an excess, and how far the realised reference is from the one asked for
-    /// \[rad/s\]: 0 but for [`AntiWindup::Conditioned`].
+    /// What anti-windup adds to the integral \[N.m\] for an excess, and how far the realised
+    /// reference is from the one asked for \[rad/s\]: 0 but for [`AntiWindup::Conditioned`].
     pub(crate) fn correction(
         &self,
         law: AntiWindup<R>,
@@ -48,8 +48,8 @@ impl<R: Real> Pid<R> {
             AntiWindup::BackCalculation { .. } => {
                 let over = excess.unbounded_p_n_m - excess.p_n_m;
                 let correction = self.tracking * beyond;
-                // What the proportional term does not show of an error, the integral does not see either. Otherwise it would
-                // settle that much beyond the limit of the output.
+                // What the proportional term does not show of an error, the integral does not see
+                // either. Otherwise it would settle that much beyond the limit of the output.
                 let unseen = if over * beyond < zero {
                     self.ki_dt * over / self.kp
                 } else {
@@ -68,8 +68,8 @@ impl<R: Real> Pid<R> {
         }
     }
 
-    /// Shift of the reference \[rad/s\] with which the output would have been the applied one, the integral's part of the change
-    /// of the output that goes with it, and that change \[N.m\].
+    /// Shift of the reference \[rad/s\] with which the output would have been the applied one, the
+    /// integral's part of the change of the output that goes with it, and that change \[N.m\].
     fn realised(&self, excess: &Excess<R>, started: bool) -> (R, R, R) {
         let (inverse_slope, gain) = if started {
             (self.inverse_slope, self.conditioned_gain)

@@ -22,8 +22,8 @@ pub struct PidState<R> {
     pub integral_n_m: R,
     /// Derivative term \[N.m\], after its filter.
     pub derivative_n_m: R,
-    /// What the derivative and the feed-forward compare with: none before the first step, and none without either unless
-    /// [`Pid::track`](super::Pid::track) set it.
+    /// What the derivative and the feed-forward compare with: none before the first step, and none
+    /// without either unless [`Pid::track`](super::Pid::track) set it.
     pub last: Option<LastStep<R>>,
 }
 

@@ -61,11 +61,12 @@ impl<R: Real> Pid<R> {
         }
     }
 
-    /// Bumpless transfer: sets the integral so that the next step with this reference and measurement yields `output_n_m`.
+    /// Bumpless transfer: sets the integral so that the next step with this reference and
+    /// measurement yields `output_n_m`.
     ///
-    /// Call it while something else drives the actuator (manual control, another loop), or once on a loop with new gains
-    /// with the output of the old one. Without an integral gain, or with an error beyond the integral zone, there is nothing to set,
-    /// and the output may jump.
+    /// Call it while something else drives the actuator (manual control, another loop), or once on
+    /// a loop with new gains with the output of the old one. Without an integral gain, or with an
+    /// error beyond the integral zone, there is nothing to set, and the output may jump.
     ///
     /// ```
     /// use omni_core::loops::{Pid, PidState};

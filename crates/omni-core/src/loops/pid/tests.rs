@@ -177,7 +177,8 @@ fn peak_after_release(config: PidConfig<f64>, blocked_s: f64) -> f64 {
 #[test]
 fn a_blocked_wheel_overshoots_with_its_time_at_the_limit_only_without_anti_windup() {
     let config = within_limits(1.0, PidConfig::new(gains(0.3, 2.0, 0.0), DT));
-    // Wound up to 100 N.m, then 100 rad/s faster every second: back below the limit when 100 t^2 + 30 t = 100, t = 0.86 s.
+    // Wound up to 100 N.m, then 100 rad/s faster every second: back below the limit when 100 t^2 +
+    // 30 t = 100, t = 0.86 s.
     assert!(peak_after_release(config, 5.0) > 80.0);
     for anti_windup in LAWS {
         let config = PidConfig {

@@ -9,17 +9,18 @@ use crate::{ConfigError, Real};
 
 /// How torque ends while every reference is 0: in a stop, after a time-out, at a command of rest.
 ///
-/// Loops go by what they measure. A wheel that cannot turn, an encoder that is stuck at its last reading or a slope would keep a
-/// torque for ever. So in the first half of `bleed_s` the integrals fall to 0, after which loops only brake, and in the second half the
-/// range that each torque may have shrinks from the motor's limits to nothing, both along a straight line. From then on every torque is
-/// exactly 0 until a reference is not 0 again, and what is measured does not matter. A stop is over when its deceleration, `hold_s` and `bleed_s` have passed; a vehicle that still moves
-/// then rolls on, and on a slope it rolls down. `short_windings` makes its motors brake it; a [`Drive`](crate::drive::Drive) does so in a
-/// safe stop and in an emergency stop by itself.
+/// Loops go by what they measure. A wheel that cannot turn, an encoder that is stuck at its last reading or a
+/// slope would keep a torque for ever. So in the first half of `bleed_s` the integrals fall to 0, after which
+/// loops only brake, and in the second half the range that each torque may have shrinks from the motor's limits
+/// to nothing, both along a straight line. From then on every torque is exactly 0 until a reference is not 0
+/// again, and what is measured does not matter. A stop is over when its deceleration, `hold_s` and `bleed_s` have
+/// passed; a vehicle that still moves then rolls on, and on a slope it rolls down. `short_windings` makes its
+/// motors brake it; a [`Drive`](crate::drive::Drive) does so in a safe stop and in an emergency stop by itself.
 ///
-/// To stand on a slope, hold for a time first: bounded by that time and by torque squared, because a motor that stands cools badly. A
-/// [`Drive`](crate::drive::Drive) does not hold in a safe stop or an emergency stop, because loops that hold trust their encoders. While
-/// references are not 0, both come back ten times slower than holding uses them up: a command that flickers does not hold
-/// for ever.
+/// To stand on a slope, hold for a time first: bounded by that time and by torque squared, because a
+/// motor that stands cools badly. A [`Drive`](crate::drive::Drive) does not hold in a safe stop or an
+/// emergency stop, because loops that hold trust their encoders. While references are not 0, both come
+/// back ten times slower than holding uses them up: a command that flickers does not hold for ever.
 ///
 /// ```
 /// use omni_core::loops::{Rest, WheelController};
@@ -44,10 +45,11 @@ pub struct Rest<R> {
     pub bleed_s: R,
     /// Before that the loops hold the wheels for this time \[s\], 0 to 3600; 0 holds nothing.
     pub hold_s: R,
-    /// Holding ends when the sum over the wheels of the integral of torque squared has reached this, less what has come back
-    /// \[N^2.m^2.s\], 0 to 1e9; above 0 where `hold_s` is.
+    /// Holding ends when the sum over the wheels of the integral of torque squared has reached
+    /// this, less what has come back \[N^2.m^2.s\], 0 to 1e9; above 0 where `hold_s` is.
     pub hold_torque_squared_n2m2s: R,
-    /// When the torque has ended, the windings of the motors are to be shorted: [`WheelSample::shorted`](crate::loops::WheelSample::shorted).
+    /// When the torque has ended, the windings of the motors are to be shorted:
+    /// [`WheelSample::shorted`](crate::loops::WheelSample::shorted).
     pub short_windings: bool,
 }
 
@@ -64,7 +66,8 @@ impl<R: Real> Default for Rest<R> {
 }
 
 impl<R: Real> Rest<R> {
-    /// Holds for `hold_s` \[s\] or until `hold_torque_squared_n2m2s` \[N^2.m^2.s\], then releases the wheels as the default does.
+    /// Holds for `hold_s` \[s\] or until `hold_torque_squared_n2m2s` \[N^2.m^2.s\], then releases
+    /// the wheels as the default does.
     ///
     /// ```
     /// use omni_core::loops::Rest;

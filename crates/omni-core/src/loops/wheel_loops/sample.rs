@@ -51,10 +51,6 @@ pub struct WheelControlConfig<R, const N: usize> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(
-    feature = "serde",
-    serde(bound(serialize = "R: serde::Serialize", deserialize = "R: serde::Deserialize<'de>"))
-)]
 #[repr(C)]
 pub struct ControlState<R, const N: usize> {
     /// Integral term of each wheel \[N.m\].
@@ -100,7 +96,8 @@ impl<R: Real, const N: usize> ControlState<R, N> {
         }
     }
 
-    /// A fresh start of the loops, with what is left of a hold at rest: another law that takes over holds no longer than this one.
+    /// A fresh start of the loops, with what is left of a hold at rest: another law that takes over
+    /// holds no longer than this one.
     ///
     /// ```
     /// use omni_core::ControlState;
@@ -145,10 +142,6 @@ impl<R: Real, const N: usize> ControlState<R, N> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(
-    feature = "serde",
-    serde(bound(serialize = "R: serde::Serialize", deserialize = "R: serde::Deserialize<'de>"))
-)]
 // Not `non_exhaustive`: a frame of omni-link and a struct of C hold it field by field, and have to notice one more.
 #[repr(C)]
 pub struct WheelSample<R, const N: usize> {
@@ -156,8 +149,8 @@ pub struct WheelSample<R, const N: usize> {
     pub reference: WheelVelocities<R, N>,
     /// Measurement y; 0 for a released wheel.
     pub measured: WheelVelocities<R, N>,
-    /// The wheel was controlled. One without a usable measurement is released: no torque, its loop starts afresh. When the torque has
-    /// `ended` no wheel is controlled.
+    /// The wheel was controlled. One without a usable measurement is released: no torque, its loop
+    /// starts afresh. When the torque has `ended` no wheel is controlled.
     #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub active: [bool; N],
     /// Proportional term, formed with the reference as reduced by `common_factor` under
@@ -186,16 +179,17 @@ pub struct WheelSample<R, const N: usize> {
     /// ([`Saturation::ScaleReferences`](crate::loops::Saturation::ScaleReferences)) were multiplied by, 0 to 1; 1 under
     /// [`Saturation::Clip`](crate::loops::Saturation::Clip).
     pub common_factor: R,
-    /// Every reference has been 0 for long enough that all torque has ended: see [`Rest`](crate::loops::Rest). Bridges that are driven by
-    /// voltage are then opened or shorted, because the voltage for no torque follows from a velocity that may be measured wrongly.
+    /// Every reference has been 0 for long enough that all torque has ended: see
+    /// [`Rest`](crate::loops::Rest). Bridges that are driven by voltage are then opened or shorted,
+    /// because the voltage for no torque follows from a velocity that may be measured wrongly.
     pub ended: bool,
     /// And the windings of all motors are to be shorted: [`Rest::short_windings`](crate::loops::Rest::short_windings).
     pub shorted: bool,
 }
 
 impl<R: Real, const N: usize> WheelSample<R, N> {
-    /// At rest, to be written to by [`WheelController::step_into`](crate::loops::WheelController::step_into): all zero but the
-    /// common factor, which is 1.
+    /// At rest, to be written to by [`WheelController::step_into`](crate::loops::WheelController::step_into):
+    /// all zero but the common factor, which is 1.
     #[must_use]
     pub const fn zero() -> Self {
         let zero = [R::ZERO; N];
@@ -220,7 +214,8 @@ impl<R: Real, const N: usize> WheelSample<R, N> {
         }
     }
 
-    /// Ends all torque: no wheel is controlled, and nothing is asked for. `shorted` says whether the windings of all motors are to be shorted.
+    /// Ends all torque: no wheel is controlled, and nothing is asked for. `shorted` says whether
+    /// the windings of all motors are to be shorted.
     ///
     /// ```
     /// use omni_core::loops::WheelSample;

@@ -119,7 +119,8 @@ fn laws(tracking_time_s: f64) -> [(Saturation<f64>, AntiWindup<f64>); 11] {
     ]
 }
 
-/// Under every law a released wheel overshoots no more than a loop without limit that is released from the same torque: by how much that is.
+/// Under every law a released wheel overshoots no more than a loop without limit that is released
+/// from the same torque: by how much that is.
 fn overshoots_no_more(config: PidConfig<f64>, tracking_s: f64, overloads: &[f64]) -> f64 {
     // Loaded with exactly the limit, 30 s are enough to settle at the reference with that torque.
     let free = controller::<3>(config, 1e6, Saturation::Clip);
@@ -200,7 +201,8 @@ fn a_scaled_wheel_forgets_what_it_did_not_get_when_a_third_wheel_comes_to_its_li
         controller.step(&mut state, &[4.0, 0.8, third].into(), &[0.0; 3].into());
         before - state.integral_n_m[1]
     };
-    // It gets a quarter of 0.8 N.m: 0.6 N.m too little, of which DT / 0.1 s are forgotten in a period; its own error adds 1e-4 of that.
+    // It gets a quarter of 0.8 N.m: 0.6 N.m too little, of which DT / 0.1 s are forgotten in a
+    // period; its own error adds 1e-4 of that.
     let expected = 0.6 * DT / 0.1;
     for third in [0.9, 1.01] {
         let forgotten = forgotten(third);
@@ -275,7 +277,8 @@ proptest! {
         b in prop::sample::select(vec![0.0, 0.005, 1.0_f32]), dt in prop::sample::select(vec![1e-3, 0.02, 1.0_f32]), after: bool, which in 0..3_usize,
         reference in (0.2..60.0_f32, prop::sample::select(vec![-1.0, 1.0])).prop_map(|(size, sign)| size * sign),
     ) {
-        // The slowest integral, of 1 N.m/rad and 0.2 rad/s, comes to the limit of 1 N.m after 5000 periods, and swings there for as long.
+        // The slowest integral, of 1 N.m/rad and 0.2 rad/s, comes to the limit of 1 N.m after 5000
+        // periods, and swings there for as long.
         const HALF: usize = 12_000;
         let saturation = saturations(0.3)[which];
         let order = if after { crate::loops::IntegrationOrder::AfterOutput } else { crate::loops::IntegrationOrder::BeforeOutput };
@@ -296,8 +299,8 @@ proptest! {
                 *half = half.max(state.integral_n_m[i].abs());
             }
         }
-        // What the first half of the time reached, the second does not pass, but for an integral that is still on its way
-        // to making up for a proportional term of kp times 1 rad/s.
+        // What the first half of the time reached, the second does not pass, but for an integral
+        // that is still on its way to making up for a proportional term of kp times 1 rad/s.
         prop_assert!(fullest[1] <= (1.01 * fullest[0]).max(1.0 + kp + 2.0 * ki * dt * 60.0), "{fullest:?}");
     }
 
@@ -336,8 +339,8 @@ proptest! {
     fn the_energy_of_a_passive_load_never_grows_at_rest(
         start in prop::array::uniform3(-20.0..20.0_f64), kp in 0.01..0.5_f64, which in 0..3_usize, limit in 0.05..5.0_f64,
     ) {
-        // A proportional loop holding rest is a damper, however it is limited: kinetic energy falls every period as long as
-        // kp dt / J < 1.
+        // A proportional loop holding rest is a damper, however it is limited: kinetic energy falls
+        // every period as long as kp dt / J < 1.
         let saturation = saturations(0.0)[which];
         let controller = controller::<3>(gains(kp, 0.0), limit, saturation);
         let mut plant = Plant { inertia: 0.01, friction: 0.0, velocity: start };

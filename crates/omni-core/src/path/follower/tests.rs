@@ -47,8 +47,8 @@ fn a_vehicle_that_moves_as_commanded_comes_back_with_the_time_constant_of_the_ga
             [vx_m_s, vy_m_s, wz_rad_s].map(|v| v * 1e-3),
         ));
     }
-    // One time constant of 0.5 s later; Euler's steps of 1 ms are off by a thousandth of the exponent. The heading turns meanwhile, but the
-    // way back stays straight: the correction is turned along.
+    // One time constant of 0.5 s later; Euler's steps of 1 ms are off by a thousandth of the exponent.
+    // The heading turns meanwhile, but the way back stays straight: the correction is turned along.
     let left = (-1.0_f64).exp();
     for (found, start) in [(pose.x_m, 0.3), (pose.y_m, -0.2), (pose.yaw_rad - 0.4, 1.0)] {
         assert!((found / (start * left) - 1.0).abs() < 3e-3, "{found} {start}");

@@ -7,7 +7,8 @@ use std::vec::Vec;
 
 const PERIOD_S: f64 = 1e-3;
 
-/// A vehicle that does what is commanded, but for a wall in its way until a time: where it is after each period, and the state.
+/// A vehicle that does what is commanded, but for a wall in its way until a time: where it is after
+/// each period, and the state.
 fn driven(wall_m: f64, until_s: f64, duration_s: f64) -> (Vec<[f64; 3]>, ProgressState<f64>) {
     let (mut segments, mut pieces) = ([PathSegment::EMPTY; 1], [PathPiece::EMPTY; 1]);
     let planner = planner().expect("in range");

@@ -140,8 +140,8 @@ fn check(
     Ok(most)
 }
 
-/// Velocity is the change of the pose, acceleration that of the velocity, and that changes no faster than the jerk lets it but where
-/// curvature does.
+/// Velocity is the change of the pose, acceleration that of the velocity, and that changes no
+/// faster than the jerk lets it but where curvature does.
 fn check_motion(plan: &Plan<f64>, curvature_jumps: bool) -> Result<(), TestCaseError> {
     let h = 1e-4;
     let all: Vec<_> = plan.samples(h).collect();
@@ -154,8 +154,9 @@ fn check_motion(plan: &Plan<f64>, curvature_jumps: bool) -> Result<(), TestCaseE
             (b.pose.yaw_rad - a.pose.yaw_rad).wrapped_angle(),
         ];
         for k in 0..3 {
-            // The trapezoid's error is jerk h^3 / 12 = 1e-11 of a metre at 12 m/s^3 and 1e-10 rad at 60 rad/s^3; where the period of the sample holds a joint of
-            // segments twice that. Arcs are polynomials, 5e-6 of the radius off.
+            // The trapezoid's error is jerk h^3 / 12 = 1e-11 of a metre at 12 m/s^3 and 1e-10 rad
+            // at 60 rad/s^3; where the period of the sample holds a joint of segments twice that.
+            // Arcs are polynomials, 5e-6 of the radius off.
             let trapezoid = 0.5 * h * (world(a)[k] + world(b)[k]);
             prop_assert!(
                 (moved[k] - trapezoid).abs() < 1e-8,
@@ -244,7 +245,7 @@ fn along_a_figure_of_eight_wheels_keep_to_what_they_turn_and_push() {
     for sample in plan.samples(1e-2) {
         let middle = if sample.pose.y_m > 0.0 { 1.0 } else { -1.0 };
         let radius = sample.pose.x_m.hypot(sample.pose.y_m - middle);
-        assert!((radius - 1.0).abs() < 6e-6, "{radius}"); // 45 degrees as a polynomial: (pi/8)^6 / 720 = 5e-6 of the radius
+        assert!((radius - 1.0).abs() < 6e-6, "{radius}"); // 45 degrees as a polynomial: (pi/8)^6 / 720 = 5e-6 of it
     }
 }
 

@@ -189,7 +189,8 @@ fn a_wheel_on_ice_gives_what_the_ice_takes_and_spins_no_further() {
     plant.drag_n = 80.0; // 5 wheels have 5 x 2 / 0.066 = 150 N; the thrust is beyond what the ice takes
     let sample = drive(&traction, &mut state, &mut plant, 2000, 0.3);
     let slip = sample.slip_rad_s[4];
-    // Free and a width of slip, 4 and 22 mm/s of rim, are 0.4 rad/s; a plain loop of the same gain would spin at (1 - 0.2) / 0.74 rad/s.
+    // Free and a width of slip, 4 and 22 mm/s of rim, are 0.4 rad/s; a plain loop of the same gain
+    // would spin at (1 - 0.2) / 0.74 rad/s.
     assert!(slip > 0.0 && slip < 0.6, "{slip}");
     assert!(
         (sample.wheels.applied.n_m[4] - 0.2).abs() < 0.05,
@@ -356,7 +357,8 @@ fn supervisor(config: SupervisorConfig<f64>) -> Supervisor<f64, 7> {
     Supervisor::new(&PLACES, config).expect("valid")
 }
 
-/// What the supervisor reads of a vehicle whose rows stand so high, front first \[m\], going at so many m/s with so much thrust.
+/// What the supervisor reads of a vehicle whose rows stand so high, front first \[m\], going at so
+/// many m/s with so much thrust.
 fn seen(heights: [f64; 3], speed_m_s: f64, thrust: f64) -> TractionState<f64, 7> {
     let (traction, mut state) = (preset(), TractionState::new());
     traction.command(&mut state, &AHEAD);

@@ -27,7 +27,8 @@ pub struct RetrySchedule<R> {
     pub back_off_more_m: R,
     /// No further than this \[m\].
     pub back_off_most_m: R,
-    /// The same for the first row, which has nothing behind it that could fall off an edge: further each time, and at most \[m\].
+    /// The same for the first row, which has nothing behind it that could fall off an edge: further
+    /// each time, and at most \[m\].
     pub first_row_more_m: R,
     /// No further than this for the first row \[m\].
     pub first_row_most_m: R,
@@ -87,9 +88,11 @@ pub struct SupervisorConfig<R> {
     pub boost: [R; 2],
     /// A row that stands higher than the next by this is up \[m\], 0.0001 to 99.
     pub height_m: R,
-    /// Where it is up by this the speed is raised by the whole of `boost`, in proportion below \[m\]: `height_m` + 0.0001 to 100.
+    /// Where it is up by this the speed is raised by the whole of `boost`, in proportion below
+    /// \[m\]: `height_m` + 0.0001 to 100.
     pub boost_height_m: R,
-    /// The vehicle is stuck below this speed \[m/s\], or this part of its target, above this part of the largest thrust, for this long \[s\].
+    /// The vehicle is stuck below this speed \[m/s\], or this part of its target, above this part
+    /// of the largest thrust, for this long \[s\].
     pub stuck_m_s: R,
     /// Part of the target below which it is stuck, 0 to 1.
     pub stuck_part: R,
@@ -157,8 +160,8 @@ impl<R: Real> SupervisorConfig<R> {
         }
     }
 
-    /// As [`crate::traction::TractionConfig::traction_runup`]: every try is faster, and the climbing row is spun up before the impact. That takes motors with
-    /// speed to spare: `spin_m_s` at the rim beyond the speed of the run-up.
+    /// As [`crate::traction::TractionConfig::traction_runup`]: every try is faster, and the climbing row is spun up
+    /// before the impact. That takes motors with speed to spare: `spin_m_s` at the rim beyond the speed of the run-up.
     ///
     /// ```
     /// assert!(omni_core::traction::SupervisorConfig::traction_runup(1e-3_f64).retry.spin_m_s > 0.9);

@@ -24,7 +24,8 @@ const MOST: usize = 64;
 const MOST_LINES: usize = 20;
 /// All of ROS 2 is one client.
 const ROS: ClientId = 0;
-/// Length of a twist \[bytes\]; a stamped one is longer. Subscriptions are matched by topic alone, so that one receives both types.
+/// Length of a twist \[bytes\]; a stamped one is longer. Subscriptions are matched by topic alone,
+/// so that one receives both types.
 const TWIST_BYTES: usize = 48;
 
 /// Takes commands until it is stopped.

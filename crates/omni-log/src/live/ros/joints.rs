@@ -48,8 +48,9 @@ impl JointCommands {
         self.commanded.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Takes a message, or says why not. A joint that is not in it, and one whose command is NaN, keeps its last command; a message
-    /// of NaN alone is no command: a controller that was stopped leaves these behind, and ros2_control goes on sending them.
+    /// Takes a message, or says why not. A joint that is not in it, and one whose command is NaN,
+    /// keeps its last command; a message of NaN alone is no command: a controller that was stopped
+    /// leaves these behind, and ros2_control goes on sending them.
     pub(super) fn take(&self, message: &JointState, now: Instant) -> Result<(), String> {
         let (field, values) = match self.interface {
             JointInterface::Velocity => ("velocity", &message.velocity),

@@ -128,8 +128,8 @@ impl Sink for Node {
         {
             // The library writes the header of its encapsulation, which is the same.
             let body = self.buffer.get(ros2::HEADER..).unwrap_or_default();
-            // The library keeps 8192 messages for a reader that wants all and takes none, and then it sends none to anybody: the
-            // topic begins anew for all of them.
+            // The library keeps 8192 messages for a reader that wants all and takes none, and then
+            // it sends none to anybody: the topic begins anew for all of them.
             if outlet.publisher.publish(Cdr(body.to_vec())).is_err()
                 && let Ok(anew) = self
                     .node

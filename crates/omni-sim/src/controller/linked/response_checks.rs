@@ -12,13 +12,13 @@ const MOST_MODE: u8 = DriveMode::EmergencyStop.number();
 const MOST_FAULT: u8 = Fault::Lost.number();
 /// The number of a safe stop among modes.
 const SAFE_STOP: u8 = DriveMode::SafeStop.number();
-/// How far beyond the motor's range a torque may be, as a part of it: another processor's rounding in `f32`, and far below what
-/// any motor's data sheet promises. Also how far off the way of a period may be, as a part of it.
+/// How far beyond the motor's range a torque may be, as a part of it: another processor's rounding in `f32`, and
+/// far below what any motor's data sheet promises. Also how far off the way of a period may be, as a part of it.
 const ROUNDING: f64 = 1e-5;
 
 impl<const N: usize> Linked<N> {
-    /// Can the motors give these torques at the velocities that were sent? Else the firmware is at fault, whatever physics would
-    /// make of it.
+    /// Can the motors give these torques at the velocities that were sent? Else the firmware is at
+    /// fault, whatever physics would make of it.
     pub(super) fn plausible(&self, answer: &Answer<N>, request: &Request<N>) -> Result<(), String> {
         let (measured_rad_s, drives) = (&request.measured_rad_s, self.drives);
         if answer.action == Action::Hold {
@@ -53,8 +53,9 @@ impl<const N: usize> Linked<N> {
         Ok(())
     }
 
-    /// The velocities that a drive worked with: as sent, or, where a reading is missing, the last one that it had. That is of the answer
-    /// before, or was sent in a period whose answer was lost. A faulty wheel, whose velocity it takes for 0, gets no torque.
+    /// The velocities that a drive worked with: as sent, or, where a reading is missing, the last
+    /// one that it had. That is of the answer before, or was sent in a period whose answer was
+    /// lost. A faulty wheel, whose velocity it takes for 0, gets no torque.
     fn taken(&self, answer: &Answer<N>) -> Result<[f32; N], String> {
         let wheels = &answer.sample.wheels;
         for (i, said) in wheels.measured.rad_s.iter().enumerate() {
@@ -87,8 +88,9 @@ impl<const N: usize> Linked<N> {
         Ok(wheels.measured.rad_s)
     }
 
-    /// Is what a drive reports consistent? It is in an emergency stop for as long as one is pressed; a faulty wheel is
-    /// neither driven nor asked for the motion; it is degraded where a wheel is left out; without a motion it reports none.
+    /// Is what a drive reports consistent? It is in an emergency stop for as long as one is
+    /// pressed; a faulty wheel is neither driven nor asked for the motion; it is degraded where a
+    /// wheel is left out; without a motion it reports none.
     fn of_a_drive(&self, answer: &Answer<N>, emergency_stop: bool) -> Result<(), String> {
         let (report, active) = (&answer.drive, &answer.sample.wheels.active);
         let mode = report.mode;
@@ -122,8 +124,8 @@ impl<const N: usize> Linked<N> {
         Ok(())
     }
 
-    /// Does a drive's report follow from its last one? A safe stop lasts until it is ended, and over a link it is never ended; the
-    /// pose moves by the motion of its wheels.
+    /// Does a drive's report follow from its last one? A safe stop lasts until it is ended, and
+    /// over a link it is never ended; the pose moves by the motion of its wheels.
     fn after_the_last(&self, answer: &Answer<N>) -> Result<(), String> {
         let (last, now) = (&self.last.drive, &answer.drive);
         if last.mode == SAFE_STOP && now.mode < SAFE_STOP {

@@ -1,7 +1,7 @@
 //! Energy and momentum, accounted for so that they close.
 //!
-//! An impulse changes the kinetic energy by itself times the mean of the velocities before and after the step, where it acts. Motors and
-//! drags are accounted for by the actuation; contacts and hinges here.
+//! An impulse changes the kinetic energy by itself times the mean of the velocities before and after the
+//! step, where it acts. Motors and drags are accounted for by the actuation; contacts and hinges here.
 
 use rapier3d_f64::prelude::Vector as Vector3;
 use serde::{Deserialize, Serialize};
@@ -62,7 +62,8 @@ impl Balance {
         }
     }
 
-    /// What the impulse `constant + per_rate rate` along a row of the velocities took, the rate being that at the end of the step.
+    /// What the impulse `constant + per_rate rate` along a row of the velocities took, the rate
+    /// being that at the end of the step.
     pub(super) fn hinge<const N: usize>(
         &mut self,
         row: &Vector<N>,

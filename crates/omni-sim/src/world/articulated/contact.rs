@@ -77,7 +77,8 @@ pub(super) struct Contact<const N: usize> {
     /// Slip along the driven direction.
     pub(super) slip: LinearForm<N>,
     pub(super) across: Option<Across<N>>,
-    /// Normal impulse per separation speed \[kg\], step (step spring + damper): the normal impulse is `-stiffness (separation + bias)`, or 0.
+    /// Normal impulse per separation speed \[kg\], step (step spring + damper): the normal impulse
+    /// is `-stiffness (separation + bias)`, or 0.
     pub(super) stiffness: f64,
     pub(super) bias: f64,
     pub(super) friction: f64,
@@ -109,8 +110,8 @@ impl<const N: usize> Contact<N> {
         let rotation = tree.rotation[wheel.body];
         let (axle, normal) = (rotation * wheel.axle, touch.normal);
         let point = ball - normal * radius_m;
-        // The roller in touch has its axis along this; nothing is passed on across it. Of a wheel that is touched beside its
-        // lowest point the lowest roller is still the one in touch where only that one is modelled.
+        // The roller in touch has its axis along this; nothing is passed on across it. Of a wheel that is touched
+        // beside its lowest point the lowest roller is still the one in touch where only that one is modelled.
         let up = match wheel.shape {
             WheelShape::RollerBall { .. } => rotation * Vector3::Z,
             _ => normal,
@@ -151,8 +152,8 @@ impl<const N: usize> Contact<N> {
             slip,
             across: None,
             stiffness,
-            // Inside, a spring and a damper, both as they are at the end of the step. Outside, what is left of the gap closes
-            // freely: the damper does not act before surfaces touch.
+            // Inside, a spring and a damper, both as they are at the end of the step. Outside, what
+            // is left of the gap closes freely: the damper does not act before surfaces touch.
             bias: if touch.gap_m < 0.0 {
                 spring * touch.gap_m * step_s / stiffness
             } else {

@@ -139,8 +139,8 @@ pub(super) type Place = (Vector, Vector, f64);
 
 /// The places of a height field where the distance to something is least, nearest first, with their faces.
 ///
-/// `nearest` is the place of a triangle that is nearest to it. Where that lies on another triangle too, on an edge or a corner, it counts
-/// only if that one has no place as near: the edges inside a smooth field do not push.
+/// `nearest` is the place of a triangle that is nearest to it. Where that lies on another triangle too, on an edge
+/// or a corner, it counts only if that one has no place as near: the edges inside a smooth field do not push.
 pub(super) fn nearest_on_field(
     field: &HeightField,
     at: Vector,

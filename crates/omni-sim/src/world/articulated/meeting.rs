@@ -1,7 +1,8 @@
 //! Where the rollers of wheels meet the ground: at most a few of a wheel touch at a time.
 //!
-//! A roller's surface in touch moves with its wheel, and by the roller's own spin about its axis. Its spin changes by the friction
-//! across that axis alone; nothing else of it is free. A roller that does not touch keeps its spin but for its bearing's damping.
+//! A roller's surface in touch moves with its wheel, and by the roller's own spin about its axis.
+//! Its spin changes by the friction across that axis alone; nothing else of it is free. A roller
+//! that does not touch keeps its spin but for its bearing's damping.
 
 use rapier3d_f64::parry::query::details::contact_support_map_support_map;
 use rapier3d_f64::parry::shape::{SupportMap, Triangle};
@@ -40,7 +41,8 @@ impl Rollers {
         (rolling * cos - Vector3::Z * sin) * angle_cos + wheel.axle * angle_sin
     }
 
-    /// The contacts of a wheel, turned by an angle \[rad\], roller by roller; `free` is the spin that each roller has if it is not touched.
+    /// The contacts of a wheel, turned by an angle \[rad\], roller by roller; `free` is the spin
+    /// that each roller has if it is not touched.
     pub(super) fn meet<const N: usize>(
         &self,
         meeting: &Meeting<'_, N>,
@@ -65,7 +67,8 @@ impl Rollers {
             let Some(way) = part.direction_from(at, reach_m) else {
                 continue;
             };
-            // A convex part lies beyond the plane across the way to its nearest place: what does not reach that plane cannot touch.
+            // A convex part lies beyond the plane across the way to its nearest place: what does
+            // not reach that plane cannot touch.
             let (towards, least) = match way {
                 PartDirection::Towards(way) => (way.normalize_or_zero(), way.length() - meeting.ahead_m),
                 PartDirection::Around => (Vector3::ZERO, f64::NEG_INFINITY),

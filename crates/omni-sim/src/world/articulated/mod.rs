@@ -1,6 +1,7 @@
 //! The plant in reduced coordinates: a tree of bodies on hinges, one implicit solution a step for all contacts.
 //!
-//! The equations are in docs/derivations.md, when to use it in docs/physics.md. parry finds contacts; nothing else of rapier is here.
+//! The equations are in docs/derivations.md, when to use it in docs/physics.md. parry finds
+//! contacts; nothing else of rapier is here.
 
 mod balance;
 mod bearings;

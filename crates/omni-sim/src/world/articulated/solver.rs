@@ -1,9 +1,9 @@
 //! The velocities at the end of a step together with the contact impulses that belong to them.
 //!
-//! Every contact is open, or closed and sticks or slides along each of its directions. Once that is given, everything is linear:
-//! wheels' and rollers' spins are eliminated, and the tree's velocities are left. What comes out says which contacts are in the
-//! wrong mode; they are changed, and the system is solved again (a semismooth Newton method). It starts from the modes of the step
-//! before, and needs 1.0 solutions a step on average.
+//! Every contact is open, or closed and sticks or slides along each of its directions. Once that is given,
+//! everything is linear: wheels' and rollers' spins are eliminated, and the tree's velocities are left. What comes
+//! out says which contacts are in the wrong mode; they are changed, and the system is solved again (a semismooth
+//! Newton method). It starts from the modes of the step before, and needs 1.0 solutions a step on average.
 
 use serde::{Deserialize, Serialize};
 
@@ -35,8 +35,8 @@ impl SolverStats {
     }
 }
 
-/// A roller's row of the system: `diagonal spin + off_diagonal = right`, `off_diagonal` being a sum over the sticking contacts of what
-/// bodies and wheel move.
+/// A roller's row of the system: `diagonal spin + off_diagonal = right`, `off_diagonal` being a sum
+/// over the sticking contacts of what bodies and wheel move.
 struct RollerRow<const N: usize> {
     diagonal: f64,
     off_diagonal: LinearForm<N>,
@@ -62,8 +62,8 @@ impl<const N: usize> RollerRow<N> {
     }
 }
 
-/// Solves a step; contacts are sorted by wheel and then by roller, and get their modes and impulses. Returns the generalised velocities; `spins` gets the
-/// wheels'.
+/// Solves a step; contacts are sorted by wheel and then by roller, and get their modes and
+/// impulses. Returns the generalised velocities; `spins` gets the wheels'.
 pub(super) fn solve_step<const N: usize>(
     system: &System<N>,
     wheels: &mut [Spin<N>],

@@ -23,7 +23,8 @@ pub(super) struct Spin<const N: usize> {
 }
 
 impl<const N: usize> Spin<N> {
-    /// Impulse per rate of a wheel that dry friction holds \[kg.m^2\]: it creeps as by a millionth of what the impulse alone would turn it.
+    /// Impulse per rate of a wheel that dry friction holds \[kg.m^2\]: it creeps as by a millionth
+    /// of what the impulse alone would turn it.
     pub(super) fn stick(&self) -> f64 {
         STICK * self.inertia_kg_m2
     }

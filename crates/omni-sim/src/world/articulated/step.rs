@@ -22,8 +22,8 @@ const AHEAD_OF_ROLLERS_M: f64 = 0.0002;
 const STOP_RAD_S: f64 = 632.0;
 
 impl<const N: usize> World<N> {
-    /// One step of the physics with torques on the wheels \[N.m\], in `torques_n_m`, and of each the damper of drags on it \[N.m.s/rad\] and
-    /// the dry friction \[N.m\].
+    /// One step of the physics with torques on the wheels \[N.m\], in `torques_n_m`, and of each
+    /// the damper of drags on it \[N.m.s/rad\] and the dry friction \[N.m\].
     pub(super) fn advance_step(&mut self, drags: impl Fn(usize) -> [f64; 2]) {
         let step_s = self.step_s;
         self.before_com = self.com();

@@ -11,12 +11,13 @@ use super::system::{System, WheelRow};
 const SWEEPS: usize = 3000;
 /// From this sweep on an impulse moves by a part of what would settle it alone.
 const RELAXED_FROM: usize = 1000;
-/// That part. A contact whose friction pushes it apart or together may go round in circles of push, friction, push: friction
-/// follows the last push whole, and the next push follows that. With half of each the circle shrinks.
+/// That part. A contact whose friction pushes it apart or together may go round in circles of push, friction, push:
+/// friction follows the last push whole, and the next push follows that. With half of each the circle shrinks.
 const RELAXED: f64 = 0.5;
 /// A sweep that changes no contact's velocity by more is the last \[m/s\]: what the linear solution leaves too.
 const SETTLED_M_S: f64 = 1e-10;
-/// Sweeps that still change a contact's velocity by more have not settled \[m/s\]: a thousandth of what a vehicle drives.
+/// Sweeps that still change a contact's velocity by more have not settled \[m/s\]: a thousandth of
+/// what a vehicle drives.
 const UNSETTLED_M_S: f64 = 3e-4;
 
 /// What a unit impulse on a wheel does.
@@ -40,8 +41,8 @@ impl<const N: usize> Response<N> {
     }
 }
 
-/// Gauss-Seidel over the impulses of contacts and of the gears' dry friction, from those that the last modes made. Returns the
-/// velocities, and whether they have settled.
+/// Gauss-Seidel over the impulses of contacts and of the gears' dry friction, from those that the
+/// last modes made. Returns the velocities, and whether they have settled.
 pub(super) fn sweep<const N: usize>(
     system: &System<N>,
     wheels: &mut [Spin<N>],

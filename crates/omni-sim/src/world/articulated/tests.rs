@@ -83,7 +83,8 @@ fn free_flight_keeps_energy_and_angular_momentum_to_the_first_order_of_the_step(
     }
 }
 
-/// What the first steps of the seven-wheel vehicle take, driven ahead by the same torque on every wheel that rolls that way \[N.m\].
+/// What the first steps of the seven-wheel vehicle take, driven ahead by the same torque on every
+/// wheel that rolls that way \[N.m\].
 fn driven_ahead(scenario: &Scenario, torque_n_m: f64, steps: usize) -> SolverStats {
     let mut world = World::<8>::new(scenario, 0.0, 0.0).expect("a known ground");
     let ahead = [1.0, 0.0, -1.0, 1.0, 1.0, 0.0, -1.0];

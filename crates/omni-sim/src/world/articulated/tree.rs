@@ -1,8 +1,9 @@
 //! Where the bodies of the tree are, how they move, and their inertia: docs/derivations.md has the equations.
 //!
-//! Generalised velocities: the velocity of the common centre of mass, the angular velocity of the base, and the rate of every hinge.
-//! Positions are counted from the common centre of mass. Gravity then acts on the first three alone, these are the momentum over the
-//! mass, and the mass matrix couples them with nothing. Wheels turn on their own: their spins are not among these velocities.
+//! Generalised velocities: the velocity of the common centre of mass, the angular velocity of the
+//! base, and the rate of every hinge. Positions are counted from the common centre of mass. Gravity
+//! then acts on the first three alone, these are the momentum over the mass, and the mass matrix
+//! couples them with nothing. Wheels turn on their own: their spins are not among these velocities.
 
 use rapier3d_f64::prelude::{Matrix as Matrix3, Rotation, Vector as Vector3};
 use serde::{Deserialize, Serialize};
@@ -110,8 +111,8 @@ impl<const N: usize> Tree<N> {
 
     /// The mass matrix and the push of the present velocities; [`Tree::place`] comes first.
     ///
-    /// The push by one Newton-Euler pass: accelerations outwards with all generalised ones zero, then forces and moments inwards,
-    /// composite inertias with them. A wheel's carrier turns the wheel's spin around.
+    /// The push by one Newton-Euler pass: accelerations outwards with all generalised ones zero, then forces
+    /// and moments inwards, composite inertias with them. A wheel's carrier turns the wheel's spin around.
     fn weigh(&mut self, model: &Model, state: &State) {
         let none = Vector3::ZERO;
         let (mut mass, mut first, mut inertia) = ([0.0; N], [none; N], [Matrix3::ZERO; N]);
@@ -163,7 +164,8 @@ impl<const N: usize> Tree<N> {
                 self.mass[3 + k][3 + j] = inertia[0].col(j)[k];
             }
         }
-        // The common centre of mass follows outer forces alone: what the bodies' own motion asks of it is taken off everywhere.
+        // The common centre of mass follows outer forces alone: what the bodies' own motion asks of
+        // it is taken off everywhere.
         let mean = force[0] / self.mass_kg;
         let mut angular = [none; N];
         for b in 1..self.bodies {

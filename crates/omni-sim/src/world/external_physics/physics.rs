@@ -30,7 +30,8 @@ pub struct Touch {
 /// What a physics step shows.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ExternalStep {
-    /// Angle of each wheel against its carrier since the start \[rad\], after the step; positive drives along the rolling direction.
+    /// Angle of each wheel against its carrier since the start \[rad\], after the step; positive
+    /// drives along the rolling direction.
     pub turned_rad: Vec<f64>,
     /// Its rate \[rad/s\].
     pub rate_rad_s: Vec<f64>,
@@ -76,13 +77,15 @@ pub enum ExternalFailure {
     Failed(String),
 }
 
-/// A vehicle on the ground, simulated elsewhere in the scenario's physics steps. Actuators with their lag, faults and gears stay here: what
-/// is asked for is what the axles feel. What is filled in comes with an entry a body, hinge and wheel, and keeps as many.
+/// A vehicle on the ground, simulated elsewhere in the scenario's physics steps. Actuators with
+/// their lag, faults and gears stay here: what is asked for is what the axles feel. What is filled
+/// in comes with an entry a body, hinge and wheel, and keeps as many.
 pub trait ExternalPhysics: Send + Sync {
     /// What it is called in outcomes.
     fn engine(&self) -> Engine;
 
-    /// Puts the vehicle at the scenario's start, at rest, this much ahead along the world's x \[m\] and turned to the left \[rad\].
+    /// Puts the vehicle at the scenario's start, at rest, this much ahead along the world's x \[m\]
+    /// and turned to the left \[rad\].
     ///
     /// # Errors
     /// Why it cannot.

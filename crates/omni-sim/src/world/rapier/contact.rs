@@ -8,8 +8,8 @@ use super::vehicle::VehicleBodies;
 use crate::observation::Observation;
 use crate::world::observed::ContactSum;
 
-/// Adds this physics step's contact forces to each wheel's average, weighted by `share` of the control period, and their work to
-/// the energy balance.
+/// Adds this physics step's contact forces to each wheel's average, weighted by `share` of the
+/// control period, and their work to the energy balance.
 ///
 /// Under the Coulomb friction model the sum over the solver's contacts of normal and tangent impulses over dt is the
 /// whole force on the wheel: it closes the vehicle's Newton balance to rounding (`newton_residual_n`).

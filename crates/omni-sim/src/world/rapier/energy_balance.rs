@@ -1,13 +1,14 @@
 //! Energy and momentum, booked so that they close.
 //!
-//! In a step every impulse J changes the kinetic energy by J times the mean of the velocities before and after it, at the point
-//! where it acts. Contacts report their impulses. A joint's follow from the parts that hang on it: what changes their momentum, less
-//! what the ground and gravity give, goes through the joint.
+//! In a step every impulse J changes the kinetic energy by J times the mean of the velocities before and
+//! after it, at the point where it acts. Contacts report their impulses. A joint's follow from the parts that
+//! hang on it: what changes their momentum, less what the ground and gravity give, goes through the joint.
 //!
-//! Two things in a step follow from no velocity at its ends. Contacts move a body beyond its velocity (they push it out of the ground, they
-//! stop it on the way): what its weight takes along that is theirs. And a body that turns on a bearing that turns itself has another inertia
-//! at the end than at the start, which finite steps follow to first order: that is the bearing's. Nothing is left over but what the base's
-//! own momentum does not explain (Newton's residual).
+//! Two things in a step follow from no velocity at its ends. Contacts move a body beyond its
+//! velocity (they push it out of the ground, they stop it on the way): what its weight takes along
+//! that is theirs. And a body that turns on a bearing that turns itself has another inertia at the
+//! end than at the start, which finite steps follow to first order: that is the bearing's. Nothing
+//! is left over but what the base's own momentum does not explain (Newton's residual).
 
 use rapier3d_f64::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -259,8 +260,9 @@ fn momentum(physics: &PhysicsWorld) -> Vector {
 mod tests {
     use super::*;
 
-    /// A rod that spins about its own axis on a bearing across another body that turns, both free: a roller on its hub, grown so that the two
-    /// are of one size. The part of their kinetic energy that the balance misses after a second, in steps of so many microseconds.
+    /// A rod that spins about its own axis on a bearing across another body that turns, both free:
+    /// a roller on its hub, grown so that the two are of one size. The part of their kinetic energy
+    /// that the balance misses after a second, in steps of so many microseconds.
     fn missed_part(step_us: u32) -> f64 {
         let mut physics = PhysicsWorld::new();
         physics.gravity = Vector::ZERO;
@@ -296,8 +298,9 @@ mod tests {
     #[test]
     fn a_body_that_is_no_ball_turns_and_spins_and_its_energy_is_in_the_balance() {
         let [coarse, fine] = [500, 250].map(missed_part);
-        // The rod turns by 1.4 degrees in a step of 0.5 ms. Finite steps keep the angular momentum of the two to first order only: what the hub
-        // gets too much of is missed, 9.8e-3 there, and halves with the step. A moment without the turning of the rod's inertia misses 9.3e-2.
+        // The rod turns by 1.4 degrees in a step of 0.5 ms. Finite steps keep the angular momentum
+        // of the two to first order only: what the hub gets too much of is missed, 9.8e-3 there, and
+        // halves with the step. A moment without the turning of the rod's inertia misses 9.3e-2.
         assert!(coarse.abs() < 0.01, "{coarse}");
         assert!((fine / coarse - 0.5).abs() < 0.01, "{fine} after {coarse}");
     }

@@ -9,8 +9,8 @@ const R: f64 = 0.066;
 const MASS: f64 = 10.0;
 const G: f64 = 9.81;
 
-/// The force on its axle at which a wheel under a load of 10 kg leaves the ground at the riser of a step, as the force grows
-/// slowly; `torque` turns the wheel. The load slides along x and z and does not turn.
+/// The force on its axle at which a wheel under a load of 10 kg leaves the ground at the riser of a step,
+/// as the force grows slowly; `torque` turns the wheel. The load slides along x and z and does not turn.
 fn lift_off(height: f64, friction: f64, torque: f64, most: f64) -> f64 {
     let mut physics = PhysicsWorld::new();
     physics.gravity = Vector::new(0.0, 0.0, -G);

@@ -48,7 +48,8 @@ struct CoupledHinges {
 }
 
 impl CoupledHinges {
-    /// Adds the torques of this step. As much work is done on hinge b as the coupling's angle moves with it: hence the ratio.
+    /// Adds the torques of this step. As much work is done on hinge b as the coupling's angle moves
+    /// with it: hence the ratio.
     fn apply(&self, physics: &mut PhysicsWorld, hinges: &[HingeBodies]) {
         let (angle_a, rate_a) = hinges[self.a].angle_and_rate(physics);
         let (angle_b, rate_b) = hinges[self.b].angle_and_rate(physics);

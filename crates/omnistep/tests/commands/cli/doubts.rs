@@ -188,7 +188,8 @@ fn a_step_above_the_clearance_of_the_front_body_is_warned_of() {
 fn units_that_were_mixed_up_are_doubtful() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
-    // mecanum4's motors reach 3.0 / 0.1 = 30 rad/s: 2.28 m/s on wheels of 76 mm, which are 0.64 m apart from corner to corner.
+    // mecanum4's motors reach 3.0 / 0.1 = 30 rad/s: 2.28 m/s on wheels of 76 mm, which are 0.64 m
+    // apart from corner to corner.
     let slope = "slope_n_m_s_rad = 0.10 ";
     for (old, new, expected) in [
         (

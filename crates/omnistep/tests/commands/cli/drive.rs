@@ -315,7 +315,8 @@ fn the_up_arrow_drives_and_ctrl_c_restores_the_terminal() {
             }
             shown.clone()
         };
-        // A status line comes ten times a second, fewer on a busy machine. It stands until a key comes; one that is held repeats itself.
+        // A status line comes ten times a second, fewer on a busy machine. It stands until a key
+        // comes; one that is held repeats itself.
         until("ahead +0.00", &mut || {});
         until("ahead +0.3", &mut || keys.write_all(up.as_bytes()).unwrap());
         keys.write_all(end.as_bytes()).unwrap();

@@ -98,7 +98,8 @@ fn a_scenario_as_mjcf_has_every_roller_hinge_coupling_and_motor() {
     let args = words("export step --format mjcf --set vehicle=rocker_bogie6");
     let text = stdout(&omnistep(folder.path(), &args));
     let count = |what: &str| text.matches(what).count();
-    // Six wheels of twelve rollers, each on a bearing, of three ellipsoids; five bodies on a free joint and four hinges.
+    // Six wheels of twelve rollers, each on a bearing, of three ellipsoids; five bodies on a free
+    // joint and four hinges.
     assert_eq!(count("_roller_"), 2 * 6 * 12);
     assert_eq!(count("type=\"ellipsoid\""), 3 * 6 * 12);
     assert_eq!(

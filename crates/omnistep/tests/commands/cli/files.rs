@@ -129,8 +129,8 @@ fn in_a_new_excitation_no_wheel_slips() {
         let path = folder.path().join(format!("{name}.toml"));
         let scenario = omni_config::Scenario::load(path.to_str().unwrap(), &[]).unwrap();
         let trace = omni_sim::run(&scenario).unwrap();
-        // Contacts creep by some ten thousandths of the speed. Slip is a hundred times as much: 0.4 m/s where a ramp asks for more than friction gives.
-        // Single periods do not count, means over ten do.
+        // Contacts creep by some ten thousandths of the speed. Slip is a hundred times as much: 0.4 m/s
+        // where a ramp asks for more than friction gives. Single periods do not count, means over ten do.
         let top = scenario.vehicle().top_speeds().unwrap();
         let most_m_s = 0.002 * top[0].max(top[1]);
         for wheel in 0..scenario.vehicle().wheel.len() {
@@ -334,8 +334,9 @@ fn a_new_scenario_has_its_obstacle_ahead_of_a_long_vehicle() {
             continue;
         }
         longer += 1;
-        // 0.836 + 0.076 to the foremost rim and 0.3 to the obstacle are 1.212: in tenths, 0.6 more than usual. The rear wheels are 0.262 m
-        // farther behind than with mecanum4, which is longer behind than most: at 0.3 m/s some 2 s, and up to 1.
+        // 0.836 + 0.076 to the foremost rim and 0.3 to the obstacle are 1.212: in tenths, 0.6 more
+        // than usual. The rear wheels are 0.262 m farther behind than with mecanum4, which is
+        // longer behind than most: at 0.3 m/s some 2 s, and up to 1.
         assert!(text.contains("\nstart_x_m = 1.3  "), "{like}: {text}");
         let file = path.join(format!("{name}.toml"));
         let scenario = omni_config::Scenario::load(file.to_str().unwrap(), &[]).unwrap();

@@ -111,8 +111,9 @@ fn a_record_asks_for_no_memory_beyond_its_file() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("x.mcap");
     let far = u32::MAX.to_le_bytes().to_vec();
-    // Metadata, a channel, a schema, an attachment, the header itself and a chunk within a chunk, whose texts are said to be 4 GB
-    // long; an attachment that ends before its checksum; a record and a chunk that are said to be 200 MB long.
+    // Metadata, a channel, a schema, an attachment, the header itself and a chunk within a chunk,
+    // whose texts are said to be 4 GB long; an attachment that ends before its checksum; a record
+    // and a chunk that are said to be 200 MB long.
     let inner = record(0x06, &[vec![0; 28], far.clone(), vec![0; 30]].concat());
     let length = (inner.len() as u64).to_le_bytes().to_vec();
     for records in [

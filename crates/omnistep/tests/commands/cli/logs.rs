@@ -182,10 +182,7 @@ fn a_log_without_every_period_is_not_replayed() {
             said.contains(&format!("no /vehicle_state at t = {first_missing} s")),
             "{said}"
         );
-        assert!(
-            said.contains("record the run without log.vehicle_state_hz"),
-            "{said}"
-        );
+        assert!(said.contains("run it without log.vehicle_state_hz"), "{said}");
     }
     let rates = ["--set", "log={vehicle_state_hz = 100, markers_hz = 0}"];
     let args = [&["run", "flat", "--quiet", "--set", "duration_s=0.5"][..], &rates].concat();
@@ -255,7 +252,8 @@ fn a_state_with_another_number_of_wheels_is_damage() {
     assert!(omni_log::LoggedRun::read(&path).is_err());
 }
 
-/// The emptiest log there is: nothing falls, nothing is asked for, so that chunk after chunk says the same and takes a twentieth of its size.
+/// The emptiest log there is: nothing falls, nothing is asked for, so that chunk after chunk says
+/// the same and takes a twentieth of its size.
 #[test]
 fn the_emptiest_log_of_our_own_is_read_back() {
     let folder = tempfile::tempdir().unwrap();
@@ -451,7 +449,8 @@ fn a_killed_run_leaves_all_but_its_last_second() {
         assert!(!file.complete && file.outcome.is_none());
         let whole: Vec<u64> = (1..=times.len() as u64).map(|k| k * 1_000_000).collect();
         assert_eq!(times, whole, "every period until the end");
-        // The whole run's log had this many periods when its file was as long as it was seen to be, less the second that may be lost.
+        // The whole run's log had this many periods when its file was as long as it was seen to be,
+        // less the second that may be lost.
         let written = seen_bytes as f64;
         let periods = written / whole_log as f64 * 6000.0;
         assert!(

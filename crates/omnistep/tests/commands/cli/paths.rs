@@ -7,8 +7,8 @@ use super::{omnistep, refused, stdout};
 
 const TERRAIN: &str = "[terrain]\nkind = \"height_map\"\nfriction = 0.7\nimage = \"hill.png\"\npixel_m = 0.1\nwhite_height_m = 0.01\nstart_x_m = 1.0\n";
 
-/// `scenarios/cable.toml` with the vehicle `bot.toml`, the picture `hill.png` and the table `table.csv` beside it; the same three in `own`,
-/// another vehicle and other bytes. The folder itself has none of them.
+/// `scenarios/cable.toml` with the vehicle `bot.toml`, the picture `hill.png` and the table `table.csv`
+/// beside it; the same three in `own`, another vehicle and other bytes. The folder itself has none of them.
 fn folders() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();

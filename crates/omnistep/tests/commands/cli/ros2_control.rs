@@ -160,7 +160,8 @@ fn omni_wheels(count: usize, offset_rad: f64) -> Vehicle {
     let pattern = vehicle.wheel[0].clone();
     vehicle.wheel = (0..count)
         .map(|i| {
-            // From wheel to wheel clockwise, twice as far: neither the controller's order nor its start. An even count goes on by one.
+            // From wheel to wheel clockwise, twice as far: neither the controller's order nor its
+            // start. An even count goes on by one.
             let step = if count.is_multiple_of(2) { 1 } else { 2 };
             let (sin, cos) = (offset_rad - (i * step) as f64 * TAU / count as f64).sin_cos();
             let mut wheel = pattern.clone();

@@ -46,7 +46,8 @@ fn the_block_has_one_joint_per_wheel_with_its_limits() {
         let robot = urdf_rs::read_from_string(&plain).unwrap();
         let of_wheels = robot.joints.iter().filter(|j| j.name.starts_with("wheel_"));
         let of_wheels: BTreeMap<_, _> = of_wheels.map(|j| (j.name.as_str(), &j.limit)).collect();
-        // Only wheels: a command of the component names every joint of the block, with a value only for those with commands.
+        // Only wheels: a command of the component names every joint of the block, with a value only
+        // for those with commands.
         let joints = joints.split("<joint name=\"").skip(1);
         let joints: BTreeMap<_, _> = joints.filter_map(|joint| joint.split_once('"')).collect();
         assert!(joints.keys().eq(of_wheels.keys()) && joints.len() == wheels);

@@ -9,8 +9,8 @@ use std::time::{Duration, Instant};
 
 use omni_log::{LogMessage, read_log};
 
-/// Starts a program, sends a signal when what is waited for is there, and waits for its end. What it says on standard error is in the file `said`
-/// of the folder meanwhile.
+/// Starts a program, sends a signal when what is waited for is there, and waits for its end. What
+/// it says on standard error is in the file `said` of the folder meanwhile.
 fn signalled(folder: &Path, args: &[&str], signal: &str, ready: impl Fn() -> bool) -> Output {
     let said = folder.join("said");
     let mut run = Program::new(env!("CARGO_BIN_EXE_omnistep"))
@@ -167,8 +167,8 @@ fn bash(folder: &Path, line: &str) -> (Option<i32>, String) {
 #[cfg(target_os = "linux")]
 fn a_full_quota_is_one_line_and_leaves_no_half_log() {
     let folder = tempfile::tempdir().unwrap();
-    // The system refuses the write that would make a file larger than 400 KiB, and sends SIGXFSZ, which ends a process that does not
-    // handle it.
+    // The system refuses the write that would make a file larger than 400 KiB, and sends SIGXFSZ,
+    // which ends a process that does not handle it.
     let (code, said) = bash(folder.path(), "ulimit -f 400; exec omnistep run step --quiet");
     assert_eq!(code, Some(1), "{said}");
     assert_eq!(said.lines().count(), 1, "{said}");

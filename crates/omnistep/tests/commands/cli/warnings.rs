@@ -155,7 +155,8 @@ fn check_says_what_one_count_a_period_is_of_the_top_speed() {
             output.status.success(),
         )
     };
-    // A degree in a millisecond; 1 m/s ahead and 2 rad/s about are not asked at once: 2 rad/s on 0.45 m less than 1 m/s, 13.2 rad/s of 76 mm.
+    // A degree in a millisecond; 1 m/s ahead and 2 rad/s about are not asked at once: 2 rad/s on
+    // 0.45 m less than 1 m/s, 13.2 rad/s of 76 mm.
     let one = "17.45 rad/s, 132.6 % of the top speed of 13.2 rad/s";
     let (line, warned, well) = check("360", "");
     assert_eq!(
@@ -249,7 +250,8 @@ fn fault_thresholds_below_a_count_are_warned_of_by_key() {
     assert_eq!((said, well), (below.to_vec(), false));
     let run = ["run", "s.toml", "--quiet", "--set", "duration_s=0.01"];
     assert_eq!(lines(&run).0, below);
-    // Left out, it is two counts, which wheels of 66 mm at 0.3 m/s do not reach; then coarse readings have to go, and else the threshold.
+    // Left out, it is two counts, which wheels of 66 mm at 0.3 m/s do not reach; then coarse
+    // readings have to go, and else the threshold.
     file(2000, "", "");
     let late = |stuck: &str, after: &str, mend: &str| {
         format!(

@@ -20,7 +20,8 @@ fn one_batch() -> (tempfile::TempDir, Store, fs::File, Batch) {
     (folder, store, lock, batch)
 }
 
-/// A worker that is asked to stop after so many rows, and what happens before it gets to that; how many rows it computed.
+/// A worker that is asked to stop after so many rows, and what happens before it gets to that; how
+/// many rows it computed.
 fn ended_after(batch: &Batch, folder: &Path, most: usize, meanwhile: impl FnOnce()) -> usize {
     let stop = AtomicBool::new(false);
     let (mut received, mut meanwhile) = (0, Some(meanwhile));

@@ -183,7 +183,8 @@ fn drive_of<const N: usize>(layout: WheelLayout<f64, N>) -> Drive<f64, N> {
 
 #[test]
 fn a_dead_encoder_takes_no_healthy_wheel_with_it() {
-    // With and without slip detection; encoders in steps of 0.05 rad/s, so that healthy readings stay the same for long.
+    // With and without slip detection; encoders in steps of 0.05 rad/s, so that healthy readings
+    // stay the same for long.
     for slip in [None, config().slip] {
         let mut vehicle = Vehicle::new(DriveConfig { slip, ..config() });
         let dead = |input: &mut DriveInput<f64, 7>| {
@@ -235,7 +236,8 @@ fn three_wheels_survive_a_missing_sample_and_recover_at_rest() {
         missing.readings_rad_s[1] = None;
         drive.step(&mut state, &missing);
         assert_eq!(drive.step(&mut state, &whole).mode, DriveMode::Normal);
-        // One NaN: released after a stop, the vehicle is there again at once, and without it after enough good readings.
+        // One NaN: released after a stop, the vehicle is there again at once, and without it after
+        // enough good readings.
         let mut nonsense = whole;
         nonsense.readings_rad_s[1] = Some(f64::NAN);
         drive.step(&mut state, &nonsense);
@@ -247,8 +249,9 @@ fn three_wheels_survive_a_missing_sample_and_recover_at_rest() {
     }
 }
 
-/// A vehicle whose wheels grip, with encoders on timers of so many counts a turn. While it cruises the counter of its second wheel comes to
-/// stand, or to toggle as the shaft turns. Says which wheels were called faulty, in which period after that, and what became of the drive.
+/// A vehicle whose wheels grip, with encoders on timers of so many counts a turn. While it cruises
+/// the counter of its second wheel comes to stand, or to toggle as the shaft turns. Says which
+/// wheels were called faulty, in which period after that, and what became of the drive.
 fn dies<R: Real, const N: usize>(
     layout: WheelLayout<R, N>,
     method: VelocityMethod<R>,
@@ -329,7 +332,8 @@ fn dies<R: Real, const N: usize>(
     (found, mode)
 }
 
-/// Both precisions, every way to read a velocity, both ways to die, two periods; then who was blamed and how long it took.
+/// Both precisions, every way to read a velocity, both ways to die, two periods; then who was
+/// blamed and how long it took.
 fn every_death<const N: usize>(
     double: WheelLayout<f64, N>,
     single: WheelLayout<f32, N>,
@@ -389,7 +393,8 @@ fn a_cut_encoder_wire_is_found_whatever_reads_the_velocity_and_no_healthy_wheel_
         DriveMode::SafeStop,
         250.0, // 100, and what the integral needs to get to 1 N.m
     );
-    // Four wheels determine the motion: the other three keep the vehicle on its course against the fourth, so that their readings do not change.
+    // Four wheels determine the motion: the other three keep the vehicle on its course against the
+    // fourth, so that their readings do not change.
     let four = WheelLayout::mecanum4(0.22, 0.26, 0.0485).expect("valid");
     let single = WheelLayout::mecanum4(0.22, 0.26, 0.0485).expect("valid");
     every_death::<4>(four, single, f64::INFINITY, DriveMode::Degraded, 1050.0);

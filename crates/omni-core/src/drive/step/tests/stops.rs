@@ -200,8 +200,9 @@ const ENCODERS: [Encoders; 10] = [
     ("no number", |_, _, _| f64::NAN),
 ];
 
-/// A vehicle whose wheels grip is driven for half a second. Then `broken` of its encoders fail, and 0.1 s later it is stopped. Says up
-/// to which period after the stop there was a reference, and up to which a torque, within the next three seconds.
+/// A vehicle whose wheels grip is driven for half a second. Then `broken` of its encoders fail, and
+/// 0.1 s later it is stopped. Says up to which period after the stop there was a reference, and up
+/// to which a torque, within the next three seconds.
 fn last_torque<R: Real, const N: usize>(
     config: DriveConfig<R, N>,
     stop: usize,
@@ -319,8 +320,9 @@ fn too_late<const N: usize>(
                     last_torque(double, stop, encoders, broken),
                     last_torque(single, stop, encoders, broken),
                 ] {
-                    // A time-out of 0.1 s. A command of rest acts at once, unless unusable readings began a safe stop 0.09 s
-                    // before. 0.316 m/s at 2 m/s^2 in an emergency stop or a safe stop. Times in f32 end in the next period.
+                    // A time-out of 0.1 s. A command of rest acts at once, unless unusable readings
+                    // began a safe stop 0.09 s before. 0.316 m/s at 2 m/s^2 in an emergency stop or
+                    // a safe stop. Times in f32 end in the next period.
                     let slowed = [101, 70, 159, 159][stop];
                     // Then 0.5 s of bleeding.
                     if reference > slowed || torque > reference + 500 {
@@ -358,7 +360,8 @@ fn every_stop_ends_without_torque_at_its_stated_time_whatever_is_measured() {
 fn motors_are_shorted_in_a_stop_and_only_those_of_wheels_with_a_fault() {
     let drive = Drive::new(config()).expect("valid");
     let mut state = DriveState::new(&drive);
-    // Wheels without a reading, for so many periods: 20 make one faulty, 10 more of an undetermined motion are a safe stop.
+    // Wheels without a reading, for so many periods: 20 make one faulty, 10 more of an undetermined
+    // motion are a safe stop.
     let after_in = |emergency, state: &mut DriveState<f64, 7>, silent: &[usize], periods| {
         let mut input = DriveInput::measured(&WheelVelocities::zero()).with_command(COMMAND);
         input.emergency = emergency;

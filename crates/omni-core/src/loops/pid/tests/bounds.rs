@@ -58,8 +58,8 @@ fn a_zone_keeps_the_integral_out_of_the_way_to_a_new_speed() {
         assert!((w - 10.0).abs() < 1e-6, "it settles where it shall: {w}");
         peak - 10.0
     };
-    // s^2 + 30 s + 200 has its poles at -10 and -20: 1.25 rad/s over without a zone (the zero of 2 / 0.3), and in proportion to
-    // the error that the integral starts with: 1 instead of 10.
+    // s^2 + 30 s + 200 has its poles at -10 and -20: 1.25 rad/s over without a zone (the zero of 2
+    // / 0.3), and in proportion to the error that the integral starts with: 1 instead of 10.
     let (without, with) = (peak(f64::INFINITY), peak(1.0));
     assert!((without - 1.25).abs() < 0.03, "{without}");
     assert!((with - 0.125).abs() < 0.006, "{with}");
@@ -85,8 +85,8 @@ fn only_the_proportional_term_is_held_within_its_limit() {
 
 #[test]
 fn the_integral_settles_at_the_limit_of_the_output_and_not_beyond_it() {
-    // Blocked for long with an error of 10 rad/s, of which the proportional term shows 0.3 of 3 N.m. A law that compared what is
-    // asked for with what is given, and no more, would settle at 1 - 0.3 + 3 N.m.
+    // Blocked for long with an error of 10 rad/s, of which the proportional term shows 0.3 of 3 N.m. A law
+    // that compared what is asked for with what is given, and no more, would settle at 1 - 0.3 + 3 N.m.
     for limit in [0.0, 0.3, 1.5] {
         let config = within_limits(1.0, PidConfig::new(gains(0.3, 2.0, 0.0), DT));
         // Back-calculation leaves room for the 0.02 N.m that a period adds, which are in the output already.

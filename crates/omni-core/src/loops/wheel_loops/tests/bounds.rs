@@ -52,8 +52,8 @@ fn one_error_beyond_the_zone_clears_a_shared_integral_and_a_wheel_s_own_only() {
     };
     assert_eq!(integrals(Integral::PerWheel, -1.5), [true, false, true, true]);
     assert_eq!(integrals(Integral::PerWheel, -0.5), [true; 4]);
-    // Projected on what a vehicle can do, a wheel's error is three quarters of it: 1 + 0.75 * 1.2 is within the zone, 1 + 0.75 * 1.5
-    // is beyond.
+    // Projected on what a vehicle can do, a wheel's error is three quarters of it: 1 + 0.75 * 1.2
+    // is within the zone, 1 + 0.75 * 1.5 is beyond.
     assert_eq!(integrals(Integral::Shared, -1.2), [true; 4]);
     assert_eq!(integrals(Integral::Shared, -1.5), [false; 4]);
 }

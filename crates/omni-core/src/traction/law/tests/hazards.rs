@@ -297,7 +297,8 @@ fn wheels_across_push_only_where_the_others_would_turn_the_vehicle() {
     // Beyond atan(0.6), 31 degrees, wheels across push a good part of it.
     assert_eq!(found, [along, along, along, all, all]);
     assert_eq!(driven(&seven, 1.5), 0b010_0010, "they alone, nearly across");
-    // Three wheels at 120 degrees: going sideways wheel 1 has twice the way of the others, and alone would turn the vehicle.
+    // Three wheels at 120 degrees: going sideways wheel 1 has twice the way of the others, and
+    // alone would turn the vehicle.
     let three = WheelLayout::omni(0.2, 0.0, 0.05).expect("valid");
     let sideways: [u32; 3] = [0.0, 90.0, 180.0].map(|degrees: f64| driven::<3>(&three, degrees.to_radians()));
     assert!(sideways.contains(&0b111), "{sideways:?}");
@@ -349,7 +350,8 @@ fn drift_is_answered_with_the_gains_of_the_wheels_own_loops() {
 
 #[test]
 fn a_change_of_direction_alone_is_no_fault() {
-    // A heavy base without slip, 100 kg with four wheels of 10 rad/m: 0.8 m/s^2 at most, so the old way lasts for 0.4 s.
+    // A heavy base without slip, 100 kg with four wheels of 10 rad/m: 0.8 m/s^2 at most, so the old
+    // way lasts for 0.4 s.
     let traction = mecanum_base();
     let rows = traction.kinematics().inverse_matrix();
     let mass_kg = 100.0 + 4.0 * 100.0 * J;
@@ -383,7 +385,8 @@ fn a_change_of_direction_alone_is_no_fault() {
                 "period {period}: {speed:?}"
             );
         }
-        // Loops of 120 N.s/m on 109 kg swing, by e each 1.8 s: 10 s leave 0.4 % of 0.3 m/s; five times that for the limits in between.
+        // Loops of 120 N.s/m on 109 kg swing, by e each 1.8 s: 10 s leave 0.4 % of 0.3 m/s; five
+        // times that for the limits in between.
         assert!(
             speed[0].abs() < 6e-3 && (speed[1] - 0.3).abs() < 6e-3,
             "{speed:?}"
@@ -412,7 +415,8 @@ fn a_weak_motor_does_not_blunt_what_level_takes() {
             .applied
             .n_m;
     }
-    // 0.74 N.m.s/rad times 8 /s times 0.05 rad, 0.3 N.m, are taken from what the motor gives and not from what it cannot.
+    // 0.74 N.m.s/rad times 8 /s times 0.05 rad, 0.3 N.m, are taken from what the motor gives and
+    // not from what it cannot.
     assert!(
         (torques[0].abs() - 1.0).abs() < 1e-9 && torques[2].abs() < 0.8,
         "{torques:?}"

@@ -48,7 +48,8 @@ fn driven_with_noise(traction: &Traction<f64, 7>, noise_rad_s: f64) -> (f64, f64
 
 #[test]
 fn counts_of_slow_wheels_that_reach_a_limit_of_the_torque_are_not_rectified() {
-    // A count in a period reads as 98 rad/s, for which the loop asks 15 times the motor's torque: plain loops have the commanded speed on average.
+    // A count in a period reads as 98 rad/s, for which the loop asks 15 times the motor's torque:
+    // plain loops have the commanded speed on average.
     let counts = 64.0;
     let traction = with(|sensors| sensors.encoder_counts = counts);
     let slow = BodyTwist {
@@ -117,7 +118,8 @@ fn no_wheel_is_turned_against_its_command_and_its_motion() {
             continue;
         }
         for (i, sign) in Plant::SIGNS.into_iter().enumerate() {
-            // Ahead, and slower than half of the target: whatever the estimated motion of the vehicle, it is not slowed down, let alone turned back.
+            // Ahead, and slower than half of the target: whatever the estimated motion of the
+            // vehicle, it is not slowed down, let alone turned back.
             if sign != 0.0 && sign * rates[i] * 0.066 < 0.15 {
                 let torque = sign * sample.wheels.applied.n_m[i];
                 assert!(torque > -1e-9, "wheel {i} at {} rad/s: {torque} N.m", rates[i]);
@@ -218,7 +220,7 @@ fn a_loop_that_swings_between_its_limits_is_held_more_softly_and_recovers() {
         rates[3] += if period / 10 % 2 == 0 { 20.0 } else { -20.0 };
         let _ = traction.step(&mut state, &level(AHEAD, &rates), &TractionTarget::at(0.3));
     }
-    assert!(state.slip_gain_part < 0.5, "{}", state.slip_gain_part); // 0.7 for each swing, of which some are bridged by the recovery
+    assert!(state.slip_gain_part < 0.5, "{}", state.slip_gain_part); // 0.7 a swing; recovery bridges some
     for _ in 0..5000 {
         let _ = traction.step(&mut state, &level(AHEAD, &flat), &TractionTarget::at(0.3));
     }
@@ -316,7 +318,8 @@ fn one_wheel_that_says_the_vehicle_is_slow_while_the_ground_carries_the_others_i
     let next = || dither.replace(dither.get() + 1e-7);
     for stuck_rad_s in [0.0, 2.0] {
         let (out, fastest_m_s) = with_dead_wheel(|_| {}, |_| stuck_rad_s + next());
-        // 0.06 s of wheels that nothing drives, once they are faster than the target and the dead zone; 2 N.m on 10 kg are 3 m/s^2.
+        // 0.06 s of wheels that nothing drives, once they are faster than the target and the dead
+        // zone; 2 N.m on 10 kg are 3 m/s^2.
         assert!(
             out.is_some_and(|period| period < 400),
             "{stuck_rad_s} rad/s: {out:?}"
@@ -530,7 +533,8 @@ fn a_direction_that_trembles_hides_no_dead_wheel() {
 
 #[test]
 fn counts_that_come_often_are_estimated_although_they_hide_slip() {
-    // 64 counts hide 0.083 m/s; at 0.1 m/s half a count comes in their window. Plain loops on raw counts heat with 0.38 N2.m2.
+    // 64 counts hide 0.083 m/s; at 0.1 m/s half a count comes in their window. Plain loops on raw
+    // counts heat with 0.38 N2.m2.
     let traction = with(|sensors| sensors.encoder_counts = 64.0);
     let slow = BodyTwist {
         vx_m_s: 0.1,

@@ -1,16 +1,17 @@
 //! The ball model of an omni wheel.
 //!
-//! A ball on a spherical joint, driven about the axle only: about the axle it is a wheel, about the rolling direction it
-//! turns freely like the rollers on a rim. Exact omni kinematics with one contact and isotropic Coulomb friction.
+//! A ball on a spherical joint, driven about the axle only: about the axle it is a wheel, about the rolling direction
+//! it turns freely like the rollers on a rim. Exact omni kinematics with one contact and isotropic Coulomb friction.
 //!
-//! A wheel that meets obstacles sideways shows them a roller: a ball of the rollers' radius rho, centred (r - rho) below
-//! the axle and geared by rho / r, so that rim speed, thrust and effective mass at the rim are the wheel's. Its thrust
-//! acts lower on the frame by (r - rho), and the reaction torque is smaller by just that moment.
+//! A wheel that meets obstacles sideways shows them a roller: a ball of the rollers' radius rho, centred (r - rho)
+//! below the axle and geared by rho / r, so that rim speed, thrust and effective mass at the rim are the wheel's.
+//! Its thrust acts lower on the frame by (r - rho), and the reaction torque is smaller by just that moment.
 //!
-//! A mecanum wheel pushes along the axis of the roller on the ground, at an angle gamma to its rolling direction. Its ball is
-//! driven about the horizontal axis across that push, and turns with cos(gamma) of the wheel's velocity: thrust, reaction
-//! (rolling moment included) and effective mass are the wheel's again: on level ground. On an edge a ball spins about a normal that
-//! leans towards its driven axis instead of pushing: docs/physics.md says where a ball is the wheel, `config::Scenario::beyond_balls` where not.
+//! A mecanum wheel pushes along the axis of the roller on the ground, at an angle gamma to its rolling
+//! direction. Its ball is driven about the horizontal axis across that push, and turns with cos(gamma) of
+//! the wheel's velocity: thrust, reaction (rolling moment included) and effective mass are the wheel's
+//! again: on level ground. On an edge a ball spins about a normal that leans towards its driven axis instead
+//! of pushing: docs/physics.md says where a ball is the wheel, `config::Scenario::beyond_balls` where not.
 
 use rapier3d_f64::prelude::*;
 

@@ -1,8 +1,9 @@
 //! Contacts of rollers, found anew in every step, and exactly on boxes, which is what ground is made of.
 //!
-//! The engine keeps the points of a contact until the bodies have turned by a degree or slid by a millimetre. On a wheel that rolls
-//! such a point trails behind the axle by up to a millimetre and rises by 10 um: a load there drives the wheel, and the wheel sinks
-//! deeper than one that stands. Where shapes overlap by more than a barrel's edge is rounded the engine approximates them, and
+//! The engine keeps the points of a contact until the bodies have turned by a degree or slid by a
+//! millimetre. On a wheel that rolls such a point trails behind the axle by up to a millimetre and
+//! rises by 10 um: a load there drives the wheel, and the wheel sinks deeper than one that stands.
+//! Where shapes overlap by more than a barrel's edge is rounded the engine approximates them, and
 //! throws the wheel off. Balls are not concerned, for which there are formulas.
 
 use rapier3d_f64::geometry::{ContactData, ContactManifoldData};

@@ -1,7 +1,7 @@
 //! Wheels in the world, whichever way their rollers are modelled.
 //!
-//! Both models are a body that is driven about an axle, and colliders that touch the ground: one ball on the driven body itself
-//! ([`ball`]), or rollers on bearings around it ([`rollers`]).
+//! Both models are a body that is driven about an axle, and colliders that touch the ground: one
+//! ball on the driven body itself ([`ball`]), or rollers on bearings around it ([`rollers`]).
 
 mod ball;
 mod contacts;
@@ -62,12 +62,13 @@ impl Wheel {
         borne.fold(off(self.carrier, self.seat, self.driven), f64::max)
     }
 
-    /// Makes a world as it was read out of a snapshot whole again, with the shapes of one that was built of the same scenario.
+    /// Makes a world as it was read out of a snapshot whole again, with the shapes of one that was
+    /// built of the same scenario.
     ///
-    /// The engine's files hold neither shapes of ours nor who finds their contacts. What else depends on a shape is in them, and
-    /// must not be found anew: so the engine does not know of the change. Its marks of it stay on the colliders and in later
-    /// snapshots; they are not read as long as contacts are not recycled, no collider is changed while a world runs, and
-    /// bodies do not move continuously (CCD): all three hold.
+    /// The engine's files hold neither shapes of ours nor who finds their contacts. What else depends on a
+    /// shape is in them, and must not be found anew: so the engine does not know of the change. Its marks of it
+    /// stay on the colliders and in later snapshots; they are not read as long as contacts are not recycled, no
+    /// collider is changed while a world runs, and bodies do not move continuously (CCD): all three hold.
     pub(super) fn put_rollers_back(&self, physics: &mut PhysicsWorld, built: &ColliderSet) {
         if self.borne.is_empty() {
             return;
@@ -139,7 +140,8 @@ impl Wheel {
         }
     }
 
-    /// Adds an actuator torque \[N.m\] between carrier and wheel. User torques persist in rapier: the caller resets them.
+    /// Adds an actuator torque \[N.m\] between carrier and wheel. User torques persist in rapier:
+    /// the caller resets them.
     pub(super) fn apply(&self, physics: &mut PhysicsWorld, actuator_torque: f64) {
         let on_driven =
             self.drive_axis_world(physics) * (actuator_torque / self.gear / self.driven_per_wheel);

@@ -1,7 +1,7 @@
 //! The reference model of an omni or mecanum wheel: a hub, and every roller a body on a bearing of its own.
 //!
-//! Rollers touch the ground, and wheels that are balls, but not each other. The hub has what the rollers leave of the wheel's mass and
-//! inertia, and touches nothing.
+//! Rollers touch the ground, and wheels that are balls, but not each other. The hub has what the
+//! rollers leave of the wheel's mass and inertia, and touches nothing.
 
 use rapier3d_f64::prelude::*;
 

@@ -1,4 +1,4 @@
-//! Contacts of barrels with boxes against a dense search, bearings that part, and what a ball does on ground that leans.
+//! Contacts of barrels with boxes against a dense search, bearings that part, and a ball on ground that leans.
 
 use rapier3d_f64::parry::shape::{Cuboid, SupportMap};
 use rapier3d_f64::prelude::*;
@@ -16,7 +16,8 @@ fn barrel() -> BarrelShape {
     BarrelShape(scenario().rollers(0).expect("rollers").barrel)
 }
 
-/// The largest gap that a plane leaves between a box and a barrel at a pose, over planes around the box's edge between x and z.
+/// The largest gap that a plane leaves between a box and a barrel at a pose, over planes around the
+/// box's edge between x and z.
 fn searched(cuboid: &Cuboid, barrel: &BarrelShape, pose: &Pose) -> f64 {
     let gap = |angle: f64| {
         let normal = Vector::new(angle.cos(), 0.0, angle.sin());
@@ -84,8 +85,8 @@ fn a_roller_off_its_bearing_is_a_gap_of_its_wheel() {
     assert!((wheel.gap(&physics) - 0.01).abs() < 1e-12);
 }
 
-/// Part of the acceleration without ground that a torque gives a wheel of a vehicle that is blocked, where the ground rises by an
-/// angle towards an azimuth, counter-clockwise from the vehicle's forward \[rad\].
+/// Part of the acceleration without ground that a torque gives a wheel of a vehicle that is blocked, where
+/// the ground rises by an angle towards an azimuth, counter-clockwise from the vehicle's forward \[rad\].
 fn turns_though_blocked(vehicle: &str, model: &str, wheel: usize, [rise, azimuth]: [f64; 2]) -> f64 {
     let keys =
         [("vehicle", vehicle), ("physics.wheel_model", model)].map(|(key, value)| Override::new(key, value));
@@ -145,7 +146,8 @@ fn turns_though_blocked(vehicle: &str, model: &str, wheel: usize, [rise, azimuth
 #[test]
 fn a_blocked_ball_turns_by_the_squared_sine_of_its_driven_axis_towards_the_normal_and_rollers_do_not() {
     let degrees = |angle: f64| angle.to_radians();
-    // Free to spin about the normal n alone, a ball driven about a gets tau (a.n)^2 / I: nothing where the normal is in its plane.
+    // Free to spin about the normal n alone, a ball driven about a gets tau (a.n)^2 / I: nothing
+    // where the normal is in its plane.
     for (vehicle, rise, azimuth) in [
         ("omni3", 0.0, 0.0),
         ("omni3", 40.0, 90.0), // wheel 1 rolls to the left: straight up, and in its plane

@@ -8,7 +8,7 @@ use crate::{Error, RunLog};
 /// A run that went to its end, or to where the physics ended it.
 #[derive(Debug)]
 #[non_exhaustive]
-pub struct Record {
+pub struct Logged {
     /// Its figures.
     pub outcome: Outcome,
     /// Why the physics ended it early, the verdict is [`omni_sim::Verdict::Diverged`] then; or what they gained, with
@@ -23,11 +23,11 @@ pub struct Record {
 /// ```
 /// use omni_log::{Error, LogRun, RunLog};
 /// use omni_sim::{Run, config::{Override, Scenario}, controller::AnyController};
-/// let path = std::env::temp_dir().join(format!("omnistep-record-{}.mcap", std::process::id()));
+/// let path = std::env::temp_dir().join(format!("omnistep-log-run-{}.mcap", std::process::id()));
 /// let scenario = Scenario::load("flat", &[Override::new("duration_s", 0.1)])?;
 /// let controller = AnyController::new(&scenario)?;
 /// let mut log = RunLog::create(&path, &scenario, &controller)?;
-/// let run = Run::new(&scenario).controller(controller).record::<Error>(&mut log)?;
+/// let run = Run::new(&scenario).controller(controller).log_to::<Error>(&mut log)?;
 /// assert_eq!(log.finish(&run.outcome)?.path(), path);
 /// # std::fs::remove_file(path).unwrap();
 /// # Ok::<(), Error>(())
@@ -35,28 +35,29 @@ pub struct Record {
 pub trait LogRun<E>: Sized {
     /// Runs into a log of the run's controller. Nothing but the log grows with time.
     ///
-    /// The log is not finished here: [`RunLog::finish`] gives it its name, [`RunLog::leave`] leaves what there is of a run that was stopped.
+    /// The log is not finished here: [`RunLog::finish`] gives it its name, [`RunLog::leave`] leaves
+    /// what there is of a run that was stopped.
     ///
     /// # Errors
     /// As [`Run::outcome`], and [`Error::Log`] where the log cannot be written.
-    fn record<F: From<E> + From<omni_sim::Error> + From<Error>>(self, log: &mut RunLog) -> Result<Record, F>;
+    fn log_to<F: From<E> + From<omni_sim::Error> + From<Error>>(self, log: &mut RunLog) -> Result<Logged, F>;
 
     /// Runs into a log, finishes it, and returns every signal of the run too.
     ///
     /// # Errors
-    /// As [`LogRun::record`] and [`RunLog::finish`]; a run that the physics ended has its log, and is an error.
+    /// As [`LogRun::log_to`] and [`RunLog::finish`]; a run that the physics ended has its log, and is an error.
     fn log<F: From<E> + From<omni_sim::Error> + From<Error>>(self, log: RunLog) -> Result<Trace, F>;
 }
 
 impl<'a, E: From<omni_sim::Error> + 'a> LogRun<E> for Run<'a, E> {
-    fn record<F: From<E> + From<omni_sim::Error> + From<Error>>(self, log: &mut RunLog) -> Result<Record, F> {
+    fn log_to<F: From<E> + From<omni_sim::Error> + From<Error>>(self, log: &mut RunLog) -> Result<Logged, F> {
         let mut link = None;
         let run = self.watch(|simulation, _| {
             link = simulation.controller().link_counters();
             push::<F>(log, simulation)
         });
         let (outcome, ended) = run.outcome()?;
-        Ok(Record { outcome, ended, link })
+        Ok(Logged { outcome, ended, link })
     }
 
     fn log<F: From<E> + From<omni_sim::Error> + From<Error>>(self, mut log: RunLog) -> Result<Trace, F> {
