@@ -175,6 +175,48 @@ fn without_tries_the_vehicle_stays_where_it_is_stuck() {
     assert!(mode.contains(&1.0) && mode.contains(&2.0));
 }
 
+/// At a wall wheels may all spin as commanded, and coarse counts hide that they slip: nothing pushes for ever all the same.
+#[test]
+fn at_a_wall_every_vehicle_rests_in_the_end_whatever_its_encoders_count() {
+    for vehicle in ["chugo7", "mecanum4", "rocker_bogie6"] {
+        for counts in [0, 32, 256, 1024] {
+            for vx_m_s in [0.05, 0.3] {
+                let (pushed_s, rests_s) = at_a_wall(vehicle, counts, vx_m_s);
+                // Eight tries, each of 22 cm back and up again at 0.05 m/s, and the last 5 s.
+                assert!(
+                    rests_s < 150.0,
+                    "{vehicle}, {counts} counts, {vx_m_s} m/s: pushed for {pushed_s} s"
+                );
+            }
+        }
+    }
+}
+
+/// For how long a vehicle pushed with half of its torque at a wall of 20 cm, and when it rested for a second \[s\].
+fn at_a_wall(vehicle: &str, counts: u32, vx_m_s: f64) -> (f64, f64) {
+    let keys = [
+        format!("vehicle={vehicle}"),
+        format!("sensors.encoder_counts={counts}"),
+        format!("command.vx_m_s={vx_m_s}"),
+        "control.policy=traction".into(),
+        "terrain.height_m=0.2".into(),
+    ];
+    let keys: Vec<_> = keys.iter().map(String::as_str).collect();
+    let mut simulation = Simulation::new(&scenario("step", &keys)).expect("valid");
+    let (mut pushed, mut rested) = (0, 0);
+    for period in 0..150_000 {
+        simulation.step(&simulation.scenario_command()).expect("steps");
+        let wheels = simulation.sample().wheels.iter();
+        let most = wheels.fold(0.0_f64, |most, wheel| most.max(wheel.applied_n_m.abs()));
+        pushed += u32::from(most > 1.0);
+        rested = if most == 0.0 { rested + 1 } else { 0 };
+        if rested == 1000 && period > 3000 {
+            return (1e-3 * f64::from(pushed), 1e-3 * f64::from(period));
+        }
+    }
+    (1e-3 * f64::from(pushed), f64::INFINITY)
+}
+
 /// Every vehicle that has wheels enough, in every direction, on flat ground: it goes where it is commanded.
 #[test]
 fn every_vehicle_goes_ahead_sideways_diagonally_and_turns_as_commanded() {
