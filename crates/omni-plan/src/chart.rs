@@ -200,13 +200,16 @@ impl Chart {
         margin: f64,
         kind: impl Fn(&Side) -> Option<Limit>,
     ) -> f64 {
-        let Some(table) = self.at(friction) else { return 0.0 };
+        let Some(table) = self.at(friction) else {
+            return 0.0;
+        };
         let wanted = over_minus_180(side_deg);
         let side = table
             .sides
             .iter()
             .find(|side| (side.side_deg - wanted).abs() < SAME_DEG);
-        side.and_then(kind).map_or(0.0, |limit| table.allowed_m(limit, margin))
+        side.and_then(kind)
+            .map_or(0.0, |limit| table.allowed_m(limit, margin))
     }
 
     /// That of the highest friction which the ground has at least.
@@ -318,9 +321,14 @@ impl Table {
             let limit = if up { side.step } else { side.drop };
             limit.map_or(0.0, |limit| self.allowed_m(limit, margin))
         };
-        let after = self.sides.iter().position(|side| side.side_deg >= side_deg - SAME_DEG);
+        let after = self
+            .sides
+            .iter()
+            .position(|side| side.side_deg >= side_deg - SAME_DEG);
         let after = after.unwrap_or(0);
-        let Some(next) = self.sides.get(after) else { return 0.0 };
+        let Some(next) = self.sides.get(after) else {
+            return 0.0;
+        };
         if (next.side_deg - side_deg).abs() < SAME_DEG {
             return value(next);
         }

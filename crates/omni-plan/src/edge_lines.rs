@@ -88,7 +88,11 @@ impl EdgeLines {
                 let Some(line) = fit(trimmed) else { continue };
                 let number = found.lines.len() as u32;
                 for border in part {
-                    let of = if border.x { &mut found.of_x } else { &mut found.of_y };
+                    let of = if border.x {
+                        &mut found.of_x
+                    } else {
+                        &mut found.of_y
+                    };
                     of[border.cell] = number;
                 }
                 found.lines.push(with_ends(line, part));
@@ -206,10 +210,7 @@ fn split(chain: &[Border], from: usize, to: usize, parts: &mut Vec<(usize, usize
             continue;
         }
         let (first, last) = (part[0].from, part[part.len() - 1].to);
-        let chord = [
-            last[0] as f64 - first[0] as f64,
-            last[1] as f64 - first[1] as f64,
-        ];
+        let chord = [last[0] as f64 - first[0] as f64, last[1] as f64 - first[1] as f64];
         let length = chord[0].hypot(chord[1]);
         let mut farthest = (1, -1.0);
         for (number, border) in part.iter().enumerate().skip(1) {
@@ -368,11 +369,14 @@ mod tests {
         });
         assert_eq!(found.len(), 4);
         for line in found {
-            let inward =
-                (40.0 - line.middle[0]) * line.normal[0] + (40.0 - line.middle[1]) * line.normal[1];
+            let inward = (40.0 - line.middle[0]) * line.normal[0] + (40.0 - line.middle[1]) * line.normal[1];
             assert!(inward > 0.0);
             let lengths = [10.0, 20.0];
-            assert!(lengths.iter().any(|length| (line.half_length - length).abs() < 1.01));
+            assert!(
+                lengths
+                    .iter()
+                    .any(|length| (line.half_length - length).abs() < 1.01)
+            );
         }
     }
 }

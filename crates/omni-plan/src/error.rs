@@ -58,9 +58,5 @@ pub(crate) fn check_key(file: &str, key: &str, value: f64, least: f64, most: f64
     if (least..=most).contains(&value) {
         return Ok(());
     }
-    Err(refused(
-        file,
-        key,
-        format!("{value}, allowed: {least} to {most}"),
-    ))
+    Err(refused(file, key, format!("{value}, allowed: {least} to {most}")))
 }

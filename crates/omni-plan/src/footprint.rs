@@ -104,18 +104,13 @@ impl Footprint {
     /// From the origin to the farthest corner \[m\].
     #[must_use]
     pub fn radius_m(&self) -> f64 {
-        self.front_m
-            .max(self.rear_m)
-            .hypot(self.left_m.max(self.right_m))
+        self.front_m.max(self.rear_m).hypot(self.left_m.max(self.right_m))
     }
 
     /// From the origin to the nearest side \[m\].
     #[must_use]
     pub fn inscribed_m(&self) -> f64 {
-        self.front_m
-            .min(self.rear_m)
-            .min(self.left_m)
-            .min(self.right_m)
+        self.front_m.min(self.rear_m).min(self.left_m).min(self.right_m)
     }
 
     /// The width of the narrowest passage that it fits through \[m\].

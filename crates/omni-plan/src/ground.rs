@@ -134,7 +134,11 @@ impl Ground {
                     if here == 0.0 {
                         continue;
                     }
-                    let (place, length) = if x { (column, grid.columns) } else { (row, grid.rows) };
+                    let (place, length) = if x {
+                        (column, grid.columns)
+                    } else {
+                        (row, grid.rows)
+                    };
                     // The window of that width which adds up to most.
                     let from = place.saturating_sub(within);
                     let mut most: f64 = 0.0;

@@ -143,8 +143,20 @@ fn check(file: &str, keys: &MapFile) -> Result<(), Error> {
 }
 
 fn heights_m(file: &str, elevation: &Elevation, picture: &GreyPicture) -> Result<Vec<f64>, Error> {
-    check_key(file, "black_height_m", elevation.black_height_m, -HEIGHT_M, HEIGHT_M)?;
-    check_key(file, "white_height_m", elevation.white_height_m, -HEIGHT_M, HEIGHT_M)?;
+    check_key(
+        file,
+        "black_height_m",
+        elevation.black_height_m,
+        -HEIGHT_M,
+        HEIGHT_M,
+    )?;
+    check_key(
+        file,
+        "white_height_m",
+        elevation.white_height_m,
+        -HEIGHT_M,
+        HEIGHT_M,
+    )?;
     let grey = read_grey(file, "elevation", &elevation.path)?;
     if (grey.columns, grey.rows) != (picture.columns, picture.rows) {
         let message = format!(
