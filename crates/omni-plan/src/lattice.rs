@@ -116,11 +116,14 @@ impl Lattice {
         let away = distances(&grid, beside);
         // Farther away than that nothing is met, whatever the heading.
         let far = inflated.radius_m() / resolution + 1.5;
+        let near = inflated.inscribed_m() / resolution - 1.5;
         for position in 0..columns * rows {
             let [column, row] = lattice.cell_of(position);
             let cell = grid.index(column, row);
             lattice.heights_m[position] = ground.heights_m[cell] as f32;
-            if away[cell] > far {
+            if away[cell] < near {
+                // Met with every heading.
+            } else if away[cell] > far {
                 lattice.free[position] = u16::MAX;
                 lattice.turns[position] = u16::MAX;
             } else if !ground.closed[cell] {

@@ -14,6 +14,9 @@ const UNREACHED: u64 = u64::MAX;
 /// The plane is searched beyond the start by this part of its cost.
 const BEYOND: f64 = 0.25;
 
+/// Part of a turn's cost that is sure: each is a whole number.
+const TURNS: f64 = 0.999;
+
 /// Where a search may go.
 #[derive(Debug)]
 pub(crate) struct Search<'a> {
@@ -66,6 +69,10 @@ impl<'a> Search<'a> {
         if least[from] == UNREACHED {
             return Err(0);
         }
+        // Turns are paid beside travel, wherever they are made.
+        let turns: Vec<u64> = (0..HEADINGS)
+            .map(|heading| self.least_turn(heading, goals))
+            .collect();
         let mut expanded = 0;
         let found = astar(
             &start,
@@ -73,7 +80,10 @@ impl<'a> Search<'a> {
                 expanded += 1;
                 self.next(*node, &least)
             },
-            |node| least[Lattice::of_node(*node).0],
+            |node| {
+                let (position, heading) = Lattice::of_node(*node);
+                least[position].saturating_add(turns[heading])
+            },
             |node| goals.contains(node),
         );
         match found {
@@ -84,6 +94,17 @@ impl<'a> Search<'a> {
             }),
             None => Err(expanded),
         }
+    }
+
+    /// The least cost of turning from a heading to that of a goal; a little less, because turns are rounded one by one.
+    fn least_turn(&self, heading: usize, goals: &[u32]) -> u64 {
+        let mut least = UNREACHED;
+        for goal in goals {
+            let (_, other) = Lattice::of_node(*goal);
+            let angle = remainder(heading_rad(other) - heading_rad(heading));
+            least = least.min(whole_below(TURNS * self.costs.turn(angle)));
+        }
+        least
     }
 
     /// Where one can get to from a node, and at which cost.

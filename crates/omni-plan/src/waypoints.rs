@@ -10,6 +10,9 @@ const SAMPLES: f64 = 0.25;
 /// Points that are nearer to each other are one \[m\], and so are yaws \[rad\].
 const SAME: f64 = 1e-9;
 
+/// Longest turn between two points \[rad\].
+const MOST_TURN_RAD: f64 = 3.1;
+
 /// Makes the path of a chain of nodes.
 pub(crate) struct PathMaker<'a> {
     pub(crate) lattice: &'a Lattice,
@@ -96,6 +99,17 @@ impl PathMaker<'_> {
         let turn = remainder(yaw_rad - last.yaw_rad);
         if turn.abs() < SAME {
             return;
+        }
+        // Turns that follow each other are one, up to half a turn: beyond, the shorter way would be the other.
+        if let [.., before, last] = &mut *self.points
+            && (before.x_m, before.y_m) == (last.x_m, last.y_m)
+        {
+            let so_far = remainder(last.yaw_rad - before.yaw_rad);
+            if so_far * turn > 0.0 && (so_far + turn).abs() < MOST_TURN_RAD {
+                last.yaw_rad = remainder(yaw_rad);
+                last.time_s += turn.abs() / self.options.speeds.yaw_rad_s;
+                return;
+            }
         }
         self.points.push(RoutePoint {
             yaw_rad: remainder(yaw_rad),
