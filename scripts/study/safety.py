@@ -37,7 +37,7 @@ SLOWS_S = 1.0  # after a run-up; the target falls by 4 m/s^2
 #: The laws, and those that nothing may break.
 LAWS = ["too fast", "back", "rim", "torque", "no number"]
 NEVER = ["torque", "no number"]
-DRAWS = 2000  # of the study
+DRAWS = 1000  # of the study: each under traction control and under plain loops
 #: What may mislead the control of a draw: the first that fits.
 CAUSES = ["encoder broken", "noise or counts", "late", "sound"]
 NOISE_PART, COUNT_PART = 0.1, 0.5  # of the command: noise, and the speed of one count a period

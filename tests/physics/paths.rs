@@ -158,15 +158,16 @@ fn the_trace_has_where_the_path_wants_the_vehicle() {
     assert!(!plain.names().iter().any(|name| name.starts_with("path_")));
 }
 
-/// Over the step by a path, with a torque at which traction control needs another try, and plain loops do not climb.
-fn over_the_step(policy: &str, wait: &str) -> Trace {
+/// Over a step by a path; over one of 6 cm traction control needs two tries more.
+fn over_the_step(policy: &str, wait: &str, height_m: f64) -> Trace {
     let keys = [
         format!("control.policy={policy}"),
         "command={ path = [{ x_m = 2.5, y_m = 0.0 }], plan = { speed_m_s = 0.3 } }".into(),
         wait.into(),
         "physics.wheel_model=rollers".into(),
         "terrain.friction=0.55".into(),
-        "vehicle.motor.stall_torque_n_m=1.4".into(),
+        "vehicle.motor.stall_torque_n_m=1.6".into(),
+        format!("terrain.height_m={height_m}"),
         "perturbation.yaw_rad=0.03".into(),
         "seed=5".into(),
         "duration_s=20".into(),
@@ -178,7 +179,7 @@ fn over_the_step(policy: &str, wait: &str) -> Trace {
 const WAITS: &str = "command.follow.wait={}";
 
 fn a_path_waits_for_a_vehicle_that_is_held_up() {
-    let [waits, does_not] = [WAITS, "name=\"clock\""].map(|wait| over_the_step("traction", wait));
+    let [waits, does_not] = [WAITS, "name=\"clock\""].map(|wait| over_the_step("traction", wait, 0.06));
     let error = |trace: &Trace| trace.outcome().path_error_peak_m.expect("it has a path");
     assert_eq!(waits.outcome().verdict, Verdict::Climbed);
     // It stands at twice the lag of 0.1 m, after 0.2 s in which it slows down from 0.3 m/s, and
@@ -196,7 +197,7 @@ fn a_path_waits_for_a_vehicle_that_is_held_up() {
 }
 
 fn a_vehicle_that_is_stuck_for_good_pushes_no_faster_than_the_correction() {
-    let stuck = over_the_step("independent", WAITS);
+    let stuck = over_the_step("independent", WAITS, 0.2);
     let commanded = stuck.column("command_vx_m_s").expect("a command");
     let late = &commanded[commanded.len() - 2000..];
     // The follower's limit of 0.3 m/s and the path's last part of its rate: 0.01 m/s.

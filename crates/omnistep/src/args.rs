@@ -4,6 +4,7 @@ mod chart;
 mod command_interface;
 mod drive;
 mod export;
+mod plan;
 mod study;
 
 use std::ffi::OsString;
@@ -19,6 +20,9 @@ pub(crate) use chart::ChartArgs;
 pub(crate) use command_interface::CommandInterface;
 pub(crate) use drive::DriveArgs;
 pub(crate) use export::{ExportArgs, Format};
+#[cfg(feature = "plan")]
+pub(crate) use plan::CostArg;
+pub(crate) use plan::PlanArgs;
 pub(crate) use study::StudyArgs;
 
 /// Simulates omni-directional vehicles over steps and compares their control policies.
@@ -95,6 +99,10 @@ pub(crate) enum Command {
     /// Sizes rise from below, from several starts each, until one is not climbed. Writes a TOML
     /// file that --resume continues, and prints a table.
     Chart(ChartArgs),
+    /// Plans a way over edges that the vehicle climbs from some sides only.
+    ///
+    /// Reads what it climbs from a chart, and prints the edges that the way crosses.
+    Plan(PlanArgs),
     /// Prints the ripple of roller wheels: axle height and rolling radius.
     WheelRipple {
         /// A built-in vehicle or a .toml file.

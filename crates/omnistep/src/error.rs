@@ -18,6 +18,26 @@ pub enum Error {
     #[cfg(feature = "study")]
     #[error(transparent)]
     Study(#[from] omni_study::Error),
+    /// A map, a chart or an option of a plan.
+    #[cfg(feature = "plan")]
+    #[error(transparent)]
+    Plan(omni_plan::Error),
+    /// There is no way.
+    #[cfg(feature = "plan")]
+    #[error(transparent)]
+    NoRoute(omni_plan::NoRoute),
+    /// What the vehicle climbs is not known.
+    #[cfg(feature = "plan")]
+    #[error(
+        "{} does not exist, and says what {vehicle} climbs; omnistep chart makes it, or name another with --chart",
+        file.display()
+    )]
+    NoChart {
+        /// The file that was looked for.
+        file: PathBuf,
+        /// The vehicle.
+        vehicle: String,
+    },
     /// Minimum torque and run-up of a climb.
     #[cfg(feature = "climb-limits")]
     #[error(transparent)]
@@ -110,6 +130,16 @@ impl From<omni_bound::Error> for Error {
     }
 }
 
+#[cfg(feature = "plan")]
+impl From<omni_plan::Error> for Error {
+    fn from(error: omni_plan::Error) -> Self {
+        match error {
+            omni_plan::Error::File(error) => error.into(),
+            other => Self::Plan(other),
+        }
+    }
+}
+
 impl From<omni_log::LogError> for Error {
     fn from(error: omni_log::LogError) -> Self {
         Self::Log(error.into())
@@ -134,6 +164,13 @@ impl Error {
             Self::Study(error) => error.is_bad_input(),
             #[cfg(feature = "climb-limits")]
             Self::ClimbLimits(error) => error.is_bad_input(),
+            #[cfg(feature = "plan")]
+            Self::NoRoute(reason) => {
+                matches!(
+                    reason,
+                    omni_plan::NoRoute::OutOfMap { .. } | omni_plan::NoRoute::Blocked { .. }
+                )
+            }
             Self::StudyInterrupted { .. } | Self::ChartInterrupted { .. } | Self::RunInterrupted { .. } => {
                 false
             }

@@ -32,6 +32,8 @@ mod logs;
 mod motor_bench;
 mod notices;
 mod output;
+#[cfg(feature = "plan")]
+mod plan;
 mod reasons;
 mod retry_state;
 mod robots;
@@ -148,6 +150,8 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<u8, Error> {
         Command::Study(args) => study::study(&args, out),
         #[cfg(feature = "study")]
         Command::Chart(args) => chart::chart(&args, out),
+        #[cfg(feature = "plan")]
+        Command::Plan(args) => plan::plan(&args, out),
         Command::WheelRipple {
             vehicle,
             overrides,
@@ -188,6 +192,7 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<u8, Error> {
         #[cfg(not(all(
             feature = "climb-limits",
             feature = "live",
+            feature = "plan",
             feature = "schema",
             feature = "study"
         )))]
@@ -200,6 +205,7 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<u8, Error> {
 #[cfg(not(all(
     feature = "climb-limits",
     feature = "live",
+    feature = "plan",
     feature = "schema",
     feature = "study"
 )))]
@@ -208,6 +214,7 @@ fn not_built(command: &Command) -> Error {
         Command::Drive(_) => ("drive", "live"),
         Command::Study(_) => ("study", "study"),
         Command::Chart(_) => ("chart", "study"),
+        Command::Plan(_) => ("plan", "plan"),
         Command::Schema { .. } => ("schema", "schema"),
         _ => ("climb-limits", "climb-limits"),
     };
