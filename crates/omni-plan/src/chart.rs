@@ -220,11 +220,6 @@ impl Chart {
             .find(|table| table.friction <= friction + SAME_FRICTION)
     }
 
-    /// All tables, in the order of friction.
-    pub(crate) fn tables(&self) -> &[Table] {
-        &self.tables
-    }
-
     /// The steepest slope that it allows from every side, at a friction and with a margin; none where it has no slopes.
     pub(crate) fn slope(&self, friction: f64, margin: f64) -> Option<f64> {
         self.at(friction)?.slope.map(|rise| rise * margin)

@@ -1,5 +1,7 @@
 //! Straight edges: cells' borders where the ground steps, chained and fitted to lines with an exact normal.
 
+use std::collections::VecDeque;
+
 use crate::Point;
 use crate::ground::Ground;
 
@@ -133,51 +135,71 @@ fn chains(ground: &Ground) -> Vec<Vec<Border>> {
             }
         }
     }
-    // Borders by the corner at which they begin, four at most.
     let corner = |[x, y]: [usize; 2]| y * (grid.columns + 1) + x;
     let corners = (grid.columns + 1) * (grid.rows + 1);
-    let mut begins = vec![NONE; corners];
-    let mut next = vec![NONE; borders.len()];
-    let mut ends = vec![0_u8; corners];
-    for (number, border) in borders.iter().enumerate().rev() {
-        next[number] = std::mem::replace(&mut begins[corner(border.from)], number as u32);
-        ends[corner(border.to)] += 1;
-    }
+    let begins = ByCorner::new(corners, borders.iter().map(|border| corner(border.from)));
+    let ends = ByCorner::new(corners, borders.iter().map(|border| corner(border.to)));
     let mut used = vec![false; borders.len()];
     let mut chains = Vec::new();
-    // Chains with a begin first, then rings.
-    for rings in [false, true] {
-        for first in 0..borders.len() {
-            if used[first] || (!rings && ends[corner(borders[first].from)] > 0) {
-                continue;
-            }
-            let mut chain = Vec::new();
-            let mut here = first;
-            loop {
-                used[here] = true;
-                chain.push(borders[here]);
-                let border = borders[here];
-                let mut candidate = begins[corner(border.to)];
-                let mut best: Option<usize> = None;
-                while candidate != NONE {
-                    let number = candidate as usize;
-                    // Straight on where there is a choice.
-                    let straight = borders[number].x == border.x;
-                    if !used[number] && (best.is_none() || straight) {
-                        best = Some(number);
-                    }
-                    candidate = next[number];
-                }
-                let Some(best) = best else { break };
-                here = best;
-            }
-            if chain.first().map(|border| border.from) == chain.last().map(|border| border.to) {
-                begin_at_corner(&mut chain);
-            }
-            chains.push(chain);
+    for first in 0..borders.len() {
+        if used[first] {
+            continue;
         }
+        used[first] = true;
+        let mut chain = VecDeque::from([borders[first]]);
+        // To both sides, straight on where there is a choice.
+        let mut here = borders[first];
+        while let Some(next) = begins.next(corner(here.to), &here, &borders, &used) {
+            used[next] = true;
+            here = borders[next];
+            chain.push_back(here);
+        }
+        here = borders[first];
+        while let Some(before) = ends.next(corner(here.from), &here, &borders, &used) {
+            used[before] = true;
+            here = borders[before];
+            chain.push_front(here);
+        }
+        let mut chain = Vec::from(chain);
+        if chain.first().map(|border| border.from) == chain.last().map(|border| border.to) {
+            begin_at_corner(&mut chain);
+        }
+        chains.push(chain);
     }
     chains
+}
+
+/// Borders that share a corner of the grid, four at most.
+struct ByCorner {
+    /// The first of each corner, [`NONE`] where there is none.
+    first: Vec<u32>,
+    /// The one after each.
+    after: Vec<u32>,
+}
+
+impl ByCorner {
+    fn new(corners: usize, of_borders: impl DoubleEndedIterator<Item = usize> + ExactSizeIterator) -> Self {
+        let mut first = vec![NONE; corners];
+        let mut after = vec![NONE; of_borders.len()];
+        for (number, corner) in of_borders.enumerate().rev() {
+            after[number] = std::mem::replace(&mut first[corner], number as u32);
+        }
+        Self { first, after }
+    }
+
+    /// A border at a corner that is not used: one straight on from another, if there is one.
+    fn next(&self, corner: usize, from: &Border, borders: &[Border], used: &[bool]) -> Option<usize> {
+        let mut best: Option<usize> = None;
+        let mut candidate = self.first[corner];
+        while candidate != NONE {
+            let number = candidate as usize;
+            if !used[number] && (best.is_none() || borders[number].x == from.x) {
+                best = Some(number);
+            }
+            candidate = self.after[number];
+        }
+        best
+    }
 }
 
 /// A ring begins at the border that is farthest from its middle: at a corner.

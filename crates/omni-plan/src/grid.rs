@@ -87,16 +87,8 @@ impl Grid {
         row * self.columns + column
     }
 
-    /// A place in cells from the origin's corner.
-    pub(crate) fn in_cells(&self, [x, y]: Point) -> Point {
-        [
-            (x - self.origin_m[0]) / self.resolution_m,
-            (y - self.origin_m[1]) / self.resolution_m,
-        ]
-    }
-
     /// The place of so many cells from the origin's corner \[m\].
-    pub(crate) fn from_cells(&self, [u, v]: Point) -> Point {
+    pub(crate) fn place_of(&self, [u, v]: Point) -> Point {
         [
             self.origin_m[0] + u * self.resolution_m,
             self.origin_m[1] + v * self.resolution_m,

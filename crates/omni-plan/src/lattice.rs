@@ -105,7 +105,7 @@ impl Lattice {
             turn_masks.push(Mask::new(&inflated, &swept, [0.0, 0.0], resolution));
         }
         let beside = |cell: usize| {
-            let left = cell % grid.columns > 0 && ground.rise_x_m[cell - 1] != 0.0;
+            let left = !cell.is_multiple_of(grid.columns) && ground.rise_x_m[cell - 1] != 0.0;
             let below = cell >= grid.columns && ground.rise_y_m[cell - grid.columns] != 0.0;
             ground.closed[cell]
                 || ground.rise_x_m[cell] != 0.0

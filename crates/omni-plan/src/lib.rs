@@ -4,6 +4,7 @@
 mod area;
 mod chart;
 mod cost;
+mod costmap;
 mod diagnosis;
 mod edge_lines;
 mod error;
@@ -26,6 +27,7 @@ mod waypoints;
 
 pub use area::Area;
 pub use chart::Chart;
+pub use costmap::MapFiles;
 pub use error::Error;
 pub use footprint::Footprint;
 pub use grid::Grid;

@@ -167,7 +167,7 @@ impl Planner {
             .filter(|_| yaw_rad.unwrap_or(0.0).is_finite())
         else {
             let [from_x, from_y] = grid.origin_m;
-            let [to_x, to_y] = grid.from_cells([grid.columns as f64, grid.rows as f64]);
+            let [to_x, to_y] = grid.place_of([grid.columns as f64, grid.rows as f64]);
             return Err(NoRoute::OutOfMap {
                 end,
                 x_m,

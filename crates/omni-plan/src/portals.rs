@@ -289,7 +289,7 @@ impl PortalMaker<'_> {
             place_m: self
                 .ground
                 .grid
-                .from_cells([place[0] + at * along[0], place[1] + at * along[1]]),
+                .place_of([place[0] + at * along[0], place[1] + at * along[1]]),
             kind,
             height_m: up.max(down),
             allowed_m,
@@ -370,7 +370,7 @@ impl PortalMaker<'_> {
     ) -> Option<Portal> {
         let grid = self.ground.grid;
         let pose = |at: f64| {
-            let [x_m, y_m] = grid.from_cells([place[0] + at * along[0], place[1] + at * along[1]]);
+            let [x_m, y_m] = grid.place_of([place[0] + at * along[0], place[1] + at * along[1]]);
             Pose::new(x_m, y_m, remainder(approach.heading_rad))
         };
         let (entry, exit) = (pose(entry), pose(exit));

@@ -93,14 +93,16 @@ impl Map {
         let (columns, rows) = (picture.columns, picture.rows);
         let grid = Grid::new(columns, rows, keys.resolution, [keys.origin[0], keys.origin[1]])?;
         let mut map = Self::from_heights(grid, upside_down(&heights, columns))?;
+        // Between both thresholds are costs, or cells that were never seen.
+        let scale = keys.mode == "scale";
         let cells: Vec<Cell> = picture
             .levels
             .iter()
             .map(|level| {
                 let occupied = if keys.negate == 0 { 1.0 - level } else { *level };
-                if occupied > keys.occupied_thresh {
+                if occupied >= keys.occupied_thresh {
                     Cell::Occupied
-                } else if occupied < keys.free_thresh {
+                } else if occupied <= keys.free_thresh || scale {
                     Cell::Free
                 } else {
                     Cell::Unknown
