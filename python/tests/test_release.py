@@ -110,7 +110,7 @@ def test_an_upload_goes_on_where_it_stopped_and_waits_where_the_registry_asks_fo
     waits = []
     monkeypatch.setattr(publish.time, "sleep", waits.append)
     order = list(publish.crates())
-    around = ["omni-bound", "omni-config", "omni-link", "omni-log", "omni-sim", "omni-study"]
+    around = ["omni-bound", "omni-config", "omni-link", "omni-log", "omni-plan", "omni-sim", "omni-study"]
     assert sorted(order) == [*around, "omnistep", "omnistep-core"]
     assert order[0] == "omnistep-core" and order[-1] == "omnistep"
     assert order.index("omni-config") < order.index("omni-sim") < order.index("omni-log")

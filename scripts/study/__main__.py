@@ -1,7 +1,7 @@
 """Runs the study of traction control, judges it, and writes docs/study.md: scripts/study.sh [--check].
 
 Some forty minutes on two cores, most of it rapier's rollers and the draws of the safety table. Results are in
-out/study; runs that are there are not run again, unless the package was built anew. Exit code 1 where a gate fails.
+out/study, a file a build; runs that are there are not run again. Exit code 1 where a gate fails.
 """
 
 import argparse
@@ -57,13 +57,15 @@ def main() -> int:
     arguments = parser.parse_args()
     out = OUT.with_name("study-short") if arguments.short else OUT
     out.mkdir(parents=True, exist_ok=True)
+    # Of each build a file of its own: hours of runs are not lost where something is built or edited.
+    file = out / f"runs-{study.measure.build()}.parquet"
     if arguments.check:
-        rows = study.runs.kept(out / "runs.parquet")
+        rows = study.runs.kept(file)
         if rows.empty:
-            print(f"{out}: no results, make study computes them", file=sys.stderr)
+            print(f"{file}: no results, make study computes them", file=sys.stderr)
             return 1
     else:
-        rows = study.runs.complete(out / "runs.parquet", study.runs.planned(arguments.short), arguments.jobs)
+        rows = study.runs.complete(file, study.runs.planned(arguments.short), arguments.jobs)
         on_dampers(out)
     if arguments.short:
         print(rows.groupby(["group", "wheels", "policy"])["climbed"].agg(["size", "sum"]).to_string())

@@ -233,7 +233,7 @@ def write(path: Path, rows: pd.DataFrame) -> None:
 
 
 def complete(path: Path, runs: list[dict], jobs: int) -> pd.DataFrame:
-    """Run what is missing, and return a row for each run, in their order. Rows of another build are left out."""
+    """Run what is missing, and return a row for each run, in their order."""
     build = study.measure.build()
     keys = [key(run, build) for run in runs]
     rows = {row["key"]: row for row in kept(path).to_dict("records")}
@@ -248,7 +248,7 @@ def complete(path: Path, runs: list[dict], jobs: int) -> pd.DataFrame:
                 rows[each] = {"key": each, "build": build, **_tags(missing[each]), **future.result()}
                 bar.update()
                 if time.monotonic() - last > KEEP_S:
-                    write(path, pd.DataFrame([row for row in rows.values() if row["build"] == build]))
+                    write(path, pd.DataFrame(list(rows.values())))
                     last = time.monotonic()
         except BaseException:
             pool.shutdown(cancel_futures=True)

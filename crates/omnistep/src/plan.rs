@@ -107,6 +107,8 @@ fn driven(route: &Route, scenario: &Scenario) -> Result<Scenario, Error> {
     Ok(driven.with(&name, &[lasts])?)
 }
 
+/// As far as waypoints may be \[m\].
+const FARTHEST_M: f64 = 100.0;
 /// So long after the end of its path a vehicle has come to rest \[s\].
 const AFTER_S: f64 = 3.0;
 
@@ -134,13 +136,16 @@ fn options(args: &PlanArgs) -> Options {
 }
 
 fn goal(to: &[f64]) -> Result<Goal, Error> {
+    let is_place = |x_m: f64, y_m: f64| [x_m, y_m].iter().all(|part| part.abs() <= FARTHEST_M);
     match *to {
-        [x_m, y_m] => Ok(Goal::place(x_m, y_m)),
-        [x_m, y_m, deg] => Ok(Goal::pose(x_m, y_m, deg.to_radians())),
+        [x_m, y_m] if is_place(x_m, y_m) => Ok(Goal::place(x_m, y_m)),
+        [x_m, y_m, deg] if is_place(x_m, y_m) && deg.abs() <= 360.0 => {
+            Ok(Goal::pose(x_m, y_m, deg.to_radians()))
+        }
         _ => Err(Error::Argument {
             name: "--to",
             value: to.iter().map(f64::to_string).collect::<Vec<_>>().join(","),
-            allowed: "x and y [m], and a heading [deg] if it matters",
+            allowed: "x and y [m], -100 to 100, and a heading [deg], -360 to 360, if it matters",
         }),
     }
 }

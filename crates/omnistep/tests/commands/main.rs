@@ -5,4 +5,5 @@ mod chart;
 mod cli;
 #[cfg(unix)]
 mod firmware;
+mod plan;
 mod study;

@@ -103,7 +103,7 @@ fn it_waits_twenty_centimetres_ahead_of_a_wall_and_goes_on_without_a_jump() {
 }
 
 #[test]
-fn a_vehicle_that_is_stuck_for_good_is_told() {
+fn a_vehicle_that_is_stuck_for_good_is_held_up_for_ever() {
     let (seen, state) = driven(1.0, f64::INFINITY, 20.0);
     assert!(state.held_up_s() > 15.0, "{}", state.held_up_s());
     // It pushes on by the follower's correction alone.
