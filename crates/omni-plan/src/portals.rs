@@ -8,7 +8,7 @@ use crate::footprint::Mask;
 use crate::ground::Ground;
 use crate::lattice::{HEADINGS, Lattice, heading_rad};
 use crate::occupancy::Occupancy;
-use crate::scan::{Scan, Strip};
+use crate::scan::{Scan, Strip, TRACKS};
 use crate::{Chart, CrossingKind, Footprint, Options, Point, Pose};
 
 /// So near to the line a riser may be that belongs to it without having been fitted to it \[cells\].
@@ -329,7 +329,13 @@ impl PortalMaker<'_> {
         place: Point,
         along: Point,
     ) -> bool {
-        let least = self.options.square_deg.to_radians().cos();
+        let square = self.options.square_deg.to_radians();
+        // A straight edge is drawn in steps: over the vehicle's width it may seem slanted by a cell.
+        let width = (scan.under[1] - scan.under[0]).max(1) as f64 * TRACKS;
+        if scan.slant(from, to).abs() > square.tan() + 1.0 / width {
+            return false;
+        }
+        let least = square.cos();
         scan.risers.iter().all(|riser| {
             if riser.at < from || riser.at > to {
                 return true;

@@ -4,7 +4,7 @@ use crate::Point;
 use crate::ground::Ground;
 
 /// Distance between two tracks \[cells\]: every cell under the vehicle is on one.
-const TRACKS: f64 = 0.7;
+pub(crate) const TRACKS: f64 = 0.7;
 
 /// A strip of the ground that a vehicle travels over, in cells.
 #[derive(Clone, Copy, Debug)]
@@ -46,6 +46,8 @@ pub(crate) struct Scan {
     pub(crate) under: [usize; 2],
     /// Where closed cells are along the way \[cells\], each track's first behind or ahead.
     pub(crate) closed: Vec<f64>,
+    /// Distance between two tracks \[cells\].
+    spacing: f64,
     /// The least friction.
     pub(crate) friction: f64,
 }
@@ -59,6 +61,7 @@ impl Scan {
         let mut scan = Self {
             friction: f64::INFINITY,
             under: [tracks, 0],
+            spacing,
             ..Self::default()
         };
         for track in 0..tracks {
@@ -174,5 +177,38 @@ impl Scan {
             let most = under.iter().map(|sum| sum[sign]).fold(0.0, f64::max);
             under.iter().all(|sum| sum[sign] >= 0.5 * most)
         })
+    }
+
+    /// By how much the edges between two places are slanted to the vehicle's front: the slope of where they are over how far aside, weighted
+    /// by their heights, as the tracks under the vehicle find it. 0 where there are too few tracks.
+    pub(crate) fn slant(&self, from: f64, to: f64) -> f64 {
+        let tracks = self.under[1] + 1;
+        let mut sums = vec![[0.0_f64; 2]; tracks];
+        for riser in &self.risers {
+            if riser.at >= from && riser.at <= to && riser.track < tracks {
+                let weight = riser.rise_m.abs();
+                sums[riser.track] = [
+                    sums[riser.track][0] + weight,
+                    sums[riser.track][1] + weight * riser.at,
+                ];
+            }
+        }
+        let (mut count, mut x, mut y, mut xx, mut xy) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        for (track, [weight, at]) in sums.into_iter().enumerate() {
+            if weight > 0.0 {
+                let (aside, place) = (track as f64 * self.spacing, at / weight);
+                count += 1.0;
+                x += aside;
+                y += place;
+                xx += aside * aside;
+                xy += aside * place;
+            }
+        }
+        let spread = count * xx - x * x;
+        if spread <= 0.0 {
+            0.0
+        } else {
+            (count * xy - x * y) / spread
+        }
     }
 }

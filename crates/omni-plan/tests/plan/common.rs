@@ -1,13 +1,12 @@
 //! Worlds, charts and an independent check of routes for the tests.
-#![allow(dead_code, reason = "each test program uses a part of it")]
 
 use omni_plan::{Cell, Chart, CrossingKind, Footprint, Grid, Map, Route};
 
 /// Height of walls in the worlds of these tests \[m\].
-pub const WALL_M: f64 = 0.4;
+pub(crate) const WALL_M: f64 = 0.4;
 
 /// A map of a height at each place, with a resolution of `resolution_m` and its corner at the origin.
-pub fn world(size_m: [f64; 2], resolution_m: f64, height_m: impl Fn(f64, f64) -> f64) -> Map {
+pub(crate) fn world(size_m: [f64; 2], resolution_m: f64, height_m: impl Fn(f64, f64) -> f64) -> Map {
     let cells = size_m.map(|size| (size / resolution_m).round() as usize);
     let grid = Grid::new(cells[0], cells[1], resolution_m, [0.0, 0.0]).expect("a grid");
     let mut heights_m = Vec::with_capacity(grid.cells());
@@ -21,12 +20,12 @@ pub fn world(size_m: [f64; 2], resolution_m: f64, height_m: impl Fn(f64, f64) ->
 }
 
 /// A chart at friction 0.7 and 0.3 m/s: sides \[deg\] with their limits up and down \[m\].
-pub fn chart(sides: &[(f64, f64, f64)]) -> Chart {
+pub(crate) fn chart(sides: &[(f64, f64, f64)]) -> Chart {
     chart_at(0.7, sides)
 }
 
 /// A chart at a friction.
-pub fn chart_at(friction: f64, sides: &[(f64, f64, f64)]) -> Chart {
+pub(crate) fn chart_at(friction: f64, sides: &[(f64, f64, f64)]) -> Chart {
     let mut text = format!(
         "schema_version = 1\nvehicle = \"test\"\nfriction = {friction}\nspeed_m_s = 0.3\nmargin = 0.8\n"
     );
@@ -42,13 +41,13 @@ pub fn chart_at(friction: f64, sides: &[(f64, f64, f64)]) -> Chart {
 }
 
 /// A real chart of the program.
-pub fn chugo7() -> Chart {
+pub(crate) fn chugo7() -> Chart {
     Chart::from_toml("chugo7.toml", include_str!("../charts/chugo7.toml")).expect("a chart")
 }
 
 /// What covers an edge or a closed cell along a route, found without any of the planner's code: the rectangle itself, every
 /// centimetre, against every border of cells. What a crossing goes over is compared with the chart.
-pub fn check_route(
+pub(crate) fn check_route(
     map: &Map,
     chart: &Chart,
     footprint: &Footprint,
