@@ -194,29 +194,37 @@ impl PortalMaker<'_> {
             right: cells(approach.right_m),
             clearance: cells(self.options.clearance_m),
         };
+        let grid = self.ground.grid;
         let mut scan = Scan::new(self.ground, &strip);
-        // Edges that follow are part of it.
-        loop {
-            let last = scan
-                .risers
-                .iter()
-                .map(|riser| riser.at)
-                .fold(f64::NEG_INFINITY, f64::max);
+        let (first, places) = loop {
+            let mut places: Vec<f64> = scan.risers.iter().map(|riser| riser.at).collect();
+            places.sort_by(f64::total_cmp);
+            let Some(first) = places.iter().copied().find(|at| *at >= -NEAR_LINE) else {
+                return;
+            };
+            // Edges that follow before the vehicle can stand and run up again are part of it.
+            let mut last = first;
+            for at in places.iter().copied().filter(|at| *at > first) {
+                if at - last > standing + run_up {
+                    break;
+                }
+                last = at;
+            }
             let needed = last + standing + ahead + run_up;
             if needed <= to || to > cells(LONGEST_M) {
-                break;
+                break (first, places);
             }
             to = needed;
             scan = Scan::new(self.ground, &Strip { to, ..strip });
-        }
-        let mut places: Vec<f64> = scan.risers.iter().map(|riser| riser.at).collect();
-        places.sort_by(f64::total_cmp);
-        let Some(first) = places.iter().copied().find(|at| *at >= -NEAR_LINE) else {
-            return;
         };
         let entry = first - run_up - ahead;
         let begin = entry - behind - clear;
-        if places.iter().any(|at| *at >= begin && *at < first) || scan.is_closed(begin, first) {
+        if places.iter().any(|at| *at >= begin && *at < first) || scan.is_closed(begin, first + standing) {
+            return;
+        }
+        let entry_m = grid.place_of([place[0] + entry * along[0], place[1] + entry * along[1]]);
+        let stands = self.lattice.position_of(entry_m);
+        if stands.is_none_or(|position| !self.lattice.is_free(position, approach.heading)) {
             return;
         }
         // The ground beside the middle may be more slippery: another chart.
