@@ -132,12 +132,52 @@ impl PortalMaker<'_> {
         if up == 0.0 && down == 0.0 {
             return;
         }
+        let mut approaches = Vec::new();
         for side in 0..table.sides.len() {
             if self.allowed(table, side, up, down).is_some() {
-                let approach = self.approach(along, table.sides[side].side_deg);
                 let side_deg = table.sides[side].side_deg;
-                self.with_side(line, place, along, side_deg, &approach, portals);
+                let approach = self.approach(along, side_deg);
+                approaches.push((side_deg, self.strip(place, along, &approach), approach));
             }
+        }
+        // One look at the ground for all sides.
+        let Some((_, first, _)) = approaches.first() else {
+            return;
+        };
+        let mut wide = *first;
+        for (_, strip, _) in &approaches {
+            wide.from = wide.from.min(strip.from);
+            wide.to = wide.to.max(strip.to);
+            wide.left = wide.left.max(strip.left);
+            wide.right = wide.right.max(strip.right);
+        }
+        let seen = Scan::new(self.ground, &wide);
+        for (side_deg, strip, approach) in &approaches {
+            self.with_side(line, *side_deg, approach, *strip, &seen, portals);
+        }
+    }
+
+    /// How much room a side keeps clear before it meets the edge, and how much it runs up \[cells\]: positions of the lattice about both ends
+    /// are clear of the edge.
+    fn room(&self) -> [f64; 2] {
+        let resolution = self.ground.grid.resolution_m;
+        let clear = self.lattice.inflation_m / resolution + 0.8 * self.lattice.stride as f64;
+        [clear, (self.options.run_up_m / resolution).max(clear)]
+    }
+
+    /// What a crossing goes over, if no other edge follows.
+    fn strip(&self, place: Point, along: Point, approach: &Approach) -> Strip {
+        let cells = |length_m: f64| length_m / self.ground.grid.resolution_m;
+        let [clear, run_up] = self.room();
+        let (ahead, behind) = (cells(approach.ahead_m), cells(approach.behind_m));
+        Strip {
+            place,
+            along,
+            from: -(NEAR_LINE + run_up + ahead + behind + clear),
+            to: ahead + behind + clear + ahead + run_up,
+            left: cells(approach.left_m),
+            right: cells(approach.right_m),
+            clearance: cells(self.options.clearance_m),
         }
     }
 
@@ -170,32 +210,21 @@ impl PortalMaker<'_> {
     fn with_side(
         &self,
         line: &EdgeLine,
-        place: Point,
-        along: Point,
         side_deg: f64,
         approach: &Approach,
+        strip: Strip,
+        seen: &Scan,
         portals: &mut Vec<Portal>,
     ) {
-        let resolution = self.ground.grid.resolution_m;
-        let cells = |length_m: f64| length_m / resolution;
+        let grid = self.ground.grid;
+        let cells = |length_m: f64| length_m / grid.resolution_m;
+        let (place, along) = (strip.place, strip.along);
         let merge = cells(self.options.merge_m);
-        // Positions of the lattice about both ends are clear of the edge.
-        let clear = cells(self.lattice.inflation_m) + 0.8 * self.lattice.stride as f64;
-        let run_up = cells(self.options.run_up_m).max(clear);
+        let [clear, run_up] = self.room();
         let (ahead, behind) = (cells(approach.ahead_m), cells(approach.behind_m));
         let standing = ahead + behind + clear;
-        let mut to = standing + ahead + run_up;
-        let strip = Strip {
-            place,
-            along,
-            from: -(NEAR_LINE + run_up + ahead + behind + clear),
-            to,
-            left: cells(approach.left_m),
-            right: cells(approach.right_m),
-            clearance: cells(self.options.clearance_m),
-        };
-        let grid = self.ground.grid;
-        let mut scan = Scan::new(self.ground, &strip);
+        let mut to = strip.to;
+        let mut scan = seen.within(&strip);
         let (first, places) = loop {
             let mut places: Vec<f64> = scan.risers.iter().map(|riser| riser.at).collect();
             places.sort_by(f64::total_cmp);

@@ -44,10 +44,13 @@ pub(crate) struct Scan {
     pub(crate) risers: Vec<Riser>,
     /// Tracks under the vehicle itself: from and to.
     pub(crate) under: [usize; 2],
-    /// Where closed cells are along the way \[cells\], each track's first behind or ahead.
-    pub(crate) closed: Vec<f64>,
-    /// Distance between two tracks \[cells\].
+    /// Where closed cells are along the way \[cells\], and on which track.
+    closed: Vec<(usize, f64)>,
+    /// Distance between two tracks \[cells\], and where the first is, to the left.
     spacing: f64,
+    first: f64,
+    /// The least friction of each track.
+    frictions: Vec<f64>,
     /// The least friction.
     pub(crate) friction: f64,
 }
@@ -62,14 +65,46 @@ impl Scan {
             friction: f64::INFINITY,
             under: [tracks, 0],
             spacing,
+            first: off(0),
             ..Self::default()
         };
         for track in 0..tracks {
+            scan.frictions.push(f64::INFINITY);
             let aside = off(track);
             if aside >= -strip.right && aside <= strip.left {
                 scan.under = [scan.under[0].min(track), track];
             }
             scan.track(ground, strip, track, aside);
+        }
+        scan
+    }
+
+    /// What a strip has that lies within this one, with the tracks beside it.
+    pub(crate) fn within(&self, strip: &Strip) -> Self {
+        let beside = strip.clearance + self.spacing;
+        let aside = |track: usize| self.first + track as f64 * self.spacing;
+        let near = |track: usize| (-strip.right - beside..=strip.left + beside).contains(&aside(track));
+        let along = |at: f64| at <= strip.to && at >= strip.from;
+        let mut scan = Self {
+            friction: f64::INFINITY,
+            under: [self.frictions.len(), 0],
+            spacing: self.spacing,
+            first: self.first,
+            ..Self::default()
+        };
+        let risers = self.risers.iter();
+        scan.risers
+            .extend(risers.filter(|riser| near(riser.track) && along(riser.at)));
+        let closed = self.closed.iter();
+        scan.closed
+            .extend(closed.filter(|(track, at)| near(*track) && along(*at)));
+        for (track, friction) in self.frictions.iter().enumerate() {
+            if near(track) {
+                scan.friction = scan.friction.min(*friction);
+            }
+            if (-strip.right..=strip.left).contains(&aside(track)) {
+                scan.under = [scan.under[0].min(track), track];
+            }
         }
         scan
     }
@@ -105,9 +140,11 @@ impl Scan {
             let here = inside(cell);
             match here {
                 Some(index) if !ground.closed[index] => {
-                    self.friction = self.friction.min(ground.friction[index]);
+                    let friction = ground.friction[index];
+                    self.frictions[track] = self.frictions[track].min(friction);
+                    self.friction = self.friction.min(friction);
                 }
-                _ => self.closed.push(strip.from + done),
+                _ => self.closed.push((track, strip.from + done)),
             }
             let k = usize::from(next[1] < next[0]);
             done = next[k];
@@ -142,7 +179,7 @@ impl Scan {
     /// Is there a closed cell between two places along the way?
     pub(crate) fn is_closed(&self, from: f64, to: f64) -> bool {
         // A cell is noted where the track enters it.
-        self.closed.iter().any(|at| *at + 1.0 > from && *at < to)
+        self.closed.iter().any(|(_, at)| *at + 1.0 > from && *at < to)
     }
 
     /// The greatest rise and fall between two places along the way \[m\]: edges of one sign within `merge` cells of each other are one.
