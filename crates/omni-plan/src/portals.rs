@@ -83,6 +83,12 @@ struct Approach {
     right_m: f64,
 }
 
+/// The ground about a place, as wide and long as any side needs it.
+struct Seen {
+    strip: Strip,
+    scan: Scan,
+}
+
 impl PortalMaker<'_> {
     /// All portals of all edges.
     pub(crate) fn portals(&self) -> Vec<Portal> {
@@ -151,9 +157,12 @@ impl PortalMaker<'_> {
             wide.left = wide.left.max(strip.left);
             wide.right = wide.right.max(strip.right);
         }
-        let seen = Scan::new(self.ground, &wide);
+        let mut seen = Seen {
+            scan: Scan::new(self.ground, &wide),
+            strip: wide,
+        };
         for (side_deg, strip, approach) in &approaches {
-            self.with_side(line, *side_deg, approach, *strip, &seen, portals);
+            self.with_side(line, *side_deg, approach, *strip, &mut seen, portals);
         }
     }
 
@@ -213,7 +222,7 @@ impl PortalMaker<'_> {
         side_deg: f64,
         approach: &Approach,
         strip: Strip,
-        seen: &Scan,
+        seen: &mut Seen,
         portals: &mut Vec<Portal>,
     ) {
         let grid = self.ground.grid;
@@ -224,7 +233,7 @@ impl PortalMaker<'_> {
         let (ahead, behind) = (cells(approach.ahead_m), cells(approach.behind_m));
         let standing = ahead + behind + clear;
         let mut to = strip.to;
-        let mut scan = seen.within(&strip);
+        let mut scan = seen.scan.within(&strip);
         let (first, places) = loop {
             let mut places: Vec<f64> = scan.risers.iter().map(|riser| riser.at).collect();
             places.sort_by(f64::total_cmp);
@@ -244,7 +253,12 @@ impl PortalMaker<'_> {
                 break (first, places);
             }
             to = needed;
-            scan = Scan::new(self.ground, &Strip { to, ..strip });
+            if to > seen.strip.to {
+                // As far as any crossing goes, once for all sides.
+                seen.strip.to = to.max(cells(LONGEST_M) + strip.to);
+                seen.scan = Scan::new(self.ground, &seen.strip);
+            }
+            scan = seen.scan.within(&Strip { to, ..strip });
         };
         let entry = first - run_up - ahead;
         let begin = entry - behind - clear;

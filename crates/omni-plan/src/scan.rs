@@ -44,8 +44,8 @@ pub(crate) struct Scan {
     pub(crate) risers: Vec<Riser>,
     /// Tracks under the vehicle itself: from and to.
     pub(crate) under: [usize; 2],
-    /// Where closed cells are along the way \[cells\], and on which track.
-    closed: Vec<(usize, f64)>,
+    /// On which track closed ground is, from where to where along the way \[cells\].
+    closed: Vec<(usize, f64, f64)>,
     /// Distance between two tracks \[cells\], and where the first is, to the left.
     spacing: f64,
     first: f64,
@@ -96,8 +96,7 @@ impl Scan {
         scan.risers
             .extend(risers.filter(|riser| near(riser.track) && along(riser.at)));
         let closed = self.closed.iter();
-        scan.closed
-            .extend(closed.filter(|(track, at)| near(*track) && along(*at)));
+        scan.closed.extend(closed.filter(|(track, ..)| near(*track)));
         for (track, friction) in self.frictions.iter().enumerate() {
             if near(track) {
                 scan.friction = scan.friction.min(*friction);
@@ -136,18 +135,31 @@ impl Scan {
             inside.then(|| grid.index(x as usize, y as usize))
         };
         let mut done = 0.0;
+        let mut was_inside = false;
         loop {
             let here = inside(cell);
-            match here {
-                Some(index) if !ground.closed[index] => {
-                    let friction = ground.friction[index];
-                    self.frictions[track] = self.frictions[track].min(friction);
-                    self.friction = self.friction.min(friction);
-                }
-                _ => self.closed.push((track, strip.from + done)),
+            let entered = strip.from + done;
+            let is_open = here.is_some_and(|index| !ground.closed[index]);
+            if let Some(index) = here.filter(|_| is_open) {
+                let friction = ground.friction[index];
+                self.frictions[track] = self.frictions[track].min(friction);
+                self.friction = self.friction.min(friction);
+            }
+            was_inside |= here.is_some();
+            if was_inside && here.is_none() {
+                // It does not come back.
+                self.closed.push((track, entered, f64::INFINITY));
+                break;
             }
             let k = usize::from(next[1] < next[0]);
             done = next[k];
+            if !is_open {
+                let left = strip.from + done;
+                match self.closed.last_mut() {
+                    Some(last) if last.0 == track && last.2 == entered => last.2 = left,
+                    _ => self.closed.push((track, entered, left)),
+                }
+            }
             if done > length {
                 break;
             }
@@ -178,8 +190,9 @@ impl Scan {
 
     /// Is there a closed cell between two places along the way?
     pub(crate) fn is_closed(&self, from: f64, to: f64) -> bool {
-        // A cell is noted where the track enters it.
-        self.closed.iter().any(|(_, at)| *at + 1.0 > from && *at < to)
+        self.closed
+            .iter()
+            .any(|(_, begin, end)| *end > from && *begin < to)
     }
 
     /// The greatest rise and fall between two places along the way \[m\]: edges of one sign within `merge` cells of each other are one.
