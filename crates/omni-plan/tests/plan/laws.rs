@@ -197,7 +197,7 @@ fn routes_of_random_worlds_cross_only_what_the_chart_allows() {
     let chugo7 = chugo7();
     let footprint = Footprint::rectangle(0.74, 0.54).expect("a rectangle");
     let (mut routes, mut crossings, mut reasons) = (0, 0, 0);
-    for number in 0..30 {
+    for number in 0..15 {
         // Three kerbs at any angle, a cable, and pillars.
         let kerbs: Vec<[f64; 4]> = (0..3)
             .map(|_| [draw(2.0, 8.0), draw(2.0, 8.0), draw(-3.1, 3.1), draw(0.005, 0.06)])
@@ -240,7 +240,7 @@ fn routes_of_random_worlds_cross_only_what_the_chart_allows() {
         }
     }
     assert!(
-        routes >= 20 && crossings >= 40,
+        routes >= 15 && crossings >= 30,
         "{routes} routes, {crossings} crossings, {reasons} without"
     );
 }
