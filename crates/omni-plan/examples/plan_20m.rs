@@ -40,7 +40,7 @@ fn height_m(x: f64, y: f64) -> f64 {
     let terrace = (12.0..16.0).contains(&x) && (14.5..18.5).contains(&y);
     let ramp = (16.0..17.5).contains(&x) && (16.0..18.5).contains(&y);
     if kerb {
-        0.04 * (((9.9 - y) / 0.8).min(1.0)).max(0.0)
+        0.04 * ((9.9 - y) / 0.8).clamp(0.0, 1.0)
     } else if terrace {
         0.07
     } else if ramp {
@@ -60,7 +60,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
     }
     let map = Map::from_heights(grid, heights_m.clone())?
-        .with_friction_area(Area::rectangle([8.0, 9.5], [3.0, 7.0])?, 0.7)?
+        .with_friction_area(Area::rectangle([10.0, 13.0], [4.0, 6.5])?, 0.3)?
         .with_keep_out(Area::rectangle([1.0, 2.0], [14.0, 15.0])?);
     let chart = Chart::from_toml("chugo7.toml", include_str!("../tests/charts/chugo7.toml"))?;
     let footprint = Footprint::rectangle(0.74, 0.54)?;

@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 
 use crate::Point;
+use crate::blurred_edges::BlurredEdges;
 use crate::ground::Ground;
 
 /// A border belongs to a line if its middle is no farther from it [cells]: a drawn line is off by half a cell at most.
@@ -73,6 +74,7 @@ impl EdgeLines {
             of_x: vec![NONE; cells],
             of_y: vec![NONE; cells],
         };
+        let blurred = BlurredEdges::new(ground);
         for chain in chains(ground) {
             let mut parts = Vec::new();
             split(&chain, 0, chain.len(), &mut parts);
@@ -88,19 +90,35 @@ impl EdgeLines {
                     part
                 };
                 let Some(line) = fit(trimmed) else { continue };
-                let number = found.lines.len() as u32;
-                for border in part {
-                    let of = if border.x {
-                        &mut found.of_x
-                    } else {
-                        &mut found.of_y
-                    };
-                    of[border.cell] = number;
+                let line = with_ends(line, part);
+                let places: Vec<(usize, bool)> = part.iter().map(|border| (border.cell, border.x)).collect();
+                if !blurred.is_any(&places) {
+                    found.add(line, &places);
+                } else if !found.has_most(&places)
+                    && let Some((line, places)) = blurred.grown(line)
+                {
+                    found.add(line, &places);
                 }
-                found.lines.push(with_ends(line, part));
             }
         }
         found
+    }
+
+    /// Adds a line, and says which borders belong to it: cells, and whether it is their border along x.
+    fn add(&mut self, line: EdgeLine, places: &[(usize, bool)]) {
+        let number = self.lines.len() as u32;
+        for (cell, x) in places {
+            let of = if *x { &mut self.of_x } else { &mut self.of_y };
+            of[*cell] = number;
+        }
+        self.lines.push(line);
+    }
+
+    /// Do most of these borders belong to a line?
+    fn has_most(&self, places: &[(usize, bool)]) -> bool {
+        let of = |(cell, x): &(usize, bool)| if *x { self.of_x[*cell] } else { self.of_y[*cell] };
+        let known = places.iter().filter(|place| of(place) != NONE).count();
+        2 * known > places.len()
     }
 }
 

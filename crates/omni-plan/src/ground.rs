@@ -45,18 +45,26 @@ impl Ground {
             let most = chart
                 .slope(ground.friction[cell], options.margin)
                 .map_or(options.slope, |slope| slope.min(options.slope));
-            if slope_x[cell].hypot(slope_y[cell]) > most + 1e-9 {
+            // Beside an edge heights along it may be those of the edge, drawn over some cells.
+            let steep = slope_x[cell].hypot(slope_y[cell]) > most + 1e-9;
+            if steep && !ground.is_beside_edge(cell) {
                 ground.closed[cell] = true;
             }
         }
         ground
     }
 
+    /// Has a cell an edge at one of its four borders?
+    pub(crate) fn is_beside_edge(&self, cell: usize) -> bool {
+        let columns = self.grid.columns;
+        let left = !cell.is_multiple_of(columns) && self.rise_x_m[cell - 1] != 0.0;
+        let below = cell >= columns && self.rise_y_m[cell - columns] != 0.0;
+        self.rise_x_m[cell] != 0.0 || self.rise_y_m[cell] != 0.0 || left || below
+    }
+
     /// Finds the edges along x or y, and gives the slope of each cell along it.
     ///
-    /// Between two cells the ground rises by d. Its slope there is the one of the two sides that is nearer to d; of a side the smaller of
-    /// its next two differences, so that a second edge beside the first is not a slope. What is left of d is the edge. There is none where d lies
-    /// between the two slopes.
+    /// Between two cells the ground rises by d. What of d is not the slope of the ground beside is the edge.
     fn edges_along(&mut self, x: bool, ignore_m: f64) -> Vec<f64> {
         let grid = self.grid;
         let mut slope = vec![0.0_f64; grid.cells()];
@@ -66,6 +74,8 @@ impl Ground {
             (grid.columns, grid.rows)
         };
         let mut differences = vec![0.0; length - 1];
+        let mut slopes = vec![0.0; length - 1];
+        let mut edges = vec![0.0; length - 1];
         for line in 0..lines {
             let at = |place: usize| {
                 if x {
@@ -84,34 +94,15 @@ impl Ground {
                     0.0
                 };
             }
+            slopes_of(&differences, &mut slopes);
+            edges_of(&differences, &mut slopes, ignore_m, &mut edges);
             for place in 0..length - 1 {
-                let rise = differences[place];
-                if rise == 0.0 {
-                    continue;
-                }
-                let difference = |place: isize| {
-                    let last = length as isize - 2;
-                    differences[place.clamp(0, last) as usize]
-                };
-                let place_i = place as isize;
-                let before = smaller(difference(place_i - 1), difference(place_i - 2));
-                let after = smaller(difference(place_i + 1), difference(place_i + 2));
-                // Where a ramp begins within a cell, the difference lies between the slopes of both sides.
-                let between = (rise - before) * (rise - after) <= 0.0;
-                let near = if between {
-                    rise
-                } else if (rise - before).abs() < (rise - after).abs() {
-                    before
-                } else {
-                    after
-                };
-                let edge = rise - near;
-                if edge.abs() >= ignore_m.max(1e-9) {
+                if edges[place] != 0.0 {
                     let rises = if x { &mut self.rise_x_m } else { &mut self.rise_y_m };
-                    rises[at(place)] = edge;
+                    rises[at(place)] = edges[place];
                 }
                 for cell in [at(place), at(place + 1)] {
-                    slope[cell] = slope[cell].max(near.abs() / grid.resolution_m);
+                    slope[cell] = slope[cell].max(slopes[place].abs() / grid.resolution_m);
                 }
             }
         }
@@ -163,6 +154,62 @@ impl Ground {
             }
             merged
         })
+    }
+}
+
+/// The slope at each difference of height along a line, as a difference: that of the two sides which is nearer to it; of a side the smaller
+/// of its next two differences, so that a second edge beside the first is not a slope. A difference between the slopes of both sides is a
+/// slope itself: a ramp that begins within a cell.
+fn slopes_of(differences: &[f64], slopes: &mut [f64]) {
+    let difference = |place: isize| {
+        let last = differences.len() as isize - 1;
+        differences[place.clamp(0, last) as usize]
+    };
+    for (place, rise) in differences.iter().enumerate() {
+        let at = place as isize;
+        let before = smaller(difference(at - 1), difference(at - 2));
+        let after = smaller(difference(at + 1), difference(at + 2));
+        slopes[place] = if (rise - before) * (rise - after) <= 0.0 {
+            *rise
+        } else if (rise - before).abs() < (rise - after).abs() {
+            before
+        } else {
+            after
+        };
+    }
+}
+
+/// The edge at each difference of height along a line. A difference beside an edge is a part of it, as far as it is steeper than the ground
+/// beyond: edges may be drawn over some cells. Parts below `ignore_m` are added to the edge itself.
+fn edges_of(differences: &[f64], slopes: &mut [f64], ignore_m: f64, edges: &mut [f64]) {
+    let count = differences.len();
+    let least = ignore_m.max(1e-9);
+    for place in 0..count {
+        let edge = differences[place] - slopes[place];
+        edges[place] = if edge.abs() >= least { edge } else { 0.0 };
+    }
+    let alone: Vec<f64> = edges.to_vec();
+    for place in 0..count {
+        let rise = differences[place];
+        if alone[place] != 0.0 || rise == 0.0 {
+            continue;
+        }
+        let (previous, next) = (place.wrapping_sub(1), place + 1);
+        for (beside, beyond) in [(previous, next), (next, previous)] {
+            let beyond = differences.get(beyond).copied().unwrap_or(0.0);
+            let part = rise - smaller(beyond, rise);
+            let is_part = alone.get(beside).is_some_and(|edge| edge * part > 0.0);
+            if !is_part || part * rise <= 0.0 {
+                continue;
+            }
+            if part.abs() >= least {
+                edges[place] = part;
+                slopes[place] = rise - part;
+            } else {
+                edges[beside] += part;
+            }
+            break;
+        }
     }
 }
 

@@ -104,15 +104,7 @@ impl Lattice {
             masks.push(Mask::new(&inflated, &[angle(0)], [0.0, 0.0], resolution));
             turn_masks.push(Mask::new(&inflated, &swept, [0.0, 0.0], resolution));
         }
-        let beside = |cell: usize| {
-            let left = !cell.is_multiple_of(grid.columns) && ground.rise_x_m[cell - 1] != 0.0;
-            let below = cell >= grid.columns && ground.rise_y_m[cell - grid.columns] != 0.0;
-            ground.closed[cell]
-                || ground.rise_x_m[cell] != 0.0
-                || ground.rise_y_m[cell] != 0.0
-                || left
-                || below
-        };
+        let beside = |cell: usize| ground.closed[cell] || ground.is_beside_edge(cell);
         let away = distances(&grid, beside);
         // Farther away than that nothing is met, whatever the heading.
         let far = inflated.radius_m() / resolution + 1.5;

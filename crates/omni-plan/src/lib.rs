@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 mod area;
+mod blurred_edges;
 mod chart;
 mod cost;
 mod costmap;

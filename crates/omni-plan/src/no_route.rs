@@ -34,7 +34,7 @@ impl End {
 pub enum Obstacle {
     /// A wall, an area to keep out of, an unknown cell, or ground that is too steep.
     Closed,
-    /// An edge under the vehicle.
+    /// An edge under the vehicle that is no wall.
     Edge,
     /// A wall or an edge nearer than the clearance.
     Near,

@@ -113,7 +113,8 @@ pub struct Options {
     pub prefer_clearance_m: f64,
     /// And beside an obstacle by this part more, 0 to 10.
     pub clearance_weight: f64,
-    /// Differences of height below this are no edges \[m\], 0 to 0.1.
+    /// Differences of height below this are no edges \[m\], 0 to 0.1: more than the noise of the map, less than what the vehicle feels. The
+    /// heights of edges that are drawn over some cells are as exact.
     pub ignore_m: f64,
     /// Edges of one sign that are nearer to each other along the way are one \[m\], 0 to 1.
     pub merge_m: f64,

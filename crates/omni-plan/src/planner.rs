@@ -243,11 +243,15 @@ impl Planner {
         let centre = grid.centre_of([column, row]);
         let off = [pose.x_m - centre[0], pose.y_m - centre[1]];
         let mask = Mask::new(&self.footprint, &[pose.yaw_rad], off, grid.resolution_m);
+        let is_wall = |cell: usize| {
+            let rises = [self.ground.rise_x_m[cell], self.ground.rise_y_m[cell]];
+            self.ground.closed[cell] || rises.iter().any(|rise| rise.abs() > self.options.wall_m)
+        };
         for run in &mask.runs {
             for x in run.from..=run.to {
                 let (x, y) = (column as isize + x, row as isize + run.row);
                 let inside = x >= 0 && y >= 0 && x < grid.columns as isize && y < grid.rows as isize;
-                if !inside || self.ground.closed[grid.index(x as usize, y as usize)] {
+                if !inside || is_wall(grid.index(x as usize, y as usize)) {
                     return Some(Obstacle::Closed);
                 }
             }

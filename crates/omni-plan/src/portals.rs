@@ -8,7 +8,7 @@ use crate::footprint::Mask;
 use crate::ground::Ground;
 use crate::lattice::{HEADINGS, Lattice, heading_rad};
 use crate::occupancy::Occupancy;
-use crate::scan::{Scan, Strip};
+use crate::scan::{Scan, Strip, TRACKS};
 use crate::{Chart, CrossingKind, Footprint, Options, Point, Pose};
 
 /// So near to the line a riser may be that belongs to it without having been fitted to it \[cells\].
@@ -83,6 +83,12 @@ struct Approach {
     right_m: f64,
 }
 
+/// The ground about a place, as wide and long as any side needs it.
+struct Seen {
+    strip: Strip,
+    scan: Scan,
+}
+
 impl PortalMaker<'_> {
     /// All portals of all edges.
     pub(crate) fn portals(&self) -> Vec<Portal> {
@@ -132,12 +138,55 @@ impl PortalMaker<'_> {
         if up == 0.0 && down == 0.0 {
             return;
         }
+        let mut approaches = Vec::new();
         for side in 0..table.sides.len() {
             if self.allowed(table, side, up, down).is_some() {
-                let approach = self.approach(along, table.sides[side].side_deg);
                 let side_deg = table.sides[side].side_deg;
-                self.with_side(line, place, along, side_deg, &approach, portals);
+                let approach = self.approach(along, side_deg);
+                approaches.push((side_deg, self.strip(place, along, &approach), approach));
             }
+        }
+        // One look at the ground for all sides.
+        let Some((_, first, _)) = approaches.first() else {
+            return;
+        };
+        let mut wide = *first;
+        for (_, strip, _) in &approaches {
+            wide.from = wide.from.min(strip.from);
+            wide.to = wide.to.max(strip.to);
+            wide.left = wide.left.max(strip.left);
+            wide.right = wide.right.max(strip.right);
+        }
+        let mut seen = Seen {
+            scan: Scan::new(self.ground, &wide),
+            strip: wide,
+        };
+        for (side_deg, strip, approach) in &approaches {
+            self.with_side(line, *side_deg, approach, *strip, &mut seen, portals);
+        }
+    }
+
+    /// How much room a side keeps clear before it meets the edge, and how much it runs up \[cells\]: positions of the lattice about both ends
+    /// are clear of the edge.
+    fn room(&self) -> [f64; 2] {
+        let resolution = self.ground.grid.resolution_m;
+        let clear = self.lattice.inflation_m / resolution + 0.8 * self.lattice.stride as f64;
+        [clear, (self.options.run_up_m / resolution).max(clear)]
+    }
+
+    /// What a crossing goes over, if no other edge follows.
+    fn strip(&self, place: Point, along: Point, approach: &Approach) -> Strip {
+        let cells = |length_m: f64| length_m / self.ground.grid.resolution_m;
+        let [clear, run_up] = self.room();
+        let (ahead, behind) = (cells(approach.ahead_m), cells(approach.behind_m));
+        Strip {
+            place,
+            along,
+            from: -(NEAR_LINE + run_up + ahead + behind + clear),
+            to: ahead + behind + clear + ahead + run_up,
+            left: cells(approach.left_m),
+            right: cells(approach.right_m),
+            clearance: cells(self.options.clearance_m),
         }
     }
 
@@ -170,53 +219,55 @@ impl PortalMaker<'_> {
     fn with_side(
         &self,
         line: &EdgeLine,
-        place: Point,
-        along: Point,
         side_deg: f64,
         approach: &Approach,
+        strip: Strip,
+        seen: &mut Seen,
         portals: &mut Vec<Portal>,
     ) {
-        let resolution = self.ground.grid.resolution_m;
-        let cells = |length_m: f64| length_m / resolution;
+        let grid = self.ground.grid;
+        let cells = |length_m: f64| length_m / grid.resolution_m;
+        let (place, along) = (strip.place, strip.along);
         let merge = cells(self.options.merge_m);
-        // Positions of the lattice about both ends are clear of the edge.
-        let clear = cells(self.lattice.inflation_m) + 0.8 * self.lattice.stride as f64;
-        let run_up = cells(self.options.run_up_m).max(clear);
+        let [clear, run_up] = self.room();
         let (ahead, behind) = (cells(approach.ahead_m), cells(approach.behind_m));
         let standing = ahead + behind + clear;
-        let mut to = standing + ahead + run_up;
-        let strip = Strip {
-            place,
-            along,
-            from: -(NEAR_LINE + run_up + ahead + behind + clear),
-            to,
-            left: cells(approach.left_m),
-            right: cells(approach.right_m),
-            clearance: cells(self.options.clearance_m),
-        };
-        let mut scan = Scan::new(self.ground, &strip);
-        // Edges that follow are part of it.
-        loop {
-            let last = scan
-                .risers
-                .iter()
-                .map(|riser| riser.at)
-                .fold(f64::NEG_INFINITY, f64::max);
+        let mut to = strip.to;
+        let mut scan = seen.scan.within(&strip);
+        let (first, places) = loop {
+            let mut places: Vec<f64> = scan.risers.iter().map(|riser| riser.at).collect();
+            places.sort_by(f64::total_cmp);
+            let Some(first) = places.iter().copied().find(|at| *at >= -NEAR_LINE) else {
+                return;
+            };
+            // Edges that follow before the vehicle can stand and run up again are part of it.
+            let mut last = first;
+            for at in places.iter().copied().filter(|at| *at > first) {
+                if at - last > standing + run_up {
+                    break;
+                }
+                last = at;
+            }
             let needed = last + standing + ahead + run_up;
             if needed <= to || to > cells(LONGEST_M) {
-                break;
+                break (first, places);
             }
             to = needed;
-            scan = Scan::new(self.ground, &Strip { to, ..strip });
-        }
-        let mut places: Vec<f64> = scan.risers.iter().map(|riser| riser.at).collect();
-        places.sort_by(f64::total_cmp);
-        let Some(first) = places.iter().copied().find(|at| *at >= -NEAR_LINE) else {
-            return;
+            if to > seen.strip.to {
+                // As far as any crossing goes, once for all sides.
+                seen.strip.to = to.max(cells(LONGEST_M) + strip.to);
+                seen.scan = Scan::new(self.ground, &seen.strip);
+            }
+            scan = seen.scan.within(&Strip { to, ..strip });
         };
         let entry = first - run_up - ahead;
         let begin = entry - behind - clear;
-        if places.iter().any(|at| *at >= begin && *at < first) || scan.is_closed(begin, first) {
+        if places.iter().any(|at| *at >= begin && *at < first) || scan.is_closed(begin, first + standing) {
+            return;
+        }
+        let entry_m = grid.place_of([place[0] + entry * along[0], place[1] + entry * along[1]]);
+        let stands = self.lattice.position_of(entry_m);
+        if stands.is_none_or(|position| !self.lattice.is_free(position, approach.heading)) {
             return;
         }
         // The ground beside the middle may be more slippery: another chart.
@@ -329,7 +380,13 @@ impl PortalMaker<'_> {
         place: Point,
         along: Point,
     ) -> bool {
-        let least = self.options.square_deg.to_radians().cos();
+        let square = self.options.square_deg.to_radians();
+        // A straight edge is drawn in steps: over the vehicle's width it may seem slanted by a cell.
+        let width = (scan.under[1] - scan.under[0]).max(1) as f64 * TRACKS;
+        if scan.slant(from, to).abs() > square.tan() + 1.0 / width {
+            return false;
+        }
+        let least = square.cos();
         scan.risers.iter().all(|riser| {
             if riser.at < from || riser.at > to {
                 return true;

@@ -4,7 +4,7 @@ use crate::Point;
 use crate::ground::Ground;
 
 /// Distance between two tracks \[cells\]: every cell under the vehicle is on one.
-const TRACKS: f64 = 0.7;
+pub(crate) const TRACKS: f64 = 0.7;
 
 /// A strip of the ground that a vehicle travels over, in cells.
 #[derive(Clone, Copy, Debug)]
@@ -44,8 +44,13 @@ pub(crate) struct Scan {
     pub(crate) risers: Vec<Riser>,
     /// Tracks under the vehicle itself: from and to.
     pub(crate) under: [usize; 2],
-    /// Where closed cells are along the way \[cells\], each track's first behind or ahead.
-    pub(crate) closed: Vec<f64>,
+    /// On which track closed ground is, from where to where along the way \[cells\].
+    closed: Vec<(usize, f64, f64)>,
+    /// Distance between two tracks \[cells\], and where the first is, to the left.
+    spacing: f64,
+    first: f64,
+    /// The least friction of each track.
+    frictions: Vec<f64>,
     /// The least friction.
     pub(crate) friction: f64,
 }
@@ -59,14 +64,46 @@ impl Scan {
         let mut scan = Self {
             friction: f64::INFINITY,
             under: [tracks, 0],
+            spacing,
+            first: off(0),
             ..Self::default()
         };
         for track in 0..tracks {
+            scan.frictions.push(f64::INFINITY);
             let aside = off(track);
             if aside >= -strip.right && aside <= strip.left {
                 scan.under = [scan.under[0].min(track), track];
             }
             scan.track(ground, strip, track, aside);
+        }
+        scan
+    }
+
+    /// What a strip has that lies within this one, with the tracks beside it.
+    pub(crate) fn within(&self, strip: &Strip) -> Self {
+        let beside = strip.clearance + self.spacing;
+        let aside = |track: usize| self.first + track as f64 * self.spacing;
+        let near = |track: usize| (-strip.right - beside..=strip.left + beside).contains(&aside(track));
+        let along = |at: f64| at <= strip.to && at >= strip.from;
+        let mut scan = Self {
+            friction: f64::INFINITY,
+            under: [self.frictions.len(), 0],
+            spacing: self.spacing,
+            first: self.first,
+            ..Self::default()
+        };
+        let risers = self.risers.iter();
+        scan.risers
+            .extend(risers.filter(|riser| near(riser.track) && along(riser.at)));
+        let closed = self.closed.iter();
+        scan.closed.extend(closed.filter(|(track, ..)| near(*track)));
+        for (track, friction) in self.frictions.iter().enumerate() {
+            if near(track) {
+                scan.friction = scan.friction.min(*friction);
+            }
+            if (-strip.right..=strip.left).contains(&aside(track)) {
+                scan.under = [scan.under[0].min(track), track];
+            }
         }
         scan
     }
@@ -98,16 +135,31 @@ impl Scan {
             inside.then(|| grid.index(x as usize, y as usize))
         };
         let mut done = 0.0;
+        let mut was_inside = false;
         loop {
             let here = inside(cell);
-            match here {
-                Some(index) if !ground.closed[index] => {
-                    self.friction = self.friction.min(ground.friction[index]);
-                }
-                _ => self.closed.push(strip.from + done),
+            let entered = strip.from + done;
+            let is_open = here.is_some_and(|index| !ground.closed[index]);
+            if let Some(index) = here.filter(|_| is_open) {
+                let friction = ground.friction[index];
+                self.frictions[track] = self.frictions[track].min(friction);
+                self.friction = self.friction.min(friction);
+            }
+            was_inside |= here.is_some();
+            if was_inside && here.is_none() {
+                // It does not come back.
+                self.closed.push((track, entered, f64::INFINITY));
+                break;
             }
             let k = usize::from(next[1] < next[0]);
             done = next[k];
+            if !is_open {
+                let left = strip.from + done;
+                match self.closed.last_mut() {
+                    Some(last) if last.0 == track && last.2 == entered => last.2 = left,
+                    _ => self.closed.push((track, entered, left)),
+                }
+            }
             if done > length {
                 break;
             }
@@ -138,8 +190,9 @@ impl Scan {
 
     /// Is there a closed cell between two places along the way?
     pub(crate) fn is_closed(&self, from: f64, to: f64) -> bool {
-        // A cell is noted where the track enters it.
-        self.closed.iter().any(|at| *at + 1.0 > from && *at < to)
+        self.closed
+            .iter()
+            .any(|(_, begin, end)| *end > from && *begin < to)
     }
 
     /// The greatest rise and fall between two places along the way \[m\]: edges of one sign within `merge` cells of each other are one.
@@ -174,5 +227,38 @@ impl Scan {
             let most = under.iter().map(|sum| sum[sign]).fold(0.0, f64::max);
             under.iter().all(|sum| sum[sign] >= 0.5 * most)
         })
+    }
+
+    /// By how much the edges between two places are slanted to the vehicle's front: the slope of where they are over how far aside, weighted
+    /// by their heights, as the tracks under the vehicle find it. 0 where there are too few tracks.
+    pub(crate) fn slant(&self, from: f64, to: f64) -> f64 {
+        let tracks = self.under[1] + 1;
+        let mut sums = vec![[0.0_f64; 2]; tracks];
+        for riser in &self.risers {
+            if riser.at >= from && riser.at <= to && riser.track < tracks {
+                let weight = riser.rise_m.abs();
+                sums[riser.track] = [
+                    sums[riser.track][0] + weight,
+                    sums[riser.track][1] + weight * riser.at,
+                ];
+            }
+        }
+        let (mut count, mut x, mut y, mut xx, mut xy) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        for (track, [weight, at]) in sums.into_iter().enumerate() {
+            if weight > 0.0 {
+                let (aside, place) = (track as f64 * self.spacing, at / weight);
+                count += 1.0;
+                x += aside;
+                y += place;
+                xx += aside * aside;
+                xy += aside * place;
+            }
+        }
+        let spread = count * xx - x * x;
+        if spread <= 0.0 {
+            0.0
+        } else {
+            (count * xy - x * y) / spread
+        }
     }
 }

@@ -1,11 +1,9 @@
 //! Maps and charts from files: what is read, what is refused and how; costmaps read back.
 
-mod common;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use common::{chart, chugo7, world};
+use super::common::{chart, chugo7, world};
 use omni_plan::{Cell, Chart, Elevation, Footprint, Goal, Grid, Map, Options, PictureScale, Planner, Pose};
 use proptest::prelude::*;
 use tempfile::TempDir;
@@ -176,7 +174,7 @@ fn a_real_chart_is_read_with_both_sides_and_a_broken_one_is_refused() {
     assert!((chugo7.drop_m(180.0, 0.9, 0.8) - 0.0752).abs() < 1e-12);
     assert!((chugo7.step_m(0.0, 0.7, 0.5) - 0.030).abs() < 1e-12);
     assert_eq!(chugo7.step_m(0.0, 0.6, 0.8), 0.0);
-    let text = include_str!("charts/chugo7.toml");
+    let text = include_str!("../charts/chugo7.toml");
     let refused = |text: &str| Chart::from_toml("c.toml", text).expect_err("refused").to_string();
     assert_eq!(
         refused("schema_version = 2"),

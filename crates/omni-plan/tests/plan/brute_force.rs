@@ -5,11 +5,9 @@
 //! cells before an edge and two behind it. Where the planner finds one, the exhaustive search does with the bare footprint and one even cell
 //! before an edge. It turns by 22.5 degrees, goes from cell to cell, and crosses edges straight and over its whole width.
 
-mod common;
-
 use std::collections::VecDeque;
 
-use common::{WALL_M, chart, check_route, world};
+use super::common::{WALL_M, chart, check_route, world};
 use omni_plan::{Chart, Footprint, Goal, Map, Options, Planner, Pose};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
@@ -340,5 +338,6 @@ fn twenty_random_maps_agree_with_an_exhaustive_search() {
         ways >= 20 && none >= 20 && crossings >= 8,
         "{ways} {none} {crossings} {between}"
     );
-    println!("{ways} ways with {crossings} crossings, {none} without, {between} of them by the clearance");
+    // Between both footprints either answer is right: those are few.
+    assert!(between <= 5, "{between}");
 }

@@ -1,5 +1,4 @@
 //! Worlds, charts and an independent check of routes for the tests.
-#![allow(dead_code, reason = "each test program uses a part of it")]
 
 use omni_plan::{Cell, Chart, CrossingKind, Footprint, Grid, Map, Route};
 

@@ -1,9 +1,9 @@
 //! Laws of routes: which side leads over an edge, ways round, reasons why there is none, mirrors, costs, friction.
 
-mod common;
-
-use common::{WALL_M, chart, chart_at, check_route, chugo7, world};
+use super::common::{WALL_M, chart, chart_at, check_route, chugo7, world};
 use omni_plan::{Area, Cost, CrossingKind, Footprint, Goal, NoRoute, Options, Planner, Pose, Route, Speeds};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{RngCore, SeedableRng};
 
 const FRONT_ONLY: [(f64, f64, f64); 3] = [(0.0, 0.06, 0.06), (90.0, 0.005, 0.005), (180.0, 0.01, 0.01)];
 
@@ -150,6 +150,99 @@ fn a_slanted_kerb_is_crossed_along_its_normal() {
         assert!(off < 0.3, "{angle_deg}: off by {off} degrees");
         check_route(&map, &chart, &cart(), &route, 0.8, 0.003);
     }
+}
+
+#[test]
+fn an_edge_of_a_smoothed_picture_has_its_normal_and_its_height() {
+    for resolution_m in [0.02, 0.05] {
+        for angle_deg in [0.0_f64, 4.0, 10.0, 28.6, 45.0, 70.0] {
+            let (sin, cos) = angle_deg.to_radians().sin_cos();
+            let exact = |x: f64, y: f64| (x - 2.013) * cos + (y - 2.0) * sin > 0.0;
+            // The mean over each cell.
+            let map = world([4.0, 4.0], resolution_m, |x, y| {
+                let mut count = 0;
+                for i in 0..64 {
+                    let part = |k: i32| resolution_m * ((f64::from(k) + 0.5) / 8.0 - 0.5);
+                    count += i32::from(exact(x + part(i / 8), y + part(i % 8)));
+                }
+                0.045 * f64::from(count) / 64.0
+            });
+            let chart = chart(&FRONT_ONLY);
+            let route = planner(&map, &chart, Options::default())
+                .plan(
+                    &Pose::new(2.0 - cos, 2.0 - sin, 0.0),
+                    &Goal::place(2.0 + cos, 2.0 + sin),
+                )
+                .expect("a route");
+            let [crossing] = &*route.crossings else {
+                panic!("{:?}", route.crossings)
+            };
+            let off = (crossing.normal_rad.to_degrees() - angle_deg).abs();
+            assert!(off < 0.2, "{angle_deg}: off by {off} degrees");
+            // To the option `ignore_m`.
+            assert!(
+                (crossing.height_m - 0.045).abs() < 0.003,
+                "{angle_deg}: {}",
+                crossing.height_m
+            );
+            check_route(&map, &chart, &cart(), &route, 0.8, 0.003);
+        }
+    }
+}
+
+#[test]
+fn routes_of_random_worlds_cross_only_what_the_chart_allows() {
+    let mut random = ChaCha8Rng::seed_from_u64(3);
+    let mut draw = |from: f64, to: f64| from + (to - from) * (random.next_u32() as f64 / f64::from(u32::MAX));
+    let chugo7 = chugo7();
+    let footprint = Footprint::rectangle(0.74, 0.54).expect("a rectangle");
+    let (mut routes, mut crossings, mut reasons) = (0, 0, 0);
+    for number in 0..15 {
+        // Three kerbs at any angle, a cable, and pillars.
+        let kerbs: Vec<[f64; 4]> = (0..3)
+            .map(|_| [draw(2.0, 8.0), draw(2.0, 8.0), draw(-3.1, 3.1), draw(0.005, 0.06)])
+            .collect();
+        let cable = [draw(2.0, 8.0), draw(2.0, 8.0), draw(-1.5, 1.5)];
+        let pillars: Vec<[f64; 2]> = (0..4).map(|_| [draw(2.0, 8.0), draw(2.0, 8.0)]).collect();
+        let map = world([10.0, 10.0], 0.05, |x, y| {
+            let beyond = |[a, b, angle, height]: &[f64; 4]| {
+                let along = (x - a) * angle.cos() + (y - b) * angle.sin();
+                if along > 0.0 { *height } else { 0.0 }
+            };
+            let pillar = pillars.iter().any(|[a, b]| (x - a).hypot(y - b) < 0.25);
+            let across = (x - cable[0]) * cable[2].cos() + (y - cable[1]) * cable[2].sin();
+            let bump = if across.abs() < 0.05 { 0.012 } else { 0.0 };
+            let z = if pillar {
+                0.5
+            } else {
+                kerbs.iter().map(beyond).sum::<f64>() + bump
+            };
+            walled(x, y, [10.0, 10.0], z)
+        });
+        let cost = [Cost::Time, Cost::Energy, Cost::Risk][number % 3];
+        let options = Options {
+            cost,
+            ..Options::default()
+        };
+        let planner = Planner::new(&map, &chugo7, &footprint, options).expect("a planner");
+        for [x, y, goal_x, goal_y] in [[1.0, 1.0, 9.0, 9.0], [9.0, 1.0, 1.0, 9.0], [1.0, 5.0, 9.0, 5.0]] {
+            match planner.plan(
+                &Pose::new(x, y, draw(-3.1, 3.1)),
+                &Goal::pose(goal_x, goal_y, draw(-3.1, 3.1)),
+            ) {
+                Ok(route) => {
+                    routes += 1;
+                    crossings += route.crossings.len();
+                    check_route(&map, &chugo7, &footprint, &route, 0.8, 0.003);
+                }
+                Err(_) => reasons += 1,
+            }
+        }
+    }
+    assert!(
+        routes >= 15 && crossings >= 30,
+        "{routes} routes, {crossings} crossings, {reasons} without"
+    );
 }
 
 #[test]
