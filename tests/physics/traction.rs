@@ -175,7 +175,8 @@ fn without_tries_the_vehicle_stays_where_it_is_stuck() {
     assert!(mode.contains(&1.0) && mode.contains(&2.0));
 }
 
-/// At a wall wheels may all spin as commanded, and coarse counts hide that they slip: nothing pushes for ever all the same.
+/// At a wall wheels may all spin as commanded, and coarse counts hide that they slip: nothing
+/// pushes for ever all the same.
 #[test]
 fn at_a_wall_no_vehicle_pushes_for_ever_whatever_its_encoders_count() {
     for (vehicle, counts, vx_m_s) in [

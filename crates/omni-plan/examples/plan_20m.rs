@@ -1,6 +1,8 @@
-//! Plans over 20 x 20 m at 5 cm and prints how long it takes: rooms, sills, a slanted kerb, a terrace with a ramp, pillars, ice.
+//! Plans over 20 x 20 m at 5 cm and prints how long it takes: rooms, sills, a slanted kerb, a
+//! terrace with a ramp, pillars, ice.
 //!
-//! `cargo run -p omni-plan --release --example plan_20m [FILE]`: with a file the heights and the routes are written there as JSON.
+//! `cargo run -p omni-plan --release --example plan_20m [FILE]`: with a file the heights and the
+//! routes are written there as JSON.
 #![expect(clippy::print_stdout, reason = "an example shows what it found")]
 
 use std::error::Error;

@@ -1,4 +1,4 @@
-//! The climb chart that a plan decides by: heights up and down by the side that leads, read from the file of `omnistep chart`.
+//! The climb chart that a plan decides by, read from the file of `omnistep chart`.
 
 use std::path::Path;
 
@@ -180,8 +180,8 @@ impl Chart {
         &self.vehicle
     }
 
-    /// The height of a step up that a side of the chart may meet \[m\], on ground of a friction, with a margin. 0 where the chart does not have
-    /// that side, or no friction as low.
+    /// The height of a step up that a side of the chart may meet \[m\], on ground of a friction,
+    /// with a margin. 0 where the chart does not have that side, or no friction as low.
     #[must_use]
     pub fn step_m(&self, side_deg: f64, friction: f64, margin: f64) -> f64 {
         self.allowed_m(side_deg, friction, margin, |side| side.step)

@@ -1,6 +1,7 @@
 //! What each part of a route costs: time, energy or risk.
 
-use crate::portals::{Portal, remainder};
+use crate::angle::remainder;
+use crate::portals::Portal;
 use crate::{Cost, CrossingKind, Footprint, Options};
 
 /// Costs are whole numbers in the search: sums that do not depend on their order.
@@ -28,7 +29,8 @@ impl<'a> Costs<'a> {
         }
     }
 
-    /// Travel over even ground with this side of the vehicle ahead, to a place with a proximity of obstacles, higher by `rise_m`.
+    /// Travel over even ground with this side of the vehicle ahead, to a place with a proximity of
+    /// obstacles, higher by `rise_m`.
     pub(crate) fn travel(&self, length_m: f64, side_rad: f64, proximity: f64, rise_m: f64) -> f64 {
         self.travel_at(
             length_m,

@@ -65,8 +65,8 @@ impl MapFiles {
 }
 
 impl Planner {
-    /// Costs that do not depend on the direction: an edge costs its height over the best side's, up to 98 %; lethal are walls, closed cells
-    /// and edges that no side climbs. A planner that uses it does not know from which side.
+    /// Costs that do not depend on the direction: an edge costs its height over the best side's, up to 98 %; lethal
+    /// are walls, closed cells and edges that no side climbs. A planner that uses it does not know from which side.
     ///
     /// # Errors
     /// Where the name is no file name, or the files cannot be made.
@@ -96,8 +96,8 @@ impl Planner {
         self.files(name, costs.collect())
     }
 
-    /// Costs for a vehicle of one heading, 0 to 15 times 22.5 degrees counter-clockwise from the world's x: an edge is lethal unless the side
-    /// that leads uphill climbs it; between two sides of the chart the smaller limit counts.
+    /// Costs for a vehicle of one heading, 0 to 15 times 22.5 degrees counter-clockwise from the world's x: an edge is
+    /// lethal unless the side that leads uphill climbs it; between two sides of the chart the smaller limit counts.
     ///
     /// # Errors
     /// As [`costmap`](Self::costmap), and where there is no such heading.
@@ -119,8 +119,8 @@ impl Planner {
         self.files(name, costs.collect())
     }
 
-    /// A mask for Nav2's speed filter, of type 1 with multiplier 1 and base 0: the chart's speed near edges that some side climbs, in per cent of
-    /// the highest speed on even ground; 0, no limit, elsewhere.
+    /// A mask for Nav2's speed filter, of type 1 with multiplier 1 and base 0: the chart's speed near edges
+    /// that some side climbs, in per cent of the highest speed on even ground; 0, no limit, elsewhere.
     ///
     /// # Errors
     /// As [`costmap`](Self::costmap).
@@ -159,8 +159,8 @@ impl Planner {
         self.files(name, percents.collect())
     }
 
-    /// Writes the costmap (`NAME.yaml`), those of the headings (`NAME-heading-00.yaml` to `15`) and the mask of speeds (`NAME-speed.yaml`),
-    /// each with its picture, into a folder; returns the YAML files.
+    /// Writes the costmap (`NAME.yaml`), those of the headings (`NAME-heading-00.yaml` to `15`) and the
+    /// mask of speeds (`NAME-speed.yaml`), each with its picture, into a folder; returns the YAML files.
     ///
     /// # Errors
     /// Where the name is no file name, or a file cannot be written.

@@ -44,7 +44,8 @@ impl Footprint {
         Self::new(length_m / 2.0, length_m / 2.0, width_m / 2.0, width_m / 2.0)
     }
 
-    /// A rectangle with these distances from the vehicle's origin to its front, rear, left and right side, 1 mm to 20 m each.
+    /// A rectangle with these distances from the vehicle's origin to its front, rear, left and
+    /// right side, 1 mm to 20 m each.
     ///
     /// # Errors
     /// Where a distance is out of its range.

@@ -157,9 +157,9 @@ impl Ground {
     }
 }
 
-/// The slope at each difference of height along a line, as a difference: that of the two sides which is nearer to it; of a side the smaller
-/// of its next two differences, so that a second edge beside the first is not a slope. A difference between the slopes of both sides is a
-/// slope itself: a ramp that begins within a cell.
+/// The slope at each difference of height along a line, as a difference: that of the two sides which is nearer
+/// to it; of a side the smaller of its next two differences, so that a second edge beside the first is not a
+/// slope. A difference between the slopes of both sides is a slope itself: a ramp that begins within a cell.
 fn slopes_of(differences: &[f64], slopes: &mut [f64]) {
     let difference = |place: isize| {
         let last = differences.len() as isize - 1;
@@ -179,8 +179,9 @@ fn slopes_of(differences: &[f64], slopes: &mut [f64]) {
     }
 }
 
-/// The edge at each difference of height along a line. A difference beside an edge is a part of it, as far as it is steeper than the ground
-/// beyond: edges may be drawn over some cells. Parts below `ignore_m` are added to the edge itself.
+/// The edge at each difference of height along a line. A difference beside an edge is a part of it,
+/// as far as it is steeper than the ground beyond: edges may be drawn over some cells. Parts below
+/// `ignore_m` are added to the edge itself.
 fn edges_of(differences: &[f64], slopes: &mut [f64], ignore_m: f64, edges: &mut [f64]) {
     let count = differences.len();
     let least = ignore_m.max(1e-9);

@@ -2,10 +2,10 @@
 
 use std::f64::consts::PI;
 
+use crate::angle::remainder;
 use crate::footprint::Mask;
 use crate::ground::Ground;
 use crate::occupancy::{Occupancy, distances};
-use crate::portals::remainder;
 use crate::{Footprint, Grid, Options, Point};
 
 /// Headings of the lattice, evenly around.
@@ -197,7 +197,8 @@ impl Lattice {
         inside.then(|| row as usize * self.columns + column as usize)
     }
 
-    /// May the vehicle take a step with a heading from a free position? It ends free, and a long one passes two free positions.
+    /// May the vehicle take a step with a heading from a free position? It ends free, and a long
+    /// one passes two free positions.
     pub(crate) fn may_step(&self, position: usize, step: usize, heading: usize) -> Option<usize> {
         let [dx, dy] = STEPS[step];
         let to = self.step(position, [dx, dy])?;

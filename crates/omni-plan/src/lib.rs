@@ -1,12 +1,14 @@
 #![doc = include_str!("../README.md")]
 #![forbid(unsafe_code)]
 
+mod angle;
 mod area;
 mod blurred_edges;
 mod chart;
 mod cost;
 mod costmap;
 mod diagnosis;
+mod edge_line;
 mod edge_lines;
 mod error;
 mod footprint;

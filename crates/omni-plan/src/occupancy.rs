@@ -78,7 +78,8 @@ impl Occupancy {
     }
 }
 
-/// Distance from each cell's middle to that of the nearest marked one, in cells; the border of the map counts as marked.
+/// Distance from each cell's middle to that of the nearest marked one, in cells; the border of the
+/// map counts as marked.
 pub(crate) fn distances(grid: &Grid, marked: impl Fn(usize) -> bool) -> Vec<f64> {
     let (columns, rows) = (grid.columns, grid.rows);
     let far = ((columns + rows) as f64).powi(2);
@@ -108,7 +109,8 @@ pub(crate) fn distances(grid: &Grid, marked: impl Fn(usize) -> bool) -> Vec<f64>
     squares
 }
 
-/// The lower envelope of parabolas over a line (Felzenszwalb and Huttenlocher 2012): at each place the least of `line[i] + (place - i)^2`.
+/// The lower envelope of parabolas over a line (Felzenszwalb and Huttenlocher 2012): at each place
+/// the least of `line[i] + (place - i)^2`.
 fn nearest(line: &[f64]) -> Vec<f64> {
     let mut vertices: Vec<usize> = Vec::with_capacity(line.len());
     let mut begins: Vec<f64> = Vec::with_capacity(line.len());

@@ -18,7 +18,8 @@ pub enum Cost {
     Time,
     /// Energy for each kilogram \[J/kg\]: rolling resistance and lift; what a descent gives is not recovered.
     Energy,
-    /// Risk: 1 for an edge as high as the chart and the margin allow, its square below, and 0.01 to 0.11 a metre by the distance to obstacles.
+    /// Risk: 1 for an edge as high as the chart and the margin allow, its square below, and 0.01 to
+    /// 0.11 a metre by the distance to obstacles.
     Risk,
 }
 
@@ -32,8 +33,8 @@ pub enum Cost {
 #[serde(deny_unknown_fields, default)]
 #[non_exhaustive]
 pub struct Speeds {
-    /// Direction of travel in the vehicle's axes \[deg\] and speed \[m/s\], in the order of the angles; linear between them. One entry
-    /// holds for all directions.
+    /// Direction of travel in the vehicle's axes \[deg\] and speed \[m/s\], in the order of the
+    /// angles; linear between them. One entry holds for all directions.
     pub by_side_m_s: Vec<[f64; 2]>,
     /// Yaw rate of turns in place \[rad/s\], 0.01 to 100.
     pub yaw_rad_s: f64,
@@ -105,7 +106,8 @@ pub struct Options {
     pub margin: f64,
     /// Speeds on even ground.
     pub speeds: Speeds,
-    /// Distance that is kept from edges and walls \[m\], 0 to 1. At least 0.71 of the lattice's spacing is kept on even ground.
+    /// Distance that is kept from edges and walls \[m\], 0 to 1. At least 0.71 of the lattice's
+    /// spacing is kept on even ground.
     pub clearance_m: f64,
     /// Distance of travel before the vehicle meets an edge \[m\], 0 to 10.
     pub run_up_m: f64,
@@ -113,8 +115,8 @@ pub struct Options {
     pub prefer_clearance_m: f64,
     /// And beside an obstacle by this part more, 0 to 10.
     pub clearance_weight: f64,
-    /// Differences of height below this are no edges \[m\], 0 to 0.1: more than the noise of the map, less than what the vehicle feels. The
-    /// heights of edges that are drawn over some cells are as exact.
+    /// Differences of height below this are no edges \[m\], 0 to 0.1: more than the noise of the map, less
+    /// than what the vehicle feels. The heights of edges that are drawn over some cells are as exact.
     pub ignore_m: f64,
     /// Edges of one sign that are nearer to each other along the way are one \[m\], 0 to 1.
     pub merge_m: f64,

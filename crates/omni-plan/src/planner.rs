@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use crate::angle::remainder;
 use crate::cost::{Costs, from_whole};
 use crate::diagnosis::Diagnosis;
 use crate::edge_lines::EdgeLines;
@@ -11,7 +12,7 @@ use crate::ground::Ground;
 use crate::lattice::{HEADINGS, Lattice, heading_rad, nearest_heading};
 use crate::no_route::Obstacle;
 use crate::occupancy::Occupancy;
-use crate::portals::{Portal, PortalMaker, remainder, turn_is_free};
+use crate::portals::{Portal, PortalMaker, turn_is_free};
 use crate::search::Search;
 use crate::waypoints::PathMaker;
 use crate::{Chart, End, Error, Footprint, Goal, Map, NoRoute, Options, Pose, Route};
@@ -158,8 +159,8 @@ impl Planner {
         self.portals.len()
     }
 
-    /// The nodes that a start or goal is joined to, all at one position: the nearest one that can be reached. Any heading of a goal without
-    /// a yaw.
+    /// The nodes that a start or goal is joined to, all at one position: the nearest one that can
+    /// be reached. Any heading of a goal without a yaw.
     fn nodes_at(&self, end: End, x_m: f64, y_m: f64, yaw_rad: Option<f64>) -> Result<Vec<u32>, NoRoute> {
         let grid = self.ground.grid;
         let Some(cell) = grid

@@ -2,8 +2,10 @@
 
 use std::f64::consts::PI;
 
+use crate::angle::remainder;
 use crate::chart::Table;
-use crate::edge_lines::{EdgeLine, EdgeLines, NONE};
+use crate::edge_line::EdgeLine;
+use crate::edge_lines::{EdgeLines, NONE};
 use crate::footprint::Mask;
 use crate::ground::Ground;
 use crate::lattice::{HEADINGS, Lattice, heading_rad};
@@ -166,8 +168,8 @@ impl PortalMaker<'_> {
         }
     }
 
-    /// How much room a side keeps clear before it meets the edge, and how much it runs up \[cells\]: positions of the lattice about both ends
-    /// are clear of the edge.
+    /// How much room a side keeps clear before it meets the edge, and how much it runs up
+    /// \[cells\]: positions of the lattice about both ends are clear of the edge.
     fn room(&self) -> [f64; 2] {
         let resolution = self.ground.grid.resolution_m;
         let clear = self.lattice.inflation_m / resolution + 0.8 * self.lattice.stride as f64;
@@ -486,12 +488,6 @@ pub(crate) fn turn_is_free(
         grid.resolution_m,
     );
     !occupancy.hits(&mask, [column as isize, row as isize])
-}
-
-/// The same angle, over -pi to pi \[rad\].
-pub(crate) fn remainder(angle_rad: f64) -> f64 {
-    let turns = (angle_rad / (2.0 * PI)).round();
-    angle_rad - 2.0 * PI * turns
 }
 
 /// The difference between two headings of the lattice \[rad\].

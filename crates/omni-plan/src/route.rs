@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
+use crate::angle::remainder;
 use crate::error::check_argument;
-use crate::portals::remainder;
 
 /// Most points of a path that is sampled.
 const MOST_POINTS: f64 = 1e6;
@@ -163,7 +163,8 @@ impl Route {
         to_csv(&self.crossings)
     }
 
-    /// The path with a point at least every `step_m` (0.001 to 100 m) and every 0.1 rad, as ROS's `nav_msgs/Path` is used.
+    /// The path with a point at least every `step_m` (0.001 to 100 m) and every 0.1 rad, as ROS's
+    /// `nav_msgs/Path` is used.
     ///
     /// # Errors
     /// Where the step is out of its range, or too small for the path.

@@ -195,7 +195,8 @@ impl Scan {
             .any(|(_, begin, end)| *end > from && *begin < to)
     }
 
-    /// The greatest rise and fall between two places along the way \[m\]: edges of one sign within `merge` cells of each other are one.
+    /// The greatest rise and fall between two places along the way \[m\]: edges of one sign within
+    /// `merge` cells of each other are one.
     pub(crate) fn up_and_down(&self, from: f64, to: f64, merge: f64) -> [f64; 2] {
         let mut most = [0.0_f64; 2];
         for (first, riser) in self.risers.iter().enumerate() {
@@ -214,7 +215,8 @@ impl Scan {
         most
     }
 
-    /// Is it the same edge over the vehicle's whole width? Each track under it rises and falls there by half of what any does, at least.
+    /// Is it the same edge over the vehicle's whole width? Each track under it rises and falls
+    /// there by half of what any does, at least.
     pub(crate) fn is_whole(&self, from: f64, to: f64) -> bool {
         let mut sums = vec![[0.0_f64; 2]; self.under[1] + 1];
         for riser in &self.risers {
@@ -229,8 +231,9 @@ impl Scan {
         })
     }
 
-    /// By how much the edges between two places are slanted to the vehicle's front: the slope of where they are over how far aside, weighted
-    /// by their heights, as the tracks under the vehicle find it. 0 where there are too few tracks.
+    /// By how much the edges between two places are slanted to the vehicle's front: the slope of
+    /// where they are over how far aside, weighted by their heights, as the tracks under the
+    /// vehicle find it. 0 where there are too few tracks.
     pub(crate) fn slant(&self, from: f64, to: f64) -> f64 {
         let tracks = self.under[1] + 1;
         let mut sums = vec![[0.0_f64; 2]; tracks];

@@ -5,9 +5,10 @@ use std::collections::HashMap;
 use pathfinding::directed::astar::astar;
 use pathfinding::directed::dijkstra::dijkstra_reach;
 
+use crate::angle::remainder;
 use crate::cost::{Costs, whole, whole_below};
 use crate::lattice::{HEADINGS, Lattice, STEPS, heading_rad, step_direction_rad, step_length};
-use crate::portals::{HEADING_STEP_RAD, Portal, remainder};
+use crate::portals::{HEADING_STEP_RAD, Portal};
 
 /// No cost is known: the place cannot be reached.
 const UNREACHED: u64 = u64::MAX;
@@ -59,7 +60,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The cheapest way from a node to one of the goals, all at one position; and how many nodes were expanded. None where there is no way.
+    /// The cheapest way from a node to one of the goals, all at one position; and how many nodes
+    /// were expanded. None where there is no way.
     pub(crate) fn cheapest(&self, start: u32, goals: &[u32]) -> Result<Found, usize> {
         let (from, _) = Lattice::of_node(start);
         let Some(goal) = goals.first().map(|goal| Lattice::of_node(*goal).0) else {
@@ -152,8 +154,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The least cost from each position to the goal if headings did not matter: never more than with them. Positions that cost more than
-    /// the start has that of the last one that was looked at.
+    /// The least cost from each position to the goal if headings did not matter: never more than with
+    /// them. Positions that cost more than the start has that of the last one that was looked at.
     fn least_costs(&self, goal: usize, start: usize) -> Vec<u64> {
         let mut by_exit: HashMap<usize, Vec<(u32, u64)>> = HashMap::new();
         for portal in self.portals {

@@ -11,7 +11,8 @@ use crate::grid::MOST_CELLS;
 use crate::{Error, Grid, Point};
 
 impl Map {
-    /// The ground of a table of heights \[m\] without a header: columns along x, the first line at the greatest y, as in a picture.
+    /// The ground of a table of heights \[m\] without a header: columns along x, the first line at
+    /// the greatest y, as in a picture.
     ///
     /// # Errors
     /// What is wrong with the file, in one line.

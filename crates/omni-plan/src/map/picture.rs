@@ -50,8 +50,8 @@ impl PictureScale {
 }
 
 impl Map {
-    /// The ground of a grey PNG, 8 or 16 bits, at most 4 million pixels: up in the picture is along x, its left side is at the greatest y,
-    /// its middle column at y = 0, as in a scenario's `height_map`. A cell is a pixel.
+    /// The ground of a grey PNG, 8 or 16 bits, at most 4 million pixels: up in the picture is along x, its left
+    /// side is at the greatest y, its middle column at y = 0, as in a scenario's `height_map`. A cell is a pixel.
     ///
     /// # Errors
     /// What is wrong with the file or the scale, in one line.

@@ -1,9 +1,10 @@
 //! Small random maps against an exhaustive search of a plain lattice, in both directions.
 //!
-//! How strict: where the planner finds a way, the route itself is checked against every cell, with the bare footprint. Where it finds none,
-//! the exhaustive search finds none either with a footprint that is larger by what the planner keeps clear and a cell, with three even
-//! cells before an edge and two behind it. Where the planner finds one, the exhaustive search does with the bare footprint and one even cell
-//! before an edge. It turns by 22.5 degrees, goes from cell to cell, and crosses edges straight and over its whole width.
+//! How strict: where the planner finds a way, the route itself is checked against every cell, with the bare
+//! footprint. Where it finds none, the exhaustive search finds none either with a footprint that is larger by
+//! what the planner keeps clear and a cell, with three even cells before an edge and two behind it. Where the
+//! planner finds one, the exhaustive search does with the bare footprint and one even cell before an edge. It
+//! turns by 22.5 degrees, goes from cell to cell, and crosses edges straight and over its whole width.
 
 use std::collections::VecDeque;
 
@@ -117,7 +118,8 @@ impl<'a> Exhaustive<'a> {
         }
     }
 
-    /// Edges under the vehicle at a cell and an angle in 32nds of a turn: across (dx, dy) and rise. None where it reaches out of the map.
+    /// Edges under the vehicle at a cell and an angle in 32nds of a turn: across (dx, dy) and rise.
+    /// None where it reaches out of the map.
     fn under(&self, column: usize, row: usize, part: usize) -> Option<Vec<[f64; 3]>> {
         let mut found = Vec::new();
         for [x, y, dx, dy] in &self.borders[part] {

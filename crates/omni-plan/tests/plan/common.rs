@@ -45,8 +45,8 @@ pub(crate) fn chugo7() -> Chart {
     Chart::from_toml("chugo7.toml", include_str!("../charts/chugo7.toml")).expect("a chart")
 }
 
-/// What covers an edge or a closed cell along a route, found without any of the planner's code: the rectangle itself, every
-/// centimetre, against every border of cells. What a crossing goes over is compared with the chart.
+/// What covers an edge or a closed cell along a route, found without any of the planner's code: the rectangle
+/// itself, every centimetre, against every border of cells. What a crossing goes over is compared with the chart.
 pub(crate) fn check_route(
     map: &Map,
     chart: &Chart,
@@ -113,8 +113,9 @@ pub(crate) fn check_route(
     }
 }
 
-/// Borders between cells that rise by more than `ignore_m` and lie in a convex polygon: direction across (lower to higher index) and rise.
-/// A closed cell is a border that rises by 1000 m. Slopes count as edges, so worlds with ramps rise by less than `ignore_m` a cell.
+/// Borders between cells that rise by more than `ignore_m` and lie in a convex polygon: direction
+/// across (lower to higher index) and rise. A closed cell is a border that rises by 1000 m. Slopes
+/// count as edges, so worlds with ramps rise by less than `ignore_m` a cell.
 fn edges_under(map: &Map, corners: &[[f64; 2]; 4], ignore_m: f64) -> Vec<[f64; 3]> {
     let grid = map.grid();
     let least = |k: usize| {

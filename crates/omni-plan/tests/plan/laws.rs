@@ -470,14 +470,16 @@ fn the_key_of_the_cost_decides_between_kerb_and_ramp() {
     // The lift is the same on the ramp; the longer way is not.
     assert_eq!(energy.crossings.len(), 1);
     assert!(time.duration_s < risk.duration_s);
-    // 0.04 m of lift and 4 m of rolling at 0.03: 9.81 (0.04 + 0.12) J/kg; near the kerb it counts for up to half as much again.
+    // 0.04 m of lift and 4 m of rolling at 0.03: 9.81 (0.04 + 0.12) J/kg; near the kerb it counts
+    // for up to half as much again.
     assert!((1.5..1.9).contains(&energy.cost), "{}", energy.cost);
 }
 
 #[test]
 fn a_mirrored_map_and_chart_give_the_mirrored_route() {
-    // A slanted edge is followed from its other end in the mirror, so that its line may have a border of a cell more or less: crossings
-    // that are tried along it shift by half a cell. Edges along the axes end at the same corners, and here crossings are in middles of cells.
+    // A slanted edge is followed from its other end in the mirror, so that its line may have a
+    // border of a cell more or less: crossings that are tried along it shift by half a cell. Edges
+    // along the axes end at the same corners, and here crossings are in middles of cells.
     for (slant_rad, tolerance) in [(0.0_f64, 1e-6), (0.5, 0.01)] {
         let height = |x: f64, y: f64| {
             let (sin, cos) = slant_rad.sin_cos();
