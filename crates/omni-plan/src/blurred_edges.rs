@@ -1,6 +1,6 @@
 //! Lines of edges that are drawn over some cells, as by a picture that is smoothed: the rises near a line, weighted by their heights.
 
-use crate::edge_lines::EdgeLine;
+use crate::edge_line::EdgeLine;
 use crate::ground::Ground;
 
 /// Rises belong to a line if they are no farther from it \[cells\].

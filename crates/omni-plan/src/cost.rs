@@ -1,6 +1,7 @@
 //! What each part of a route costs: time, energy or risk.
 
-use crate::portals::{Portal, remainder};
+use crate::angles::remainder;
+use crate::portals::Portal;
 use crate::{Cost, CrossingKind, Footprint, Options};
 
 /// Costs are whole numbers in the search: sums that do not depend on their order.

@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 
 use crate::Point;
 use crate::blurred_edges::BlurredEdges;
+use crate::edge_line::{EdgeLine, NONE};
 use crate::ground::Ground;
 
 /// A border belongs to a line if its middle is no farther from it [cells]: a drawn line is off by half a cell at most.
@@ -12,32 +13,6 @@ const OFF_LINE: f64 = 0.75;
 const LEAST_BORDERS: usize = 3;
 /// The ends of a line of so many borders may belong to a corner: they are left out of its fit.
 const TRIMMED_FROM: usize = 6;
-/// No line.
-pub(crate) const NONE: u32 = u32::MAX;
-
-/// A straight edge.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct EdgeLine {
-    /// Its middle, in cells from the grid's corner.
-    pub(crate) middle: Point,
-    /// Unit vector uphill.
-    pub(crate) normal: Point,
-    /// Half of its length [cells].
-    pub(crate) half_length: f64,
-}
-
-impl EdgeLine {
-    /// Unit vector along it: uphill is on its left.
-    pub(crate) fn along(&self) -> Point {
-        [self.normal[1], -self.normal[0]]
-    }
-
-    /// A place on it, so far from its middle [cells].
-    pub(crate) fn place(&self, along: f64) -> Point {
-        let [x, y] = self.along();
-        [self.middle[0] + along * x, self.middle[1] + along * y]
-    }
-}
 
 /// All straight edges of a ground, and which of them each cell's border belongs to.
 #[derive(Debug)]

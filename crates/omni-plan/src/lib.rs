@@ -1,12 +1,19 @@
 #![doc = include_str!("../README.md")]
+//!
+//! # In this crate
+//!
+//! A [`Planner`] is made of a [`Map`], a [`Chart`], a [`Footprint`] and [`Options`]; [`Planner::plan`] gives a [`Route`] or a [`NoRoute`].
+//! [`Planner::write_costmaps`] writes [`MapFiles`] for Nav2.
 #![forbid(unsafe_code)]
 
+mod angles;
 mod area;
 mod blurred_edges;
 mod chart;
 mod cost;
 mod costmap;
 mod diagnosis;
+mod edge_line;
 mod edge_lines;
 mod error;
 mod footprint;

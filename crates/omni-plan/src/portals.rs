@@ -2,11 +2,13 @@
 
 use std::f64::consts::PI;
 
+use crate::angles::{heading_rad, nearest_heading, remainder};
 use crate::chart::Table;
-use crate::edge_lines::{EdgeLine, EdgeLines, NONE};
+use crate::edge_line::{EdgeLine, NONE};
+use crate::edge_lines::EdgeLines;
 use crate::footprint::Mask;
 use crate::ground::Ground;
-use crate::lattice::{HEADINGS, Lattice, heading_rad};
+use crate::lattice::Lattice;
 use crate::occupancy::Occupancy;
 use crate::scan::{Scan, Strip, TRACKS};
 use crate::{Chart, CrossingKind, Footprint, Options, Point, Pose};
@@ -193,7 +195,7 @@ impl PortalMaker<'_> {
     fn approach(&self, along: Point, side_deg: f64) -> Approach {
         let direction_rad = along[1].atan2(along[0]);
         let exact = direction_rad - side_deg.to_radians();
-        let heading = crate::lattice::nearest_heading(exact);
+        let heading = nearest_heading(exact);
         let turn = remainder(heading_rad(heading) - exact);
         let steps = (turn.abs() / TURN_STEP_RAD).ceil() as i32;
         let most = |way_rad: f64| {
@@ -487,12 +489,3 @@ pub(crate) fn turn_is_free(
     );
     !occupancy.hits(&mask, [column as isize, row as isize])
 }
-
-/// The same angle, over -pi to pi \[rad\].
-pub(crate) fn remainder(angle_rad: f64) -> f64 {
-    let turns = (angle_rad / (2.0 * PI)).round();
-    angle_rad - 2.0 * PI * turns
-}
-
-/// The difference between two headings of the lattice \[rad\].
-pub(crate) const HEADING_STEP_RAD: f64 = 2.0 * PI / HEADINGS as f64;

@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
+use crate::angles::remainder;
 use crate::error::check_argument;
-use crate::portals::remainder;
 
 /// Most points of a path that is sampled.
 const MOST_POINTS: f64 = 1e6;

@@ -1,8 +1,9 @@
 //! The path of a route: ways at one heading are straightened where they stay clear, crossings are put in exactly.
 
+use crate::angles::{HEADINGS, heading_rad, remainder};
 use crate::cost::Costs;
-use crate::lattice::{HEADINGS, Lattice, heading_rad};
-use crate::portals::{Portal, remainder};
+use crate::lattice::Lattice;
+use crate::portals::Portal;
 use crate::{Crossing, Goal, Options, Point, Pose, RoutePoint};
 
 /// A straight way is looked at in steps of this part of the lattice's spacing.
