@@ -133,7 +133,7 @@ impl PortalMaker<'_> {
                 clearance: 0.0,
             },
         );
-        let Some(table) = self.chart.at(probe.friction) else {
+        let Some(table) = self.chart.at(probe.friction(f64::NEG_INFINITY, f64::INFINITY)) else {
             return;
         };
         let [up, down] = probe.up_and_down(f64::NEG_INFINITY, f64::INFINITY, merge);
@@ -236,7 +236,7 @@ impl PortalMaker<'_> {
         let standing = ahead + behind + clear;
         let mut to = strip.to;
         let mut scan = seen.scan.within(&strip);
-        let (first, places) = loop {
+        let (first, end, places) = loop {
             let mut places: Vec<f64> = scan.risers.iter().map(|riser| riser.at).collect();
             places.sort_by(f64::total_cmp);
             let Some(first) = places.iter().copied().find(|at| *at >= -NEAR_LINE) else {
@@ -252,7 +252,7 @@ impl PortalMaker<'_> {
             }
             let needed = last + standing + ahead + run_up;
             if needed <= to || to > cells(LONGEST_M) {
-                break (first, places);
+                break (first, last + standing, places);
             }
             to = needed;
             if to > seen.strip.to {
@@ -273,7 +273,7 @@ impl PortalMaker<'_> {
             return;
         }
         // The ground beside the middle may be more slippery: another chart.
-        let Some(table) = self.chart.at(scan.friction) else {
+        let Some(table) = self.chart.at(scan.friction(begin, end)) else {
             return;
         };
         let Some(side) = table.sides.iter().position(|side| side.side_deg == side_deg) else {
