@@ -1,6 +1,6 @@
 //! What each part of a route costs: time, energy or risk.
 
-use crate::angle::remainder;
+use crate::angles::remainder;
 use crate::portals::Portal;
 use crate::{Cost, CrossingKind, Footprint, Options};
 

@@ -7,9 +7,9 @@ use image::codecs::pnm::{PnmEncoder, PnmSubtype, SampleEncoding};
 use image::{ExtendedColorType, ImageEncoder};
 use serde::Serialize;
 
-use crate::edge_lines::NONE;
+use crate::angles::{HEADINGS, heading_rad};
+use crate::edge_line::NONE;
 use crate::error::{check_argument, refused};
-use crate::lattice::{HEADINGS, heading_rad};
 use crate::occupancy::distances;
 use crate::{Error, Planner};
 

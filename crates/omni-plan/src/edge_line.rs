@@ -1,6 +1,9 @@
-//! A straight edge.
+//! A straight edge: its middle, its normal and its length.
 
 use crate::Point;
+
+/// No line.
+pub(crate) const NONE: u32 = u32::MAX;
 
 /// A straight edge.
 #[derive(Clone, Copy, Debug)]

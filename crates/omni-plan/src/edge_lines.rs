@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use crate::Point;
 use crate::blurred_edges::BlurredEdges;
-use crate::edge_line::EdgeLine;
+use crate::edge_line::{EdgeLine, NONE};
 use crate::ground::Ground;
 
 /// A border belongs to a line if its middle is no farther from it [cells]: a drawn line is off by half a cell at most.
@@ -13,8 +13,6 @@ const OFF_LINE: f64 = 0.75;
 const LEAST_BORDERS: usize = 3;
 /// The ends of a line of so many borders may belong to a corner: they are left out of its fit.
 const TRIMMED_FROM: usize = 6;
-/// No line.
-pub(crate) const NONE: u32 = u32::MAX;
 
 /// All straight edges of a ground, and which of them each cell's border belongs to.
 #[derive(Debug)]

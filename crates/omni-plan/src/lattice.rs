@@ -2,14 +2,12 @@
 
 use std::f64::consts::PI;
 
-use crate::angle::remainder;
+use crate::angles::HEADINGS;
 use crate::footprint::Mask;
 use crate::ground::Ground;
 use crate::occupancy::{Occupancy, distances};
 use crate::{Footprint, Grid, Options, Point};
 
-/// Headings of the lattice, evenly around.
-pub(crate) const HEADINGS: usize = 16;
 /// Between two positions the vehicle's corners are off by so much of the spacing, at most: half of a diagonal step.
 const BETWEEN: f64 = 0.71;
 /// A turn to the next heading is looked at in so many parts.
@@ -33,17 +31,6 @@ pub(crate) const STEPS: [[isize; 2]; 16] = [
     [1, -1],
     [2, -1],
 ];
-
-/// Angle of a heading \[rad\].
-pub(crate) fn heading_rad(heading: usize) -> f64 {
-    remainder(2.0 * PI * heading as f64 / HEADINGS as f64)
-}
-
-/// The heading that is nearest to an angle \[rad\].
-pub(crate) fn nearest_heading(angle_rad: f64) -> usize {
-    let part = (angle_rad / (2.0 * PI) * HEADINGS as f64).round();
-    part.rem_euclid(HEADINGS as f64) as usize % HEADINGS
-}
 
 /// Positions and headings, and which of them are free of edges and obstacles.
 #[derive(Debug)]

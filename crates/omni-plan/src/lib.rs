@@ -1,7 +1,12 @@
 #![doc = include_str!("../README.md")]
+//!
+//! # In this crate
+//!
+//! A [`Planner`] is made of a [`Map`], a [`Chart`], a [`Footprint`] and [`Options`]; [`Planner::plan`]
+//! gives a [`Route`] or a [`NoRoute`]. [`Planner::write_costmaps`] writes [`MapFiles`] for Nav2.
 #![forbid(unsafe_code)]
 
-mod angle;
+mod angles;
 mod area;
 mod blurred_edges;
 mod chart;

@@ -2,14 +2,14 @@
 
 use std::collections::HashMap;
 
-use crate::angle::remainder;
+use crate::angles::{HEADINGS, heading_rad, nearest_heading, remainder};
 use crate::cost::{Costs, from_whole};
 use crate::diagnosis::Diagnosis;
 use crate::edge_lines::EdgeLines;
 use crate::error::check_argument;
 use crate::footprint::Mask;
 use crate::ground::Ground;
-use crate::lattice::{HEADINGS, Lattice, heading_rad, nearest_heading};
+use crate::lattice::Lattice;
 use crate::no_route::Obstacle;
 use crate::occupancy::Occupancy;
 use crate::portals::{Portal, PortalMaker, turn_is_free};

@@ -2,13 +2,13 @@
 
 use std::f64::consts::PI;
 
-use crate::angle::remainder;
+use crate::angles::{heading_rad, nearest_heading, remainder};
 use crate::chart::Table;
-use crate::edge_line::EdgeLine;
-use crate::edge_lines::{EdgeLines, NONE};
+use crate::edge_line::{EdgeLine, NONE};
+use crate::edge_lines::EdgeLines;
 use crate::footprint::Mask;
 use crate::ground::Ground;
-use crate::lattice::{HEADINGS, Lattice, heading_rad};
+use crate::lattice::Lattice;
 use crate::occupancy::Occupancy;
 use crate::scan::{Scan, Strip, TRACKS};
 use crate::{Chart, CrossingKind, Footprint, Options, Point, Pose};
@@ -133,7 +133,7 @@ impl PortalMaker<'_> {
                 clearance: 0.0,
             },
         );
-        let Some(table) = self.chart.at(probe.friction) else {
+        let Some(table) = self.chart.at(probe.friction(f64::NEG_INFINITY, f64::INFINITY)) else {
             return;
         };
         let [up, down] = probe.up_and_down(f64::NEG_INFINITY, f64::INFINITY, merge);
@@ -195,7 +195,7 @@ impl PortalMaker<'_> {
     fn approach(&self, along: Point, side_deg: f64) -> Approach {
         let direction_rad = along[1].atan2(along[0]);
         let exact = direction_rad - side_deg.to_radians();
-        let heading = crate::lattice::nearest_heading(exact);
+        let heading = nearest_heading(exact);
         let turn = remainder(heading_rad(heading) - exact);
         let steps = (turn.abs() / TURN_STEP_RAD).ceil() as i32;
         let most = |way_rad: f64| {
@@ -236,7 +236,7 @@ impl PortalMaker<'_> {
         let standing = ahead + behind + clear;
         let mut to = strip.to;
         let mut scan = seen.scan.within(&strip);
-        let (first, places) = loop {
+        let (first, end, places) = loop {
             let mut places: Vec<f64> = scan.risers.iter().map(|riser| riser.at).collect();
             places.sort_by(f64::total_cmp);
             let Some(first) = places.iter().copied().find(|at| *at >= -NEAR_LINE) else {
@@ -252,7 +252,7 @@ impl PortalMaker<'_> {
             }
             let needed = last + standing + ahead + run_up;
             if needed <= to || to > cells(LONGEST_M) {
-                break (first, places);
+                break (first, last + standing, places);
             }
             to = needed;
             if to > seen.strip.to {
@@ -273,7 +273,7 @@ impl PortalMaker<'_> {
             return;
         }
         // The ground beside the middle may be more slippery: another chart.
-        let Some(table) = self.chart.at(scan.friction) else {
+        let Some(table) = self.chart.at(scan.friction(begin, end)) else {
             return;
         };
         let Some(side) = table.sides.iter().position(|side| side.side_deg == side_deg) else {
@@ -489,6 +489,3 @@ pub(crate) fn turn_is_free(
     );
     !occupancy.hits(&mask, [column as isize, row as isize])
 }
-
-/// The difference between two headings of the lattice \[rad\].
-pub(crate) const HEADING_STEP_RAD: f64 = 2.0 * PI / HEADINGS as f64;

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
-use crate::angle::remainder;
+use crate::angles::remainder;
 use crate::error::check_argument;
 
 /// Most points of a path that is sampled.

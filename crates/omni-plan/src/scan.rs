@@ -49,10 +49,10 @@ pub(crate) struct Scan {
     /// Distance between two tracks \[cells\], and where the first is, to the left.
     spacing: f64,
     first: f64,
-    /// The least friction of each track.
-    frictions: Vec<f64>,
-    /// The least friction.
-    pub(crate) friction: f64,
+    /// How many tracks there are.
+    tracks: usize,
+    /// On which track from where along the way \[cells\] which friction is, up to the next of the track.
+    frictions: Vec<(usize, f64, f64)>,
 }
 
 impl Scan {
@@ -62,14 +62,13 @@ impl Scan {
         let spacing = width / (tracks - 1) as f64;
         let off = |track: usize| track as f64 * spacing - strip.right - strip.clearance;
         let mut scan = Self {
-            friction: f64::INFINITY,
+            tracks,
             under: [tracks, 0],
             spacing,
             first: off(0),
             ..Self::default()
         };
         for track in 0..tracks {
-            scan.frictions.push(f64::INFINITY);
             let aside = off(track);
             if aside >= -strip.right && aside <= strip.left {
                 scan.under = [scan.under[0].min(track), track];
@@ -86,8 +85,8 @@ impl Scan {
         let near = |track: usize| (-strip.right - beside..=strip.left + beside).contains(&aside(track));
         let along = |at: f64| at <= strip.to && at >= strip.from;
         let mut scan = Self {
-            friction: f64::INFINITY,
-            under: [self.frictions.len(), 0],
+            tracks: self.tracks,
+            under: [self.tracks, 0],
             spacing: self.spacing,
             first: self.first,
             ..Self::default()
@@ -97,10 +96,10 @@ impl Scan {
             .extend(risers.filter(|riser| near(riser.track) && along(riser.at)));
         let closed = self.closed.iter();
         scan.closed.extend(closed.filter(|(track, ..)| near(*track)));
-        for (track, friction) in self.frictions.iter().enumerate() {
-            if near(track) {
-                scan.friction = scan.friction.min(*friction);
-            }
+        let frictions = self.frictions.iter();
+        scan.frictions
+            .extend(frictions.filter(|(track, ..)| near(*track)));
+        for track in 0..self.tracks {
             if (-strip.right..=strip.left).contains(&aside(track)) {
                 scan.under = [scan.under[0].min(track), track];
             }
@@ -142,8 +141,10 @@ impl Scan {
             let is_open = here.is_some_and(|index| !ground.closed[index]);
             if let Some(index) = here.filter(|_| is_open) {
                 let friction = ground.friction[index];
-                self.frictions[track] = self.frictions[track].min(friction);
-                self.friction = self.friction.min(friction);
+                let last = self.frictions.last();
+                if last.is_none_or(|last| last.0 != track || last.2 != friction) {
+                    self.frictions.push((track, entered, friction));
+                }
             }
             was_inside |= here.is_some();
             if was_inside && here.is_none() {
@@ -186,6 +187,21 @@ impl Scan {
             }
             debug_assert!(before != cell);
         }
+    }
+
+    /// The least friction between two places along the way.
+    pub(crate) fn friction(&self, from: f64, to: f64) -> f64 {
+        let mut least = f64::INFINITY;
+        for (number, (track, begin, friction)) in self.frictions.iter().enumerate() {
+            let next = self.frictions.get(number + 1);
+            let end = next
+                .filter(|next| next.0 == *track)
+                .map_or(f64::INFINITY, |next| next.1);
+            if *begin < to && end > from {
+                least = least.min(*friction);
+            }
+        }
+        least
     }
 
     /// Is there a closed cell between two places along the way?

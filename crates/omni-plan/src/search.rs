@@ -5,10 +5,10 @@ use std::collections::HashMap;
 use pathfinding::directed::astar::astar;
 use pathfinding::directed::dijkstra::dijkstra_reach;
 
-use crate::angle::remainder;
+use crate::angles::{HEADING_STEP_RAD, HEADINGS, heading_rad, remainder};
 use crate::cost::{Costs, whole, whole_below};
-use crate::lattice::{HEADINGS, Lattice, STEPS, heading_rad, step_direction_rad, step_length};
-use crate::portals::{HEADING_STEP_RAD, Portal};
+use crate::lattice::{Lattice, STEPS, step_direction_rad, step_length};
+use crate::portals::Portal;
 
 /// No cost is known: the place cannot be reached.
 const UNREACHED: u64 = u64::MAX;

@@ -1,8 +1,8 @@
 //! The path of a route: ways at one heading are straightened where they stay clear, crossings are put in exactly.
 
-use crate::angle::remainder;
+use crate::angles::{HEADINGS, heading_rad, remainder};
 use crate::cost::Costs;
-use crate::lattice::{HEADINGS, Lattice, heading_rad};
+use crate::lattice::Lattice;
 use crate::portals::Portal;
 use crate::{Crossing, Goal, Options, Point, Pose, RoutePoint};
 

@@ -340,6 +340,19 @@ fn ice_before_a_step_needs_a_chart_for_ice() {
 }
 
 #[test]
+fn ice_far_behind_a_sill_does_not_matter() {
+    let map = world([8.0, 4.0], 0.05, |x, y| {
+        walled(x, y, [8.0, 4.0], if (3.0..3.2).contains(&x) { 0.03 } else { 0.0 })
+    });
+    let ice = Area::rectangle([5.0, 8.0], [0.0, 4.0]).expect("an area");
+    let map = map.with_friction_area(ice, 0.2).expect("a friction");
+    let route = planner(&map, &chart(&FRONT_ONLY), Options::default())
+        .plan(&Pose::new(1.0, 2.0, 0.0), &Goal::place(7.0, 2.0))
+        .expect("a route");
+    assert_eq!(route.crossings.len(), 2);
+}
+
+#[test]
 fn ends_out_of_the_map_and_in_walls_are_said() {
     let map = world([6.0, 4.0], 0.05, |x, y| {
         walled(x, y, [6.0, 4.0], if x > 3.0 { 0.04 } else { 0.0 })
