@@ -269,13 +269,26 @@ fn one_that_pushes_hard_on_the_level_for_long_is_stuck_whatever_its_wheels_say()
     );
     assert_eq!(gave_up, Some(back_off));
     // A light push, a climb, a slope, and no attitude, which would tell a slope.
-    let free: [&dyn Fn(&mut TractionState<f64, 7>); 4] = [
-        &|traction| traction.thrust_n_m *= 0.8,
-        &|traction| traction.motion.rise_m_s[3] = 0.05,
-        &|traction| traction.attitude_rad = Some([0.06, 0.0]),
-        &|traction| traction.attitude_rad = None,
-    ];
-    for (k, change) in free.into_iter().enumerate() {
-        assert_eq!(first(change, SupervisorMode::BackOff), None, "{k}");
-    }
+    assert_eq!(
+        first(&|traction| traction.thrust_n_m *= 0.8, SupervisorMode::BackOff),
+        None
+    );
+    assert_eq!(
+        first(
+            &|traction| traction.motion.rise_m_s[3] = 0.05,
+            SupervisorMode::BackOff
+        ),
+        None
+    );
+    assert_eq!(
+        first(
+            &|traction| traction.attitude_rad = Some([0.06, 0.0]),
+            SupervisorMode::BackOff
+        ),
+        None
+    );
+    assert_eq!(
+        first(&|traction| traction.attitude_rad = None, SupervisorMode::BackOff),
+        None
+    );
 }
