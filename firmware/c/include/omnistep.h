@@ -1130,7 +1130,7 @@ typedef struct {
 // What a drive with traction control remembers. Nothing in it is for anybody else.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[391];
+  uint32_t memory[392];
 } omni3_traction_drive_state;
 
 // What a step with traction control reports. Nothing in it is ever NaN.
@@ -1612,7 +1612,7 @@ typedef struct {
 // What a drive with traction control remembers. Nothing in it is for anybody else.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[443];
+  uint32_t memory[444];
 } omni4_traction_drive_state;
 
 // What a step with traction control reports. Nothing in it is ever NaN.
@@ -1993,7 +1993,7 @@ typedef struct {
 // What a drive with traction control remembers. Nothing in it is for anybody else.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[497];
+  uint32_t memory[498];
 } omni5_traction_drive_state;
 
 // What a step with traction control reports. Nothing in it is ever NaN.
@@ -2374,7 +2374,7 @@ typedef struct {
 // What a drive with traction control remembers. Nothing in it is for anybody else.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[550];
+  uint32_t memory[551];
 } omni6_traction_drive_state;
 
 // What a step with traction control reports. Nothing in it is ever NaN.
@@ -2755,7 +2755,7 @@ typedef struct {
 // What a drive with traction control remembers. Nothing in it is for anybody else.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[602];
+  uint32_t memory[603];
 } omni7_traction_drive_state;
 
 // What a step with traction control reports. Nothing in it is ever NaN.
@@ -3136,7 +3136,7 @@ typedef struct {
 // What a drive with traction control remembers. Nothing in it is for anybody else.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[654];
+  uint32_t memory[655];
 } omni8_traction_drive_state;
 
 // What a step with traction control reports. Nothing in it is ever NaN.
