@@ -48,13 +48,13 @@ constant_struct!(ProgressConfig<R> { lag_m: R, lag_rad: R });
 /// let ahead = planner.plan(&[Waypoint::at(0.0, 0.0), Waypoint::at(3.0, 0.0)], &mut segments, &mut pieces)?;
 /// let progress = PathProgress::new(ProgressConfig { lag_m: 0.1, lag_rad: 0.3 })?;
 /// let mut state = ProgressState::start();
-/// let stuck = PlanarPose { x_m: 0.5, y_m: 0.0, yaw_rad: 0.0 };
+/// let stuck = PlanarPose { x_m: 0.0, y_m: 0.0, yaw_rad: 0.0 };
 /// let mut sample = progress.step(&mut state, &ahead, 0.0, &stuck);
 /// for period in 1..10_000 {
 ///     sample = progress.step(&mut state, &ahead, 1e-3 * period as f64, &stuck);
 /// }
 /// // It waits 20 cm ahead, and asks for no speed.
-/// assert!((sample.pose.x_m - 0.7).abs() < 0.02 && sample.speed_m_s < 0.1);
+/// assert!((sample.pose.x_m - 0.2).abs() < 0.02 && sample.speed_m_s < 0.1);
 /// assert!(state.held_up_s() > 5.0 && state.waited_s() > 5.0);
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
