@@ -127,7 +127,7 @@ def test_values_that_do_not_fit_together_count_worst():
         ),
         ({"points": {}}, "none, allowed: one or more", "points"),
         ({"overrides": {"seed": 3}}, "overrides: seed, allowed", "seed"),
-        ({"objective": "speed"}, "objective = 'speed', allowed: a function, or climbed, ", "objective"),
+        ({"objective": "speed"}, "objective = 'speed', allowed: a function, or arrived_s, climbed, ", "objective"),
         ({"direction": "down"}, "direction = 'down', allowed: minimize, maximize", "direction"),
         ({"trials": 0}, "trials = 0, allowed", "trials"),
         ({"worst": 0.0}, "worst = 0.0, allowed: above 0", "worst"),
