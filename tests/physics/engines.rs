@@ -2,6 +2,7 @@
 
 use std::cell::Cell;
 
+use omni_sim::Verdict;
 use omni_sim::config::{Engine, Error, Override, Scenario};
 
 thread_local! {
@@ -24,6 +25,17 @@ pub(crate) fn load(name: &str, overrides: &[Override]) -> Result<Scenario, Error
     let engine = Override::new("physics.engine", engine().name());
     let all: Vec<_> = std::iter::once(engine).chain(overrides.iter().cloned()).collect();
     Scenario::load(name, &all)
+}
+
+/// How a run of a scenario ends where all goes well.
+pub(crate) fn passed(scenario: &Scenario) -> Verdict {
+    if scenario.terrain.obstacle().is_some() {
+        Verdict::Climbed
+    } else if scenario.command.path.is_some() {
+        Verdict::Arrived
+    } else {
+        Verdict::Completed
+    }
 }
 
 /// Makes of each function a test on each engine: where the physics is the subject.
