@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use omni_core::BodyTwist;
 use omni_sim::config::{Override, Scenario, Study, builtin_scenarios};
-use omni_sim::{Simulation, Trace, Verdict, run};
+use omni_sim::{Simulation, Trace, run};
 use omni_study::{Plan, Run};
 
 use crate::engines::{load, on_both_engines, passed};
