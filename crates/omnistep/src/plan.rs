@@ -191,10 +191,8 @@ fn charted(scenario: &Scenario, args: &PlanArgs) -> Result<Chart, Error> {
             vehicle: vehicle.name.clone(),
         });
     }
-    let chart = crate::chart::read(&file)?;
-    let name = file.display().to_string();
-    chart.check_vehicle(&name, vehicle)?;
-    Ok(Chart::from_toml(&name, &chart.to_toml()?)?)
+    crate::chart::read(&file)?.check_vehicle(&file.display().to_string(), vehicle)?;
+    Ok(Chart::read(&file)?)
 }
 
 /// What a vehicle covers: its wheels and the boxes of its bodies.

@@ -7,18 +7,28 @@ use std::vec::Vec;
 
 const PERIOD_S: f64 = 1e-3;
 
+const ROOM: ([PathSegment<f64>; 1], [PathPiece<f64>; 1]) = ([PathSegment::EMPTY; 1], [PathPiece::EMPTY; 1]);
+
+/// Three metres ahead.
+fn straight((segments, pieces): &mut ([PathSegment<f64>; 1], [PathPiece<f64>; 1])) -> Trajectory<'_, f64> {
+    let way = [Waypoint::at(0.0, 0.0), Waypoint::at(3.0, 0.0)];
+    let planner = planner().expect("in range");
+    planner.plan(&way, segments, pieces).expect("a straight way")
+}
+
+fn progress() -> PathProgress<f64> {
+    PathProgress::new(ProgressConfig {
+        lag_m: 0.1,
+        lag_rad: 0.3,
+    })
+    .expect("in range")
+}
+
 /// A vehicle that does what is commanded, but for a wall in its way until a time: where it is after
 /// each period, and the state.
 fn driven(wall_m: f64, until_s: f64, duration_s: f64) -> (Vec<[f64; 3]>, ProgressState<f64>) {
-    let (mut segments, mut pieces) = ([PathSegment::EMPTY; 1], [PathPiece::EMPTY; 1]);
-    let planner = planner().expect("in range");
-    let path = planner
-        .plan(
-            &[Waypoint::at(0.0, 0.0), Waypoint::at(3.0, 0.0)],
-            &mut segments,
-            &mut pieces,
-        )
-        .expect("a straight way");
+    let mut room = ROOM;
+    let path = straight(&mut room);
     let follower = HolonomicFollower::new(FollowerConfig {
         gain_per_s: 2.0,
         heading_gain_per_s: 2.0,
@@ -26,11 +36,7 @@ fn driven(wall_m: f64, until_s: f64, duration_s: f64) -> (Vec<[f64; 3]>, Progres
         limit_rad_s: 1.0,
     })
     .expect("in range");
-    let progress = PathProgress::new(ProgressConfig {
-        lag_m: 0.1,
-        lag_rad: 0.3,
-    })
-    .expect("in range");
+    let progress = progress();
     let mut state = ProgressState::start();
     let mut pose = PlanarPose {
         x_m: 0.0,
@@ -59,20 +65,9 @@ fn driven(wall_m: f64, until_s: f64, duration_s: f64) -> (Vec<[f64; 3]>, Progres
 
 #[test]
 fn a_vehicle_that_keeps_up_has_the_trajectory_in_every_bit() {
-    let (mut segments, mut pieces) = ([PathSegment::EMPTY; 1], [PathPiece::EMPTY; 1]);
-    let path = planner()
-        .expect("in range")
-        .plan(
-            &[Waypoint::at(0.0, 0.0), Waypoint::at(3.0, 0.0)],
-            &mut segments,
-            &mut pieces,
-        )
-        .expect("a straight way");
-    let progress = PathProgress::new(ProgressConfig {
-        lag_m: 0.1,
-        lag_rad: 0.3,
-    })
-    .expect("in range");
+    let mut room = ROOM;
+    let path = straight(&mut room);
+    let progress = progress();
     let mut state = ProgressState::start();
     for period in 0..5000 {
         let time_s = PERIOD_S * f64::from(period);
@@ -112,20 +107,9 @@ fn a_vehicle_that_is_stuck_for_good_is_held_up_for_ever() {
 
 #[test]
 fn without_a_pose_it_is_the_trajectory_and_time_that_goes_back_stands() {
-    let (mut segments, mut pieces) = ([PathSegment::EMPTY; 1], [PathPiece::EMPTY; 1]);
-    let path = planner()
-        .expect("in range")
-        .plan(
-            &[Waypoint::at(0.0, 0.0), Waypoint::at(3.0, 0.0)],
-            &mut segments,
-            &mut pieces,
-        )
-        .expect("a straight way");
-    let progress = PathProgress::new(ProgressConfig {
-        lag_m: 0.1,
-        lag_rad: 0.3,
-    })
-    .expect("in range");
+    let mut room = ROOM;
+    let path = straight(&mut room);
+    let progress = progress();
     let lost = PlanarPose {
         x_m: f64::NAN,
         y_m: 0.0,
@@ -142,12 +126,8 @@ proptest! {
     fn whatever_comes_its_time_never_goes_back_nor_beyond_the_clock(
         steps in prop::collection::vec((0.0..0.5_f64, -5.0..5.0_f64, -4.0..4.0_f64), 1..60)
     ) {
-        let (mut segments, mut pieces) = ([PathSegment::EMPTY; 1], [PathPiece::EMPTY; 1]);
-        let path = planner()
-            .expect("in range")
-            .plan(&[Waypoint::at(0.0, 0.0), Waypoint::at(3.0, 0.0)], &mut segments, &mut pieces)
-            .expect("a straight way");
-        let progress = PathProgress::new(ProgressConfig { lag_m: 0.1, lag_rad: 0.3 }).expect("in range");
+        let mut room = ROOM;
+        let (path, progress) = (straight(&mut room), progress());
         let (mut state, mut clock_s, mut before_s) = (ProgressState::start(), 0.0, 0.0);
         for (passed_s, x_m, yaw_rad) in steps {
             clock_s += passed_s;
