@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Formatting and lints, warnings as errors; docs/design.md lists the files as they are.
+# Formatting and lints, warnings as errors; docs/design.md lists the files as they are; public items
+# that teach have examples.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 cargo fmt --all --check
@@ -17,6 +18,8 @@ scripts/tools/venv.sh
 .venv/bin/python scripts/checks/comment_width.py
 .venv/bin/python scripts/checks/circles.py --self-test
 .venv/bin/python scripts/checks/circles.py
+.venv/bin/python scripts/checks/examples.py --self-test
+.venv/bin/python scripts/checks/examples.py
 .venv/bin/ruff check python scripts benches tests
 .venv/bin/ruff format --check python scripts benches tests
 .venv/bin/mypy

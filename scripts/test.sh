@@ -1,6 +1,5 @@
 #!/usr/bin/env bash
-# Every Rust and Python test, and the checks that the documents name only what exists and that
-# public items have examples.
+# Every Rust and Python test, and the check that the documents name only what exists.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 unset CARGO_BUILD_TARGET # where the examples are looked for
@@ -15,8 +14,6 @@ done
 scripts/tools/venv.sh
 .venv/bin/python scripts/checks/documents.py --self-test
 .venv/bin/python scripts/checks/documents.py
-.venv/bin/python scripts/checks/examples.py --self-test
-.venv/bin/python scripts/checks/examples.py
 .venv/bin/python -m pytest --numprocesses auto --dist worksteal
 # FIRMWARE=required: what is missing is a failure, as in .ci/run.
 if [ "${FIRMWARE:-}" = required ]; then scripts/firmware.sh; else scripts/firmware.sh --if-possible; fi

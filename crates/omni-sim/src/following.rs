@@ -37,7 +37,7 @@ impl Following {
     pub(crate) fn new(scenario: &Scenario) -> Result<Option<Self>, Error> {
         let start = |path| Self {
             path,
-            state: ProgressState::start(),
+            state: ProgressState::default(),
         };
         Ok(scenario.planned_path()?.map(start))
     }

@@ -47,7 +47,7 @@ constant_struct!(ProgressConfig<R> { lag_m: R, lag_rad: R });
 /// # let (mut segments, mut pieces) = ([PathSegment::EMPTY; 1], [PathPiece::EMPTY; 1]);
 /// let ahead = planner.plan(&[Waypoint::at(0.0, 0.0), Waypoint::at(3.0, 0.0)], &mut segments, &mut pieces)?;
 /// let progress = PathProgress::new(ProgressConfig { lag_m: 0.1, lag_rad: 0.3 })?;
-/// let mut state = ProgressState::start();
+/// let mut state = ProgressState::default();
 /// let stuck = PlanarPose { x_m: 0.0, y_m: 0.0, yaw_rad: 0.0 };
 /// let mut sample = progress.step(&mut state, &ahead, 0.0, &stuck);
 /// for period in 1..10_000 {
@@ -71,7 +71,7 @@ constant_struct!(PathProgress<R> { config: ProgressConfig<R> });
 ///
 /// ```
 /// use omni_core::path::ProgressState;
-/// let state = ProgressState::<f32>::start();
+/// let state = ProgressState::<f32>::default();
 /// assert_eq!((state.waited_s(), state.held_up_s(), state.rate()), (0.0, 0.0, 1.0));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -88,10 +88,9 @@ pub struct ProgressState<R> {
     held_up_s: R,
 }
 
-impl<R: Real> ProgressState<R> {
-    /// At the start of a trajectory.
-    #[must_use]
-    pub fn start() -> Self {
+/// At the start of a trajectory.
+impl<R: Real> Default for ProgressState<R> {
+    fn default() -> Self {
         Self {
             waited: Sum::of(R::ZERO),
             clock_s: R::ZERO,
@@ -99,7 +98,9 @@ impl<R: Real> ProgressState<R> {
             held_up_s: R::ZERO,
         }
     }
+}
 
+impl<R: Real> ProgressState<R> {
     /// How much later than planned it is by now \[s\].
     #[must_use]
     pub fn waited_s(&self) -> R {
@@ -134,6 +135,20 @@ impl<R: Real> PathProgress<R> {
 
     /// Where the vehicle should be, and how it should move, at a time \[s\] since the start, for a vehicle at `pose`.
     /// Time that goes backwards, or is no number, is that of before. A pose that is not finite holds nothing up.
+    ///
+    /// ```
+    /// use omni_core::path::{PathPiece, PathProgress, PathSegment, ProgressConfig, ProgressState, Waypoint};
+    /// # let planner = omni_core::examples::planner()?;
+    /// # let (mut segments, mut pieces) = ([PathSegment::EMPTY; 1], [PathPiece::EMPTY; 1]);
+    /// let ahead = planner.plan(&[Waypoint::at(0.0, 0.0), Waypoint::at(3.0, 0.0)], &mut segments, &mut pieces)?;
+    /// let progress = PathProgress::new(ProgressConfig { lag_m: 0.1, lag_rad: 0.3 })?;
+    /// let mut state = ProgressState::default();
+    /// // A vehicle within 10 cm of where it should be is followed by the clock.
+    /// let near = omni_core::geometry::PlanarPose { x_m: 0.05, y_m: 0.0, yaw_rad: 0.0 };
+    /// assert_eq!(progress.step(&mut state, &ahead, 0.3, &near), ahead.at(0.3));
+    /// assert_eq!(state.waited_s(), 0.0);
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn step(
         &self,

@@ -5,7 +5,7 @@ use crate::constants::constant_struct;
 use crate::drive::periods_of;
 
 /// When a reading is rejected. An infinite velocity or torque, or a count of 65535 periods, switches its check off.
-/// Checked by [`FaultMonitor::new`].
+/// Checked by [`FaultMonitor::new`](crate::drive::FaultMonitor::new).
 ///
 /// ```
 /// use omni_core::drive::{FaultConfig, FaultMonitor};

@@ -37,7 +37,7 @@ fn driven(wall_m: f64, until_s: f64, duration_s: f64) -> (Vec<[f64; 3]>, Progres
     })
     .expect("in range");
     let progress = progress();
-    let mut state = ProgressState::start();
+    let mut state = ProgressState::default();
     let mut pose = PlanarPose {
         x_m: 0.0,
         y_m: 0.0,
@@ -68,7 +68,7 @@ fn a_vehicle_that_keeps_up_has_the_trajectory_in_every_bit() {
     let mut room = ROOM;
     let path = straight(&mut room);
     let progress = progress();
-    let mut state = ProgressState::start();
+    let mut state = ProgressState::default();
     for period in 0..5000 {
         let time_s = PERIOD_S * f64::from(period);
         let planned = path.at(time_s);
@@ -115,7 +115,7 @@ fn without_a_pose_it_is_the_trajectory_and_time_that_goes_back_stands() {
         y_m: 0.0,
         yaw_rad: 0.0,
     };
-    let mut state = ProgressState::start();
+    let mut state = ProgressState::default();
     assert_eq!(progress.step(&mut state, &path, 1.5, &lost), path.at(1.5));
     assert_eq!(progress.step(&mut state, &path, 1.0, &lost), path.at(1.5));
     assert_eq!(progress.step(&mut state, &path, f64::NAN, &lost), path.at(1.5));
@@ -128,7 +128,7 @@ proptest! {
     ) {
         let mut room = ROOM;
         let (path, progress) = (straight(&mut room), progress());
-        let (mut state, mut clock_s, mut before_s) = (ProgressState::start(), 0.0, 0.0);
+        let (mut state, mut clock_s, mut before_s) = (ProgressState::default(), 0.0, 0.0);
         for (passed_s, x_m, yaw_rad) in steps {
             clock_s += passed_s;
             let sample = progress.step(&mut state, &path, clock_s, &PlanarPose { x_m, y_m: 0.0, yaw_rad });
