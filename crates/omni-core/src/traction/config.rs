@@ -439,7 +439,7 @@ impl<R: Real> TractionTimes<R> {
             integral_n_m_rad: config.thrust_integral_n_m_rad * softer,
             thrust_gain_n_m_s_rad: config.thrust_gain_n_m_s_rad * softer,
             own_gain_n_m_s_rad: config.free_gain_n_m_s_rad * softer,
-            own_integral_n_m_rad: config.free_integral_n_m_rad * softer,
+            own_integral_n_m_rad: config.free_integral_n_m_rad * softer * late_part,
             late_part,
             rare_rad_s,
         }
@@ -450,7 +450,11 @@ impl<R: Real> TractionTimes<R> {
     #[inline(always)]
     pub(super) fn own(&self, config: &TractionConfig<R>, raw: bool) -> [R; 2] {
         if raw {
-            [config.free_gain_n_m_s_rad, config.free_integral_n_m_rad].map(|gain| gain * self.late_part)
+            let late = self.late_part;
+            [
+                config.free_gain_n_m_s_rad * late,
+                config.free_integral_n_m_rad * late * late,
+            ]
         } else {
             [self.own_gain_n_m_s_rad, self.own_integral_n_m_rad]
         }

@@ -29,6 +29,8 @@ const BACKWARD_M_S: f64 = 0.1;
 const OFF_SPEED_M_S: f64 = 0.5;
 /// Where most are so for this long, plain loops take over until the command rests \[s\].
 const OFF_SPEED_S: f64 = 0.3;
+/// Faster than its target by this part of it, a vehicle is not pushed.
+const FASTER_PART: f64 = 0.25;
 /// Slip ends within a slip time. Wheels that nothing drives and that stay faster than slip control
 /// leaves them for so many, and for so long at least \[s\], are carried by the ground.
 const CARRIED: f64 = 2.0;
@@ -189,14 +191,22 @@ impl<R: Real, const N: usize> Traction<R, N> {
 
     /// The common thrust, of a wheel with the most way per turn \[N.m\].
     pub(super) fn find_thrust(&self, state: &mut TractionState<R, N>) {
-        let (error, largest) = (state.lack_rad_s(), state.full_thrust_n_m);
-        let asked = self.proportional(state) + state.integral_n_m;
-        state.thrust_n_m = asked.limited(-largest, largest);
+        let (sign, wanted, largest) = (state.target_sign(), state.target_m_s.abs(), state.full_thrust_n_m);
+        // Beyond an edge the thrust of the climb is let go as the speed comes, and not by gains that are soft where
+        // readings are late.
+        let width = max(R::of(FASTER_PART) * wanted, self.times.free_m_s);
+        let over = (sign * state.speed_m_s - wanted) / width;
+        let ahead = largest * (R::one() - over).limited(R::zero(), R::one());
+        let (error, asked) = (
+            sign * state.lack_rad_s(),
+            sign * (self.proportional(state) + state.integral_n_m),
+        );
+        state.thrust_n_m = sign * asked.limited(-largest, ahead);
         // It does not wind up at the limit.
         if asked.abs() <= largest || error * asked < R::zero() {
-            state.integral_n_m += self.times.integral_n_m_rad * error * self.config.period_s;
+            state.integral_n_m += self.times.integral_n_m_rad * sign * error * self.config.period_s;
         }
-        state.integral_n_m = state.integral_n_m.limited(-largest, largest);
+        state.integral_n_m = sign * (sign * state.integral_n_m).limited(-largest, ahead);
     }
 
     /// The thrust that a driven wheel has at most, and that at which every one gives what it has

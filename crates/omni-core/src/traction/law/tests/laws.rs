@@ -206,7 +206,44 @@ fn times_and_gains_follow_from_what_is_known_of_sensors_and_motors() {
     // Raw counts are as late as other readings: 15 ms of twice 20.
     let both = with(|sensors| (sensors.encoder_counts, sensors.delay_s) = (64.0, 20e-3));
     let [gain, integral] = both.times.own(&both.config, true);
-    assert!((gain - 0.3 * 0.375).abs() < 1e-12 && (integral - 2.0 * 0.375).abs() < 1e-12);
+    assert!((gain - 0.3 * 0.375).abs() < 1e-12 && (integral - 2.0 * 0.375 * 0.375).abs() < 1e-12); // the loop's damping stays
+}
+
+#[test]
+fn a_vehicle_that_is_faster_than_its_target_is_not_pushed_whatever_the_gains_and_the_integral() {
+    // The softest gains that are allowed: 15 ms of twice 60.
+    let traction = with(|sensors| (sensors.delay_s, sensors.lag_s) = (30e-3, 30e-3));
+    for way in [1.0, -1.0] {
+        let command = BodyTwist {
+            vx_m_s: 0.3 * way,
+            ..BodyTwist::ZERO
+        };
+        let thrust = |speed_m_s: f64| {
+            let mut state = stood(&traction);
+            traction.command(&mut state, &command);
+            state.loops = TractionLoops::Traction;
+            (state.target_m_s, state.speed_m_s) = (command.vx_m_s, way * speed_m_s);
+            (state.full_thrust_n_m, state.integral_n_m) = (LIMIT_N_M, way * LIMIT_N_M);
+            traction.find_thrust(&mut state);
+            traction.find_thrust(&mut state); // the integral counts from the second period on
+            (way * state.thrust_n_m, way * state.integral_n_m)
+        };
+        assert_eq!(
+            thrust(0.3),
+            (LIMIT_N_M, LIMIT_N_M),
+            "at the target a climb has all of it"
+        );
+        let (half, integral) = thrust(0.3 + 0.5 * 0.075);
+        let most = 0.5 * LIMIT_N_M + 1e-12;
+        assert!(
+            half < most && integral < most && half > 0.45 * LIMIT_N_M,
+            "{half}, {integral}"
+        );
+        let (none, integral) = thrust(1.25 * 0.3);
+        assert!(none < 1e-12 && integral < 1e-12, "{none}, {integral}");
+        let (brakes, integral) = thrust(0.5);
+        assert!(brakes < -0.01 && integral <= 0.0, "{brakes}, {integral}");
+    }
 }
 
 #[test]
