@@ -16,7 +16,7 @@ pub(crate) struct Localization(Box<dyn Localize>);
 pub(crate) struct State(Vec<u8>);
 
 /// An estimator whose number of wheels does not show.
-trait Localize: Send {
+trait Localize: Send + Sync {
     fn step(&mut self, control: &ControlSample, sensed: &Sensed);
     fn pose(&self) -> PlanarPose<f64>;
     fn state(&self) -> Vec<u8>;
