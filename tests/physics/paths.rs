@@ -221,7 +221,7 @@ fn by_the_estimate_a_path_waits_at_a_wall_where_by_odometry_it_does_not() {
             let off = |axis: &str| end(&format!("path_estimated_{axis}")) - end(&format!("pose_{axis}"));
             (off("x_m").hypot(off("y_m")), end("path_waited_s"))
         });
-        // 20 s less the second in which it drives up, and the one in which wheels that begin to spin are believed.
+        // 20 s less the second in which it drives up, and the one in which its wheels begin to spin.
         assert!(estimate.0 < 0.1 && estimate.1 > 17.0, "{estimate:?}");
         assert!(odometry.0 > 1.0 && odometry.1 == 0.0, "{odometry:?}");
     }
