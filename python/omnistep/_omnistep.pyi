@@ -2932,6 +2932,52 @@ class ClimbLimits:
     def __ne__(self, other: object, /) -> bool: ...
     def __reduce__(self) -> tuple[Any, tuple[str]]: ...
 
+def plan_route(
+    scenario: Scenario,
+    to: list[float],
+    *,
+    chart: str,
+    file: str,
+    map: str | PathLike[str] | None,
+    cost: str,
+    margin: float,
+    clearance_m: float,
+    resolution_m: float,
+    around_m: float,
+) -> str:
+    """Plan a route, for :func:`omnistep.plan_route`.
+
+    Args:
+        scenario: as in :func:`omnistep.plan_route`.
+        to: x and y [m], and a heading [deg] if it matters.
+        chart: the text of a climb chart's file.
+        file: the name of that file in messages.
+        map: a file of map_server, or None for the scenario's ground.
+        cost: ``time``, ``energy`` or ``risk``.
+        margin: part of the chart's limits to plan with.
+        clearance_m: distance from obstacles [m].
+        resolution_m: cells of the scenario's ground [m].
+        around_m: how far around start and goal the ground is looked at [m].
+
+    Returns:
+        The route as JSON.
+
+    Raises:
+        ConfigError: a file or an argument is not usable.
+        NoRouteError: there is no way.
+    """
+
+def drive_route(route: str, scenario: Scenario) -> Scenario:
+    """The scenario with a route as its path, for :attr:`omnistep.routes.Route.scenario`.
+
+    Args:
+        route: a route as JSON.
+        scenario: the scenario that it was planned in.
+
+    Raises:
+        ConfigError: the route is no JSON of a route, or a point is beyond what a path may be.
+    """
+
 @final
 class ChartRuns:
     """The runs of a climb chart, checked, for :mod:`omnistep.charts`."""
