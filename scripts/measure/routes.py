@@ -144,8 +144,8 @@ def main() -> int:
         runs = [pool.submit(measure, seed, arguments.vehicle, str(arguments.chart)) for seed in seeds]
         rows = [run.result() for run in runs]
     for row in rows:
-        told = ", ".join(f"{way} {row[f'{way} [m]']:.2f} m" for way in WAYS if row[way] is False)
-        print(f"hall {row['seed']}: {told or 'all that have a route arrive'}")
+        missed = ", ".join(f"{way} {row[f'{way} [m]']:.2f} m" for way in WAYS if row[way] is False)
+        print(f"hall {row['seed']}: {missed or 'all that have a route arrive'}")
     print(f"\n| {arguments.vehicle} | routes | arrived |\n| --- | ---: | ---: |")
     for way in WAYS:
         tried = [row[way] for row in rows if row[way] is not None]
