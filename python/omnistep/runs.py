@@ -70,7 +70,7 @@ def run(
 
     Warns:
         UserWarning: one encoder count reads as a velocity for which the gains request more torque than the motor has;
-            or ``traction`` or ``traction_runup`` lacks sensors or motor speed that it uses.
+            or ``traction`` or ``traction_runup`` lacks sensors or motor speed that it requires.
 
     Raises:
         ConfigError: a name, key or value is wrong, or a file cannot be read; the message names it and the allowed

@@ -79,7 +79,7 @@ impl<R: Real> Imu<R> {
 pub struct Readings<'a, R> {
     /// The vehicle's command: the last one that arrived.
     pub command: BodyTwist<R>,
-    /// The command arrived since the period before.
+    /// The command arrived since the previous period.
     pub new_command: bool,
     /// Actuator velocities by the encoders \[rad/s\], one a wheel; NaN where no reading arrived.
     pub wheels_rad_s: &'a [R],

@@ -38,7 +38,7 @@ const CCD: (f64, u32) = (1e-10, 100);
 ///
 /// # Errors
 /// [`Error::Key`] for a wheel without rollers, for names that MJCF would have twice, and for
-/// patches of friction on ground that is not level.
+/// friction patches on ground that is not level.
 ///
 /// ```
 /// use omni_config::Scenario;

@@ -68,7 +68,7 @@ pub struct LogFile {
     pub scenario: Scenario,
     /// The figures; none where the run was killed before its end.
     pub outcome: Option<Outcome>,
-    /// Was it finished? Else its last chunk, at most a simulated second, may be missing.
+    /// The log is complete; otherwise its last chunk, at most one simulated second, may be missing.
     pub complete: bool,
     /// Time of the last message \[ns\].
     pub until_ns: u64,

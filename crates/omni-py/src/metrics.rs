@@ -34,10 +34,10 @@ fn ratio<'py>(
     array(py, rows.into_iter().collect(), values)
 }
 
-/// How far wheels lag behind their references: eq. (14) of the paper, in a form that is defined at rest.
+/// Relative speed error of wheels: eq. (14) of the paper, in a form that is defined at rest.
 ///
-/// ``(reference - velocity) / max(|reference|, |velocity|, floor)``, with the other sign where the reference is below 0
-/// (the velocity, where the reference is 0): positive where the wheel lags, forwards and backwards; within -2 to 2.
+/// ``(reference - velocity) / max(|reference|, |velocity|, floor)``, with the sign inverted if the reference is below 0
+/// (the velocity, if the reference is 0): positive if the wheel lags, forwards and backwards; within -2 to 2.
 ///
 /// Args:
 ///     reference_rad_s: reference [rad/s], a number or (T,).

@@ -239,7 +239,7 @@ impl Episode {
         }
     }
 
-    /// Numbers in an action.
+    /// Size of an action.
     #[must_use]
     pub fn actions(&self) -> usize {
         self.action.len()

@@ -73,11 +73,11 @@ macro_rules! for_each_wheel_signal {
                 z_m: trace = |wheel| wheel.centre_m[2];
                 /// Torque that acted on the actuator [N.m], averaged over the period.
                 torque_n_m: log = |wheel| wheel.torque_n_m;
-                /// Where the ground pushes [m], x in the world, the mean weighted by the normal force; zero in the air.
+                /// Point of contact in the world [m], x, the mean weighted by the normal force; zero in the air.
                 contact_x_m: trace = |wheel| wheel.contact_m[0];
-                /// Where the ground pushes [m], y in the world.
+                /// Point of contact in the world [m], y.
                 contact_y_m: trace = |wheel| wheel.contact_m[1];
-                /// Where the ground pushes [m], z in the world.
+                /// Point of contact in the world [m], z.
                 contact_z_m: trace = |wheel| wheel.contact_m[2];
             }
         }

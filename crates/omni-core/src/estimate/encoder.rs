@@ -290,8 +290,8 @@ impl<R: Real> EncoderCounter<R> {
     }
 
     /// Takes in a reading and returns the counts since the one before, positive forwards; 0 for the
-    /// first. Bits that the counter does not have are ignored. The way round is the shorter one:
-    /// read at least once in half the counter's range.
+    /// first. Bits beyond the counter's width are ignored. The way round is the shorter one: read at least once in half
+    /// the counter's range.
     ///
     /// ```
     /// use omni_core::estimate::{CounterState, EncoderCounter};

@@ -32,7 +32,7 @@ pub struct MotorDuty<R> {
     pub current_a: R,
     /// Torque at the shaft with it \[N.m\]: what was asked for, unless limited.
     pub torque_n_m: R,
-    /// The supply or the driver's current limit gives no more than this.
+    /// The supply voltage or the driver's current limit restricts the torque.
     pub limited: bool,
 }
 

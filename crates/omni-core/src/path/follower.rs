@@ -20,7 +20,7 @@ use crate::{ConfigError, Real};
 #[repr(C)]
 pub struct FollowerConfig<R> {
     /// Velocity asked for per distance \[m/s per m\], 0 to 1000. Its inverse is the time constant
-    /// of the return: it should be several times that of the wheels' loops.
+    /// of the return: it should be several times the time constant of the wheels' loops.
     pub gain_per_s: R,
     /// Yaw rate asked for per heading error \[rad/s per rad\], 0 to 1000; as above.
     pub heading_gain_per_s: R,

@@ -22,7 +22,7 @@ use crate::{ConfigError, Real};
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct HeadingHoldConfig<R> {
     /// Yaw rate asked for per heading error \[rad/s per rad\], 0 to 1000. The inverse is the time
-    /// constant of the return: it should be several times that of the wheels' loops.
+    /// constant of the return: it should be several times the time constant of the wheels' loops.
     pub gain_per_s: R,
     /// Largest correction of the yaw rate \[rad/s\], 0 to 1000.
     pub limit_rad_s: R,

@@ -32,7 +32,7 @@ impl Draw {
 pub(super) trait Rules: Send + Sync {
     /// What differs between episodes.
     fn draws(&self) -> Vec<Draw>;
-    /// Numbers in an action.
+    /// Size of an action.
     fn actions(&self) -> usize;
     /// A new episode with what was drawn, in the order of [`Rules::draws`].
     fn begin(&mut self, drawn: &[f64], scenario: &mut Scenario);
