@@ -64,7 +64,7 @@ def margins(
 def loops(
     vehicle: Vehicle, *, period_s: float, matrix: Floats, delay_s: float, lag_s: float, viscous_n_m_s_rad: float
 ) -> Loops:
-    """The derived gains of a vehicle, reduced where its delay and lag require it.
+    """The derived gains of a vehicle, reduced if its delay and lag require it.
 
     Args:
         vehicle: the vehicle; its own gains are not used.

@@ -124,7 +124,7 @@ _REMARKS = {
 
 
 def _limits(kinematics: Kinematics, no_load_rad_s: float) -> Table:
-    """Return limits of the twist: a share of what the motors reach along each axis alone."""
+    """Return limits of the twist: a fraction of the motors' highest speed along each axis alone."""
     keys = {}
     for key, twist in {"vx_m_s": [1.0, 0.0, 0.0], "vy_m_s": [0.0, 1.0, 0.0], "wz_rad_s": [0.0, 0.0, 1.0]}.items():
         fastest = float(np.abs(kinematics.inverse(twist)).max())
@@ -133,7 +133,7 @@ def _limits(kinematics: Kinematics, no_load_rad_s: float) -> Table:
 
 
 def _schema_line() -> str:
-    """Return the first line: the schema where it lies beside, else how to get it."""
+    """Return the first line: the schema if it is in the same folder, otherwise the command that writes it."""
     schema = Path("vehicle.schema.json")
     if schema.is_file() and schema.stat().st_size > 0:
         return f"#:schema ./{schema}"
