@@ -34,22 +34,25 @@ def new(arguments: list[str]) -> int:
         usage=USAGE,
     )
     parser.add_argument("kind", choices=["vehicle"], help="the kind of file")
-    parser.add_argument("name", metavar="NAME", help="of the vehicle: letters, digits, _ or -")
+    parser.add_argument("name", metavar="NAME", help="name of the vehicle: letters, digits, _ or -")
     parser.add_argument("--from-urdf", required=True, type=Path, metavar="ROBOT.urdf", help="the robot, without xacro")
     parser.add_argument(
         "--wheels",
         choices=["mecanum", "omni"],
-        help="their kind; if left out, mecanum where all axles are parallel",
+        help="kind of wheels; if left out, mecanum if all axles are parallel",
     )
     parser.add_argument(
-        "--radius", type=float, metavar="M", help="radius of all wheels [m]; their cylinders' or spheres' if left out"
+        "--radius",
+        type=float,
+        metavar="M",
+        help="radius of all wheels [m]; from their cylinders or spheres if left out",
     )
     parser.add_argument(
         "--not-wheel",
         action="append",
         default=[],
         metavar="NAME",
-        help="a link or a joint that is no wheel, though it is round and turns; repeatable",
+        help="a link or a joint that is round and turns, but is not a wheel; repeatable",
     )
     given = parser.parse_args(arguments)
 

@@ -25,8 +25,7 @@ def parsed(text: str) -> ElementTree.Element:
 
 
 def numbers(element: Any, name: str, default: str) -> _Floats:
-    """Return an attribute's numbers, as many as in its default; a ValueError for another count or a non-finite number.
-    """
+    """Return an attribute's numbers, as many as in its default; a ValueError for another count, NaN or infinity."""
     text = default if element is None else element.get(name, default)
     try:
         found = np.array([float(word) for word in text.split()])

@@ -200,7 +200,7 @@ fn defaults(xml: &mut Xml, wheels: &[Wheel<'_>], friction: f64) -> io::Result<()
             leaf(xml, "geom", &pressed)?;
             comment(
                 xml,
-                "solref < 0 is the contact's stiffness and damping as an acceleration per metre and per metre a second. With \
+                "solref < 0 is the contact's stiffness and damping as an acceleration per metre and per metre per second. With \
                  solimp and the inverse mass that MuJoCo uses for a roller they equal the spring and damper of the vehicle's contact, N/m and N.s/m. solimp is constant: the spring does not depend on the depth.",
             )?;
             wheels.iter().try_for_each(|wheel| {

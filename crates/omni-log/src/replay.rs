@@ -68,11 +68,11 @@ pub struct Replay {
     pub wheels: Vec<WheelReplay>,
 }
 
-/// Feeds the measurements of a log to its scenario's controller, or with other keys (`control.policy`,
-/// `vehicle.gains...`), period by period, and compares the controller's signals of each wheel, the common
-/// factor and the estimated twist with the log, bit for bit; not `/controller_signals` nor the limited
-/// command. The vehicle does not move otherwise than it did: what is shown is what the controller would
-/// have commanded. Of a [`Recording`](crate::Recording) only torques are compared, where it has them.
+/// Replays the measurements of a log through its scenario's controller, or with other keys (`control.policy`,
+/// `vehicle.gains...`), period by period, and compares the controller's signals of each wheel, the common factor and
+/// the estimated twist with the log, bit for bit; not `/controller_signals` nor the limited command. The vehicle does
+/// not move otherwise than it did: what is shown is what the controller would have commanded. Of a
+/// [`Recording`](crate::Recording) only torques are compared, where it has them.
 ///
 /// # Errors
 /// As [`read_log`]; [`LogError::Lacks`] where the log has not both `/vehicle_state` and `/sensors`

@@ -269,7 +269,7 @@ fn facts(
             let share = 100.0 * crosswise.iter().map(|wheel| loads[**wheel]).sum::<f64>() / carried;
             let (wheel, x_m) = (if names.len() == 1 { "wheel" } else { "wheels" }, row.x_m);
             Some(format!(
-                "row at x = {x_m} m: {share:.0} % on crosswise {wheel} {}",
+                "row at x = {x_m} m: {share:.0} % on transverse {wheel} {}",
                 names.join(", ")
             ))
         });
@@ -335,8 +335,8 @@ fn chosen(scenario: &Scenario) -> String {
     };
     let policy = auto.policy;
     let text = match &auto.because {
-        Some(because) => format!("{policy} where none is named, because {because}"),
-        None => format!("{policy} where none is named: the best that sensors and motors allow"),
+        Some(because) => format!("{policy} if none is named, because {because}"),
+        None => format!("{policy} if none is named: the best that sensors and motors allow"),
     };
     let lines = [&text].into_iter().chain(&auto.without);
     lines.map(|line| format!("\n  {:<8} {line}", "policy")).collect()

@@ -179,7 +179,7 @@ fn said(replay: &Replay) -> String {
     }
     let Some(first) = &replay.first else {
         return format!(
-            "{file}: policy {}: {periods} control periods, equal in every bit\n",
+            "{file}: policy {}: {periods} control periods, bit-identical\n",
             replay.policy
         );
     };

@@ -89,7 +89,7 @@ pub(crate) fn beyond_balls(scenario: &Scenario) -> Option<String> {
     };
     let (name, ground) = (&vehicle.name, scenario.terrain.described());
     Some(format!(
-        "{name} {ground}: balls are no valid wheel model here, and the result is not valid: {beyond}; {instead}"
+        "{name} {ground}: balls are not a valid wheel model here, so the result is not valid: {beyond}; {instead}"
     ))
 }
 

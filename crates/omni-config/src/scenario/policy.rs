@@ -93,7 +93,7 @@ impl Scenario {
             // Who gave it wants traction control.
             Err(error) if self.control.max_retries.is_some() => Err(error),
             Err(error) => {
-                self.choose(AutoPolicy::loops(format!("traction control is refused: {error}")));
+                self.choose(AutoPolicy::loops(format!("traction control is rejected: {error}")));
                 Ok(())
             }
             Ok(()) => Ok(()),

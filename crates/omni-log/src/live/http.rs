@@ -110,7 +110,7 @@ type Becomes = Option<(OnUpgrade, OwnedSemaphorePermit)>;
 /// The answer, or a refusal of one line.
 fn answered(request: &mut Request<Incoming>, hub: &Hub) -> Result<(Answer, Becomes), Box<Answer>> {
     hub.guard.check(request.headers()).map_err(|why| {
-        hub.warn(&format!("refused {why}"));
+        hub.warn(&format!("rejected {why}"));
         refusal(StatusCode::FORBIDDEN, &why)
     })?;
     if request.headers().contains_key(UPGRADE) {
@@ -147,7 +147,7 @@ fn upgraded(
     }
     let place = hub.places.clone().try_acquire_owned().map_err(|_| {
         let why = format!("{MOST_VIEWERS} viewers are connected, the largest number allowed");
-        hub.warn(&format!("refused a viewer: {why}"));
+        hub.warn(&format!("rejected a viewer: {why}"));
         refusal(StatusCode::SERVICE_UNAVAILABLE, &why)
     })?;
     response

@@ -129,7 +129,7 @@ impl Hub {
     pub(super) fn warn(&self, line: &str) {
         match self.lines.fetch_add(1, Ordering::Relaxed) {
             n if n < MOST_LINES => (self.warn)(line),
-            MOST_LINES => (self.warn)("more connections are refused; further refusals are not reported"),
+            MOST_LINES => (self.warn)("more connections are rejected; further rejections are not reported"),
             _ => {}
         }
     }

@@ -48,7 +48,7 @@ pub struct ChartSetup {
     pub friction: f64,
     /// Speed commanded \[m/s\], 0.01 to 10.
     pub speed_m_s: f64,
-    /// Part of the limit to plan with, 0.1 to 1.
+    /// Fraction of the limit that a plan may use, 0.1 to 1.
     pub margin: f64,
     /// So many starts climb every size, 3 to 100.
     pub starts: usize,
