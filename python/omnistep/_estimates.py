@@ -351,7 +351,7 @@ def at_bounds(parameters: Sequence[Parameter], found: Fit) -> tuple[str, ...]:
 
 
 def table(found: Sequence[Estimate]) -> str:
-    """The estimates, one a line."""
+    """The estimates, one per line."""
     rows = [("parameter", "estimate", "95 % interval", "unit", "file")]
     for each in found:
         # A fixed number, and a number that follows from others, is not the file's value.

@@ -406,7 +406,7 @@ def shape_error(reference_rad_s: _Rows, velocity_rad_s: _Rows, /) -> _Floats:
     """
 
 def speed_ratio_spread(reference_rad_s: _Rows, velocity_rad_s: _Rows, *, floor_rad_s: float = 0.1) -> _Floats:
-    """Standard deviation of velocity over reference, over the wheels that have a reference: 0 where they keep together.
+    """Standard deviation of velocity over reference, over the wheels that have a reference: 0 if they keep together.
 
     Args:
         reference_rad_s: references [rad/s], (N,) or (T, N) of 3 to 8 wheels.
@@ -2079,7 +2079,7 @@ def write_recording(
     Args:
         path: the log.
         scenario: vehicle, control period, and the commands for a simulation.
-        columns: one number for each control period, NaN where unknown, by the column names of a trace.
+        columns: one number for each control period, NaN if unknown, by the column names of a trace.
         facts: metadata of the log, by name.
         map: the column map, as TOML text.
 
@@ -2264,7 +2264,7 @@ class Trace:
 class Outcome:
     """Figures of a run; if there is an obstacle, over the crossing (docs/conventions.md).
 
-    A figure that was not measured, because nothing crossed or the run was killed, is NaN, or None where documented.
+    A figure that was not measured, because nothing crossed or the run was killed, is NaN, or None if documented.
     """
 
     @property
@@ -2705,7 +2705,7 @@ class Observation:
         """The command arrived since the previous period."""
     @property
     def wheels_rad_s(self) -> _Floats:
-        """Actuator velocities by the encoders [rad/s], (N,); NaN where no reading arrived."""
+        """Actuator velocities by the encoders [rad/s], (N,); NaN if no reading arrived."""
     @property
     def torques_n_m(self) -> _Floats:
         """Torques that were applied in the previous period [N.m], (N,); 0 in the first."""

@@ -26,7 +26,7 @@ OVER_S = 0.1
 
 @dataclass(frozen=True)
 class SpeedSimulation:
-    """Speeds of wheels in logs, and simulated from their torques or duty cycles; NaN where unknown.
+    """Speeds of wheels in logs, and simulated from their torques or duty cycles; NaN if unknown.
 
     Attributes:
         names: the logs.
@@ -99,7 +99,7 @@ def _means(speeds: Floats, rows: int) -> Floats:
 
 
 def _speeds(motion: Motion, p: Mapping[str, float]) -> Floats:
-    """Mean speeds of actuators over the periods that end with each row [rad/s], (T, N); NaN where torques are unknown.
+    """Mean speeds of actuators over the periods that end with each row [rad/s], (T, N); NaN if torques are unknown.
 
     Implicit steps of Euler's: friction stops a wheel and does not push it back.
     """

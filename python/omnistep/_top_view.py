@@ -36,7 +36,7 @@ class Seen:
         trace: its columns.
         time_s: times of odometry [s], (T,).
         odometry_m: x and y by odometry [m], (T, 2).
-        variances_m2: variance of x, covariance of x and y, variance of y [m^2], (T, 3); None where unknown.
+        variances_m2: variance of x, covariance of x and y, variance of y [m^2], (T, 3); None if unknown.
         truth_time_s: times of the truth [s], (S,); they may differ from the times of odometry.
         truth_m: true x and y at these times [m], (S, 2); None if a log has none.
         command_m: x and y of the reference path [m], (K, 2); None without one.

@@ -41,7 +41,7 @@ class ImportedSignal:
         signal: the table of the map.
         name: column, joint or field.
         samples: number of samples that were used, over the whole log.
-        rate_hz: samples a second, by the median distance.
+        rate_hz: samples per second, by the median distance.
         missing: cells that were empty, not a number or infinite; left out.
         unordered: samples left out so that times ascend, as few as possible; of two at one time the second.
         gaps: number of times that two samples are too far apart for interpolation.

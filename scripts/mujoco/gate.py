@@ -3,7 +3,7 @@
     python scripts/mujoco/gate.py          # loads, acceleration, twists, crossings: some minutes
     python scripts/mujoco/gate.py --map    # and the 60 cells of the study `engines`, three starts each
 
-Both simulate every roller, ours with the articulated engine. The exit code is 1 where a gate is missed.
+Both simulate every roller, ours with the articulated engine. The exit code is 1 if a gate is missed.
 """
 
 from __future__ import annotations

@@ -74,7 +74,7 @@ PERTURBED: dict[str, dict[str, Any]] = {
     "gyro bias 0.02 rad/s": {"sensors.gyro_bias_rad_s": 0.02},
 }
 BIASES = [case for case in PERTURBED if case.startswith("gyro")]
-#: Counts a turn of the wheels' encoders; as fine as one likes in the grid.
+#: Counts per turn of the wheels' encoders; as fine as one likes in the grid.
 COARSE: dict[str, dict[str, Any]] = {
     f"{counts} counts": {"sensors.encoder_counts": counts} for counts in (4096, 1024, 256, 128, 64, 32)
 }

@@ -16,8 +16,7 @@ pub(crate) enum Ask {
     Acceleration(f64),
 }
 
-/// The best that contact forces can do at a point of the path of a row; none where no forces keep
-/// all rows on the ground.
+/// The best that contact forces can do at a point of the path of a row; none if no forces keep all rows on the ground.
 ///
 /// Unknown are a normal force and a force along the way for each row, and what is asked for. Four equations: the
 /// vehicle's forces forward and up, and the moment of each frame about the hinge, where the hinge's own force has none.

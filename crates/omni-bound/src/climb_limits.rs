@@ -59,10 +59,10 @@ pub struct RowLimits {
     pub row: &'static str,
     /// Names of its wheels, in the vehicle's order.
     pub wheels: Vec<String>,
-    /// Least torque of an actuator that lifts it as slowly as one likes \[N.m\]; infinite where
-    /// none does, and null in JSON.
+    /// Least torque of an actuator that lifts it as slowly as one likes \[N.m\]; infinite if none does, and null in
+    /// JSON.
     pub least_torque_n_m: f64,
-    /// Energy that the torque given lacks, from first touch to the worst point of the path \[J\]; 0 where it suffices.
+    /// Energy that the torque given lacks, from first touch to the worst point of the path \[J\]; 0 if it suffices.
     pub deficit_j: f64,
     /// Inertia of the motion along the path right after the impact, over the square of the hinge's way \[kg\].
     pub path_mass_kg: f64,
@@ -73,7 +73,7 @@ pub struct RowLimits {
     /// Below this run-up the row does not climb, whatever the impact leaves \[m/s\].
     pub run_up_m_s: f64,
     /// From this run-up on the energy suffices where the impact leaves the motion along the path
-    /// \[m/s\]; infinite where it leaves none.
+    /// \[m/s\]; infinite if it leaves none.
     pub path_run_up_m_s: f64,
     /// With the torque and at the speed given.
     pub verdict: Verdict,

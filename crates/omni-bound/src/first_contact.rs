@@ -13,7 +13,7 @@ const ROUNDING: f64 = 1e-9;
 pub struct RowTouch {
     /// Names of its wheels, in the vehicle's order.
     pub wheels: Vec<String>,
-    /// Least torque of each actuator \[N.m\], all of them equal; infinite where none lifts it.
+    /// Least torque of each actuator \[N.m\], all of them equal; infinite if none lifts it.
     pub torque_n_m: f64,
 }
 

@@ -64,8 +64,8 @@ impl Fan {
 
 impl Scenario {
     /// The wheel whose ball stands least for it on this ground, where one does not: the normal
-    /// leans by more than [`BALL_LEAN_RAD`] out of the plane in which that ball is the wheel. None
-    /// where all balls do, and for wheels of rollers.
+    /// leans by more than [`BALL_LEAN_RAD`] out of the plane in which that ball is the wheel. None if all balls do, and
+    /// for wheels of rollers.
     ///
     /// From the wheels' directions and roller angles, the directions in which the vehicle looks and
     /// is commanded to go, and the ground's steepest normal; a command that turns meets an obstacle

@@ -160,8 +160,8 @@ fn check(
 #[non_exhaustive]
 pub struct Control {
     /// Name of a policy, one of [`POLICIES`]. If left out, or `"auto"`: traction control with the
-    /// sensors that there are, or `scale_references` where that would be refused; a scenario that
-    /// was read has the name of what was chosen, and [`crate::Scenario::auto_policy`] says why.
+    /// sensors that there are, or `scale_references` where that would be rejected; a scenario that was read has the
+    /// name of what was chosen, and [`crate::Scenario::auto_policy`] says why.
     #[garde(custom(known_policy))]
     #[cfg_attr(feature = "schema", schemars(extend("enum" = [&[AUTO], &POLICIES[..]].concat())))]
     pub policy: String,
@@ -261,7 +261,7 @@ pub(crate) const LOOPS: &str = "scale_references";
 pub struct AutoPolicy {
     /// Its name.
     pub policy: &'static str,
-    /// Why it is not traction control, in a clause; none where it is.
+    /// Why it is not traction control, in a clause; none if it is.
     pub because: Option<String>,
     /// What traction control does without, a line each, as of
     /// [`Scenario::traction_notes`](crate::Scenario::traction_notes).
@@ -398,7 +398,7 @@ impl Control {
         };
     }
 
-    /// The preset of traction control; none where the wheels have loops of their own.
+    /// The preset of traction control; none if the wheels have loops of their own.
     pub(crate) fn traction(&self) -> Option<TractionPreset> {
         match self.policy.as_str() {
             TRACTION => Some(TractionPreset::Traction),
@@ -407,7 +407,7 @@ impl Control {
         }
     }
 
-    /// What the wheels' loops do together; none where the policy is unknown. Traction control has no such
+    /// What the wheels' loops do together; none if the policy is unknown. Traction control has no such
     /// loops: asked for them all the same, for their kinematics, it yields loops that are each on their own.
     pub(crate) fn coordination<R: Real>(&self) -> Option<Coordination<R>> {
         if self.traction().is_some() {

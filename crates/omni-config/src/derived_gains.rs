@@ -115,7 +115,7 @@ impl Vehicle {
         Ok(self.of_motors_s(inertia_kg_m2, &self.actuators()?.0))
     }
 
-    /// The same, `rows` being the actuators' velocities per unit of twist; 0 where nothing limits the speed.
+    /// The same, `rows` being the actuators' velocities per unit of twist; 0 if nothing limits the speed.
     fn of_motors_s(&self, inertia_kg_m2: f64, rows: &[[f64; 3]]) -> f64 {
         let full_rad_s = self.full_speed_rad_s(rows).unwrap_or(0.0);
         inertia_kg_m2 * full_rad_s / (STALL_TORQUES * self.motor.peak_torque_n_m())
@@ -146,7 +146,7 @@ impl Vehicle {
         whole.symmetric_eigenvalues().max()
     }
 
-    /// The fastest that an actuator is meant to turn \[rad/s\]; none where nothing limits it.
+    /// The fastest that an actuator is meant to turn \[rad/s\]; none if nothing limits it.
     pub(crate) fn top_rad_s(&self) -> Result<Option<f64>, Error> {
         Ok(self.full_speed_rad_s(&self.actuators()?.0))
     }

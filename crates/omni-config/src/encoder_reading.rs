@@ -26,12 +26,12 @@ impl EncoderVelocity {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct EncoderReading {
-    /// Counts a turn.
+    /// Counts per turn.
     pub counts: f64,
     /// Velocity that one count in a control period is \[rad/s\].
     pub count_rad_s: f64,
     /// What a reading is off by at most at a steady velocity \[rad/s\]: a count in a period or,
-    /// with `sensors.encoder_velocity`, what is left of it; 0 where edges are stamped.
+    /// with `sensors.encoder_velocity`, what is left of it; 0 if edges are stamped.
     pub step_rad_s: f64,
     /// The fastest that an actuator is meant to turn \[rad/s\]: a limit of the commanded twist, or
     /// its motor's speed without load.
@@ -72,7 +72,7 @@ impl fmt::Display for EncoderReading {
 
 impl Scenario {
     /// What makes velocities of the counts of the scenario's encoders, those of one control period
-    /// where `sensors.encoder_velocity` is left out; none where there are no counts.
+    /// where `sensors.encoder_velocity` is left out; none if there are no counts.
     ///
     /// # Errors
     /// [`Error::Key`] where the method does not go with the control period; a loaded scenario has been checked.

@@ -203,7 +203,7 @@ impl Fault {
         self.parts().2
     }
 
-    /// The wheel that has it; none where it is no wheel's.
+    /// The wheel that has it; none if it is no wheel's.
     ///
     /// ```
     /// use omni_config::{Fault, WheelFault};

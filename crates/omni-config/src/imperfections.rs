@@ -20,8 +20,8 @@ use crate::ranges::{
 pub struct Sensors {
     /// Counts of each encoder a turn of its actuator, 1 to 10 million, fractions allowed (a gear motor may have
     /// 537.7); 0: no quantisation. With counts the measured velocity is the whole counts of the last control
-    /// period over the period, unless `encoder_velocity` says otherwise; exactly 0 where the counter has stayed
-    /// within two counts for 0.1 s, or for the time of three counts at 0.25 rad/s where that is longer.
+    /// period over the period, unless `encoder_velocity` says otherwise; exactly 0 if the counter has stayed within two
+    /// counts for 0.1 s, or for the time of three counts at 0.25 rad/s if that is longer.
     #[garde(custom(is_encoder_counts))]
     #[cfg_attr(feature = "schema", schemars(range(min = 0.0, max = crate::ranges::ENCODER_COUNTS.max)))]
     pub encoder_counts: f64,

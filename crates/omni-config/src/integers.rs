@@ -6,7 +6,7 @@ use crate::ranges::{self, Range};
 
 /// What a whole number of a file becomes.
 pub(crate) trait Whole: Sized {
-    /// None where it does not fit.
+    /// None if it does not fit.
     fn of(number: i64) -> Option<Self>;
 }
 

@@ -83,7 +83,7 @@ impl Source {
     }
 
     /// A text out of a log, a pickle or a message: its author does not choose which files of this machine are
-    /// read. A vehicle or a picture that it names, built-in or not, is refused: what we write holds both.
+    /// read. A vehicle or a picture that it names, built-in or not, is rejected: what we write holds both.
     ///
     /// ```
     /// use omni_config::{Scenario, Source};
@@ -154,7 +154,7 @@ impl Source {
         }
     }
 
-    /// The file at a path; where there is none, one beside it or what is built in may have been meant.
+    /// The file at a path; if there is none, one beside it or what is built in may have been meant.
     fn read(path: PathBuf, builtin: &[Builtin]) -> Result<Self, Error> {
         let known: Vec<_> = builtin
             .iter()
@@ -196,7 +196,7 @@ impl Source {
             return Ok(Self::text(format!("built-in {name}"), *text));
         }
         let path = relative_to.map_or_else(|| PathBuf::from(name), |folder| folder.join(name));
-        // Whatever is there: a directory or a device is refused as such.
+        // Whatever is there: a directory or a device is rejected as such.
         if path.exists() || name.ends_with(".toml") {
             return Self::read(path, &[builtin]);
         }

@@ -20,7 +20,7 @@ pub struct Override {
 }
 
 impl Override {
-    /// `value` for `key`. A key of more than 16 parts or 200 characters is refused where it is used.
+    /// `value` for `key`. A key of more than 16 parts or 200 characters is rejected where it is used.
     pub fn new(key: impl Into<String>, value: impl Into<Value>) -> Self {
         Self {
             key: dotted(&key.into()),

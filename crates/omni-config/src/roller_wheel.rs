@@ -80,8 +80,7 @@ impl Rollers {
         Ok(built)
     }
 
-    /// The largest radius of rollers that close the gaps of this wheel, with four digits; none
-    /// where thinner ones do not.
+    /// The largest radius of rollers that close the gaps of this wheel, with four digits; none if thinner ones do not.
     pub(crate) fn closing_radius_m(&self, wheel: &WheelSpec) -> Option<f64> {
         let closes = |radius_m: f64| {
             let thinner = Self {
@@ -210,7 +209,7 @@ impl Rollers {
     }
 
     /// The wheel with rollers of that size, its rows in one plane and its rollers without mass;
-    /// none where there is no such barrel.
+    /// none if there is no such barrel.
     fn sized(&self, wheel: &WheelSpec, radius_m: f64, half_length_m: f64) -> Option<RollerWheel> {
         let cos = libm::cos(wheel.roller_angle_rad);
         let barrel = Barrel::new(radius_m, half_length_m, [wheel.radius_m, cos], self.crown_m)?;

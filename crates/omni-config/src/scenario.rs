@@ -229,8 +229,8 @@ impl Scenario {
         Ok(files)
     }
 
-    /// The engine that a built-in scenario or a file asks for, whatever else is in it; none where
-    /// it names none that there is.
+    /// The engine that a built-in scenario or a file asks for, whatever else is in it; none if it names none that there
+    /// is.
     ///
     /// # Errors
     /// [`Error::UnknownName`], [`Error::Missing`], [`Error::Io`] or [`Error::Syntax`].
@@ -482,7 +482,7 @@ impl Scenario {
         Ok(())
     }
 
-    /// Gains that the vehicle's file left out and how they were found; none where the file gives them.
+    /// Gains that the vehicle's file left out and how they were found; none if the file gives them.
     ///
     /// ```
     /// assert!(omni_config::Scenario::load("step", &[])?.derived_gains().is_none()); // chugo7 has its own

@@ -35,8 +35,8 @@ impl Scenario {
         self.control.traction().is_some()
     }
 
-    /// Tries at each row of wheels that the scenario's traction control has; none where the policy
-    /// is one of the wheels' loops.
+    /// Tries at each row of wheels that the scenario's traction control has; none if the policy is one of the wheels'
+    /// loops.
     ///
     /// ```
     /// use omni_config::{Override, Scenario};
@@ -76,8 +76,7 @@ impl Scenario {
         })
     }
 
-    /// Traction control of the scenario's vehicle, in the scalar `R`; none where its policy is one
-    /// of the wheels' loops.
+    /// Traction control of the scenario's vehicle, in the scalar `R`; none if its policy is one of the wheels' loops.
     ///
     /// # Errors
     /// As [`Scenario::controller`]; [`Error::Key`] for a vehicle of more than 8 hinges.
@@ -192,7 +191,7 @@ impl Scenario {
         config
     }
 
-    /// What the slowest rim can do beyond a run-up \[m/s\]; infinite where no motor's torque falls with its speed.
+    /// What the slowest rim can do beyond a run-up \[m/s\]; infinite if no motor's torque falls with its speed.
     fn spin_to_spare_m_s(&self, run_up_m_s: f64) -> f64 {
         let Some(fastest) = self.vehicle().no_load_rad_s() else {
             return f64::INFINITY;

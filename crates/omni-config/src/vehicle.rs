@@ -120,7 +120,7 @@ pub struct Body {
 
 impl Body {
     /// Height of its lowest point above level ground at rest \[m\]: the file's, or that of its box's lower
-    /// face. None where the box reaches into the ground: then it has the body's inertia, but not its shape.
+    /// face. None if the box reaches into the ground: then it has the body's inertia, but not its shape.
     ///
     /// ```
     /// use omni_config::Vehicle;
@@ -363,7 +363,7 @@ impl Vehicle {
     /// The wheels as the controller knows them.
     ///
     /// # Errors
-    /// As [`WheelLayout::new`]; parameter `wheel count` where `N` is not the number of wheels.
+    /// As [`WheelLayout::new`]; parameter `wheel count` if `N` is not the number of wheels.
     pub fn layout<R: omni_core::Real, const N: usize>(
         &self,
     ) -> Result<WheelLayout<R, N>, omni_core::ConfigError> {
@@ -387,8 +387,8 @@ impl Vehicle {
     }
 
     /// The rollers of the wheel with that index, from 0, under a wheel model, on level ground if
-    /// that is automatic; none where it is a ball. Those of a file that has none are nine, or twice
-    /// nine on an omni wheel, of a fifth of the wheel's radius.
+    /// that is automatic; none if it is a ball. Those of a file that has none are nine, or twice nine on an omni wheel,
+    /// of a fifth of the wheel's radius.
     ///
     /// ```
     /// use omni_config::{Vehicle, WheelModel};
@@ -415,7 +415,7 @@ impl Vehicle {
     }
 
     /// A wheel's own rollers, or the vehicle's on that wheel, or the key and what is wrong with
-    /// them; none where there are none.
+    /// them; none if there are none.
     pub(crate) fn rollers_of(&self, index: usize) -> Option<Result<RollerWheel, (String, String)>> {
         let wheel = self.wheel.get(index)?;
         let (rollers, table, on) = match wheel.contact {

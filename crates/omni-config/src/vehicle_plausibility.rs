@@ -28,8 +28,8 @@ const ALONE: f64 = 0.04;
 const BEYOND: f64 = 1.05;
 
 impl Vehicle {
-    /// What is doubtful of it with this control period \[s\], a line each: nothing that is refused,
-    /// all of it worth a second look.
+    /// What is doubtful of it with this control period \[s\], a line each: nothing that is rejected, all of it worth a
+    /// second look.
     ///
     /// # Errors
     /// As [`Vehicle::derived_gains`].
@@ -67,7 +67,7 @@ impl Vehicle {
         Ok(doubts)
     }
 
-    /// Why it does not stand on flat ground as its file describes it; none where it does.
+    /// Why it does not stand on flat ground as its file describes it; none if it does.
     ///
     /// ```
     /// use omni_config::{Source, Vehicle, FileKind};

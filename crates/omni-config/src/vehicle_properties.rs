@@ -63,7 +63,7 @@ impl Vehicle {
         bodies.chain(wheels)
     }
 
-    /// How evenly the wheels move the vehicle in its three directions: 1 is best, above 100 is refused.
+    /// How evenly the wheels move the vehicle in its three directions: 1 is best, above 100 is rejected.
     ///
     /// # Errors
     /// [`Error::Key`] for wheels that cannot move it in three directions; a loaded vehicle has been checked.
@@ -77,7 +77,7 @@ impl Vehicle {
         Ok(self.actuators()?.1)
     }
 
-    /// Actuator velocities per unit of vx, vy and wz, one row a wheel, and the layout's condition number.
+    /// Actuator velocities per unit of vx, vy and wz, one row per wheel, and the layout's condition number.
     pub(crate) fn actuators(&self) -> Result<(Vec<[f64; 3]>, f64), Error> {
         for_wheel_count!(self.wheel.len(), actuators[](self), |count| Err(
             wheel_count_refused(count)
@@ -133,7 +133,7 @@ impl Vehicle {
     }
 
     /// The fastest that it goes ahead, aside \[m/s\] and about \[rad/s\]: of its limits and of what
-    /// its motors turn without load, the least; infinite where neither says.
+    /// its motors turn without load, the least; infinite if neither says.
     ///
     /// # Errors
     /// As [`Vehicle::condition_number`].
@@ -192,8 +192,8 @@ impl Vehicle {
         self.motor.line_end_rad_s()
     }
 
-    /// Load of every wheel at rest on flat ground under this gravity \[N\]; none where no loads of
-    /// equally stiff contacts are in balance without one that pulls.
+    /// Load of every wheel at rest on flat ground under this gravity \[N\]; none if no loads of equally stiff contacts
+    /// are in balance without one that pulls.
     ///
     /// The loads that balance the whole vehicle's weight and, about every hinge, the weight beyond it, couplings
     /// passing on their torques. Where that leaves them open (four wheels under a rigid platform), the ones of the

@@ -102,7 +102,7 @@ impl PathPoint {
         waypoint.time_s = self.time_s;
         waypoint.shape = match self.kind {
             WayKind::Line => WayShape::Line,
-            // What an arc without a sweep is was refused.
+            // What an arc without a sweep is was rejected.
             WayKind::Arc => WayShape::Arc {
                 sweep_rad: self.sweep_rad.unwrap_or(FRAC_PI_2),
             },

@@ -106,7 +106,7 @@ pub fn shape_error<R: Real, const N: usize>(reference_rad_s: &[R; N], velocity_r
 }
 
 /// Standard deviation of `velocity / reference` over the wheels with a reference of at least `floor_rad_s`: 0 when they
-/// keep the commanded ratios, whatever their common speed. 0 where fewer than two wheels have one.
+/// keep the commanded ratios, whatever their common speed. 0 if fewer than two wheels have one.
 ///
 /// ```
 /// use omni_core::metrics::speed_ratio_spread;

@@ -81,11 +81,11 @@ pub struct Readings<'a, R> {
     pub command: BodyTwist<R>,
     /// The command arrived since the previous period.
     pub new_command: bool,
-    /// Actuator velocities by the encoders \[rad/s\], one a wheel; NaN where no reading arrived.
+    /// Actuator velocities by the encoders \[rad/s\], one per wheel; NaN if no reading arrived.
     pub wheels_rad_s: &'a [R],
-    /// Torques commanded of the actuators in the period before \[N.m\], one a wheel; empty where they are not kept.
+    /// Torques commanded of the actuators in the period before \[N.m\], one per wheel; empty if they are not kept.
     pub torques_n_m: &'a [R],
-    /// Angles of the hinges \[rad\], and their rates \[rad/s\], one a hinge; empty where they have no encoders.
+    /// Angles of the hinges \[rad\], and their rates \[rad/s\], one per hinge; empty if they have no encoders.
     pub hinges_rad: &'a [R],
     /// Rates of the hinges \[rad/s\].
     pub hinges_rad_s: &'a [R],
@@ -94,7 +94,7 @@ pub struct Readings<'a, R> {
 }
 
 impl<'a, R: Real> Readings<'a, R> {
-    /// A new command and actuator velocities \[rad/s\], one a wheel; no hinges, the vehicle level and at rest.
+    /// A new command and actuator velocities \[rad/s\], one per wheel; no hinges, the vehicle level and at rest.
     #[must_use]
     pub fn new(command: BodyTwist<R>, wheels_rad_s: &'a [R]) -> Self {
         Self {
@@ -109,8 +109,8 @@ impl<'a, R: Real> Readings<'a, R> {
     }
 }
 
-/// A controller: from what a vehicle knows to a torque a wheel, once every control period. What is
-/// written for it runs in firmware and in the simulation unchanged.
+/// A controller: from what a vehicle knows to one torque per wheel, once every control period. What is written for it
+/// runs in firmware and in the simulation unchanged.
 ///
 /// ```
 /// use omni_core::{BodyTwist, Policy, Readings};
@@ -143,8 +143,8 @@ pub trait Policy<R> {
     /// Back to the start: nothing is remembered.
     fn reset(&mut self);
 
-    /// One control period: writes a torque a wheel \[N.m\], finite. `torques_n_m` is all zero
-    /// before. The caller brings the torques within what the motors have.
+    /// One control period: writes one torque per wheel \[N.m\], finite. `torques_n_m` is all zero before. The caller
+    /// brings the torques within what the motors have.
     fn step(&mut self, readings: &Readings<'_, R>, torques_n_m: &mut [R]);
 
     /// What traces, tables and logs call it.
@@ -152,7 +152,7 @@ pub trait Policy<R> {
         "own"
     }
 
-    /// Why the last step gave no torques, in one line: the caller stops then. None where all is well.
+    /// Why the last step gave no torques, in one line: the caller stops then. None if all is well.
     ///
     /// ```
     /// # use omni_core::{Policy, Readings};

@@ -43,7 +43,7 @@ pub trait Real: sealed::Sealed {
     /// assert_eq!(<f64 as Real>::ONE, 1.0);
     /// ```
     const ONE: Self;
-    /// The nearest value of this type to `x`; infinite where `x` is beyond its range, NaN for NaN.
+    /// The nearest value of this type to `x`; infinite if `x` is beyond its range, NaN for NaN.
     ///
     /// ```
     /// use omni_core::Real;
@@ -141,7 +141,7 @@ pub(crate) fn min<R: Real>(a: R, b: R) -> R {
     if a < b { a } else { b }
 }
 
-/// The largest of sizes, which are >= 0; 0 where there are none.
+/// The largest of sizes, which are >= 0; 0 if there are none.
 pub(crate) fn largest<R: Real, const N: usize>(sizes: [R; N]) -> R {
     sizes.into_iter().fold(R::zero(), max)
 }

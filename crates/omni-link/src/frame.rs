@@ -50,7 +50,7 @@ pub enum FrameError {
 }
 
 /// Writes `message` as one frame, with its closing zero, to the front of `out` and returns that
-/// part; nothing where `out` is too short. There is no other zero in a frame.
+/// part; nothing if `out` is too short. There is no other zero in a frame.
 ///
 /// ```
 /// use omni_link::{decode, encode};

@@ -95,8 +95,8 @@ impl Counters {
 /// | a missed period, the 11th since the last step             |                           | stop                              |
 /// | anything but `restart` while stopped                      | damaged frames only       | stop                              |
 ///
-/// Numbers count up by one a period and wrap round; one of the 2^31 up to the last one was there
-/// before. "Those known" are the missed periods since the last step: they are counted already.
+/// Numbers count up by one per period and wrap round; one of the 2^31 up to the last one was there before. "Those
+/// known" are the missed periods since the last step: they are counted already.
 ///
 /// ```
 /// use omni_link::{Action, Guard};

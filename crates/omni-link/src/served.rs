@@ -148,7 +148,7 @@ impl<const N: usize> Served<N> for TractionDrive<f32, N> {
 /// What a request asks of a drive.
 fn ask<const N: usize>(request: &Request<N>) -> DriveInput<f32, N> {
     let mut input = DriveInput::received(&request.measured_rad_s.into());
-    // One with a NaN is refused by the drive, which is as if none had arrived.
+    // One with a NaN is rejected by the drive, which is as if none had arrived.
     input.command = Some(request.command);
     input.emergency = request.emergency_stop;
     input

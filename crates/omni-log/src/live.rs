@@ -49,17 +49,17 @@ type Warn = Arc<dyn Fn(&str) + Send + Sync>;
 
 /// Runs a scenario in step with the clock, serves it on 127.0.0.1 and sends it to ROS 2, as [`Live`] says.
 /// `opened` is called with where it is before the first period; `warn`, on any thread and at most 42
-/// times, of connections and commands that were refused; `watch` is called after every control period with
-/// the part done (0 where there is no end), every 20 ms while the run waits for the clock, and, without a
-/// simulation, while it waits for the first client: where it breaks the run ends with the figures so far,
-/// its error ends the run. A run that is more than 0.5 s behind the clock goes on from where it is.
+/// times, of connections and commands that were rejected; `watch` is called after every control period with the part
+/// done (0 if there is no end), every 20 ms while the run waits for the clock, and, without a simulation, while it
+/// waits for the first client: where it breaks the run ends with the figures so far, its error ends the run. A run that
+/// is more than 0.5 s behind the clock goes on from where it is.
 ///
 /// Connections come from programs that send no `Origin` and from pages of Foxglove, of Lichtblick, of this machine
-/// and of [`Live::origins`]; their `Host` is this machine. Others are refused with status 403 and a reason. A
+/// and of [`Live::origins`]; their `Host` is this machine. Others are rejected with status 403 and a reason. A
 /// handshake may take 10 s, and 16 clients may be there at a time. With [`Live::allow_control`] clients may set the
-/// parameters `command.vx_m_s`, `command.vy_m_s`, `command.wz_rad_s` or publish a twist on `/cmd_vel`.
-/// `control.policy` and `vehicle.motor.stall_torque_n_m` are settings: they stay when the client goes; the controller
-/// goes on from the state that it has. What is not allowed changes nothing, and the client gets the reason.
+/// parameters `command.vx_m_s`, `command.vy_m_s`, `command.wz_rad_s` or publish a twist on `/cmd_vel`. `control.policy`
+/// and `vehicle.motor.stall_torque_n_m` are settings: they stay when the client goes; the controller goes on from the
+/// state that it has. What is not allowed changes nothing, and the client gets the reason.
 ///
 /// Nodes of ROS 2 in the same domain publish `geometry_msgs/msg/Twist` or `TwistStamped` on `/cmd_vel`;
 /// with [`Ros2::joints`] they publish `sensor_msgs/msg/JointState` on `/joint_commands` instead.

@@ -205,7 +205,7 @@ impl Own {
         Ok(())
     }
 
-    /// A number a name; NaN where the message is missing.
+    /// A number a name; NaN if the message is missing.
     fn row(&self, i: usize) -> impl Iterator<Item = f64> + '_ {
         let count = self.names.len();
         (0..count).map(move |k| self.values.get(i * count + k).copied().unwrap_or(f64::NAN))

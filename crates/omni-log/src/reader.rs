@@ -62,11 +62,11 @@ pub struct LogFile {
     pub run: BTreeMap<String, String>,
     /// The controller was the user's own, which is not in the log: the scenario does not say what it did.
     pub own_controller: bool,
-    /// It was measured on a vehicle: a [`Recording`](crate::Recording), without an outcome, NaN where it is not known.
+    /// It was measured on a vehicle: a [`Recording`](crate::Recording), without an outcome, NaN if it is not known.
     pub recorded: bool,
     /// The scenario as it was run.
     pub scenario: Scenario,
-    /// The figures; none where the run was killed before its end.
+    /// The figures; none if the run was killed before its end.
     pub outcome: Option<Outcome>,
     /// The log is complete; otherwise its last chunk, at most one simulated second, may be missing.
     pub complete: bool,
@@ -136,11 +136,11 @@ pub(crate) fn read_log_watched(
 struct Ending {
     /// Bytes read.
     read: usize,
-    /// Bytes of its footer, 0 where there was none.
+    /// Bytes of its footer, 0 if there was none.
     footer_bytes: usize,
     /// Are its last bytes those that end a whole file?
     magic: bool,
-    /// What is wrong with it; none where all of it was read.
+    /// What is wrong with it; none if all of it was read.
     error: Option<McapError>,
 }
 

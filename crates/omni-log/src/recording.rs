@@ -47,7 +47,7 @@ pub struct Recording {
     pub facts: BTreeMap<String, String>,
     /// How it was read: the attachment `map.toml`.
     pub map: String,
-    /// One number a control period each, NaN where nothing is known: `asked_*`, `estimated_*`, of wheels
+    /// One number a control period each, NaN if nothing is known: `asked_*`, `estimated_*`, of wheels
     /// `reference_rad_s`, `measured_rad_s`, `applied_n_m`, `torque_n_m`, and what the sensors said ([`Sensed::names`]).
     /// Others go to `/controller_signals`; of these `pose_*` are on `/ground_truth/odom` too and `odom_*` on `/odom`.
     pub columns: BTreeMap<String, Vec<f64>>,
@@ -287,7 +287,7 @@ impl<'a> Columns<'a> {
     }
 
     /// The base in the world and by odometry: the one for the other where only one of them is
-    /// known, none where neither is.
+    /// known, none if neither is.
     fn base(&self, row: usize) -> Option<(BasePose, BasePose)> {
         let (seen, reckoned) = (self.seen(row), self.reckoned(row));
         // Where the true pose was measured, odometry's pose is in a frame of its own.
@@ -295,7 +295,7 @@ impl<'a> Columns<'a> {
         Some((base, reckoned.unwrap_or(base)))
     }
 
-    /// As measured from outside; none where it is not known.
+    /// As measured from outside; none if it is not known.
     fn seen(&self, row: usize) -> Option<BasePose> {
         let [x, y, z, yaw] = self.truth.map(|column| at(column, row));
         let [x, y] = known([x, y])?;

@@ -214,7 +214,7 @@ pub struct WheelState {
 }
 
 impl WheelState {
-    /// A signal by its name; NaN where none is named so.
+    /// A signal by its name; NaN if none is named so.
     #[must_use]
     pub fn signal(&self, name: &str) -> f64 {
         let place = WheelSignal::logged()
@@ -234,7 +234,7 @@ pub struct VehicleState {
     pub policy: String,
     /// Twist that was asked for, in the body frame \[m/s, rad/s\], before heading hold and limits.
     pub asked_twist: Twist,
-    /// Common factor put on all wheels \[1\], 0 to 1; 1 where no wheel holds the others back.
+    /// Common factor put on all wheels \[1\], 0 to 1; 1 if no wheel holds the others back.
     pub common_factor: f64,
     /// Least-squares twist of the measured wheel velocities at the start of the period, in the body
     /// frame \[m/s, rad/s\].
@@ -251,7 +251,7 @@ pub struct ControllerSignals {
     pub header: Header,
     /// Names of the signals, the same in every message.
     pub name: Vec<String>,
-    /// Their values, in the units that the names say; NaN where one is not known.
+    /// Their values, in the units that the names say; NaN if one is not known.
     pub value: Vec<f64>,
 }
 

@@ -153,7 +153,7 @@ impl<P: Place> RunLog<P> {
             facts.push((key, value.into()));
         }
         writer.metadata(RUN, facts.into_iter().map(|(k, v)| (k.to_owned(), v)).collect())?;
-        // Whole, with the vehicle inside. Only a seed that TOML's integers cannot hold is refused here.
+        // Whole, with the vehicle inside. Only a seed that TOML's integers cannot hold is rejected here.
         let text = toml::to_string(scenario).map_err(|error| LogError::Io {
             path: path.to_path_buf(),
             source: std::io::Error::other(format!("the scenario cannot be written as TOML: {error}")),

@@ -89,7 +89,7 @@ impl LogWriter {
     ///
     /// # Errors
     /// [`LogError::Io`] or [`LogError::Mcap`] where the rest cannot be written (nothing is left then),
-    /// [`LogError::Rename`] where only the final name is refused (the complete `.part` file is left).
+    /// [`LogError::Rename`] where only the final name is rejected (the complete `.part` file is left).
     pub fn finish(self) -> Result<FinishedLog, LogError> {
         let Self { mut writer, part, .. } = self;
         writer.finish().map_err(|source| mcap_error(&part, source))?;

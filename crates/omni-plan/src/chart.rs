@@ -44,7 +44,7 @@ pub(crate) struct Table {
     pub(crate) margin: f64,
     /// In the order of the angles.
     pub(crate) sides: Vec<Side>,
-    /// The least rise on a metre that it climbs from any side \[m\]; none where it has no slopes.
+    /// The least rise on a metre that it climbs from any side \[m\]; none if it has no slopes.
     slope: Option<f64>,
 }
 
@@ -181,7 +181,7 @@ impl Chart {
     }
 
     /// The height of a step up that a side of the chart may meet \[m\], on ground of a friction,
-    /// with a margin. 0 where the chart does not have that side, or no friction as low.
+    /// with a margin. 0 if the chart does not have that side, or no friction as low.
     #[must_use]
     pub fn step_m(&self, side_deg: f64, friction: f64, margin: f64) -> f64 {
         self.allowed_m(side_deg, friction, margin, |side| side.step)
@@ -220,7 +220,7 @@ impl Chart {
             .find(|table| table.friction <= friction + SAME_FRICTION)
     }
 
-    /// The steepest slope that it allows from every side, at a friction and with a margin; none where it has no slopes.
+    /// The steepest slope that it allows from every side, at a friction and with a margin; none if it has no slopes.
     pub(crate) fn slope(&self, friction: f64, margin: f64) -> Option<f64> {
         self.at(friction)?.slope.map(|rise| rise * margin)
     }

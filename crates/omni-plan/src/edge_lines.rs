@@ -18,7 +18,7 @@ const TRIMMED_FROM: usize = 6;
 #[derive(Debug)]
 pub(crate) struct EdgeLines {
     pub(crate) lines: Vec<EdgeLine>,
-    /// The line of the border to the next cell along x; [`NONE`] where there is none.
+    /// The line of the border to the next cell along x; [`NONE`] if there is none.
     pub(crate) of_x: Vec<u32>,
     /// And to the next cell along y.
     pub(crate) of_y: Vec<u32>,
@@ -164,7 +164,7 @@ fn chains(ground: &Ground) -> Vec<Vec<Border>> {
 
 /// Borders that share a corner of the grid, four at most.
 struct ByCorner {
-    /// The first of each corner, [`NONE`] where there is none.
+    /// The first of each corner, [`NONE`] if there is none.
     first: Vec<u32>,
     /// The one after each.
     after: Vec<u32>,
@@ -269,7 +269,7 @@ fn is_straight(part: &[Border]) -> bool {
     })
 }
 
-/// The line with the least squares of distances; none where the part has no direction.
+/// The line with the least squares of distances; none if the part has no direction.
 fn fit(part: &[Border]) -> Option<EdgeLine> {
     let count = part.len() as f64;
     let mut middle = [0.0, 0.0];

@@ -11,7 +11,7 @@ pub(crate) struct Ground {
     pub(crate) friction: Vec<f64>,
     /// Cells that no part of the vehicle may enter: walls, unknown cells, keep-out areas, ground that is too steep.
     pub(crate) closed: Vec<bool>,
-    /// How much the ground rises at the edge to the next cell along x \[m\], less its slope; 0 where there is no edge.
+    /// How much the ground rises at the edge to the next cell along x \[m\], less its slope; 0 if there is no edge.
     pub(crate) rise_x_m: Vec<f64>,
     /// And to the next cell along y.
     pub(crate) rise_y_m: Vec<f64>,

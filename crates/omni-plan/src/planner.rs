@@ -227,7 +227,7 @@ impl Planner {
         Err(blocked(Obstacle::Near))
     }
 
-    /// What stands under the vehicle at a pose; none where it is even ground.
+    /// What stands under the vehicle at a pose; none if it is even ground.
     fn stands_on(&self, pose: &Pose) -> Option<Obstacle> {
         if turn_is_free(
             &self.occupancy,

@@ -349,7 +349,7 @@ impl PortalMaker<'_> {
         })
     }
 
-    /// What a side may climb of an edge that goes up and down by so much \[m\]; none where it may not.
+    /// What a side may climb of an edge that goes up and down by so much \[m\]; none if it may not.
     fn allowed(&self, table: &Table, side: usize, up_m: f64, down_m: f64) -> Option<f64> {
         let side = &table.sides[side];
         let mut allowed_m = f64::INFINITY;

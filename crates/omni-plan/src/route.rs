@@ -112,7 +112,7 @@ pub struct RoutePoint {
     pub y_m: f64,
     /// Yaw \[rad\], over -pi to pi.
     pub yaw_rad: f64,
-    /// Speed on the way to this point \[m/s\]; 0 where the way is a turn in place.
+    /// Speed on the way to this point \[m/s\]; 0 if the way is a turn in place.
     pub speed_m_s: f64,
     /// Time of arrival at constant speeds \[s\].
     pub time_s: f64,

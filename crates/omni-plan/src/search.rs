@@ -61,7 +61,7 @@ impl<'a> Search<'a> {
     }
 
     /// The cheapest way from a node to one of the goals, all at one position; and how many nodes
-    /// were expanded. None where there is no way.
+    /// were expanded. None if there is no way.
     pub(crate) fn cheapest(&self, start: u32, goals: &[u32]) -> Result<Found, usize> {
         let (from, _) = Lattice::of_node(start);
         let Some(goal) = goals.first().map(|goal| Lattice::of_node(*goal).0) else {

@@ -112,7 +112,7 @@ pub(crate) fn recover(py: Python<'_>, path: PathBuf, out: PathBuf) -> PyResult<f
 /// Args:
 ///     path: the log.
 ///     scenario: vehicle, control period, and the commands for a simulation.
-///     columns: one number for each control period, NaN where unknown, by the column names of a trace.
+///     columns: one number for each control period, NaN if unknown, by the column names of a trace.
 ///     facts: metadata of the log, by name.
 ///     map: the column map, as TOML text.
 ///

@@ -164,7 +164,7 @@ fn spreads<const N: usize>(py: Python<'_>, rows: &[Rows], floor: f64) -> PyResul
     })
 }
 
-/// Standard deviation of velocity over reference, over the wheels that have a reference: 0 where they keep together.
+/// Standard deviation of velocity over reference, over the wheels that have a reference: 0 if they keep together.
 ///
 /// Args:
 ///     reference_rad_s: references [rad/s], (N,) or (T, N) of 3 to 8 wheels.

@@ -26,7 +26,7 @@ pub(crate) fn figures() -> Vec<(&'static str, String, &'static str, &'static str
 
 /// Figures of a run; if there is an obstacle, over the crossing (docs/conventions.md).
 ///
-/// A figure that was not measured, because nothing crossed or the run was killed, is NaN, or None where documented.
+/// A figure that was not measured, because nothing crossed or the run was killed, is NaN, or None if documented.
 #[pyclass(frozen, eq, module = "omnistep")]
 #[derive(Clone, PartialEq)]
 pub(crate) struct Outcome {

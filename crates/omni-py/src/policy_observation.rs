@@ -40,7 +40,7 @@ pub(crate) struct Observation {
     /// It is the output of the scenario's heading hold, before any limit of the vehicle.
     #[pyo3(get)]
     command: Py<PyArray1<f64>>,
-    /// Actuator velocities by the encoders [rad/s], (N,); NaN where no reading arrived.
+    /// Actuator velocities by the encoders [rad/s], (N,); NaN if no reading arrived.
     #[pyo3(get)]
     wheels_rad_s: Py<PyArray1<f64>>,
     /// Torques that were applied in the previous period [N.m], (N,); 0 in the first.

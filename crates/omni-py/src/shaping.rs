@@ -46,7 +46,7 @@ pub(crate) struct CommandShaper {
     period_s: f64,
 }
 
-/// The limits of `N` motions: velocity, acceleration, deceleration, jerk; infinite where not given.
+/// The limits of `N` motions: velocity, acceleration, deceleration, jerk; infinite if not given.
 fn limits<const N: usize>(
     given: [(&'static str, Option<&Bound<'_, PyAny>>); 4],
     allowed: &'static str,

@@ -57,7 +57,7 @@ pub(crate) struct TrajectoryPlanner {
     plan: Box<dyn Plan>,
 }
 
-/// One number for all wheels, or one a wheel.
+/// One number for all wheels, or one per wheel.
 fn of_wheels(name: &'static str, value: &Bound<'_, PyAny>, wheels: usize) -> PyResult<Vec<f64>> {
     if value.len().is_err()
         && let Ok(one) = value.extract::<f64>()

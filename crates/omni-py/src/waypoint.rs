@@ -174,7 +174,7 @@ pub(crate) fn waypoints(given: &Bound<'_, PyAny>) -> PyResult<Vec<omni_core::pat
                 omni_core::path::Waypoint::at(x_m, y_m)
             }
         });
-        // No more than is allowed, and one: an endless iterator is refused.
+        // No more than is allowed, and one: an endless iterator is rejected.
         if found.len() > 1000 {
             break;
         }

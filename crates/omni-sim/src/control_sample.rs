@@ -22,8 +22,8 @@ pub struct ControlSample {
     pub common_factor: f64,
     /// One entry a wheel, in the vehicle's order.
     pub wheels: Vec<WheelSignals>,
-    /// Motors whose windings are shorted, one a wheel; empty for none. A shorted motor brakes with
-    /// the slope of its torque over speed.
+    /// Motors whose windings are shorted, one per wheel; empty for none. A shorted motor brakes with the slope of its
+    /// torque over speed.
     pub brake: Vec<bool>,
     /// What only this controller says.
     pub report: Report,
@@ -31,7 +31,7 @@ pub struct ControlSample {
 
 impl ControlSample {
     /// Of a period that no controller had a part in: of its signals only the actuators' torques \[N.m\]
-    /// are known, one a wheel, and all others are NaN. A zero would be taken for a measurement.
+    /// are known, one per wheel, and all others are NaN. A zero would be taken for a measurement.
     ///
     /// ```
     /// use omni_sim::controller::ControlSample;

@@ -233,7 +233,7 @@ impl AnyController {
             || (from.control.hand_over()).is_some_and(|handed| self.control.take_over(&handed, twist))
     }
 
-    /// What was lost on the link so far; none where the controller runs here.
+    /// What was lost on the link so far; none if the controller runs here.
     #[must_use]
     pub fn link_counters(&self) -> Option<LinkCounters> {
         self.control.link_counters()

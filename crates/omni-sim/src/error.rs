@@ -173,7 +173,8 @@ impl Error {
     }
 }
 
-/// What a newer omni-config reads and this simulation does not know is refused, never left out; `what` says more of it.
+/// What a newer omni-config reads and this simulation does not know is rejected, never left out; `what` says more of
+/// it.
 pub(crate) fn unknown(scenario: &Scenario, key: &str, what: &str) -> config::Error {
     config::Error::Key {
         file: format!("scenario {}", scenario.name),

@@ -16,7 +16,7 @@ const RPM: f64 = std::f64::consts::PI / 30.0;
 /// Time between rows of the trace \[us\].
 const ROW_US: u64 = 100_000;
 
-/// Speeds and loads of wheels A, B and C, a row every 0.1 s (or every control period where that is longer).
+/// Speeds and loads of wheels A, B and C, a row every 0.1 s (or every control period if that is longer).
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct MotorBenchTrace {

@@ -180,9 +180,9 @@ impl Energy {
             - self.drag_loss_j
     }
 
-    /// Energy out of nothing \[J\], below 0 where some is missing: what is there beyond the work
-    /// put in, and what contacts, hinges and drags together gave back beyond what they took.
-    /// Together, because in an impact rapier's joints give what its contacts take.
+    /// Energy out of nothing \[J\], below 0 if some is missing: what is there beyond the work put in, and what
+    /// contacts, hinges and drags together gave back beyond what they took. Together, because in an impact rapier's
+    /// joints give what its contacts take.
     ///
     /// ```
     /// use omni_sim::{Simulation, config::Scenario};

@@ -56,12 +56,12 @@ pub(crate) struct Odometer {
     start: PlanarPose<f64>,
     /// The controller is a drive, whose own pose counts.
     drive: bool,
-    /// None where too few wheels determine the motion.
+    /// None if too few wheels determine the motion.
     maps: Option<Maps>,
     state: State,
 }
 
-/// Twist by wheel velocities, one row an axis, and back.
+/// Twist by wheel velocities, one row per axis, and back.
 struct Maps {
     forward: [[f64; WHEELS]; 3],
     inverse: [[f64; 3]; WHEELS],

@@ -196,7 +196,7 @@ pub struct Outcome {
     #[serde(default)]
     pub limited_wheels: Option<usize>,
     /// The body whose underside was the first to be more than 2 mm below the ground
-    /// ([`underside_m`](crate::config::Body::underside_m)); none where none was.
+    /// ([`underside_m`](crate::config::Body::underside_m)); none if none was.
     #[serde(default)]
     pub touched_body: Option<BodyName>,
     /// When that was, from the start of the run \[s\].
@@ -219,7 +219,7 @@ pub struct Outcome {
     /// motor gave at least nine tenths of its stall torque \[s\].
     #[serde(default = "not_measured", deserialize_with = "or_nan")]
     pub stall_s: f64,
-    /// When that began, from the start of the run \[s\]; none where there was no such time.
+    /// When that began, from the start of the run \[s\]; none if there was no such time.
     #[serde(default)]
     pub stall_from_s: Option<f64>,
     /// Largest nose-up angle of any body during the crossing \[deg\].
@@ -260,7 +260,7 @@ pub struct Outcome {
     /// Work of the motors \[J\].
     #[serde(deserialize_with = "or_nan")]
     pub work_j: f64,
-    /// Cost of transport: that work over the weight times the way gone; none where it went less than 1 cm.
+    /// Cost of transport: that work over the weight times the way gone; none if it went less than 1 cm.
     pub cost_of_transport: Option<f64>,
     /// That work over the weight times the height gained; none unless climbed to a higher place.
     pub e_over_mgh: Option<f64>,
@@ -276,8 +276,8 @@ pub struct Outcome {
     pub path_error_rms_m: Option<f64>,
     /// Largest such distance \[m\]; none without a path.
     pub path_error_peak_m: Option<f64>,
-    /// Since when the base was at the end of its path, and its path over \[s\]; none where it was
-    /// not there at the run's end.
+    /// Since when the base was at the end of its path, and its path over \[s\]; none if it was not there at the run's
+    /// end.
     #[serde(default)]
     pub arrived_s: Option<f64>,
     /// Distance of the base's origin from where its odometry has it \[m\], at the end of the

@@ -17,7 +17,7 @@ pub struct Report {
     pub drive: Option<DriveReport>,
     /// Of traction control that runs here.
     pub traction: Option<TractionReport>,
-    /// Of a controller of one's own, in the order of its names; NaN where one is not known.
+    /// Of a controller of one's own, in the order of its names; NaN if one is not known.
     pub own: Vec<f64>,
     /// Of the path that is followed.
     pub path: Option<PathReport>,
@@ -63,7 +63,7 @@ pub struct DriveWheel {
 /// What traction control reports.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TractionReport {
-    /// Measured speed over the commanded, -1 to 1; 1 where none is commanded.
+    /// Measured speed over the commanded, -1 to 1; 1 if none is commanded.
     pub factor: f64,
     /// Measured speed along the direction of travel \[m/s\].
     pub speed_m_s: f64,
@@ -102,7 +102,7 @@ pub struct TractionWheel {
     pub contact_n_m: f64,
 }
 
-/// Columns of a drive; then for each signal of [`DRIVE_WHEEL`] one a wheel.
+/// Columns of a drive; then for each signal of [`DRIVE_WHEEL`] one per wheel.
 const DRIVE: [&str; 9] = [
     "drive_mode",
     "drive_motion_known",
@@ -115,7 +115,7 @@ const DRIVE: [&str; 9] = [
     "drive_std_yaw_rad",
 ];
 const DRIVE_WHEEL: [&str; 3] = ["drive_fault", "drive_left_out", "drive_brake"];
-/// Columns of traction control; then for each signal of [`TRACTION_WHEEL`] one a wheel.
+/// Columns of traction control; then for each signal of [`TRACTION_WHEEL`] one per wheel.
 const TRACTION: [&str; 13] = [
     "traction_factor",
     "traction_speed_m_s",
@@ -170,7 +170,7 @@ const LOOPS: [TractionLoops; 3] = [
 ];
 const FLAGS: [bool; 2] = [false, true];
 
-/// The number of a value in a column; NaN where it has none.
+/// The number of a value in a column; NaN if it has none.
 fn number<T: PartialEq>(all: &[T], value: &T) -> f64 {
     all.iter()
         .position(|each| each == value)
@@ -241,7 +241,7 @@ pub(crate) fn drive_mode(number: u8) -> Option<DriveMode> {
     value(&MODES, number.into())
 }
 
-/// What is wrong with a wheel, by its number in frames; the outer none where the number stands for nothing.
+/// What is wrong with a wheel, by its number in frames; the outer none if the number stands for nothing.
 pub(crate) fn wheel_fault(number: u8) -> Option<Option<Fault>> {
     value(&FAULTS, number.into())
 }
@@ -431,7 +431,7 @@ impl ReportColumns {
         ]
     }
 
-    /// A number a name; NaN where the report lacks a part.
+    /// A number a name; NaN if the report lacks a part.
     #[must_use]
     pub fn values(&self, report: &Report) -> Vec<f64> {
         let drive = report.drive.as_ref().map(DriveReport::values);
@@ -451,7 +451,7 @@ impl ReportColumns {
     }
 
     /// The report of these numbers, one a name. A part whose numbers are none of its, as NaN
-    /// throughout, is not there. None where there are more or fewer numbers than names.
+    /// throughout, is not there. None if there are more or fewer numbers than names.
     #[must_use]
     pub fn report(&self, values: &[f64]) -> Option<Report> {
         if values.len() != self.names.len() {

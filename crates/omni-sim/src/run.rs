@@ -140,9 +140,9 @@ impl<'a, E: From<Error> + 'a> Run<'a, E> {
         }
     }
 
-    /// Calls `watch` after every control period with the simulation and the part done, 0 to 1 (0 where the run
-    /// has no end of its own: [`Run::until`]), before what watches it already: so a log has the period, too,
-    /// in which a run is stopped. An error of `watch` ends the run and is returned: how a caller stops it.
+    /// Calls `watch` after every control period with the simulation and the part done, 0 to 1 (0 if the run has no end
+    /// of its own: [`Run::until`]), before what watches it already: so a log has the period, too, in which a run is
+    /// stopped. An error of `watch` ends the run and is returned: how a caller stops it.
     pub fn watch<F: From<E> + 'a>(
         self,
         mut watch: impl FnMut(&Simulation, f64) -> Result<(), F> + 'a,

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::config::Vehicle;
 
-/// Columns of gyro and inertial measurement unit; then for each signal of [`HINGE`] one a hinge.
+/// Columns of gyro and inertial measurement unit; then for each signal of [`HINGE`] one per hinge.
 const BASE: [&str; 9] = [
     "gyro_rad_s",
     "sensed_roll_rate_rad_s",
@@ -35,11 +35,11 @@ const HINGE: [&str; 2] = ["sensed_angle_rad", "sensed_rate_rad_s"];
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sensed {
-    /// Actuator velocities \[rad/s\], one a wheel; NaN where no reading arrived.
+    /// Actuator velocities \[rad/s\], one per wheel; NaN if no reading arrived.
     pub wheels_rad_s: Vec<f64>,
-    /// Angles of the hinges \[rad\], one a hinge; NaN where they have no encoders.
+    /// Angles of the hinges \[rad\], one per hinge; NaN if they have no encoders.
     pub hinges_rad: Vec<f64>,
-    /// Rates of the hinges \[rad/s\], one a hinge.
+    /// Rates of the hinges \[rad/s\], one per hinge.
     pub hinges_rad_s: Vec<f64>,
     /// Yaw rate about the vertical by the gyro \[rad/s\], counter-clockwise positive.
     pub gyro_rad_s: f64,

@@ -87,7 +87,7 @@ pub(crate) struct State {
     /// Of the gyros about x and y.
     tilt_rng: ChaCha8Rng,
     encoders: Vec<Encoder>,
-    /// What is remembered for the velocity of each encoder; empty where nothing is.
+    /// What is remembered for the velocity of each encoder; empty if nothing is.
     velocities: Vec<VelocityState<f64, LONGEST_WINDOW>>,
     /// What each encoder last read \[rad/s\].
     read: Vec<f64>,

@@ -199,8 +199,8 @@ impl Simulation {
     }
 
     /// [`Simulation::step`] for a finite command, with torques added to the controller's \[N.m\],
-    /// one a wheel or none at all, within the limits that it worked with. The controller does not
-    /// know of them but by what the wheels then do.
+    /// one per wheel or none at all, within the limits that it worked with. The controller does not know of them but by
+    /// what the wheels then do.
     pub(crate) fn step_helped(&mut self, command: &BodyTwist<f64>, added_n_m: &[f64]) -> Result<(), Error> {
         self.control_and_advance(command, added_n_m)
     }
@@ -225,7 +225,7 @@ impl Simulation {
         controlled
     }
 
-    /// Holds actuator torques \[N.m\], one a wheel, for one control period, past the controller.
+    /// Holds actuator torques \[N.m\], one per wheel, for one control period, past the controller.
     ///
     /// # Errors
     /// [`Error::Argument`] for a wrong count or a torque that is not finite; [`Error::Diverged`],
@@ -256,8 +256,8 @@ impl Simulation {
         self.world.advance(torques_n_m);
     }
 
-    /// Actuator velocities as the encoders read them after the last step \[rad/s\], one a wheel:
-    /// what the next step's controller measures.
+    /// Actuator velocities as the encoders read them after the last step \[rad/s\], one per wheel: what the next step's
+    /// controller measures.
     #[must_use]
     pub fn measured_rad_s(&self) -> &[f64] {
         &self.sensed.wheels_rad_s

@@ -54,8 +54,8 @@ impl SteppedRun {
         }
     }
 
-    /// One control period. False where the physics failed in it, or before: nothing moves any more
-    /// then, and [`SteppedRun::failure`] says why.
+    /// One control period. False if the physics failed in it, or before: nothing moves any more then, and
+    /// [`SteppedRun::failure`] says why.
     ///
     /// # Errors
     /// As [`Simulation::step`], but for failed physics.

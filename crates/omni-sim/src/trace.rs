@@ -208,7 +208,7 @@ impl Trace {
     }
 }
 
-/// A trace that grows row by row, of any columns: first those of the vehicle, then for each signal one a wheel.
+/// A trace that grows row by row, of any columns: first those of the vehicle, then for each signal one per wheel.
 ///
 /// ```
 /// use omni_sim::{Outcome, Rows, Run, config::Scenario};
@@ -247,7 +247,7 @@ impl Rows {
     }
 
     /// Adds numbers behind the last one: a row has one a column of the vehicle, then for each
-    /// signal one a wheel. A row may come in pieces; what is no whole row at the end is left out.
+    /// signal one per wheel. A row may come in pieces; what is no whole row at the end is left out.
     pub fn push(&mut self, numbers: impl IntoIterator<Item = f64>) {
         self.rows.extend(numbers);
     }

@@ -42,7 +42,7 @@ macro_rules! for_each_wheel_signal {
             }
             // `saturated` stays first: Python shows it as yes or no.
             of_control {
-                /// 1 where the request was outside the limits, else 0.
+                /// 1 if the request was outside the limits, else 0.
                 saturated: log = WheelSignals::saturated;
                 /// Safe form of eq. (14), within -2 to 2; lagging is +.
                 disturbed_ratio: log = WheelSignals::disturbed_ratio;
@@ -150,7 +150,7 @@ impl WheelSignal {
         LOGGED
     }
 
-    /// Its value, where it follows from what the controller was given and did; none where it follows from the physics.
+    /// Its value, where it follows from what the controller was given and did; none if it follows from the physics.
     #[must_use]
     pub fn of_control(&self, signals: &WheelSignals) -> Option<f64> {
         match self.value {
@@ -219,7 +219,7 @@ impl WheelSignals {
         disturbed_ratio(self.reference_rad_s, self.measured_rad_s, DISTURBED_FLOOR_RAD_S)
     }
 
-    /// 1 where the request is outside the limits, 0 where it is inside, NaN where it is unknown.
+    /// 1 if the request is outside the limits, 0 if it is inside, NaN if it is unknown.
     #[must_use]
     pub fn saturated(&self) -> f64 {
         if self.requested_n_m.is_nan() {

@@ -88,7 +88,7 @@ impl Batch {
         })
     }
 
-    /// The batch with the user's own controller that its plan had; none where it had none.
+    /// The batch with the user's own controller that its plan had; none if it had none.
     ///
     /// # Errors
     /// [`Error::Study`] where it is another one.

@@ -129,16 +129,16 @@ pub struct ChartCell {
     pub climbs_m: f64,
     /// The greatest size up to which every size was climbed from the first starts \[m\].
     pub limit_m: f64,
-    /// The least size that some start did not climb \[m\]; none where every size was climbed that is tried.
+    /// The least size that some start did not climb \[m\]; none if every size was climbed that is tried.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fails_m: Option<f64>,
     /// Why not: the verdict of that run, `turned`, or the bound beyond which nothing is tried:
     /// `clearance`, `climb_limits` or `largest`.
     pub because: String,
-    /// The greatest step that the bodies clear ([`clearance_m`]) \[m\]; none where the vehicle's shape bounds none.
+    /// The greatest step that the bodies clear ([`clearance_m`]) \[m\]; none if the vehicle's shape bounds none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub clearance_m: Option<f64>,
-    /// The greatest step that the balance of forces does not exclude at this speed \[m\]; none where that is not known.
+    /// The greatest step that the balance of forces does not exclude at this speed \[m\]; none if that is not known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub climb_limits_m: Option<f64>,
 }

@@ -32,7 +32,7 @@ pub struct MapCell {
 }
 
 impl MapCell {
-    /// The mean of the map's figure of that index; none where nothing was measured.
+    /// The mean of the map's figure of that index; none if nothing was measured.
     #[must_use]
     pub fn mean(&self, figure: usize) -> Option<f64> {
         let (sum, count) = *self.figures.get(figure)?;

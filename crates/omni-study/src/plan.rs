@@ -177,8 +177,8 @@ impl Plan {
     /// The runs of scenarios that need not be a grid, each with the keys that were replaced to make it and every seed.
     ///
     /// Each key that is replaced in any of them is a column; where a scenario has it unreplaced, it
-    /// holds that scenario's own value: of the vehicle its name, and nothing where there is none or
-    /// another table. Keys and rows are those of a study with the same scenarios.
+    /// holds that scenario's own value: of the vehicle its name, and nothing if there is none or another table. Keys
+    /// and rows are those of a study with the same scenarios.
     ///
     /// # Errors
     /// Which of the scenarios, counted from 0, cannot be run, is there twice or has its seed replaced, in one line.
@@ -406,7 +406,7 @@ fn going(stop: &AtomicBool) -> Result<(), Error> {
     Ok(())
 }
 
-/// A value of an axis as the scenario holds it: 1 is 1.0 where a number with a fraction is meant. Names stay names.
+/// A value of an axis as the scenario holds it: 1 is 1.0 if a number with a fraction is meant. Names stay names.
 fn typed(given: Option<&Value>, held: Option<&Value>) -> Option<Value> {
     match (given, held) {
         (Some(Value::Integer(_)), Some(held @ Value::Float(_))) => Some(held.clone()),

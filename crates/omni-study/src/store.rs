@@ -364,7 +364,7 @@ impl Store {
         Ok(parts)
     }
 
-    /// The rows of a part, or why it cannot be read; none where it is not there any more.
+    /// The rows of a part, or why it cannot be read; none if it is not there any more.
     fn read_part(&self, path: &Path) -> Result<Option<Result<Vec<Row>, String>>, Error> {
         let mut file = match open_regular(path) {
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),

@@ -251,7 +251,7 @@ fn facts(
                 each.collect::<Vec<_>>().join(", ")
             ),
         );
-        // What a crosswise wheel carries is lost to those that push.
+        // What a transverse wheel carries is lost to those that push.
         let shares = vehicle.rows().into_iter().filter_map(|row| {
             let carried: f64 = row.wheels.iter().map(|wheel| loads[*wheel]).sum();
             let crosswise: Vec<_> = row
@@ -328,7 +328,7 @@ fn encoder(scenario: &Scenario) -> Result<String, Error> {
     })
 }
 
-/// Which policy a scenario that names none has, as one of [`facts`]; nothing where it names one.
+/// Which policy a scenario that names none has, as one of [`facts`]; nothing if it names one.
 fn chosen(scenario: &Scenario) -> String {
     let Some(auto) = scenario.auto_policy() else {
         return String::new();

@@ -57,7 +57,7 @@ impl Row {
     }
 }
 
-/// A key that one engine alone has is refused where every engine runs; the message says who asked for that.
+/// A key that one engine alone has is rejected where every engine runs; the message says who asked for that.
 fn of_one_engine(mut error: omni_config::Error, engines: &[Engine]) -> omni_config::Error {
     if let omni_config::Error::Key { message, .. } = &mut error
         && !engines.is_empty()
@@ -216,7 +216,7 @@ fn show(scenario: &Scenario, rows: &[Row], explain: bool, out: &mut dyn Write) -
 }
 
 /// Firmware computes in `f32`: so does the scenario, in its log too. Only an override that asks for something else is
-/// refused; what a file says is overridden.
+/// rejected; what a file says is overridden.
 fn in_f32(args: &RunArgs, scenario: &mut Scenario) -> Result<(), Error> {
     let asked = args.overrides.iter().any(|text| {
         text.split_once('=')

@@ -34,7 +34,7 @@ pub(super) fn export(args: &ExportArgs, out: &mut dyn Write) -> Result<(), Error
     }
 }
 
-/// Options of one format are refused with another.
+/// Options of one format are rejected with another.
 fn check(args: &ExportArgs) -> Result<(), Error> {
     if let (Some(vehicle), Format::Urdf | Format::Ros2Control) = (&args.vehicle, args.format) {
         return Err(Error::Argument {

@@ -6,7 +6,7 @@ use crate::output::{say, warn};
 
 /// What is doubtful of a scenario: that it ends before its vehicle can be across or at the end of
 /// its path, that its command is more than it can do, that one count of its encoders is more than
-/// the motor has, that its drive finds faults where there are none, what its traction control lacks.
+/// the motor has, that its drive finds faults if there are none, what its traction control lacks.
 pub(crate) fn doubts_of(scenario: &Scenario) -> Vec<String> {
     let doubts = scenario.too_short().into_iter().chain(coarse(scenario));
     let of_command = scenario.command_doubts().unwrap_or_default();
@@ -74,7 +74,7 @@ pub(crate) fn announce_assumed(vehicle: &Vehicle, period_s: f64, derived: Option
     }
 }
 
-/// Why balls are not the wheels of a scenario, and what is; nothing where they are.
+/// Why balls are not the wheels of a scenario, and what is; nothing if they are.
 pub(crate) fn beyond_balls(scenario: &Scenario) -> Option<String> {
     let beyond = scenario.beyond_balls()?;
     let vehicle = scenario.vehicle();

@@ -37,7 +37,7 @@ pub(crate) fn like(like: &str, name: &str) -> Result<String, Error> {
         Some(text) => Source::text(format!("robot {like}"), text),
         None => Source::vehicle(like, None).map_err(|error| with_robots(error, like))?,
     };
-    // What is no vehicle is refused under its own file's name.
+    // What is no vehicle is rejected under its own file's name.
     Vehicle::from_source(&source, &[])?;
     Ok(renamed(&source.text, name))
 }

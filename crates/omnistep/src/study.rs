@@ -176,7 +176,7 @@ pub(super) fn checked(study: &Study) -> Result<(String, Vec<String>, Option<Stri
 }
 
 /// How many of a study's runs end before their vehicle can be across, and why the first of them
-/// does; none where all of them may get across.
+/// does; none if all of them may get across.
 fn too_short(plan: &Plan) -> Option<String> {
     let seeds = plan.study().seeds.list().len().max(1);
     // All seeds of a combination have the same time and way.

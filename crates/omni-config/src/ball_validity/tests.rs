@@ -3,7 +3,7 @@
 use super::BALL_LEAN_RAD;
 use crate::{Override, Scenario, WheelModel, builtin_scenarios, builtin_vehicles};
 
-/// Largest lean in degrees where balls, which are asked for, are not the wheels; none where they are.
+/// Largest lean in degrees where balls, which are asked for, are not the wheels; none if they are.
 fn lean_deg(scenario: &str, sets: &[&str]) -> Option<f64> {
     let keys: Vec<_> = ["physics.wheel_model=ball"]
         .iter()
@@ -108,7 +108,7 @@ fn an_omni_ball_is_the_wheel_within_ten_degrees_of_straight_ahead() {
     assert!(at(std::f64::consts::FRAC_PI_2).is_some_and(|lean| lean > 60.0));
     assert_eq!(lean_deg("step", &["perturbation.yaw_rad=0.03"]), None);
     assert!(lean_deg("step", &["perturbation.yaw_rad=0.3"]).is_some());
-    // A vehicle that turns meets the edge at any angle; one that goes sideways needs the crosswise wheels to push.
+    // A vehicle that turns meets the edge at any angle; one that goes sideways needs the transverse wheels to push.
     assert!(lean_deg("step", &["command.wz_rad_s=0.1"]).is_some());
     assert!(lean_deg("step", &["command.vy_m_s=0.1"]).is_some());
     // Wheels of three at 120 degrees, and corner wheels at 45, are met aslant.

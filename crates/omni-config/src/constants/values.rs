@@ -21,7 +21,7 @@ pub(super) struct Values {
     /// From an encoder's counter to a velocity.
     pub(super) encoder: Option<Encoder<f32, LONGEST_WINDOW>>,
     pub(super) path: Option<PlannedPath>,
-    /// Of pose and velocity; none where the period is too long for one.
+    /// Of pose and velocity; none if the period is too long for one.
     pub(super) estimator: Option<Box<dyn Constant>>,
 }
 

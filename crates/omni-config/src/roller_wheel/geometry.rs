@@ -179,7 +179,7 @@ impl RollerWheel {
     }
 
     /// Room between two rollers \[m\], turned by plus and minus `half_rad` about the axle and
-    /// `along_m` apart on it, less what is kept; below 0 where they overlap.
+    /// `along_m` apart on it, less what is kept; below 0 if they overlap.
     ///
     /// A half turn about the radius between them swaps the two, so if any plane parts them, one
     /// through that radius does.

@@ -8,8 +8,8 @@ use crate::{Error, Precision, for_wheel_count, wheel_count_refused};
 
 impl Scenario {
     /// What was chosen where the file names no policy: traction control with the sensors that there
-    /// are, and loops of the wheels where traction control would be refused, as with motors that follow
-    /// their command too late, or where a part of such loops is given. None where a policy is named.
+    /// are, and loops of the wheels where traction control would be rejected, as with motors that follow their command
+    /// too late, or where a part of such loops is given. None if a policy is named.
     ///
     /// ```
     /// use omni_config::{Override, Scenario};

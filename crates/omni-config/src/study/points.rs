@@ -280,7 +280,7 @@ fn combination(values: &[Vec<Value>], mut index: usize) -> Vec<Value> {
     chosen
 }
 
-/// How much of a key that is refused is this key's: its length where one is the other or within it, with `vehicle.` or
+/// How much of a key that is rejected is this key's: its length where one is the other or within it, with `vehicle.` or
 /// without, as messages about vehicles are; 0 otherwise.
 fn shared(own: &str, refused: &str) -> usize {
     let within = |a: &str, b: &str| {

@@ -80,7 +80,7 @@ impl Terrain {
         }
     }
 
-    /// Height of the first edge that a wheel meets \[m\]; 0 where it meets none at once.
+    /// Height of the first edge that a wheel meets \[m\]; 0 if it meets none at once.
     #[must_use]
     pub fn first_edge_m(&self) -> f64 {
         match self {

@@ -318,7 +318,7 @@ fn named(part: &Table) -> String {
     part.get("name").map_or_else(String::new, Value::to_string)
 }
 
-/// The numbers of a list; none where there is no list.
+/// The numbers of a list; none if there is no list.
 fn numbers(keys: &Table, key: &str) -> Vec<f64> {
     let list = keys.get(key).and_then(Value::as_array);
     list.into_iter().flatten().filter_map(number).collect()

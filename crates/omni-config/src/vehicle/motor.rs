@@ -126,7 +126,7 @@ impl Motor {
             .capped(R::of(self.peak_torque_n_m()))
     }
 
-    /// What the gear of a wheel with this `gear` (wheel turns per motor turn) takes; none where it takes nothing.
+    /// What the gear of a wheel with this `gear` (wheel turns per motor turn) takes; none if it takes nothing.
     ///
     /// # Errors
     /// As [`Gearbox::new`] and [`GearFriction::new`]; a loaded vehicle has been checked.

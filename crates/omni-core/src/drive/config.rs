@@ -100,7 +100,7 @@ impl<R: Real, const N: usize> DriveConfig<R, N> {
 pub struct DriveInput<R, const N: usize> {
     /// A new command, if one arrived: the twist of the command point.
     pub command: Option<BodyTwist<R>>,
-    /// Actuator velocity of each wheel \[rad/s\], none where no reading arrived.
+    /// Actuator velocity of each wheel \[rad/s\], none if no reading arrived.
     pub readings_rad_s: [Option<R>; N],
     /// The emergency stop is pressed: the vehicle comes to rest at the emergency deceleration,
     /// whatever is commanded, and stays there for as long as this is said. A level: it is to be

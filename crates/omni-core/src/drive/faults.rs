@@ -51,7 +51,7 @@ impl Fault {
     }
 }
 
-/// Watches the readings of all wheels. Immutable; what changes is in [`FaultState`].
+/// Watches the readings of all wheels. Immutable; the changing state is in [`FaultState`].
 ///
 /// ```
 /// use omni_core::drive::{Fault, FaultMonitor, FaultState};
@@ -217,8 +217,8 @@ impl<R: Real, const N: usize> FaultState<R, N> {
         usable
     }
 
-    /// What is wrong with each wheel, in the layout's order; none where its readings are accepted.
-    /// [`Fault::Lost`] hides any other.
+    /// What is wrong with each wheel, in the layout's order; none if its readings are accepted. [`Fault::Lost`] hides
+    /// any other.
     ///
     /// ```
     /// use omni_core::drive::{Fault, FaultState};
@@ -356,8 +356,8 @@ impl<R: Real> FaultMonitor<R> {
         velocities
     }
 
-    /// Evidence against a reading, should it stay the same: that the motor pulls in vain. None
-    /// where nothing speaks against it.
+    /// Evidence against a reading, should it stay the same: that the motor pulls in vain. None if nothing speaks
+    /// against it.
     fn pulls_in_vain<const N: usize>(
         &self,
         state: &FaultState<R, N>,

@@ -11,8 +11,8 @@ use crate::loops::Controller;
 use crate::shaping::CommandShaper;
 use crate::{ConfigError, Real};
 
-/// A vehicle's whole controller: readings and commands in, torques out. Immutable; what changes is
-/// in [`DriveState`](crate::DriveState).
+/// A vehicle's whole controller: readings and commands in, torques out. Immutable; the changing state is in
+/// [`DriveState`](crate::DriveState).
 ///
 /// In order: readings are judged, faulty wheels released, the motion estimated from the rest; the command is checked,
 /// limited, moved to the origin and brought within what the wheels can turn; the loops run; the pose is integrated.

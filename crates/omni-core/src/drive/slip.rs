@@ -260,7 +260,7 @@ impl<R: Real, const N: usize> SlipState<R, N> {
         enough
     }
 
-    /// Forms the forward map anew. False where too few wheels are left; then nothing changes.
+    /// Forms the forward map anew. False if too few wheels are left; then nothing changes.
     fn refresh(&mut self, kinematics: &Kinematics<R, N>) -> bool {
         let excluded = self.excluded();
         // The map as chosen, be it least squares or not, while every wheel is trusted.

@@ -1,4 +1,4 @@
-//! What a drive remembers.
+//! The state of a drive.
 
 use super::model::Drive;
 use crate::Real;
@@ -8,7 +8,7 @@ use crate::geometry::WheelVelocities;
 use crate::loops::ControlState;
 use crate::shaping::ShaperState;
 
-/// What a [`Drive`] remembers.
+/// The state of a [`Drive`].
 ///
 /// ```
 /// use omni_core::geometry::PlanarPose;

@@ -27,7 +27,7 @@ impl<R: Real, const N: usize> Drive<R, N> {
     /// One period: torques that move the vehicle as commanded, as far as command, limits and wheels allow. To be called
     /// once every control period. O(N).
     ///
-    /// Never fails: nonsense in the input is refused, or its wheel is released.
+    /// Never fails: nonsense in the input is rejected, or its wheel is released.
     ///
     /// ```
     /// use omni_core::{BodyTwist, Drive, DriveConfig, DriveInput, DriveMode, DriveState, WheelLayout, WheelVelocities};

@@ -53,7 +53,7 @@ constant_struct!(TractionDrive<R, const N> { drive: Drive<R, N>, supervisor: Sup
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct BodyReadings<'a, R> {
-    /// Angle of every hinge \[rad\], in the vehicle's order; empty where none are read.
+    /// Angle of every hinge \[rad\], in the vehicle's order; empty if none are read.
     pub hinges_rad: &'a [R],
     /// Their rates \[rad/s\].
     pub hinges_rad_s: &'a [R],
@@ -79,7 +79,7 @@ impl<R: Real> BodyReadings<'_, R> {
     }
 }
 
-/// What a [`TractionDrive`] remembers.
+/// The state of a [`TractionDrive`].
 ///
 /// ```
 /// use omni_core::drive::TractionDriveState;

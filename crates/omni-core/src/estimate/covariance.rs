@@ -36,7 +36,7 @@ impl<R: Real> PoseCovariance<R> {
     /// Independent uncertainties with the variances `[x, y, yaw]` >= 0 \[m^2, m^2, rad^2\].
     ///
     /// # Errors
-    /// Parameter `x_m2`, `y_m2` or `yaw_rad2` where it is negative or not finite.
+    /// Parameter `x_m2`, `y_m2` or `yaw_rad2` if it is negative or not finite.
     ///
     /// ```
     /// use omni_core::estimate::PoseCovariance;
@@ -150,7 +150,7 @@ pub struct CovarianceGrowth<R> {
 constant_struct!(CovarianceGrowth<R> { per_rad: R, per_residual: R });
 
 impl<R: Real> OdometryNoise<R> {
-    /// What stands where there is none: wheels that are never wrong.
+    /// What stands if there is none: wheels that are never wrong.
     pub(crate) fn none() -> Self {
         Self {
             wheel_rad_per_sqrt_rad: R::zero(),
@@ -163,7 +163,7 @@ impl<R: Real> CovarianceGrowth<R> {
     /// Growth by the noise given.
     ///
     /// # Errors
-    /// Parameter `wheel_rad_per_sqrt_rad` or `residual_gain` where it is negative or not finite.
+    /// Parameter `wheel_rad_per_sqrt_rad` or `residual_gain` if it is negative or not finite.
     pub fn new(noise: OdometryNoise<R>) -> Result<Self, ConfigError> {
         let k = not_negative("wheel_rad_per_sqrt_rad", noise.wheel_rad_per_sqrt_rad)?;
         Ok(Self {
@@ -175,7 +175,7 @@ impl<R: Real> CovarianceGrowth<R> {
     /// One step from `start`, the estimated pose before it, with the actuator increments `increments` \[rad\]
     /// ([`Odometry::increments`](crate::estimate::Odometry::increments), or velocities times the period).
     ///
-    /// False, and nothing changed, where the result would not be finite.
+    /// False, and nothing changed, if the result would not be finite.
     ///
     /// ```
     /// use omni_core::estimate::{CovarianceGrowth, OdometryNoise, PoseCovariance};
@@ -207,7 +207,7 @@ impl<R: Real> CovarianceGrowth<R> {
         )
     }
 
-    /// As [`CovarianceGrowth::step`] with a forward map `forward`, one row an axis \[m, m, 1\], and residuals
+    /// As [`CovarianceGrowth::step`] with a forward map `forward`, one row per axis \[m, m, 1\], and residuals
     /// `residuals` of the caller's. A wheel that is left out has a column of zeros.
     ///
     /// ```

@@ -22,8 +22,8 @@ use crate::{ConfigError, Real};
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct EncoderConfig<R> {
-    /// Edges a turn of what shall be measured, 1 to 1e9, all of them counted (four a line of a
-    /// quadrature encoder), times the gear's ratio where the encoder sits before the gear.
+    /// Edges per turn of what shall be measured, 1 to 1e9, all of them counted (four a line of a quadrature encoder),
+    /// times the gear's ratio where the encoder sits before the gear.
     pub counts_per_turn: R,
     /// Bits of the counter, 2 to 32.
     pub bits: u32,
@@ -119,8 +119,8 @@ impl<R: Real, const WINDOW: usize> Encoder<R, WINDOW> {
     }
 
     /// One control period: takes in the counter as it stands, and returns the velocity \[rad/s\];
-    /// none where it could not be read. The first reading after such a period is right about the
-    /// time. The wheel may turn by less than half the counter's range between two readings.
+    /// none if it could not be read. The first reading after such a period is right about the time. The wheel may turn
+    /// by less than half the counter's range between two readings.
     ///
     /// `since_edge_s` is as in [`VelocityEstimator::step`].
     ///
@@ -266,12 +266,12 @@ impl CounterState {
 }
 
 impl<R: Real> EncoderCounter<R> {
-    /// An encoder of `counts_per_turn` edges a turn of what shall be measured, 1 to 1e9, all of
-    /// them counted (four a line of a quadrature encoder), times the gear's ratio where it sits
-    /// before the gear; and a counter of `bits`, 2 to 32.
+    /// An encoder of `counts_per_turn` edges per turn of what shall be measured, 1 to 1e9, all of them counted (four a
+    /// line of a quadrature encoder), times the gear's ratio where it sits before the gear; and a counter of `bits`, 2
+    /// to 32.
     ///
     /// # Errors
-    /// Parameter `counts_per_turn` or `bits` where it is out of range.
+    /// Parameter `counts_per_turn` or `bits` if it is out of range.
     pub fn new(counts_per_turn: R, bits: u32) -> Result<Self, ConfigError> {
         let counts = within("counts_per_turn", counts_per_turn, 1.0..=1e9, "1 to 1e9")?;
         if !(2..=32).contains(&bits) {

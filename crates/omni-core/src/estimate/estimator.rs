@@ -43,7 +43,7 @@ const RESTLESS: f64 = 400.0;
 /// Standard deviation of a vehicle's velocity that stands \[m/s\]: its loops answer the noise of their encoders.
 const STANDING_M_S: f64 = 3e-4;
 
-/// The filter for a vehicle with `N` wheels. Immutable; what changes is in [`EstimatorState`].
+/// The filter for a vehicle with `N` wheels. Immutable; the changing state is in [`EstimatorState`].
 ///
 /// State: place and yaw in the world; velocity of the origin along the vehicle's heading; the gyro's bias;
 /// and the slip of all wheels together, as a twist that they show beyond the vehicle's own. Each period
@@ -161,13 +161,13 @@ pub struct EstimatorState<R, const N: usize> {
 #[non_exhaustive]
 pub struct EstimatorStep<R> {
     /// Normalised innovation squared: sum over the wheels of innovation squared over its variance. Chi-square
-    /// with `readings` degrees of freedom where the model holds. 0 or more; 0 where nothing was taken in.
+    /// with `readings` degrees of freedom where the model holds. 0 or more; 0 if nothing was taken in.
     pub nis: R,
     /// Wheels that were taken in.
     pub readings: usize,
     /// The vehicle was taken to stand: a zero-velocity update, and no wheel was taken in.
     pub standing: bool,
-    /// False where the result was not finite: nothing changed.
+    /// False if the result was not finite: nothing changed.
     pub taken: bool,
 }
 
@@ -286,8 +286,8 @@ impl<R: Real, const N: usize> EstimatorState<R, N> {
         self.covariance.0[BIAS][BIAS].abs().sqrt()
     }
 
-    /// Sets the pose and how well it is known; what it had to do with the rest is forgotten. False,
-    /// and nothing changed, where `pose` is not finite.
+    /// Sets the pose and how well it is known; what it had to do with the rest is forgotten. False, and nothing
+    /// changed, if `pose` is not finite.
     ///
     /// ```
     /// use omni_core::estimate::{Estimator, EstimatorConfig, PoseCovariance};

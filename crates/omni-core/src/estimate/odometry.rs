@@ -56,7 +56,7 @@ pub enum OdometryStep<R> {
     Skipped,
 }
 
-/// Dead reckoning of a vehicle with `N` wheels. Immutable; what changes is in [`OdometryState`].
+/// Dead reckoning of a vehicle with `N` wheels. Immutable; the changing state is in [`OdometryState`].
 ///
 /// The maps are handed to each call: a caller that distrusts a wheel may pass another forward map, or the displacement
 /// itself. In `f32` positions of 5000 rad come in steps of 5e-4 rad; that does not add up, because differences of
@@ -161,7 +161,7 @@ impl<R: Real, const N: usize> OdometryState<R, N> {
         }
     }
 
-    /// Sets the pose; false, and nothing changed, where `pose` is not finite. Its yaw is wrapped.
+    /// Sets the pose; false, and nothing changed, if `pose` is not finite. Its yaw is wrapped.
     ///
     /// The last positions stay, so that the next step adds what the wheels turn from here and no jump.
     ///

@@ -98,7 +98,7 @@ pub struct VelocityConfig<R> {
 /// [`VelocityEstimator::standing_s`] stands, or toggles about an edge: the velocity is exactly 0 by every method
 /// until it has left them. So an encoder whose wire is cut, which is a counter that stands or toggles, repeats one
 /// reading, and a [`FaultMonitor`](crate::drive::FaultMonitor) finds it. A wheel slower than three counts in that
-/// time reads 0 now and then; that is at most 0.25 rad/s of coarse encoders, and 30 counts a second of fine ones.
+/// time reads 0 now and then; that is at most 0.25 rad/s of coarse encoders, and 30 counts per second of fine ones.
 ///
 /// Nothing divides by a time or by counts that can be zero, and every reading is finite.
 ///
@@ -256,8 +256,8 @@ impl<R: Real, const WINDOW: usize> VelocityEstimator<R, WINDOW> {
     /// `VelocityEstimator::<f32, 8>::new(..)`.
     ///
     /// # Errors
-    /// Parameter `count_rad`, `period_s`, `periods` or `bandwidth_rad_s` where it is out of range. A bandwidth beyond
-    /// one over the period would be the counts of a period again; one below a thousandth of that is lost in rounding.
+    /// Parameter `count_rad`, `period_s`, `periods` or `bandwidth_rad_s` if it is out of range. A bandwidth beyond one
+    /// over the period would be the counts of a period again; one below a thousandth of that is lost in rounding.
     pub fn new(config: VelocityConfig<R>) -> Result<Self, ConfigError> {
         let count_rad = within("count_rad", config.count_rad, 1e-9..=7.0, "1e-9 to 7")?;
         let period_s = period(config.period_s)?;
@@ -305,7 +305,7 @@ impl<R: Real, const WINDOW: usize> VelocityEstimator<R, WINDOW> {
     }
 
     /// How long a counter must stay within two counts before its wheel stands \[s\]: 0.1, or the time
-    /// of three counts at 0.25 rad/s where that is longer, in whole control periods, at least two.
+    /// of three counts at 0.25 rad/s if that is longer, in whole control periods, at least two.
     ///
     /// ```
     /// use omni_core::estimate::{VelocityConfig, VelocityEstimator, VelocityMethod};

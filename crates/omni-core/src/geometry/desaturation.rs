@@ -101,7 +101,7 @@ pub struct Desaturated<R, const N: usize> {
     pub translation_factor: R,
     /// What the yaw rate was multiplied by, 0 to 1.
     pub yaw_factor: R,
-    /// Index of the wheel that set the smallest factor; none where nothing was reduced.
+    /// Index of the wheel that set the smallest factor; none if nothing was reduced.
     pub limiting: Option<usize>,
 }
 
@@ -119,7 +119,7 @@ impl<R: Real, const N: usize> Desaturated<R, N> {
 }
 
 impl<R: Real, const N: usize> SpeedLimits<R, N> {
-    /// What stands where there are none.
+    /// What stands if there are none.
     pub(crate) fn none() -> Self {
         Self {
             limit_rad_s: [R::one() / R::zero(); N],

@@ -73,7 +73,7 @@ impl<R: Real, const N: usize> Kinematics<R, N> {
     /// The maps of `layout`, forward by least squares.
     ///
     /// # Errors
-    /// Parameter `layout` where the wheels cannot move the vehicle in three directions (the value is the rank reached),
+    /// Parameter `layout` if the wheels cannot move the vehicle in three directions (the value is the rank reached),
     /// `condition_number` above [`crate::geometry::CONDITION_LIMIT`].
     pub fn new(layout: &WheelLayout<R, N>) -> Result<Self, ConfigError> {
         Self::with_forward(layout, ForwardMap::LeastSquares)
@@ -82,8 +82,8 @@ impl<R: Real, const N: usize> Kinematics<R, N> {
     /// The maps of `layout` with the forward map named.
     ///
     /// # Errors
-    /// As [`Kinematics::new`]; parameter `forward_map` where the average is not a left inverse of this layout (the
-    /// value is the largest deviation from the identity).
+    /// As [`Kinematics::new`]; parameter `forward_map` if the average is not a left inverse of this layout (the value
+    /// is the largest deviation from the identity).
     ///
     /// ```
     /// use omni_core::geometry::ForwardMap;
@@ -113,8 +113,8 @@ impl<R: Real, const N: usize> Kinematics<R, N> {
     /// The maps of `layout`, forward by weighted least squares: the twist with the smallest
     /// `sum of weight_i error_i^2`.
     ///
-    /// `weights` are 0 to 1e6, one a wheel: the inverse variance of what each wheel says, in any
-    /// unit. A wheel of weight 0 is excluded; at least three wheels that span the plane must count.
+    /// `weights` are 0 to 1e6, one per wheel: the inverse variance of what each wheel says, in any unit. A wheel of
+    /// weight 0 is excluded; at least three wheels that span the plane must count.
     ///
     /// # Errors
     /// As [`Kinematics::new`], of the wheels with a weight; parameter `weight` with the wheel's index.
@@ -145,7 +145,7 @@ impl<R: Real, const N: usize> Kinematics<R, N> {
     }
 
     /// The same vehicle with the wheels marked in `excluded` left out of the forward map: least squares of the rest.
-    /// None where the rest no longer separates the three motions (rank below 3, or too ill-conditioned to trust).
+    /// None if the rest no longer separates the three motions (rank below 3, or too ill-conditioned to trust).
     ///
     /// Closed form, O(N): may be called in a control step. A map that was not least squares becomes it.
     ///
@@ -420,7 +420,7 @@ impl<R: Real, const N: usize> Kinematics<R, N> {
         &self.inverse
     }
 
-    /// The forward map, 3 x `N`, one row an axis, in \[m/rad, m/rad, 1\]: J of eq. (7) where
+    /// The forward map, 3 x `N`, one row per axis, in \[m/rad, m/rad, 1\]: J of eq. (7) where
     /// [`ForwardMap::PaperAverage`] was chosen. A wheel left out has a column of zeros.
     #[must_use]
     pub fn forward_matrix(&self) -> &[[R; N]; 3] {
@@ -438,7 +438,7 @@ impl<R: Real, const N: usize> Kinematics<R, N> {
     }
 }
 
-/// Each wheel's part of the squared residual, `r_i^2 / sum of r_j^2`: 0 to 1, summing to 1; all 0 where nothing is left
+/// Each wheel's part of the squared residual, `r_i^2 / sum of r_j^2`: 0 to 1, summing to 1; all 0 if nothing is left
 /// over. The residual is [`Kinematics::residual`].
 ///
 /// ```

@@ -332,7 +332,7 @@ impl<R: Real> WheelLayout<R, 4> {
 impl<R: Real> WheelLayout<R, 7> {
     /// The seven-wheel vehicle of Chugo et al. (2004), read off the signs of eq. (9); gear 1.
     ///
-    /// `r1_m` is the distance of the transverse wheels 2 and 6 ahead of and behind the middle, `r2_m` that of the
+    /// `r1_m` is the distance of the transverse wheels 2 and 6 in front of and behind the middle, `r2_m` that of the
     /// side wheels from the centre line, `radius_m` the wheels' radius, all in metres and > 0. Wheels 1, 2, 3 are the
     /// rear row (right, transverse, left), 4 the middle, 5, 6, 7 the front row. The paper gives none of the lengths.
     ///
@@ -409,7 +409,7 @@ mod tests {
 
     #[test]
     fn an_ill_conditioned_layout_is_refused_with_its_condition_number() {
-        // Three wheels that differ from parallel by a milliradian: sideways motion hardly turns any of them.
+        // Three wheels that differ from parallel by a milliradian: lateral motion hardly turns any of them.
         let nearly = [(0.3, -1e-3), (-0.3, 0.0), (0.3, 1e-3)].map(|(y, a)| wheel([0.0, y], [1.0, a]));
         let error = WheelLayout::new(nearly).expect_err("sideways motion is a thousandth of a wheel's");
         assert_eq!(error.parameter, "condition_number");

@@ -38,7 +38,7 @@ macro_rules! per_wheel {
     };
 }
 
-/// Actuator velocities, one a wheel in the layout's order: what kinematics maps and loops control.
+/// Actuator velocities, one per wheel in the layout's order: what kinematics maps and loops control.
 ///
 /// ```
 /// use omni_core::WheelVelocities;
@@ -85,7 +85,7 @@ impl<R: Real, const N: usize> WheelVelocities<R, N> {
     }
 }
 
-/// Actuator torques, one a wheel in the layout's order: what a controller asks of motors. Not a wheel velocity.
+/// Actuator torques, one per wheel in the layout's order: what a controller asks of motors. Not a wheel velocity.
 ///
 /// ```
 /// use omni_core::geometry::WheelTorques;
@@ -107,7 +107,7 @@ pub struct WheelTorques<R, const N: usize> {
 
 per_wheel!(WheelTorques, n_m);
 
-/// Actuator angles or their increments, one a wheel in the layout's order: what position encoders read.
+/// Actuator angles or their increments, one per wheel in the layout's order: what position encoders read.
 ///
 /// ```
 /// use omni_core::geometry::WheelAngles;

@@ -56,7 +56,7 @@ impl<R: Real, const N: usize> LinkageMotion<R, N> {
     }
 
     /// How the body in that slot points and turns: 0 is the base, others are
-    /// [`Linkage::carrier`]'s. The base's where there is none.
+    /// [`Linkage::carrier`]'s. The base's if there is none.
     ///
     /// ```
     /// use omni_core::linkage::{Attitude, LinkageMotion};

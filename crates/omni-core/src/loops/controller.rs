@@ -12,7 +12,7 @@ use crate::loops::{ControlState, Rest, RestRule, WheelControlConfig, WheelContro
 use crate::scalar::all_plausible;
 use crate::{ConfigError, Real};
 
-/// A vehicle's controller: kinematics and wheel loops. Immutable; what changes is in [`ControlState`].
+/// A vehicle's controller: kinematics and wheel loops. Immutable; the changing state is in [`ControlState`].
 ///
 /// The bare loop. [`Drive`](crate::drive::Drive) puts shaping, faults, slip and odometry around it.
 ///
@@ -64,7 +64,7 @@ constant_struct!(Controller<R, const N> { kinematics: Kinematics<R, N>, wheels: 
 // Not `non_exhaustive`: as `WheelSample`.
 #[repr(C)]
 pub struct ControlSample<R, const N: usize> {
-    /// The command; rest where the one given was not finite, or beyond 1e6.
+    /// The command; rest if the one given was not finite, or beyond 1e6.
     pub command: BodyTwist<R>,
     /// The wheels' signals.
     pub wheels: WheelSample<R, N>,

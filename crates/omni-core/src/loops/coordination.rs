@@ -1,7 +1,7 @@
 //! Coordination laws: what the wheels do together when one of them saturates.
 //!
 //! Two choices that do not depend on each other: how torques are brought within limits ([`Saturation`]), and which
-//! error the integrals take in ([`Integral`]). Every law is closed form and O(N).
+//! error the integrals accumulate ([`Integral`]). Every law is closed form and O(N).
 
 #[cfg(test)]
 mod tests;
@@ -50,7 +50,7 @@ pub enum Saturation<R> {
 
 constant_enum!(Saturation<R> { Clip, ScaleTorques, ScaleReferences { floor } });
 
-/// Which error the integrals take in.
+/// Which error the integrals accumulate.
 ///
 /// ```
 /// use omni_core::loops::{Integral, Saturation};
@@ -103,7 +103,7 @@ constant_enum!(Integral { PerWheel, Shared });
 pub struct Coordination<R> {
     /// How torques are brought within limits.
     pub saturation: Saturation<R>,
-    /// Which error the integrals take in.
+    /// Which error the integrals accumulate.
     pub integral: Integral,
 }
 
@@ -245,7 +245,7 @@ impl<R: Real> Coordination<R> {
 
 /// The common factor c = min c_i of eqs. (11), (12), with |torque| so that wheels turning backwards are limited too.
 ///
-/// 1 where no torque of `requested_n_m` exceeds its range, 0 where one does whose range ends at 0.
+/// 1 if no torque of `requested_n_m` exceeds its range, 0 if one does whose range ends at 0.
 ///
 /// ```
 /// use omni_core::loops::torque_factor;
@@ -267,7 +267,7 @@ pub fn torque_factor<R: Real, const N: usize>(requested_n_m: &[R; N], ranges: &T
 }
 
 /// The common speed factor of [`Saturation::ScaleReferences`]: the largest s in `floor..=1` with every
-/// torque short of the limit that its own reference pushes it towards; `floor` where there is none.
+/// torque short of the limit that its own reference pushes it towards; `floor` if there is none.
 ///
 /// `requested_n_m`: torque of each wheel for its whole reference. `slopes_n_m`: the part of it that
 /// is proportional to the reference, so that the torque for s times the reference is

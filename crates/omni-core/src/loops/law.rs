@@ -30,9 +30,9 @@ impl<R: Real> Law<'_, R> {
     /// brought within their limits, and I' = I + ki T e' + what anti-windup adds.
     ///
     /// It starts from the references, measurements and ranges in `out`; those of wheels that are not active
-    /// are 0. The integrals take in what `share` makes of the errors, each wheel its own where there is
-    /// none. `share` is linear, and the identity on the references. `some_released`: not all wheels are
-    /// active. `waits`: integrals know of limits that last only ([`Overload`]), otherwise of every limit.
+    /// are 0. The integrals take in what `share` makes of the errors, each wheel its own if there is none. `share` is
+    /// linear, and the identity on the references. `some_released`: not all wheels are active. `waits`: integrals know
+    /// of limits that last only ([`Overload`]), otherwise of every limit.
     ///
     /// The usual case, every wheel there and none at its limit, is straight loops over the wheels that write where the
     /// result is wanted; whatever else happens is in functions of its own.

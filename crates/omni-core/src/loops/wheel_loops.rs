@@ -58,7 +58,7 @@ constant_struct!(WheelController<R, const N> {
 pub(crate) struct LoopInputs<'a, R, const N: usize> {
     pub(crate) reference: &'a WheelVelocities<R, N>,
     pub(crate) measured: &'a WheelVelocities<R, N>,
-    /// Wheels to be released whatever they measure; none where none is known.
+    /// Wheels to be released whatever they measure; none if none is known.
     pub(crate) dropped: Option<&'a [bool; N]>,
     /// Ranges that hold besides the actuators' own limits.
     pub(crate) within: Option<&'a TorqueRanges<R, N>>,

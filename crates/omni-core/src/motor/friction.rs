@@ -32,7 +32,7 @@ impl<R: Real> GearFriction<R> {
     /// A gear with friction at its output: `coulomb_n_m` >= 0 \[N.m\] and `viscous_n_m_s_rad` >= 0 \[N.m per rad/s\].
     ///
     /// # Errors
-    /// Parameter `coulomb_n_m` or `viscous_n_m_s_rad` where it is negative or not finite.
+    /// Parameter `coulomb_n_m` or `viscous_n_m_s_rad` if it is negative or not finite.
     pub fn new(gear: Gearbox<R>, coulomb_n_m: R, viscous_n_m_s_rad: R) -> Result<Self, ConfigError> {
         Ok(Self {
             gear,
@@ -69,7 +69,7 @@ impl<R: Real> GearFriction<R> {
     }
 
     /// Torque at the output \[N.m\] that a motor torque \[N.m\] makes at an output velocity
-    /// \[rad/s\]. At rest: what is beyond friction, the motor driving; 0 where it moves nothing.
+    /// \[rad/s\]. At rest: what is beyond friction, the motor driving; 0 if it moves nothing.
     ///
     /// ```
     /// use omni_core::motor::{GearFriction, Gearbox};

@@ -30,7 +30,7 @@ impl<R: Real> Gearbox<R> {
     /// `ratio` turns of the motor for one of the output, 0.001 to 1e6; `efficiency` 0.01 to 1 in both directions.
     ///
     /// # Errors
-    /// Parameter `ratio` or `efficiency` where it is out of range.
+    /// Parameter `ratio` or `efficiency` if it is out of range.
     pub fn new(ratio: R, efficiency: R) -> Result<Self, ConfigError> {
         Ok(Self {
             ratio: within("ratio", ratio, 1e-3..=1e6, "0.001 to 1e6")?,

@@ -40,7 +40,7 @@ impl<R: Real> TorqueLimit<R> {
     /// The same limit `torque_n_m` > 0 \[N.m\] at every velocity.
     ///
     /// # Errors
-    /// Parameter `torque_n_m` where it is not finite or not positive.
+    /// Parameter `torque_n_m` if it is not finite or not positive.
     ///
     /// ```
     /// use omni_core::TorqueLimit;
@@ -61,7 +61,7 @@ impl<R: Real> TorqueLimit<R> {
     /// A line from `stall_torque_n_m` > 0 \[N.m\] at rest down by `slope_n_m_s_rad` >= 0 \[N.m per rad/s\].
     ///
     /// # Errors
-    /// Parameter `stall_torque_n_m` or `slope_n_m_s_rad` where it is out of range or not finite.
+    /// Parameter `stall_torque_n_m` or `slope_n_m_s_rad` if it is out of range or not finite.
     ///
     /// ```
     /// use omni_core::TorqueLimit;
@@ -83,7 +83,7 @@ impl<R: Real> TorqueLimit<R> {
     /// The same with no more than `torque_n_m` > 0 \[N.m\] in any quadrant: what a current limit leaves.
     ///
     /// # Errors
-    /// Parameter `torque_n_m` where it is not finite or not positive.
+    /// Parameter `torque_n_m` if it is not finite or not positive.
     ///
     /// ```
     /// use omni_core::TorqueLimit;
@@ -124,7 +124,7 @@ impl<R: Real> TorqueLimit<R> {
         }
     }
 
-    /// Lowest and highest torque \[N.m\] at the actuator velocity \[rad/s\]. Nothing where that is NaN.
+    /// Lowest and highest torque \[N.m\] at the actuator velocity \[rad/s\]. Nothing if that is NaN.
     ///
     /// ```
     /// use omni_core::motor::TorqueRange;

@@ -29,8 +29,8 @@ impl<R: Real, const M: usize> TorqueTable<R, M> {
     /// torque > 0 \[N.m\], which also bounds the driving torque.
     ///
     /// # Errors
-    /// With the point's index: parameter `point.speed_rad_s` where a speed is not above the one before (the first:
-    /// negative), `point.driving_torque_n_m` where a torque is negative. `points` where there are none,
+    /// With the point's index: parameter `point.speed_rad_s` if a speed is not above the one before (the first:
+    /// negative), `point.driving_torque_n_m` where a torque is negative. `points` if there are none,
     /// `braking_torque_n_m`.
     pub fn new(points: [(R, R); M], braking_torque_n_m: R) -> Result<Self, ConfigError> {
         if M == 0 {
@@ -54,7 +54,7 @@ impl<R: Real, const M: usize> TorqueTable<R, M> {
     }
 
     /// Lowest and highest torque \[N.m\] at the actuator velocity \[rad/s\]. At rest both are the braking torque;
-    /// nothing where the velocity is NaN. O(M).
+    /// nothing if the velocity is NaN. O(M).
     ///
     /// ```
     /// use omni_core::motor::TorqueTable;

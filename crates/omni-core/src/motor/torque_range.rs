@@ -126,7 +126,7 @@ pub struct TorqueRanges<R, const N: usize> {
 }
 
 impl<R: Real, const N: usize> TorqueRanges<R, N> {
-    /// The range of one wheel; nothing but 0 where `index` is not below `N`.
+    /// The range of one wheel; nothing but 0 if `index` is not below `N`.
     ///
     /// ```
     /// use omni_core::motor::{TorqueRange, TorqueRanges};
@@ -158,7 +158,7 @@ impl<R: Real, const N: usize> TorqueRanges<R, N> {
         }
     }
 
-    /// Sets the range of one wheel; nothing where `index` is not below `N`.
+    /// Sets the range of one wheel; nothing if `index` is not below `N`.
     ///
     /// ```
     /// use omni_core::motor::TorqueRanges;
@@ -214,7 +214,7 @@ pub(super) fn four_quadrants<R: Real>(driving: R, braking: R, velocity: R) -> To
     }
 }
 
-/// `range`, or nothing where the velocity it is for is NaN.
+/// `range`, or nothing if the velocity it is for is NaN.
 #[inline]
 pub(super) fn known<R: Real>(velocity: R, range: TorqueRange<R>) -> TorqueRange<R> {
     if velocity.partial_cmp(&R::zero()).is_none() {

@@ -60,10 +60,9 @@ const SETTLES_S: f64 = 2.0;
 pub struct Follow<R> {
     /// The twist to command \[m/s, m/s, rad/s\].
     pub twist: BodyTwist<R>,
-    /// The way to where the vehicle should be, as it looks now: forward, to the left \[m\]. 0 where
-    /// the pose is not known.
+    /// The way to where the vehicle should be, as it looks now: forward, to the left \[m\]. 0 if the pose is not known.
     pub error_m: [R; 2],
-    /// The turn to where it should look, by the shorter way \[rad\], in (-pi, pi]. 0 where the pose is not known.
+    /// The turn to where it should look, by the shorter way \[rad\], in (-pi, pi]. 0 if the pose is not known.
     pub error_rad: R,
 }
 

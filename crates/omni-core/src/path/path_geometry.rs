@@ -189,7 +189,7 @@ fn free_end<R: Real>(waypoints: &[Waypoint<R>], i: usize, end: bool) -> Option<S
     })
 }
 
-/// The circle through three points, at the middle one; none where the first and the last are one.
+/// The circle through three points, at the middle one; none if the first and the last are one.
 fn through<R: Real>(a: [R; 2], b: [R; 2], c: [R; 2]) -> Option<Station<R>> {
     let (first, second, whole) = (between(a, b), between(b, c), norm(between(a, c)));
     let (la, lb) = (norm(first), norm(second));

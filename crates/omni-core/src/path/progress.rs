@@ -78,8 +78,8 @@ constant_struct!(PathProgress<R> { config: ProgressConfig<R> });
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ProgressState<R> {
-    /// All the time that it waited \[s\]: exactly 0 until it first waits, so that until then its
-    /// time is the clock's in every bit.
+    /// All the time that it waited \[s\]: exactly 0 until it first waits, so that until then its time is bit-identical
+    /// to the clock's.
     waited: Sum<R>,
     /// The clock at the last step \[s\].
     clock_s: R,

@@ -104,7 +104,7 @@ fn is_smooth<R: Real>(a: &PathSegment<R>, b: &PathSegment<R>, pieces: &[PathPiec
 }
 
 /// The mean speed \[m/s\] of a run that takes `lasts` \[s\], less what its turns on the spot take;
-/// infinite where it ends with waiting.
+/// infinite if it ends with waiting.
 fn mean_speed<R: Real>(run: &[PathSegment<R>], lasts: R) -> R {
     let (mut way, mut left) = (R::ZERO, lasts);
     for segment in run {

@@ -185,11 +185,11 @@ pub struct ShapedCommand<R> {
     pub twist: BodyTwist<R>,
     /// Why.
     pub status: CommandStatus,
-    /// A command arrived in this period and was refused: a component is not finite or above 1e6 in magnitude.
+    /// A command arrived in this period and was rejected: a component is not finite or above 1e6 in magnitude.
     pub rejected: bool,
 }
 
-/// What a [`CommandShaper`] remembers between steps; `default` is at rest, without a command.
+/// The state of a [`CommandShaper`] between steps; `default` is at rest, without a command.
 ///
 /// ```
 /// use omni_core::shaping::{CommandShaper, ShaperState, ShapingConfig};
@@ -292,7 +292,7 @@ impl<R: Real> ShaperState<R> {
 }
 
 /// Turns the commands that arrive into a twist every control period: refuses nonsense, lets commands expire, keeps to
-/// the limits and stops in an emergency. What changes from step to step is in [`ShaperState`].
+/// the limits and stops in an emergency. The changing state is in [`ShaperState`].
 ///
 /// A refused command counts as none: the last good one stays in force until it expires. A command that expires is
 /// followed by rest, within the limits. An emergency stop has its own deceleration and no jerk limit. After its release
@@ -341,7 +341,7 @@ impl<R: Real> CommandShaper<R> {
     ///
     /// # Errors
     /// Parameter `period_s`, `timeout_s`, `emergency_deceleration.linear_m_s2` or `emergency_deceleration.yaw_rad_s2`
-    /// where it is out of range; those of the limits as in [`TwistLimiter::new`].
+    /// if it is out of range; those of the limits as in [`TwistLimiter::new`].
     pub fn new(config: ShapingConfig<R>, period_s: R) -> Result<Self, ConfigError> {
         let dt = period(period_s)?;
         let oldest = match config.timeout_s {

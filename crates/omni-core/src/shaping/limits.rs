@@ -253,7 +253,7 @@ pub(crate) fn ramp_start<R: Real>(distance: R, base: R, jerk_step: R) -> R {
     if start < highest { start } else { highest }
 }
 
-/// Rate limiter of one axis; see [`AxisLimits`]. What changes from step to step is in [`RateLimiterState`].
+/// Rate limiter of one axis; see [`AxisLimits`]. The changing state is in [`RateLimiterState`].
 ///
 /// With a jerk limit it looks ahead: it accelerates no more than it can take back before the target,
 /// and brakes a reversal no harder than it can ease before it turns. A target that stays is reached
@@ -339,7 +339,7 @@ impl<R: Real> RateLimiter<R> {
     /// One control period towards `target` \[m/s or rad/s\]: the velocity to command next, always finite.
     ///
     /// A target that is not finite holds the velocity. A limit whose share of one period is below the resolution of `R`
-    /// at the present velocity (acceleration of 6e-5 at 1.0, 1 kHz and `f32`) lets the velocity rest where it is.
+    /// at the present velocity (acceleration of 6e-5 at 1.0, 1 kHz and `f32`) leaves the velocity unchanged.
     ///
     /// ```
     /// use omni_core::shaping::{AxisLimits, RateLimiter, RateLimiterState};

@@ -100,7 +100,7 @@ pub enum TwistLimits<R> {
     },
 }
 
-/// What a [`TwistLimiter`] remembers between steps; `default` is at rest.
+/// The state of a [`TwistLimiter`] between steps; `default` is at rest.
 ///
 /// ```
 /// use omni_core::shaping::{MotionLimits, TwistLimiter, TwistLimiterState, TwistLimits};
@@ -170,7 +170,7 @@ impl<R: Real> TwistLimiterState<R> {
     }
 }
 
-/// Rate limiter of a twist; see [`TwistLimits`]. What changes from step to step is in [`TwistLimiterState`].
+/// Rate limiter of a twist; see [`TwistLimits`]. The changing state is in [`TwistLimiterState`].
 ///
 /// [`TwistLimits::PerAxis`] is three [`RateLimiter`]s. [`TwistLimits::AlongMotion`] first scales the target so that it
 /// obeys both speed limits. The change D of the twist that is left is then done in part: one factor for vx, vy and wz,
@@ -204,7 +204,7 @@ constant_struct!(TwistLimiter<R> { law: Law<R> });
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-/// How a twist is limited, in velocity steps a period.
+/// How a twist is limited, in velocity steps per period.
 #[repr(C, u8)]
 pub enum Law<R> {
     /// [`TwistLimits::PerAxis`].
@@ -338,12 +338,12 @@ fn smaller<R: Real>(a: R, b: R) -> R {
     if b < a { b } else { a }
 }
 
-/// `part / whole`, no more than 1; 1 where the whole is nothing.
+/// `part / whole`, no more than 1; 1 if the whole is nothing.
 fn share<R: Real>(part: R, whole: R) -> R {
     if part < whole { part / whole } else { R::one() }
 }
 
-/// Limits of one group in velocity steps a period.
+/// Limits of one group in velocity steps per period.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(C)]

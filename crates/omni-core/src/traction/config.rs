@@ -337,7 +337,7 @@ impl<R: Real> TractionConfig<R> {
 #[repr(C)]
 #[doc(hidden)]
 pub struct TractionTimes<R> {
-    /// Angle of the actuator that one count of its encoder is \[rad\]; 0 where readings are not counts.
+    /// Angle of the actuator that one count of its encoder is \[rad\]; 0 if readings are not counts.
     pub(super) count_rad: R,
     pub(super) slip_s: R,
     pub(super) contact_s: R,

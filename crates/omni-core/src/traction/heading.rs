@@ -33,8 +33,8 @@ pub(super) struct Turn<R> {
 }
 
 impl<R: Real, const N: usize> Traction<R, N> {
-    /// Steps the yaw rate, by the gyro less its zero, or by the wheels where there is none, or none
-    /// whose zero is known; returns it as it is read, without the filter.
+    /// Steps the yaw rate, by the gyro less its zero, or by the wheels if there is none, or none whose zero is known;
+    /// returns it as it is read, without the filter.
     pub(super) fn measure_yaw(
         &self,
         state: &mut TractionState<R, N>,

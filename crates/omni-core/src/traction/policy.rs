@@ -10,7 +10,7 @@ use crate::policy::{Policy, Readings};
 use crate::shaping::{TwistLimiter, TwistLimiterState};
 use crate::{ConfigError, Real};
 
-/// What a [`TractionPolicy`] remembers: to be kept and given back, [`TractionPolicy::state`],
+/// The state of a [`TractionPolicy`]: to be kept and given back, [`TractionPolicy::state`],
 /// [`TractionPolicy::restore`].
 ///
 /// ```

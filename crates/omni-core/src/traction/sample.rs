@@ -22,7 +22,7 @@ pub struct TractionSample<R, const N: usize> {
     pub wheels: WheelSample<R, N>,
     /// What drives the wheels.
     pub loops: TractionLoops,
-    /// Measured speed over the commanded, -1 to 1; 1 where none is commanded.
+    /// Measured speed over the commanded, -1 to 1; 1 if none is commanded.
     pub factor: R,
     /// Measured speed along the direction of travel \[m/s\].
     pub speed_m_s: R,

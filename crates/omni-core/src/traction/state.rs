@@ -42,7 +42,7 @@ pub struct TractionState<R, const N: usize> {
     /// that has been looked at \[rad/s, s\].
     pub(super) base_zero_rad_s: [R; 2],
     pub(super) base_found_s: R,
-    /// The attitude of the period before, nose and left side; none where it was not read \[rad\].
+    /// The attitude of the period before, nose and left side; none if it was not read \[rad\].
     pub(super) attitude_rad: Option<[R; 2]>,
     pub(super) hinges_rad_s: [R; MAX_HINGES],
     /// How the wheels rise is known: there are hinges, and every one and the attitude of the base are read.
@@ -263,7 +263,7 @@ impl<R: Real, const N: usize> TractionState<R, N> {
         }
     }
 
-    /// Measured speed over the commanded, -1 to 1; 1 where none is commanded.
+    /// Measured speed over the commanded, -1 to 1; 1 if none is commanded.
     pub(super) fn speed_part(&self) -> R {
         if self.commanded_m_s > R::zero() {
             (self.speed_m_s / self.commanded_m_s).limited(-R::one(), R::one())

@@ -31,7 +31,7 @@ const GIVES_UP_S: f64 = 1.0;
 const VAIN_PART: f64 = 0.5;
 const VAIN_S: f64 = 5.0;
 const LEVEL_RAD: f64 = 0.05;
-/// Where nothing is tried, one that has this part of its commanded speed is not stuck.
+/// If nothing is tried, one that has this part of its commanded speed is not stuck.
 const CREEPS_PART: f64 = 0.5;
 
 /// Chooses the target speed of a [`super::Traction`]. Immutable.

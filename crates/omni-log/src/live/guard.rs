@@ -49,7 +49,7 @@ impl Guard {
         })
     }
 
-    /// Nothing, or in one line why a request is refused.
+    /// Nothing, or in one line why a request is rejected.
     pub(super) fn check(&self, headers: &HeaderMap) -> Result<(), String> {
         let host = only(headers, header::HOST)?.ok_or("no Host, allowed: localhost, 127.0.0.1 or [::1]")?;
         let Some(port) = here(host) else {
@@ -87,7 +87,7 @@ fn only(headers: &HeaderMap, name: header::HeaderName) -> Result<Option<&str>, S
     }
 }
 
-/// The port, or none, of a name of this machine; nothing where it is another name, or more than name and port.
+/// The port, or none, of a name of this machine; nothing if it is another name, or more than name and port.
 fn here(authority: &str) -> Option<Option<u16>> {
     let rest = THIS_MACHINE.iter().find_map(|name| {
         let (start, rest) = authority.split_at_checked(name.len())?;

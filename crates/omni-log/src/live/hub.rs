@@ -14,11 +14,11 @@ use tokio_tungstenite::tungstenite::Message;
 use super::guard::Guard;
 use super::requests::{ClientId, Requests, Setting};
 
-/// Clients at a time; one more is refused.
+/// Clients at a time; one more is rejected.
 pub(super) const MOST_VIEWERS: usize = 16;
 /// Messages that a slow client may be behind before it misses some.
 const BACKLOG: usize = 1024;
-/// Lines about connections that were refused, in a run.
+/// Lines about connections that were rejected, in a run.
 const MOST_LINES: usize = 20;
 
 /// A topic that is served.

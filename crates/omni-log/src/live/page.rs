@@ -1,4 +1,4 @@
-//! The data of the page of a live run as JSON: the scene once, its state 30 times a second.
+//! The data of the page of a live run as JSON: the scene once, its state 30 times per second.
 
 use std::time::{Duration, Instant};
 

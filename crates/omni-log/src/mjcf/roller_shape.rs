@@ -54,7 +54,7 @@ impl RollerShape {
     }
 }
 
-/// The ellipsoids; none where they do not do.
+/// The ellipsoids; none if they do not do.
 fn pieces(wheel: &RollerWheel) -> Option<Vec<Piece>> {
     let cos = libm::cos(wheel.roller_angle_rad);
     let sine = |turn: f64| cos * libm::sin(turn);

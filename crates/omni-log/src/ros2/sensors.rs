@@ -15,9 +15,9 @@ use crate::urdf::IMU_LINK;
 pub struct Sensors {
     /// End of the control period, and the frame of the inertial measurement unit.
     pub header: Header,
-    /// Actuator velocities \[rad/s\], one a wheel, in the order of the vehicle file.
+    /// Actuator velocities \[rad/s\], one per wheel, in the order of the vehicle file.
     pub wheels_rad_s: Vec<f64>,
-    /// Angles of the hinges \[rad\], one a hinge, in the order of the vehicle file.
+    /// Angles of the hinges \[rad\], one per hinge, in the order of the vehicle file.
     pub hinges_rad: Vec<f64>,
     /// Rates of the hinges \[rad/s\].
     pub hinges_rad_s: Vec<f64>,

@@ -76,7 +76,7 @@ pub fn link_frame_m(vehicle: &Vehicle, body: &str) -> [f64; 3] {
 /// Bodies are the boxes that their inertia is of, wheels are cylinders as wide as `width_m` says; their inertia
 /// across the axle is taken for half of that about it, a disc's. Hinges have their limits and damping, and mimic
 /// each other where they are coupled. Wheels turn without end; their effort is the motor's stall torque behind the
-/// gear, their velocity its no-load speed, or 1000 rad/s where there is none. A hinge has no motor: its effort is 0.
+/// gear, their velocity its no-load speed, or 1000 rad/s if there is none. A hinge has no motor: its effort is 0.
 ///
 /// ```
 /// use omni_config::Vehicle;

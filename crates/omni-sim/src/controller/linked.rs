@@ -260,7 +260,7 @@ impl<const N: usize> Linked<N> {
     }
 }
 
-/// The bodies' motion as a message has it. More hinges than that are refused with the scenario.
+/// The bodies' motion as a message has it. More hinges than that are rejected with the scenario.
 fn bodies(readings: &Readings<'_, f64>) -> Bodies {
     let mut bodies = Bodies::none();
     let put = |to: &mut [f32], from: &[f64]| {

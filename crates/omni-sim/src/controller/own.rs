@@ -154,7 +154,7 @@ impl<const N: usize> ControlLaw for UserPolicy<N> {
                 reference_rad_s: reference.rad_s[i],
                 measured_rad_s: measured.rad_s[i],
                 requested_n_m,
-                // Nothing where it is no number; the period ends the run then.
+                // Nothing if it is no number; the period ends the run then.
                 applied_n_m: if requested_n_m.is_finite() {
                     range.clip(requested_n_m)
                 } else {

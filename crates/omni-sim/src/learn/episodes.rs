@@ -30,7 +30,7 @@ pub enum Autoreset {
 /// ```
 pub struct Episodes {
     episodes: Vec<Episode>,
-    /// None where one thread is enough: then this one.
+    /// None if one thread is enough: then this one.
     pool: Option<Pool>,
     /// Environments that are stepped between two looks at whether to go on.
     at_once: usize,

@@ -87,7 +87,7 @@ const AT_STOP_RAD: f64 = 0.02;
 pub(super) struct Lean {
     most_rad: f64,
     allowed_rad: f64,
-    /// From there on each hinge is at its stop \[rad\]; infinite where the ground may turn it so far.
+    /// From there on each hinge is at its stop \[rad\]; infinite if the ground may turn it so far.
     stop_rad: Vec<f64>,
     period_s: f64,
     at_stop_s: f64,
@@ -246,7 +246,7 @@ mod tests {
             "the wrong way too"
         );
         assert!(runs_away(&[(501, commanded, [0.0, 0.551, 0.0])]), "and sideways");
-        // 64 counts a turn: asked 0.3 m/s, drove 2.6.
+        // 64 counts per turn: asked 0.3 m/s, drove 2.6.
         assert!(runs_away(&[(501, commanded, forward(2.6))]));
         // A break of one period begins anew: drops and bumps.
         assert!(!runs_away(&[

@@ -47,7 +47,7 @@ pub enum Better {
 }
 
 impl Better {
-    /// Its name for other languages: `lower`, `zero`, or empty where neither way is better.
+    /// Its name for other languages: `lower`, `zero`, or empty if neither way is better.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -187,7 +187,7 @@ impl Figure {
         }
     }
 
-    /// Its value in the table's unit; none where it was not measured.
+    /// Its value in the table's unit; none if it was not measured.
     #[must_use]
     pub fn value(&self, outcome: &Outcome) -> Option<f64> {
         (self.value)(outcome).filter(|value| value.is_finite())
@@ -200,7 +200,7 @@ impl Figure {
     }
 
     /// Its value with three significant digits, and no more decimals than mean something (a
-    /// position to the millimetre); none where it was not measured.
+    /// position to the millimetre); none if it was not measured.
     #[must_use]
     pub fn shown(&self, outcome: &Outcome) -> Option<String> {
         self.value(outcome)

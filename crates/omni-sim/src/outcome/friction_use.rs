@@ -53,7 +53,7 @@ impl FrictionUse {
         self.periods = 0;
     }
 
-    /// The upper edge of the bin under which that part of the averages lies; NaN where there are none.
+    /// The upper edge of the bin under which that part of the averages lies; NaN if there are none.
     pub(super) fn percentile(&self, part: f64) -> f64 {
         let total: u64 = self.bins.iter().sum();
         let mut below = 0;

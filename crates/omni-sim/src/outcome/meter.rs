@@ -43,7 +43,7 @@ pub(crate) struct Meter {
     reach_m: Vec<f64>,
     radius_m: Vec<f64>,
     rows: Vec<Vec<usize>>,
-    /// Travel along the push per turn of the actuator, one a wheel \[m/rad\].
+    /// Travel along the push per turn of the actuator, one per wheel \[m/rad\].
     way_per_rad: Vec<f64>,
     /// The policy's common factor is on references; else it is on torques.
     scales_references: bool,

@@ -88,7 +88,7 @@ impl PoseErrors {
         self.last.unwrap_or([f64::NAN; 2])
     }
 
-    /// The true pose at the end of what counts; NaN where nothing did.
+    /// The true pose at the end of what counts; NaN if nothing did.
     pub(super) fn pose(&self) -> PlanarPose<f64> {
         let nowhere = PlanarPose {
             x_m: f64::NAN,
@@ -110,7 +110,7 @@ impl PoseErrors {
         self.path.as_ref().map(|path| path.peak_m)
     }
 
-    /// Since when the vehicle is at the end of its path \[s\]; none where it is not.
+    /// Since when the vehicle is at the end of its path \[s\]; none if it is not.
     pub(super) fn arrived_s(&self) -> Option<f64> {
         self.path.as_ref()?.arrived_s
     }

@@ -70,7 +70,7 @@ impl Standstill {
         self.longest.time_us as f64 / 1e6
     }
 
-    /// When that began, from the start of the run \[s\]; none where there was none.
+    /// When that began, from the start of the run \[s\]; none if there was none.
     pub(super) fn began_s(&self) -> Option<f64> {
         (self.longest.time_us > 0).then_some(self.longest.from_us as f64 / 1e6)
     }

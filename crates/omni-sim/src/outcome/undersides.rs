@@ -135,7 +135,7 @@ impl Face {
         })
     }
 
-    /// Its point that is deepest in the ground, and how deep; none where no point is deeper than `least_m`.
+    /// Its point that is deepest in the ground, and how deep; none if no point is deeper than `least_m`.
     fn deepest(&self, place: &Pose, ground: &[Shape], least_m: f64) -> Option<(Vector, f64)> {
         let corner = place * self.corner;
         let steps = self.steps.map(|step| place.rotation * step);

@@ -32,7 +32,7 @@ pub(super) struct Actuation {
     drags: Vec<(Span, f64)>,
     inertia_kg_m2: Vec<f64>,
     gear: Vec<f64>,
-    /// What gears take, one a wheel; none where they take nothing.
+    /// What gears take, one per wheel; none if they take nothing.
     friction: Vec<Option<GearFriction<f64>>>,
 }
 
@@ -244,7 +244,7 @@ impl Actuation {
         self.friction[wheel].is_some()
     }
 
-    /// Shorts the windings of these motors; of none where the list is empty.
+    /// Shorts the windings of these motors; of none if the list is empty.
     pub(super) fn brake(&mut self, motors: &[bool]) {
         self.shorted.clear();
         self.shorted.extend(motors);

@@ -11,16 +11,16 @@ pub(crate) trait Plant {
         None
     }
 
-    /// Actuator velocities as ideal encoders see them \[rad/s\], one a wheel.
+    /// Actuator velocities as ideal encoders see them \[rad/s\], one per wheel.
     fn measure(&self, velocities_rad_s: &mut Vec<f64>);
 
-    /// Angles that the actuators have turned since the start \[rad\], one a wheel.
+    /// Angles that the actuators have turned since the start \[rad\], one per wheel.
     fn angles_rad(&self) -> &[f64];
 
-    /// Shorts the windings of these motors from now on, one a wheel, and of no other; none for an empty list.
+    /// Shorts the windings of these motors from now on, one per wheel, and of no other; none for an empty list.
     fn brake(&mut self, motors: &[bool]);
 
-    /// Holds actuator torques \[N.m\], one a wheel, for one control period; contact forces are averaged over it.
+    /// Holds actuator torques \[N.m\], one per wheel, for one control period; contact forces are averaged over it.
     fn step(&mut self, torques_n_m: &[f64], observation: &mut Observation) -> Result<(), Error>;
 
     /// The physics alone: see [`crate::Simulation::advance_physics`].

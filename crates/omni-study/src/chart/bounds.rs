@@ -14,8 +14,8 @@ const ABREAST_M: f64 = 0.02;
 /// Heights are compared with the bodies in steps of this \[m\].
 const GRID_M: f64 = 1e-4;
 
-/// The greatest step up that the bodies clear where the edge is met squarely \[m\]; none where
-/// neither of the two rules bounds it.
+/// The greatest step up that the bodies clear where the edge is met squarely \[m\]; none if neither of the two rules
+/// bounds it.
 ///
 /// - *Overhang*: a body whose box reaches further ahead than every wheel meets the riser
 ///   (`sqrt(r^2 - (r - c)^2)` ahead of its axle) clears its clearance c.
@@ -122,7 +122,7 @@ fn ahead_m(radius_m: f64, height_m: f64) -> f64 {
 }
 
 /// The greatest step that the balance of forces does not exclude, of those every millimetre up to `largest_mm` \[mm\].
-/// None where it excludes none of them, does not describe the vehicle or the approach, or the policy runs up by itself.
+/// None if it excludes none of them, does not describe the vehicle or the approach, or the policy runs up by itself.
 pub(super) fn climb_limits_mm(
     scenario: impl Fn(u32) -> Result<Scenario, Error>,
     approach: &Approach,

@@ -97,8 +97,8 @@ impl Keys {
         }
     }
 
-    /// Takes what was pressed and shows how it is, if it is time to. True where a key ends the run,
-    /// or there is no terminal any more.
+    /// Takes what was pressed and shows how it is, if it is time to. True if a key ends the run, or there is no
+    /// terminal any more.
     pub(super) fn look(&mut self, simulation: &Simulation) -> bool {
         let now = Instant::now();
         if self.looked.is_some_and(|last| now - last < LOOK) {

@@ -29,7 +29,7 @@ pub(super) struct Motion<R> {
     pub(super) turned: [R; 2],
     /// Derivatives by what the gyro is off \[rad/s\]: of the place, the yaw and the velocity.
     pub(super) by_rate: [R; 5],
-    /// The gyro's bias counts: 1, or 0 where there is no gyro.
+    /// The gyro's bias counts: 1, or 0 if there is no gyro.
     pub(super) biased: R,
     /// What is left of a slip in yaw.
     pub(super) fades: R,

@@ -4,7 +4,7 @@ use super::*;
 use proptest::prelude::*;
 
 const PERIOD_S: f64 = 1e-3;
-/// 360 counts a turn.
+/// 360 counts per turn.
 const COUNT_RAD: f64 = core::f64::consts::TAU / 360.0;
 
 fn estimator<R: Real>(method: VelocityMethod<R>) -> VelocityEstimator<R, LONGEST_WINDOW> {

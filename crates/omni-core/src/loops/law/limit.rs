@@ -10,7 +10,7 @@ use crate::motor::TorqueRanges;
 impl<R: Real> Law<'_, R> {
     /// Brings the requested torques of `out` within the limits by the law of the coordination, and
     /// the derivative and reference to remember to `state`. `correction`, which is 0, becomes what
-    /// anti-windup adds to the integrals; true where it adds something.
+    /// anti-windup adds to the integrals; true if it adds something.
     #[inline(never)]
     pub(super) fn limit<const N: usize>(
         self,

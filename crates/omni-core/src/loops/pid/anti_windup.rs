@@ -40,7 +40,7 @@ use crate::{ConfigError, Real};
 #[repr(C, u8)]
 #[non_exhaustive]
 pub enum AntiWindup<R> {
-    /// Nothing: the integral takes in every error. Overshoots after every saturation.
+    /// Nothing: The integral accumulates every error. Overshoots after every saturation.
     None,
     /// The integral is held within +-`limit_n_m` after each step. With
     /// [`IntegrationOrder::BeforeOutput`](crate::loops::IntegrationOrder) the term of a step may be
@@ -98,8 +98,8 @@ pub(super) fn reciprocal<R: Real>(slope: R) -> R {
     }
 }
 
-/// Part of an excess that a conditioned integral takes back; 0 where it stops instead. Integral and derivative
-/// act one period late: together they must not take back more than the whole excess, they would swing.
+/// Part of an excess that a conditioned integral takes back; 0 if it stops instead. Integral and derivative act one
+/// period late: together they must not take back more than the whole excess, they would swing.
 ///
 /// With g = ki T / slope and the part rho = 1 - (slope of the derivative) / slope that is left for
 /// the integral, the result is min(g, rho) where g <= rho (0.1 % more for rounding), or where the

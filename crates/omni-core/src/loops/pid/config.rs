@@ -111,10 +111,10 @@ pub struct PidConfig<R> {
     pub order: IntegrationOrder,
     /// What the integral does while the output is not what the loop asked for.
     pub anti_windup: AntiWindup<R>,
-    /// Integral zone \[rad/s\], 0 or more, infinite for none: the integral takes in errors
-    /// within +- this and is set to 0 by any other, so that it mends the last bit of an error and
-    /// knows nothing of the way there. WPILib's `IZone` does the same. Wider than the noise of the
-    /// readings. Where wheels share an integral, one error beyond the zone sets all of them to 0.
+    /// Integral zone \[rad/s\], 0 or more, infinite for none: the integral accumulates errors within +- this and is set
+    /// to 0 by any other, so that it mends the last bit of an error and knows nothing of the way there. WPILib's
+    /// `IZone` does the same. Wider than the noise of the readings. Where wheels share an integral, one error beyond
+    /// the zone sets all of them to 0.
     pub integral_zone_rad_s: R,
     /// The proportional term is held within +- this \[N.m\], 0 or more, infinite for none. The
     /// integral knows of the limits of the output only, but while the output is limited too it

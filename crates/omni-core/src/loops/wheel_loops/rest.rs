@@ -46,7 +46,7 @@ pub struct Rest<R> {
     /// Before that the loops hold the wheels for this time \[s\], 0 to 3600; 0 holds nothing.
     pub hold_s: R,
     /// Holding ends when the sum over the wheels of the integral of torque squared has reached
-    /// this, less what has come back \[N^2.m^2.s\], 0 to 1e9; above 0 where `hold_s` is.
+    /// this, less what has come back \[N^2.m^2.s\], 0 to 1e9; above 0 if `hold_s` is.
     pub hold_torque_squared_n2m2s: R,
     /// When the torque has ended, the windings of the motors are to be shorted:
     /// [`WheelSample::shorted`](crate::loops::WheelSample::shorted).
@@ -114,7 +114,7 @@ constant_struct!(RestRule<R> {
     short_windings: bool,
 });
 
-/// What a [`RestRule`] remembers.
+/// The state of a [`RestRule`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

@@ -33,7 +33,7 @@ impl SupervisorMode {
     }
 }
 
-/// What a [`super::Supervisor`] remembers; `default` is a fresh start.
+/// The state of a [`super::Supervisor`]; `default` is a fresh start.
 ///
 /// ```
 /// use omni_core::traction::{SupervisorMode, SupervisorState};

@@ -63,7 +63,7 @@ impl Ros2 {
         }
     }
 
-    /// The same in the domain that `ROS_DOMAIN_ID` says, 0 where it says nothing.
+    /// The same in the domain that `ROS_DOMAIN_ID` says, 0 if it says nothing.
     ///
     /// # Errors
     /// [`omni_sim::Error::Argument`] where it is not a whole number, 0 to 232.

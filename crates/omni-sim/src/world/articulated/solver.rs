@@ -44,7 +44,7 @@ struct RollerRow<const N: usize> {
 }
 
 impl<const N: usize> RollerRow<N> {
-    /// The row of the roller that all these contacts belong to; none where there is no roller.
+    /// The row of the roller that all these contacts belong to; none if there is no roller.
     fn of(contacts: &[Contact<N>]) -> Option<Self> {
         let roller = contacts.first()?.across.as_ref()?;
         let mut row = Self {
@@ -237,7 +237,7 @@ fn solve_modes<const N: usize>(
     u
 }
 
-/// The normal impulse of a contact at these velocities, below 0 where it is open.
+/// The normal impulse of a contact at these velocities, below 0 if it is open.
 fn normal_impulse<const N: usize>(contact: &Contact<N>, u: &Vector<N>, spin: f64) -> f64 {
     -contact.stiffness * (contact.separation.at(u, spin) + contact.bias)
 }

@@ -27,7 +27,7 @@ pub(super) struct State {
     pub(super) u: Vec<f64>,
     /// Turning speed of each wheel about its axle, against the world \[rad/s\].
     pub(super) spin_rad_s: Vec<f64>,
-    /// How far each wheel has turned against its carrier \[rad\]; 0 where it has no rollers.
+    /// How far each wheel has turned against its carrier \[rad\]; 0 if it has no rollers.
     pub(super) turn_rad: Vec<f64>,
     /// Turning speed of every roller about its axis, against the world \[rad/s\].
     pub(super) roller_rad_s: Vec<f64>,
