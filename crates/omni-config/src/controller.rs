@@ -193,7 +193,7 @@ impl Scenario {
         }))
     }
 
-    /// What the wheels do together.
+    /// Coordination of the wheels.
     ///
     /// # Errors
     /// [`Error::UnknownName`] for a policy that is no preset; a loaded scenario has been checked.

@@ -6,7 +6,7 @@
 use crate::Real;
 use crate::geometry::BodyTwist;
 
-/// What an inertial measurement unit on the base says, in the base's axes: x forward, y left, z up.
+/// Readings of an inertial measurement unit on the base, in the base's axes: x forward, y left, z up.
 ///
 /// ```
 /// use omni_core::policy::Imu;
@@ -64,7 +64,7 @@ impl<R: Real> Imu<R> {
     }
 }
 
-/// What a vehicle knows in one control period, and nothing else: its sensors, its own torques, its command.
+/// All that a controller may use in one control period: the vehicle's sensors, its own torques, its command.
 ///
 /// ```
 /// use omni_core::policy::Imu;
@@ -83,7 +83,7 @@ pub struct Readings<'a, R> {
     pub new_command: bool,
     /// Actuator velocities by the encoders \[rad/s\], one per wheel; NaN if no reading arrived.
     pub wheels_rad_s: &'a [R],
-    /// Torques commanded of the actuators in the period before \[N.m\], one per wheel; empty if they are not kept.
+    /// Commanded actuator torques of the previous period \[N.m\], one per wheel; empty if they are not kept.
     pub torques_n_m: &'a [R],
     /// Angles of the hinges \[rad\], and their rates \[rad/s\], one per hinge; empty if they have no encoders.
     pub hinges_rad: &'a [R],
@@ -109,8 +109,8 @@ impl<'a, R: Real> Readings<'a, R> {
     }
 }
 
-/// A controller: from what a vehicle knows to one torque per wheel, once every control period. What is written for it
-/// runs in firmware and in the simulation unchanged.
+/// A controller: computes one torque per wheel from an observation, once every control period. An implementation runs
+/// unchanged in firmware and in the simulation.
 ///
 /// ```
 /// use omni_core::{BodyTwist, Policy, Readings};
@@ -147,12 +147,12 @@ pub trait Policy<R> {
     /// brings the torques within what the motors have.
     fn step(&mut self, readings: &Readings<'_, R>, torques_n_m: &mut [R]);
 
-    /// What traces, tables and logs call it.
+    /// Its name in traces, tables and logs.
     fn name(&self) -> &str {
         "own"
     }
 
-    /// Why the last step gave no torques, in one line: the caller stops then. None if all is well.
+    /// Reason why the last step returned no torques, in one line: the caller then stops. None if all is well.
     ///
     /// ```
     /// # use omni_core::{Policy, Readings};

@@ -67,7 +67,7 @@ pub trait Real: sealed::Sealed {
     /// assert!(!f64::NAN.is_finite_real());
     /// ```
     fn is_finite_real(self) -> bool;
-    /// `self` held between `lower` and `upper`; `upper` wins where they cross. Unlike `f32::clamp` it cannot panic. NaN
+    /// `self` held between `lower` and `upper`; `upper` wins if they cross. Unlike `f32::clamp` it cannot panic. NaN
     /// stays NaN; a bound that is NaN bounds nothing.
     ///
     /// ```
@@ -84,8 +84,8 @@ pub trait Real: sealed::Sealed {
     ///
     /// `f64`: within a unit in the last place, at any argument. `f32`: off by at most 9.5e-8 for |x| <= 8192 rad, 0.8
     /// of a unit in the last place of 1 (measured at every `f32` of the range from 1e-3 rad on); beyond, still a point
-    /// of the unit circle, but the angle decays. Infinite or NaN gives NaN. `f32` reduces by pi/2 in three parts (Cody
-    /// and Waite, *Software Manual for the Elementary Functions*, 1980) and evaluates minimax polynomials.
+    /// of the unit circle, but the angle decays. Infinity and NaN return NaN. `f32` reduces by pi/2 in three parts
+    /// (Cody and Waite, *Software Manual for the Elementary Functions*, 1980) and evaluates minimax polynomials.
     ///
     /// ```
     /// use omni_core::Real;
@@ -99,7 +99,7 @@ pub trait Real: sealed::Sealed {
     ///
     /// An angle in that range comes back as it is. Otherwise off by at most 3e-7 (`f32`, |x| <=
     /// 8192 rad) or 1e-15 (`f64`,
-    /// |x| <= 1e6 rad); beyond, in the range but at no particular place. Infinite or NaN gives NaN.
+    /// |x| <= 1e6 rad); beyond, in the range but at no particular place. Infinity and NaN return NaN.
     ///
     /// ```
     /// use omni_core::Real;
@@ -110,7 +110,7 @@ pub trait Real: sealed::Sealed {
     fn wrapped_angle(self) -> Self;
 }
 
-/// Finite and at most 1e6 in magnitude: what a sensor or a command can mean. NaN is not.
+/// Finite and at most 1e6 in magnitude: the range of sensors and commands. NaN is not.
 #[inline]
 pub(crate) fn is_plausible<R: Real>(value: R) -> bool {
     value.abs() <= R::of(1e6)
@@ -131,12 +131,12 @@ pub(crate) fn follow<R: Real>(held: &mut R, now: R, part: R) {
     *held += part * (now - *held);
 }
 
-/// The larger one; `b` where `a` is NaN.
+/// The larger one; `b` if `a` is NaN.
 pub(crate) fn max<R: Real>(a: R, b: R) -> R {
     if a > b { a } else { b }
 }
 
-/// The smaller one; `b` where `a` is NaN.
+/// The smaller one; `b` if `a` is NaN.
 pub(crate) fn min<R: Real>(a: R, b: R) -> R {
     if a < b { a } else { b }
 }

@@ -12,7 +12,7 @@ const MOST_NAMED: usize = 3;
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum End {
-    /// Where the vehicle is.
+    /// Pose of the vehicle.
     Start,
     /// Where it shall go.
     Goal,

@@ -81,7 +81,7 @@ impl Following {
         &self.state
     }
 
-    /// Goes on from what another one remembered.
+    /// Continues from the state of another one.
     pub(crate) fn restore(&mut self, state: ProgressState<f64>) {
         self.state = state;
     }

@@ -85,7 +85,7 @@ pub struct TractionReport {
     pub heading_rad: f64,
     /// The gyro's zero \[rad/s\].
     pub gyro_zero_rad_s: f64,
-    /// What drives the wheels.
+    /// The control mode of the wheels.
     pub loops: TractionLoops,
     /// Speed across the direction of travel \[m/s\], to the left.
     pub drift_m_s: f64,

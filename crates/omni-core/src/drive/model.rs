@@ -14,8 +14,9 @@ use crate::{ConfigError, Real};
 /// A vehicle's whole controller: readings and commands in, torques out. Immutable; the changing state is in
 /// [`DriveState`](crate::DriveState).
 ///
-/// In order: readings are judged, faulty wheels released, the motion estimated from the rest; the command is checked,
-/// limited, moved to the origin and brought within what the wheels can turn; the loops run; the pose is integrated.
+/// In order: readings are judged, faulty wheels are released, and the motion is estimated from the remaining wheels;
+/// the command is checked, limited, moved to the origin and scaled to the wheels' speed limits; the loops run; the pose
+/// is integrated.
 ///
 /// ```
 /// use omni_core::{BodyTwist, Coordination, Drive, DriveConfig, DriveInput, DriveMode, DriveState, PidConfig, PidGains};

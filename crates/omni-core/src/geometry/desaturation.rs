@@ -8,7 +8,7 @@ use crate::error::within;
 use crate::geometry::{BodyTwist, Kinematics, PathFactors, WheelVelocities};
 use crate::{ConfigError, Real};
 
-/// What is kept of a twist for which a wheel would have to turn faster than it can.
+/// The part of a twist that is kept if a wheel would exceed its highest speed.
 ///
 /// ```
 /// use omni_core::geometry::{Desaturation, SpeedLimits};
@@ -46,7 +46,8 @@ constant_enum!(Desaturation {
     KeepsTranslation
 });
 
-/// Speed limits of the actuators and what is kept within them: desaturation, or normalisation, of wheel speeds.
+/// Speed limits of the actuators, and the part of a twist that is kept within them: desaturation, or normalisation, of
+/// wheel speeds.
 ///
 /// ```
 /// use omni_core::geometry::{Desaturation, SpeedLimits};
@@ -99,7 +100,7 @@ pub struct Desaturated<R, const N: usize> {
     pub velocities: WheelVelocities<R, N>,
     /// What translation was multiplied by, 0 to 1.
     pub translation_factor: R,
-    /// What the yaw rate was multiplied by, 0 to 1.
+    /// Factor on the yaw rate, 0 to 1.
     pub yaw_factor: R,
     /// Index of the wheel that set the smallest factor; none if nothing was reduced.
     pub limiting: Option<usize>,

@@ -163,8 +163,8 @@ impl<R: Real, const N: usize> Controller<R, N> {
     /// One step: torques that move the vehicle with `command`, given the actuator velocities `measured` \[rad/s\]. To
     /// be called once every control period.
     ///
-    /// A command that is not finite, or beyond 1e6, stands for rest; a measurement that is not releases its wheel. What
-    /// the measured velocities say of the vehicle's motion is [`Kinematics::forward`] and [`Kinematics::residual`].
+    /// A command that is not finite, or beyond 1e6, stands for rest; a measurement that is not releases its wheel.
+    /// [`Kinematics::forward`] and [`Kinematics::residual`] evaluate the measured velocities.
     ///
     /// ```
     /// use omni_core::{BodyTwist, ControlState, Controller, WheelLayout};

@@ -1,7 +1,7 @@
-//! Coordination laws: what the wheels do together when one of them saturates.
+//! Coordination laws: joint behaviour of the wheels when one of them saturates.
 //!
-//! Two choices that do not depend on each other: how torques are brought within limits ([`Saturation`]), and which
-//! error the integrals accumulate ([`Integral`]). Every law is closed form and O(N).
+//! Two independent choices: the method that brings torques within limits ([`Saturation`]), and the error that the
+//! integrals accumulate ([`Integral`]). Every law is closed form and O(N).
 
 #[cfg(test)]
 mod tests;
@@ -50,7 +50,7 @@ pub enum Saturation<R> {
 
 constant_enum!(Saturation<R> { Clip, ScaleTorques, ScaleReferences { floor } });
 
-/// Which error the integrals accumulate.
+/// The error that the integrals accumulate.
 ///
 /// ```
 /// use omni_core::loops::{Integral, Saturation};
@@ -103,7 +103,7 @@ constant_enum!(Integral { PerWheel, Shared });
 pub struct Coordination<R> {
     /// How torques are brought within limits.
     pub saturation: Saturation<R>,
-    /// Which error the integrals accumulate.
+    /// The error that the integrals accumulate.
     pub integral: Integral,
 }
 
@@ -186,7 +186,7 @@ impl<R: Real> Coordination<R> {
         }
     }
 
-    /// What the text of section 3.2 describes: references reduced together, to no less than 0.3 of what was asked.
+    /// The method in the text of section 3.2: references reduced together, to no less than 0.3 of the request.
     ///
     /// ```
     /// use omni_core::loops::WheelController;
@@ -243,7 +243,7 @@ impl<R: Real> Coordination<R> {
     }
 }
 
-/// The common factor c = min c_i of eqs. (11), (12), with |torque| so that wheels turning backwards are limited too.
+/// The common factor c = min c_i of eqs. (11), (12), with |torque| so that wheels turning backwards are also limited.
 ///
 /// 1 if no torque of `requested_n_m` exceeds its range, 0 if one does whose range ends at 0.
 ///

@@ -34,8 +34,8 @@ impl<R: Real> Law<'_, R> {
     /// linear, and the identity on the references. `some_released`: not all wheels are active. `waits`: integrals know
     /// of limits that last only ([`Overload`]), otherwise of every limit.
     ///
-    /// The usual case, every wheel there and none at its limit, is straight loops over the wheels that write where the
-    /// result is wanted; whatever else happens is in functions of its own.
+    /// The usual case, with every wheel active and none at its limit, consists of straight loops over the wheels that
+    /// write the result in place; separate functions handle all other cases.
     #[inline]
     pub(super) fn step<const N: usize>(
         self,

@@ -4,8 +4,8 @@ use crate::error::within;
 use crate::motor::TorqueRange;
 use crate::{ConfigError, Real};
 
-/// A reduction with an efficiency. Losses act against the flow of power: driving, the output gets less than the motor
-/// gives; driven by the load, the motor holds more than it gives.
+/// A reduction with an efficiency. Losses act against the flow of power: driving, the output torque is less than the
+/// motor's; driven by the load, the motor holds more than its torque.
 ///
 /// For a model that has torque limits at the wheel. [`crate::geometry::Wheel::geared`] needs only
 /// the ratio of velocities.

@@ -1,4 +1,4 @@
-//! The torques that motors can give at their present velocities.
+//! The torque ranges of motors at their present velocities.
 
 use crate::Real;
 use crate::constants::constant_struct;
@@ -201,8 +201,8 @@ impl<R: Real, const N: usize> TorqueRanges<R, N> {
     }
 }
 
-/// The range of a motor that gives at most `driving` with its velocity and `braking` against it or
-/// in any case. A velocity that is NaN has no direction to drive in: the caller's business.
+/// The range of a motor with at most `driving` torque along its velocity and `braking` torque against it. A velocity
+/// that is NaN has no driving direction; the caller has to handle it.
 #[inline]
 pub(super) fn four_quadrants<R: Real>(driving: R, braking: R, velocity: R) -> TorqueRange<R> {
     let zero = R::zero();

@@ -1,4 +1,4 @@
-//! Where a path goes between its waypoints, and where the vehicle looks meanwhile.
+//! Geometry of a path between its waypoints, and the vehicle's heading along it.
 
 use crate::{ConfigError, Real};
 
@@ -14,7 +14,7 @@ const SAME_RAD: f64 = 1e-6;
 const LEADS_ON: f64 = 0.2;
 /// Pieces of a spline from one waypoint to the next.
 const SPLINE_PIECES: u16 = 4;
-/// Turn of one piece of an arc \[rad\] at most.
+/// Largest turn of one piece of an arc \[rad\].
 const ARC_PIECE_RAD: f64 = core::f64::consts::FRAC_PI_4;
 
 /// A section of the path, from one waypoint to the next.

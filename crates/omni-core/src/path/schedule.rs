@@ -1,4 +1,4 @@
-//! When a path is where: speeds at its waypoints, and what meets their times.
+//! Timing of a path: speeds at its waypoints, and the limits that meet their times.
 
 use crate::error::within;
 use crate::shaping::MotionLimits;
@@ -8,8 +8,8 @@ use super::piece::{PathPiece, Waypoint};
 use super::segment::PathSegment;
 use super::time_law::{Profile, Ramp, bisected};
 
-/// Where the direction of travel changes by more than this \[rad\] from one segment to the next, the
-/// vehicle stops between them. So does it where the heading turns by more than this per metre more.
+/// If the direction of travel changes by more than this \[rad\] from one segment to the next, the vehicle stops between
+/// them, and also if the heading's turn per metre changes by more than this.
 const CORNER: f64 = 2e-3;
 
 /// The longest trajectory \[s\], which is twelve days.

@@ -1,4 +1,4 @@
-//! When a path is where: speeding up and slowing down with limited jerk.
+//! Time law of a path: speeding up and slowing down with limited jerk.
 
 use crate::Real;
 use crate::constants::constant_struct;
@@ -42,7 +42,7 @@ impl<R: Real> Phase<R> {
     }
 }
 
-/// What a speed may do: the limits of one segment.
+/// Limits of the speed on one segment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Ramp<R> {
     pub(crate) acceleration: R,

@@ -1,4 +1,4 @@
-//! Velocity, acceleration and jerk limits of one axis: a rate limiter that looks ahead.
+//! Velocity, acceleration and jerk limits of one axis: a rate limiter with look-ahead.
 //!
 //! Inside, all rates are velocity steps: what the velocity may gain or lose in one control period. A period is then one
 //! addition, and no division by the period is left.
@@ -11,7 +11,7 @@ use crate::{ConfigError, Real};
 /// Limits of one axis. The unit of velocity is the user's, \[m/s\] or \[rad/s\]; the other units follow from it.
 ///
 /// Forward is positive velocity, reverse negative. Acceleration is speed growing, deceleration speed shrinking.
-/// Infinity means no limit. Checked where a [`RateLimiter`] or a [`crate::shaping::TwistLimiter`] is made of it.
+/// Infinity means no limit. Checked when a [`RateLimiter`] or a [`crate::shaping::TwistLimiter`] is built from it.
 ///
 /// ```
 /// use omni_core::shaping::AxisLimits;
@@ -54,7 +54,7 @@ impl<R: Real> AxisLimits<R> {
         Self::symmetric(none, none, none, none)
     }
 
-    /// The same limits forward and in reverse; units and ranges as those of the fields.
+    /// The same limits forward and in reverse; units and ranges as for the fields.
     ///
     /// ```
     /// use omni_core::shaping::AxisLimits;
@@ -148,7 +148,7 @@ impl<R: Real> Default for RateLimiterState<R> {
 }
 
 impl<R: Real> RateLimiterState<R> {
-    /// At rest, for a `static` too.
+    /// At rest, also for a `static`.
     #[must_use]
     pub const fn new() -> Self {
         Self {

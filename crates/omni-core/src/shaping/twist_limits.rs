@@ -80,7 +80,7 @@ impl<R: Real> MotionLimits<R> {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum TwistLimits<R> {
-    /// Each axis by itself: each is as quick as it may be, and the path bends where one of them lags.
+    /// Each axis separately: each is as fast as its limits allow, and the path bends while one of them lags.
     PerAxis {
         /// Forward velocity \[m/s\].
         vx: AxisLimits<R>,
@@ -91,7 +91,7 @@ pub enum TwistLimits<R> {
     },
     /// One factor for the whole twist, so that a limit slows the motion down and leaves the curvature of
     /// the path alone. Changes of the twist run along the straight line from the present twist to the
-    /// target. A speed limit of 0 in one group lets only twists pass that have nothing in that group.
+    /// target. A speed limit of 0 in one group passes only twists without a component in that group.
     AlongMotion {
         /// The velocity (vx, vy) as a vector, whatever its direction \[m/s\].
         linear: MotionLimits<R>,
@@ -128,7 +128,7 @@ impl<R: Real> Default for TwistLimiterState<R> {
 }
 
 impl<R: Real> TwistLimiterState<R> {
-    /// At rest, for a `static` too.
+    /// At rest, also for a `static`.
     #[must_use]
     pub const fn new() -> Self {
         Self {

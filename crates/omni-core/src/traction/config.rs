@@ -1,4 +1,4 @@
-//! What a traction control is configured with.
+//! The configuration of traction control.
 
 use super::encoder::window_s;
 use crate::constants::constant_struct;
@@ -19,7 +19,7 @@ use crate::{ConfigError, Real};
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct TractionWheel<R> {
-    /// What its actuator gives.
+    /// Torque of its actuator.
     pub limit: TorqueLimit<R>,
     /// Inertia of wheel, gear and motor at the actuator \[kg.m^2\], 1e-22 to 1e6.
     pub inertia_kg_m2: R,
@@ -44,8 +44,8 @@ impl<R: Real> TractionWheel<R> {
     }
 }
 
-/// What is known of the sensors and motors that a traction control lives with: its times follow
-/// from it. Start from [`TractionSensors::perfect`].
+/// Known properties of the sensors and motors of a traction control, which determine its time constants. Start from
+/// [`TractionSensors::perfect`].
 ///
 /// ```
 /// use omni_core::traction::TractionSensors;
@@ -92,7 +92,8 @@ constant_struct!(TractionSensors<R> { encoder_counts: R, encoder_noise_rad_s: R,
 pub struct TractionConfig<R> {
     /// Control period \[s\], 1e-6 to 10.
     pub period_s: R,
-    /// What is known of sensors and motors. Times and dead zones below are what perfect ones allow; they grow with it.
+    /// Known properties of sensors and motors. Times and dead zones below are what perfect ones allow; they grow with
+    /// it.
     pub sensors: TractionSensors<R>,
     /// Thrust of every driven wheel per lack of speed, as a rate of its actuator \[N.m.s/rad\], 0 to 1e6.
     pub thrust_gain_n_m_s_rad: R,
@@ -114,14 +115,14 @@ pub struct TractionConfig<R> {
     pub acceleration_m_s2: R,
     /// Time constant of the rates of hinges and base \[s\], 0 to 10.
     pub rates_s: R,
-    /// Time in which a wheel's slip is taken out, by its own inertia \[s\], 1e-6 to 10.
+    /// Time in which a wheel's slip is removed, by its own inertia \[s\], 1e-6 to 10.
     pub slip_s: R,
     /// Slip that is left alone, as a speed of the rim \[m/s\], 0 to 100.
     pub slip_free_m_s: R,
-    /// Slip beyond that at which a wheel gives what the ground takes and nothing of the common
-    /// thrust \[m/s\], 1e-6 to 100.
+    /// Further slip at which a wheel applies only the torque that the ground transmits and none of the common thrust
+    /// \[m/s\], 1e-6 to 100.
     pub slip_width_m_s: R,
-    /// Time constant of the estimate of what the ground takes \[s\], 0 to 10.
+    /// Time constant of the estimated torque to the ground \[s\], 0 to 10.
     pub contact_s: R,
     /// Yaw rate that wheels are meant to have per heading error \[1/s\], 0 to 1000.
     pub heading_per_s: R,
@@ -141,7 +142,7 @@ pub struct TractionConfig<R> {
     pub gyro_zero_s: R,
     /// It is found only below this part of the largest thrust, 0 to 1.
     pub gyro_zero_part: R,
-    /// Largest zero \[rad/s\], 0 to 100: what the gyro's datasheet says.
+    /// Largest zero offset \[rad/s\], 0 to 100: from the gyro's datasheet.
     pub gyro_zero_most_rad_s: R,
 }
 
@@ -233,7 +234,7 @@ impl<R: Real> TractionConfig<R> {
         }
     }
 
-    /// The same with what is known of sensors and motors.
+    /// The same with known properties of sensors and motors.
     ///
     /// ```
     /// use omni_core::traction::{TractionConfig, TractionSensors};

@@ -1,4 +1,4 @@
-//! Traction control behind the same face as any controller.
+//! Traction control behind the interface of all controllers.
 
 use super::model::Traction;
 use super::sample::TractionSample;
@@ -180,13 +180,13 @@ impl<R: Real, const N: usize> TractionPolicy<R, N> {
         &self.traction
     }
 
-    /// Everything that the last step did.
+    /// The result of the last step.
     #[must_use]
     pub fn sample(&self) -> &TractionSample<R, N> {
         &self.sample
     }
 
-    /// What the supervisor is at.
+    /// Phase of the supervisor.
     #[must_use]
     pub fn supervisor(&self) -> &SupervisorState<R> {
         &self.state.supervised.supervisor
@@ -198,7 +198,7 @@ impl<R: Real, const N: usize> TractionPolicy<R, N> {
         &self.state
     }
 
-    /// Goes on from what another one remembered.
+    /// Continues from the state of another one.
     pub fn restore(&mut self, state: TractionPolicyState<R, N>) {
         self.state = state;
     }

@@ -1,4 +1,4 @@
-//! What a traction control remembers.
+//! The state of traction control.
 
 use super::encoder::EncoderState;
 use super::loops::TractionLoops;
@@ -7,8 +7,8 @@ use crate::geometry::BodyTwist;
 use crate::linkage::{LinkageMotion, MAX_HINGES};
 use crate::scalar::is_plausible;
 
-/// What [`super::Traction`] remembers between periods; `default` is a fresh start. It is of one
-/// [`super::Traction`] only: what that works out for a direction of travel is kept here.
+/// The state of [`super::Traction`] between periods; `default` is a fresh start. It belongs to one [`super::Traction`]
+/// only, whose results for a direction of travel it stores.
 ///
 /// ```
 /// use omni_core::traction::TractionState;
@@ -150,7 +150,7 @@ impl<R: Real, const N: usize> Default for TractionState<R, N> {
 }
 
 impl<R: Real, const N: usize> TractionState<R, N> {
-    /// A fresh start, for a `static` too.
+    /// A fresh start, also for a `static`.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -233,7 +233,7 @@ impl<R: Real, const N: usize> TractionState<R, N> {
         self.thrust_n_m
     }
 
-    /// What drives the wheels.
+    /// The control mode of the wheels.
     #[must_use]
     pub fn loops(&self) -> TractionLoops {
         self.loops

@@ -1,4 +1,4 @@
-//! What target speed a vehicle should have: more for rows that need a run-up, another try where it is stuck.
+//! Target speed of a vehicle: higher for rows that need a run-up, a retry if it is stuck.
 
 mod config;
 mod state;
@@ -36,9 +36,9 @@ const CREEPS_PART: f64 = 0.5;
 
 /// Chooses the target speed of a [`super::Traction`]. Immutable.
 ///
-/// It knows which row of wheels climbs next from how high the rows stand. Rows behind the first
-/// need a run-up, because an impact takes most of the vehicle's energy. A vehicle that pushes with
-/// all it has and does not move backs off and tries again.
+/// It knows which row of wheels climbs next from how high the rows stand. Rows behind the first need a run-up, because
+/// an impact absorbs most of the vehicle's energy. A vehicle that pushes with its full thrust and does not move backs
+/// off and retries.
 ///
 /// ```
 /// use omni_core::traction::{Supervisor, SupervisorConfig};

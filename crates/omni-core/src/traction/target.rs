@@ -1,8 +1,8 @@
-//! What a vehicle under traction control is to do in a period.
+//! Target of a vehicle under traction control in a period.
 
 use crate::Real;
 
-/// What the vehicle is to do in this period.
+/// The vehicle's target in this period.
 ///
 /// ```
 /// use omni_core::traction::TractionTarget;

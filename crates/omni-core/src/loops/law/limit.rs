@@ -1,4 +1,4 @@
-//! What happens to the loops at a limit: torques brought within, integrals kept from winding up.
+//! Treatment of the loops at a limit: torques are brought within it, and integrals do not wind up.
 
 use super::{AtLimit, Law, zero};
 use crate::Real;
@@ -21,7 +21,7 @@ impl<R: Real> Law<'_, R> {
         out: &mut WheelSample<R, N>,
         correction: &mut [R; N],
     ) -> bool {
-        // Torque asked for by the terms as they are in the end: what anti-windup compares with.
+        // Torque that the final terms request, with which anti-windup compares.
         let mut asked = out.requested.n_m;
         if let Saturation::ScaleReferences { floor } = self.coordination.saturation {
             if self.pid.bounds().any {

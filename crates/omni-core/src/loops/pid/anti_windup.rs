@@ -1,17 +1,17 @@
-//! What an integral does while the output is not what its loop asked for.
+//! Treatment of an integral while the output differs from its loop's request.
 
 use crate::constants::constant_enum;
 use crate::error::within;
 use crate::{ConfigError, Real};
 
-/// How the integral of a saturated loop is kept from winding up.
+/// Method that prevents windup of a saturated loop's integral.
 ///
 /// `excess` below is the output as applied minus the output as asked for: not zero only while something, a
 /// limit or a coordination law, changed the output. In a [`WheelController`](crate::loops::WheelController)
 /// it counts from the eighth period in a row beyond the same limit ([`Overload`](crate::loops::Overload)),
-/// that of wheels scaled with it too, in a [`Pid`](crate::loops::Pid) at once. Under
-/// [`Saturation::ScaleReferences`](crate::loops::Saturation::ScaleReferences) the law is `Conditioned`
-/// whatever is set here; `Clamp` limits the integrals there too.
+/// also for wheels scaled with it; in a [`Pid`](crate::loops::Pid) at once. Under
+/// [`Saturation::ScaleReferences`](crate::loops::Saturation::ScaleReferences) the law is `Conditioned` whatever is set
+/// here; `Clamp` limits the integrals there too.
 ///
 /// ```
 /// use omni_core::loops::{AntiWindup, Pid, PidState};
@@ -49,7 +49,7 @@ pub enum AntiWindup<R> {
         /// Largest integral \[N.m\], 0 to 1e9.
         limit_n_m: R,
     },
-    /// No error is taken in that would drive a saturated output further out (conditional integration).
+    /// The integral rejects errors that would drive a saturated output further out (conditional integration).
     Conditional,
     /// The integral follows the applied output: `I' = ki e + excess / T` (Fertik and Ross).
     BackCalculation {
@@ -58,14 +58,14 @@ pub enum AntiWindup<R> {
         tracking_time_s: R,
     },
     /// The loop sees the reference with which its output would just have been the applied one, in every term (Hanus'
-    /// conditioned controller). No parameter. Acts as [`AntiWindup::Conditional`] where the reference moves no term.
+    /// conditioned controller). No parameter. Acts as [`AntiWindup::Conditional`] if the reference affects no term.
     Conditioned,
 }
 
 constant_enum!(AntiWindup<R> { None, Clamp { limit_n_m }, Conditional, BackCalculation { tracking_time_s }, Conditioned });
 
 impl<R: Real> AntiWindup<R> {
-    /// The share of an excess that back-calculation gives back each period, 0 for the other laws.
+    /// The share of an excess that back-calculation returns each period, 0 for the other laws.
     pub(super) fn checked_tracking_part(&self, period: R) -> Result<R, ConfigError> {
         match *self {
             Self::Clamp { limit_n_m } => {

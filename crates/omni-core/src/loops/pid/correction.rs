@@ -1,4 +1,4 @@
-//! What anti-windup does with an excess of one loop.
+//! Effect of anti-windup on an excess of one loop.
 
 use super::Pid;
 use super::anti_windup::{AntiWindup, back_calculation_gain, reciprocal};

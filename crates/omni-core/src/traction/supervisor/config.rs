@@ -4,7 +4,7 @@ use crate::constants::constant_struct;
 use crate::error::{each_within, period, within};
 use crate::{ConfigError, Real};
 
-/// How retries follow each other where the vehicle is stuck.
+/// Sequence of retries if the vehicle is stuck.
 ///
 /// ```
 /// use omni_core::traction::SupervisorConfig;
@@ -21,9 +21,9 @@ pub struct RetrySchedule<R> {
     pub retries: u16,
     /// Backs off so fast \[m/s\], 0.001 to 100, and so far \[m\], 0 to 100; further by so much each try, up to so far.
     pub back_off_m_s: R,
-    /// How far in the first try \[m\].
+    /// Distance of the first retry \[m\].
     pub back_off_m: R,
-    /// How much further each time \[m\].
+    /// Increment of the distance per retry \[m\].
     pub back_off_more_m: R,
     /// No further than this \[m\].
     pub back_off_most_m: R,
@@ -38,7 +38,7 @@ pub struct RetrySchedule<R> {
     pub slow_retry_m_s: R,
     /// Speed of the run-up of the first try after these \[m/s\], 0.001 to 100.
     pub run_up_m_s: R,
-    /// How much faster each time \[m/s\], 0 to 100.
+    /// Increment of the speed per retry \[m/s\], 0 to 100.
     pub run_up_more_m_s: R,
     /// A run-up lasts no longer \[s\], 0.001 to 100.
     pub run_up_s: R,
@@ -50,7 +50,7 @@ pub struct RetrySchedule<R> {
     pub allowance_m_s: R,
     /// Slip that it is spun up to in a run-up \[m/s\], 0 to 100; 0: not at all.
     pub spin_m_s: R,
-    /// How much more each time \[m/s\], 0 to 100.
+    /// Increment per retry \[m/s\], 0 to 100.
     pub spin_more_m_s: R,
     /// Gain of that, in multiples of the thrust's, 0 to 100.
     pub spin_gain: R,

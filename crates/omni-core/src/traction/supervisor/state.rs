@@ -1,10 +1,10 @@
-//! What a supervisor is at and remembers.
+//! Phase and state of a supervisor.
 
 use crate::Real;
 use crate::traction::state::TractionState;
 use crate::traction::target::TractionTarget;
 
-/// What a [`super::Supervisor`] is at.
+/// Phase of a [`super::Supervisor`].
 ///
 /// ```
 /// assert_eq!(omni_core::traction::SupervisorMode::RunUp.number(), 2);
@@ -17,11 +17,11 @@ use crate::traction::target::TractionTarget;
 pub enum SupervisorMode {
     /// It drives as commanded.
     Drive = 0,
-    /// It backs off from what it is stuck at.
+    /// It backs off from the obstacle.
     BackOff = 1,
     /// It runs up to it.
     RunUp = 2,
-    /// No try is left: it rests until the command does, or goes another way.
+    /// No retry is left: it rests until the command does, or changes direction.
     GaveUp = 3,
 }
 
@@ -75,7 +75,7 @@ impl<R: Real> Default for SupervisorState<R> {
 }
 
 impl<R: Real> SupervisorState<R> {
-    /// A fresh start, for a `static` too.
+    /// A fresh start, also for a `static`.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -99,7 +99,7 @@ impl<R: Real> SupervisorState<R> {
         }
     }
 
-    /// What it is at.
+    /// Its phase.
     #[must_use]
     pub fn mode(&self) -> SupervisorMode {
         self.mode
@@ -111,7 +111,7 @@ impl<R: Real> SupervisorState<R> {
         self.row_retries
     }
 
-    /// Times that it has backed off since the start.
+    /// Number of retries since the start.
     #[must_use]
     pub fn retries(&self) -> u32 {
         self.retries
