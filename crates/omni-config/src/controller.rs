@@ -45,8 +45,7 @@ impl Scenario {
     /// An estimator of pose and velocity for the scenario's vehicle, with the noise of
     /// [`EstimatorConfig::new`], in the scalar `R`.
     ///
-    /// # Errors
-    /// [`Error::Key`] where the control period is longer than 0.3 s, or where `N` is not the number of wheels.
+    /// # Errors [`Error::Key`] if the control period is longer than 0.3 s, or if `N` is not the number of wheels.
     ///
     /// ```
     /// use omni_config::Scenario;
@@ -66,8 +65,8 @@ impl Scenario {
 
     /// The controller of the scenario's vehicle, in the scalar `R`, whatever precision the scenario names.
     ///
-    /// # Errors
-    /// [`Error::Key`] where the vehicle and the control cannot be combined, or where `N` is not the number of wheels.
+    /// # Errors [`Error::Key`] if the vehicle and the control cannot be combined, or if `N` is not the number of
+    /// wheels.
     ///
     /// ```
     /// use omni_config::Scenario;
@@ -85,8 +84,7 @@ impl Scenario {
         build().map_err(|error| self.vehicle().refuse(&error))
     }
 
-    /// What a controller of the scenario's vehicle is configured with, to be put into a
-    /// [`omni_core::DriveConfig`], say.
+    /// The configuration of a controller of the scenario's vehicle, for example for an [`omni_core::DriveConfig`].
     ///
     /// # Errors
     /// As [`Scenario::controller`].
@@ -117,10 +115,10 @@ impl Scenario {
         })
     }
 
-    /// What the command goes through before the controller: the vehicle's limits, in the scalar `R`.
+    /// The limiter of commands before the controller: the vehicle's limits, in the scalar `R`.
     ///
     /// # Errors
-    /// [`Error::Key`] where they cannot be used with the control period; a loaded scenario has been checked.
+    /// [`Error::Key`] if they cannot be used with the control period; a loaded scenario has been checked.
     ///
     /// ```
     /// use omni_config::Scenario;
@@ -152,8 +150,8 @@ impl Scenario {
         self.control.period_us as f64 * 1e-6
     }
 
-    /// What one count of the encoders makes of a reading, where that is more than the motor can
-    /// give: at such a resolution the torques jump from limit to limit.
+    /// Effect of one encoder count on a reading, if the resulting torque exceeds the motor's: at such a resolution the
+    /// torques jump from limit to limit.
     ///
     /// # Errors
     /// As [`Scenario::wheel_control`].

@@ -3,9 +3,9 @@
 use crate::{Command, Scenario};
 
 impl Command {
-    /// The earliest time \[s\] at which a vehicle that does what is commanded has gone `way_m`
-    /// \[m\]; none if the command never takes it so far. On a ramp between two directions it is taken to be as fast as
-    /// on one between their speeds, which it never is: no vehicle is earlier.
+    /// The earliest time \[s\] at which a vehicle that follows the command has covered `way_m` \[m\]; none if the
+    /// command never covers this distance. On a ramp between two directions it is taken to be as fast as on one between
+    /// their speeds, which it never is: no vehicle is earlier.
     ///
     /// ```
     /// let command = omni_config::Scenario::load("step", &[])?.command; // 0.3 m/s after a ramp of 0.3 s
@@ -56,9 +56,9 @@ impl Command {
 }
 
 impl Scenario {
-    /// What is wrong where `duration_s` cannot suffice: even a vehicle that does all that is commanded
-    /// would not have every wheel beyond the obstacle by then. One line; none if it may suffice, on flat ground, and of
-    /// a table of twists. Of a path, that the run ends before it does.
+    /// Error message if `duration_s` cannot suffice: even a vehicle that follows the command exactly would not have
+    /// every wheel beyond the obstacle by then. One line; none if it may suffice, on flat ground, and of a table of
+    /// twists. Of a path, that the run ends before it does.
     ///
     /// ```
     /// use omni_config::{Override, Scenario};

@@ -44,7 +44,7 @@ impl std::fmt::Display for DerivedGains {
 }
 
 impl Vehicle {
-    /// The gains of its file or, where they are left out, the derived ones for this control period \[s\].
+    /// The gains of its file or, if they are left out, the derived gains for this control period \[s\].
     ///
     /// # Errors
     /// As [`Vehicle::derived_gains`].
@@ -55,15 +55,15 @@ impl Vehicle {
         }
     }
 
-    /// Gains from masses, motor and control period \[s\], whatever the file gives (docs/physics.md derives them).
+    /// Gains from masses, motor and control period \[s\], regardless of the file's gains (docs/physics.md derives
+    /// them).
     ///
     /// With the wheels' velocities `A x` for a twist `x` and the same loop C on every wheel, the vehicle
     /// obeys `M x' = A^T C A (u - x)`: three loops, each with an inertia J that is an eigenvalue of
     /// `(A^T A)^-1 M`. For the largest: `kp = J / T`, `ki = kp / (4 T)`, critically damped; the other two are
     /// damped more. T is 0.1 s, or longer if the control period, the motor or a wheel in the air wants it.
     ///
-    /// # Errors
-    /// As [`Vehicle::condition_number`]; [`Error::Key`] where kp would be beyond 1e6.
+    /// # Errors As [`Vehicle::condition_number`]; [`Error::Key`] if kp would exceed 1e6.
     ///
     /// ```
     /// let vehicle = omni_config::Vehicle::load("omni3")?;

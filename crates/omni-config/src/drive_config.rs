@@ -81,8 +81,8 @@ impl Drive {
 }
 
 impl Scenario {
-    /// What a [`omni_core::Drive`] of the scenario's vehicle is made of, in the scalar `R`; none if the scenario has no
-    /// `[drive]`.
+    /// The configuration of an [`omni_core::Drive`] of the scenario's vehicle, in the scalar `R`; none if the scenario
+    /// has no `[drive]`.
     ///
     /// # Errors
     /// As [`Scenario::controller`].
@@ -146,8 +146,7 @@ impl Scenario {
     /// The firmware's whole step, in the scalar `R`; none if the scenario has no `[drive]`. Under traction control what
     /// is around the loops: the whole is [`Scenario::traction_drive`].
     ///
-    /// # Errors
-    /// As [`Scenario::controller`]; [`Error::Key`] where the drive's keys do not fit together.
+    /// # Errors As [`Scenario::controller`]; [`Error::Key`] if the drive's keys are inconsistent.
     ///
     /// ```
     /// use omni_config::{Override, Scenario};

@@ -6,9 +6,9 @@ use crate::drive_config::LEAST_COUNTS;
 use crate::{EncoderVelocity, Scenario};
 
 impl Scenario {
-    /// What is doubtful of `[drive.faults]`, a line each: thresholds below what the counts of the
-    /// encoders do to readings of sound wheels, which are then called faulty; and a velocity that
-    /// no wheel reaches under the command, so that a dead encoder is found late.
+    /// Doubts about `[drive.faults]`, one line each: thresholds below the effect of encoder counts on readings of
+    /// healthy wheels, which are then declared faulty; and a velocity that no wheel reaches under the command, so that
+    /// a dead encoder is detected late.
     ///
     /// ```
     /// use omni_config::{Override, Scenario};

@@ -22,7 +22,7 @@ impl EncoderVelocity {
     }
 }
 
-/// What one count of the encoders makes of a reading, against how fast the actuators are meant to turn.
+/// Effect of one encoder count on a reading, relative to the actuators' intended speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct EncoderReading {
@@ -71,11 +71,11 @@ impl fmt::Display for EncoderReading {
 }
 
 impl Scenario {
-    /// What makes velocities of the counts of the scenario's encoders, those of one control period
-    /// where `sensors.encoder_velocity` is left out; none if there are no counts.
+    /// The method that computes velocities from the counts of the scenario's encoders, over one control period if
+    /// `sensors.encoder_velocity` is left out; none if there are no counts.
     ///
     /// # Errors
-    /// [`Error::Key`] where the method does not go with the control period; a loaded scenario has been checked.
+    /// [`Error::Key`] if the method is not compatible with the control period; a loaded scenario has been checked.
     ///
     /// ```
     /// use omni_config::{Override, Scenario};
@@ -182,7 +182,7 @@ impl Scenario {
         }))
     }
 
-    /// What is doubtful about the scenario's encoders: that a reading is off by more than a twentieth of the top speed.
+    /// Doubt about the scenario's encoders: an error of a reading above a twentieth of the top speed.
     ///
     /// # Errors
     /// As [`Scenario::encoder_reading`].

@@ -18,7 +18,7 @@ use crate::{Error, SCHEMA_VERSION};
 /// A text and where it came from.
 #[derive(Clone, Debug)]
 pub struct Source {
-    /// The file, or `built-in NAME`: what messages call it.
+    /// The file, or `built-in NAME`, as in messages.
     pub file: String,
     /// The TOML text.
     pub text: String,

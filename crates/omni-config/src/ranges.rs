@@ -10,7 +10,7 @@ fn refuse(value: impl std::fmt::Display, allowed: &str) -> garde::Result {
     Err(Error::new(format!("{value}, allowed: {allowed}")))
 }
 
-/// Bounds of a number, both included: what the checks and the JSON Schemas say, so that they say the same.
+/// Bounds of a number, both included, shared by the checks and the JSON Schemas.
 #[derive(Clone, Copy)]
 pub(crate) struct Range {
     pub(crate) min: f64,

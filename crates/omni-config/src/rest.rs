@@ -50,7 +50,7 @@ impl Default for Rest {
 }
 
 impl Rest {
-    /// How long a torque lasts at most once every reference is 0 \[s\]: `hold_s` and `bleed_s`.
+    /// Longest duration of a torque once every reference is 0 \[s\]: `hold_s` and `bleed_s`.
     ///
     /// ```
     /// use omni_config::{Override, Scenario};

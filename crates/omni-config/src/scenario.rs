@@ -48,7 +48,7 @@ pub struct Scenario {
     #[garde(custom(is_name))]
     #[cfg_attr(feature = "schema", schemars(regex(pattern = NAME)))]
     pub name: String,
-    /// The vehicle. A file gives the name of a built-in one, a path relative to itself, or the vehicle's own table.
+    /// The vehicle. In a file: the name of a built-in vehicle, a path relative to the file, or the vehicle's own table.
     #[garde(skip)] // checked with its own source, before it is put here
     #[cfg_attr(feature = "schema", schemars(with = "VehicleChoice"))]
     vehicle: Vehicle,
@@ -69,8 +69,8 @@ pub struct Scenario {
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     #[garde(skip)]
     pub stop_when_done: bool,
-    /// Longest time that a run may take on the clock \[s\], 0.01 to 1e6; it then ends with an
-    /// error. Without effect where there is no clock: in `wasm32-unknown-unknown`.
+    /// Longest real time of a run \[s\], 0.01 to 1e6; it then ends with an error. Without effect if there is no clock:
+    /// in `wasm32-unknown-unknown`.
     #[serde(default = "an_hour")]
     #[garde(adapt(ranges), range(min = TIME_LIMIT_S.min, max = TIME_LIMIT_S.max))]
     pub time_limit_s: f64,
@@ -85,7 +85,7 @@ pub struct Scenario {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[garde(adapt(ranges), length(max = 1000), dive)]
     pub friction_patch: Vec<FrictionPatch>,
-    /// Where the vehicle stands at the start.
+    /// Start pose of the vehicle.
     #[serde(default)]
     #[garde(dive)]
     pub start: Start,
@@ -129,15 +129,15 @@ pub struct Scenario {
     #[serde(default)]
     #[garde(dive)]
     pub log: LogRates,
-    /// Where the vehicle's gains come from, if not from its file.
+    /// Source of the vehicle's gains, if not its file.
     #[serde(skip)]
     #[garde(skip)]
     derived_gains: Option<DerivedGains>,
-    /// What `physics.wheel_model` is here.
+    /// The value of `physics.wheel_model` for this scenario.
     #[serde(skip)]
     #[garde(skip)]
     wheel_model: WheelModel,
-    /// What `control.policy = "auto"` is here.
+    /// The policy behind `control.policy = "auto"` for this scenario.
     #[serde(skip)]
     #[garde(skip)]
     auto_policy: Option<AutoPolicy>,
@@ -155,7 +155,7 @@ enum VehicleChoice {
     Table(Box<Vehicle>),
 }
 
-/// How much lower than the others a wheel may be mounted, as a part of its radius.
+/// Largest height difference of a wheel's mounting below the other wheels, as a fraction of its radius.
 const LOWEST: f64 = 0.1;
 
 fn ten_seconds() -> f64 {
@@ -200,7 +200,7 @@ impl Scenario {
     }
 
     /// The files that [`Scenario::load`] reads for a name, its vehicle's, its height map's and its
-    /// table of commands included; none for what is built in. A build script makes Cargo watch them.
+    /// table of commands included; none for built-in scenarios. A build script makes Cargo watch them.
     ///
     /// # Errors
     /// [`Error::UnknownName`], [`Error::Missing`], [`Error::Io`] or [`Error::Syntax`].

@@ -72,7 +72,7 @@ pub struct Study {
     origin: Origin,
 }
 
-/// What messages call the file, and the folder that names inside are relative to.
+/// Name of the file in messages, and the folder for relative names inside.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Origin {
     file: String,
@@ -80,7 +80,7 @@ struct Origin {
     points: bool,
 }
 
-/// A key of the scenario and the values it takes.
+/// A key of the scenario and its values.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -98,7 +98,7 @@ pub struct Axis {
     /// Last of them.
     #[garde(custom(is_finite))]
     to: Option<f64>,
-    /// How many, 2 to 10000.
+    /// Number of values, 2 to 10000.
     #[serde(default, deserialize_with = "crate::integers::axis_count")]
     #[garde(adapt(ranges), range(min = AXIS_COUNT.min, max = AXIS_COUNT.max))]
     count: Option<u32>,
@@ -213,9 +213,8 @@ impl Study {
 
     /// The built-in study or the file of that name.
     ///
-    /// # Errors
-    /// What is wrong with it, in one line that names file, key, value and what is allowed. The
-    /// scenarios are not read yet: [`Study::points`] does that.
+    /// # Errors Its first error, in one line that names file, key, value and the allowed range. The scenarios are not
+    /// read yet: [`Study::points`] does that.
     pub fn load(name: &str) -> Result<Self, Error> {
         Self::from_source(&Source::study(name)?)
     }
@@ -264,7 +263,7 @@ impl Study {
         Ok(study)
     }
 
-    /// A study of points that a program lists; `axis` has the keys that differ and the values that occur.
+    /// A study of points that a program lists; `axis` lists the keys that differ and the values that occur.
     ///
     /// # Errors
     /// A name that no folder can have, or a key that is no axis', such as `seed`.
@@ -334,7 +333,7 @@ impl Study {
         (x, y.or_else(|| other(x)))
     }
 
-    /// What messages call the file.
+    /// Name of the file in messages.
     #[must_use]
     pub fn file(&self) -> &str {
         &self.origin.file

@@ -28,7 +28,7 @@ const ALONE: f64 = 0.04;
 const BEYOND: f64 = 1.05;
 
 impl Vehicle {
-    /// What is doubtful of it with this control period \[s\], a line each: nothing that is rejected, all of it worth a
+    /// Doubts about it with this control period \[s\], one line each: nothing here is an error, but each is worth a
     /// second look.
     ///
     /// # Errors
@@ -67,7 +67,7 @@ impl Vehicle {
         Ok(doubts)
     }
 
-    /// Why it does not stand on flat ground as its file describes it; none if it does.
+    /// Reason why it does not stand on flat ground as described by its file; none if it does.
     ///
     /// ```
     /// use omni_config::{Source, Vehicle, FileKind};

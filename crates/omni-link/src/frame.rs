@@ -24,7 +24,7 @@ fn check_with(check: u32, byte: u8) -> u32 {
     digest.finalize()
 }
 
-/// What is wrong with a received frame.
+/// The error of a received frame.
 ///
 /// The border between the two is a guess where bytes are damaged that say how long something is; that
 /// a frame is not as it was sent is none: 32 bits of check, and every single flipped bit is noticed.

@@ -11,7 +11,7 @@ use crate::wire::plain;
 /// Missed periods in a row in which the last torques are held; with the next one the loop stops.
 pub const HOLD_PERIODS: u32 = 10;
 
-/// What to do in a control period.
+/// Action in a control period.
 ///
 /// ```
 /// use omni_link::{Action, Guard, HOLD_PERIODS};
@@ -79,7 +79,7 @@ impl Counters {
     }
 }
 
-/// Counts what is missing and says what to do about it: the same on both sides. Starts stopped.
+/// Counts missing messages and states the action, identically on both sides. Starts stopped.
 ///
 /// | what happens in a period                                  | counted                   | what to do                        |
 /// |-----------------------------------------------------------|---------------------------|-----------------------------------|

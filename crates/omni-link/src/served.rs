@@ -1,4 +1,4 @@
-//! What runs behind a link: the bare loops, or a whole `Drive`.
+//! The controller behind a link: the bare loops, or a whole `Drive`.
 
 use omni_core::drive::{DriveSample, Fault, TractionDrive, TractionDriveState};
 use omni_core::shaping::{TwistLimiter, TwistLimiterState};
@@ -6,8 +6,8 @@ use omni_core::{ControlState, Controller, Drive, DriveInput, DriveState};
 
 use crate::{Answer, Bodies, DriveReport, Request};
 
-/// What a [`Server`](crate::Server) runs: from a request to the signals of an answer, with what it
-/// remembers between them.
+/// The controller of a [`Server`](crate::Server): from a request to the signals of an answer, with the state between
+/// them.
 ///
 /// ```
 /// use omni_core::BodyTwist;
@@ -75,7 +75,7 @@ pub struct Loops<'a, const N: usize> {
     pub limiter: &'a TwistLimiter<f32>,
 }
 
-/// What [`Loops`] remember.
+/// The state of [`Loops`].
 pub type LoopsState<const N: usize> = (TwistLimiterState<f32>, ControlState<f32, N>);
 
 impl<const N: usize> Served<N> for Loops<'_, N> {
@@ -154,7 +154,7 @@ fn ask<const N: usize>(request: &Request<N>) -> DriveInput<f32, N> {
     input
 }
 
-/// What a drive did, into its answer.
+/// Writes the result of a drive into its answer.
 fn report<const N: usize>(sample: &DriveSample<f32, N>, answer: &mut Answer<N>) {
     answer.sample.command = sample.shaped.twist;
     answer.sample.wheels = sample.wheels;

@@ -1,6 +1,6 @@
 //! The types of omni-core in a message: field after field, numbers of a fixed size.
 //!
-//! So each message has one length, and lost bytes are seen as such.
+//! Therefore each message has one length, and lost bytes are detected.
 
 use omni_core::geometry::WheelTorques;
 use omni_core::loops::WheelSample;

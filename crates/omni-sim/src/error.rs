@@ -150,7 +150,7 @@ pub enum Error {
     /// A snapshot does not belong to the scenario.
     #[error("the snapshot cannot be resumed: {}", shortened(reason))]
     Snapshot {
-        /// What is wrong with it.
+        /// Its error.
         reason: String,
     },
 }

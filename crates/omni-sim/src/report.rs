@@ -52,7 +52,7 @@ pub struct DriveReport {
 /// What a drive reports of a wheel.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DriveWheel {
-    /// What is wrong with it.
+    /// Its error.
     pub fault: Option<Fault>,
     /// It is excluded from the motion.
     pub left_out: bool,

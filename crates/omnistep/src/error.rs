@@ -107,7 +107,7 @@ pub enum Error {
          repository: cargo run --release --features full -- {what}), or use the omnistep of the Python package"
     )]
     NotBuilt {
-        /// What was asked for.
+        /// The request.
         what: &'static str,
         /// The feature that has it.
         feature: &'static str,

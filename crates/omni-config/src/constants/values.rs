@@ -12,10 +12,10 @@ const COUNTER_BITS: u32 = 16;
 /// What a scenario's controller is made of, in `f32`.
 pub(super) struct Values {
     pub(super) traction: Option<TractionValues>,
-    /// The firmware's whole step, where the scenario has a `[drive]`.
+    /// The firmware's whole step, if the scenario has a `[drive]`.
     pub(super) drive: Option<Box<dyn Constant>>,
     pub(super) controller: Box<dyn Constant>,
-    /// What each wheel's motor gives.
+    /// Torque limits of each wheel's motor.
     pub(super) motors: Box<dyn Constant>,
     pub(super) limiter: TwistLimiter<f32>,
     /// From an encoder's counter to a velocity.
@@ -25,7 +25,7 @@ pub(super) struct Values {
     pub(super) estimator: Option<Box<dyn Constant>>,
 }
 
-/// Traction control, where that is the scenario's policy.
+/// Traction control, if it is the scenario's policy.
 pub(super) struct TractionValues {
     pub(super) supervisor: Box<dyn Constant>,
     pub(super) traction: Box<dyn Constant>,

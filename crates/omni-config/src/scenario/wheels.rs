@@ -1,4 +1,4 @@
-//! How a scenario's wheels are simulated: with rollers or as balls, and in which parts of a physics step.
+//! Simulation of a scenario's wheels: with rollers or as balls, and the parts of a physics step.
 
 use super::Scenario;
 use crate::microseconds::seconds;
@@ -71,7 +71,7 @@ impl Scenario {
         Ok(())
     }
 
-    /// The rollers of the wheel with that index, from 0, as `physics.wheel_model` has it; none for a ball.
+    /// The rollers of the wheel with that index, from 0, according to `physics.wheel_model`; none for a ball.
     ///
     /// ```
     /// use omni_config::{Override, Scenario};
@@ -85,8 +85,8 @@ impl Scenario {
         self.vehicle.rollers(wheel, self.wheel_model)
     }
 
-    /// What `physics.wheel_model` is on this ground: [`WheelModel::Auto`] is rollers where some ball is
-    /// not the wheel it stands for and every wheel has rollers that fit, and stays where balls are valid.
+    /// The effect of `physics.wheel_model` on this ground: [`WheelModel::Auto`] becomes rollers if some ball does not
+    /// represent its wheel and every wheel has rollers that fit, and stays if balls are valid.
     #[must_use]
     pub fn wheel_model(&self) -> WheelModel {
         self.wheel_model

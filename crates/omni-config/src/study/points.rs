@@ -1,4 +1,4 @@
-//! From a study to its scenarios, each checked; what is wrong with one is said of the axis that it came from.
+//! From a study to its scenarios, each checked; an error names the axis that it came from.
 
 use std::path::Path;
 
@@ -26,9 +26,7 @@ pub struct Point {
 impl Study {
     /// Every combination of the axes' values, the last axis fastest, with some more keys replaced.
     ///
-    /// # Errors
-    /// What is wrong with the first that is wrong, in one line that names the study's file, the
-    /// axis, the value and what is allowed.
+    /// # Errors The first error, in one line that names the study's file, the axis, the value and the allowed range.
     ///
     /// ```
     /// use omni_config::{Source, Study};

@@ -1,4 +1,4 @@
-//! Where the ground is, and how high.
+//! Extent and height of the ground.
 
 use super::{Obstacle, Terrain};
 
@@ -20,7 +20,7 @@ impl Terrain {
         }
     }
 
-    /// Where the obstacle lies; none on flat ground.
+    /// Extent of the obstacle; none on flat ground.
     #[must_use]
     pub fn obstacle(&self) -> Option<Obstacle> {
         let (from_m, length) = match self {
@@ -133,7 +133,7 @@ impl Terrain {
         }
     }
 
-    /// What a person would call it, as `over a step of 5.0 cm`.
+    /// A description for people, such as `over a step of 5.0 cm`.
     #[must_use]
     pub fn described(&self) -> String {
         let cm = |metres: &f64| format!("{:.1} cm", 100.0 * metres);

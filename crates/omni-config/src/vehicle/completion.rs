@@ -1,4 +1,4 @@
-//! What a vehicle file may leave out or say in other words, written out before the file is read.
+//! Optional keys and short forms of a vehicle file, written out before the file is read.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 

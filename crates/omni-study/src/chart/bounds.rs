@@ -1,4 +1,4 @@
-//! What bounds a climb from above without a simulation: the clearance of the bodies, and the balance of forces.
+//! Upper bounds of a climb without a simulation: the clearance of the bodies, and the balance of forces.
 
 use omni_bound::ClimbLimits;
 use omni_config::{Body, Scenario, Vehicle, WheelSpec};

@@ -1,4 +1,4 @@
-//! A chart as TOML, and what may be continued.
+//! A chart as TOML, and the check whether it may be continued.
 
 use omni_config::{Error as ConfigError, Vehicle};
 

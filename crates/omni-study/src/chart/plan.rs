@@ -1,4 +1,4 @@
-//! What a chart is made of: the scenario of every run, checked.
+//! The plan of a chart: the scenario of every run, checked.
 
 use omni_config::{Override, Scenario, Vehicle, WheelModel, WheelSpec};
 use sha2::{Digest, Sha256};
@@ -29,7 +29,7 @@ const MOST_YAW_DEG: f64 = 20.0;
 /// Most sides times skews.
 const MOST_APPROACHES: usize = 5000;
 
-/// What is asked of a chart.
+/// The request for a chart.
 ///
 /// ```
 /// use omni_study::{ChartPlan, ChartSetup};
@@ -50,9 +50,9 @@ pub struct ChartSetup {
     pub speed_m_s: f64,
     /// Fraction of the limit that a plan may use, 0.1 to 1.
     pub margin: f64,
-    /// So many starts climb every size, 3 to 100.
+    /// Number of starts that have to climb every size, 3 to 100.
     pub starts: usize,
-    /// What is climbed.
+    /// The obstacle.
     pub edges: Vec<Edge>,
     /// Directions of travel in the vehicle's axes \[deg\], -180 to 180; none for every 15 degrees.
     pub sides_deg: Vec<f64>,

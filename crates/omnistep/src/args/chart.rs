@@ -76,7 +76,7 @@ pub(crate) struct ChartArgs {
     pub(crate) quiet: bool,
 }
 
-/// What is climbed.
+/// The obstacle.
 #[derive(Clone, Copy, ValueEnum)]
 pub(crate) enum EdgeArg {
     Step,
