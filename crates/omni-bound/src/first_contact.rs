@@ -7,7 +7,7 @@ use crate::{Error, Step};
 /// Push of a wheel \[N per N at its rim\] below which it comes of the rounding of an angle.
 const ROUNDING: f64 = 1e-9;
 
-/// What a row of wheels needs to lift off where it touches the edge.
+/// Torque that a row of wheels needs to lift off at the edge.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct RowTouch {
@@ -19,7 +19,7 @@ pub struct RowTouch {
 
 /// The least torque with which each row of wheels of a rigid vehicle leaves the ground where it
 /// touches a step, the front row first. `None` for a vehicle with hinges or another number of rows
-/// than two, and where a wheel is no higher than the step.
+/// than two, and if a wheel is no higher than the step.
 ///
 /// Plane statics (docs/derivations.md): the row's load is held about the axle by its own actuators
 /// and by the push of the other row, which friction limits; the push lowers the load of the front

@@ -39,8 +39,8 @@ pub(crate) struct WheelRow {
     pub(crate) spin_kg_m2: f64,
 }
 
-/// A vehicle in the plane of its climb: two frames on one hinge across the way, three rows of
-/// wheels, two rows on one frame and one on the other.
+/// A vehicle in the plane of its climb: two frames on one transverse hinge, three rows of wheels, two rows on one frame
+/// and one on the other.
 ///
 /// Masses, centres of mass, inertias, places, radii and gears are the vehicle file's. Bodies that only hinges along
 /// the way or upright join are one frame: straight ahead these do not turn. Hinges have no dampers here, which makes
@@ -71,9 +71,9 @@ impl Linkage {
     /// The linkage of a vehicle.
     ///
     /// # Errors
-    /// [`Error::Vehicle`] for a vehicle that is no such linkage: not exactly one hinge across the way, hinges
-    /// that are oblique, couplings, other than three rows, a row on two frames or of unlike radii, three rows
-    /// on one frame, wheels that roll neither along nor across the way, rows without a wheel along it.
+    /// [`Error::Vehicle`] for a vehicle that is no such linkage: not exactly one transverse hinge, oblique hinges,
+    /// couplings, other than three rows, a row on two frames or with unequal radii, three rows on one frame, wheels
+    /// that are neither longitudinal nor transverse, rows without a longitudinal wheel.
     ///
     /// ```
     /// let mecanum4 = omni_config::Vehicle::load("mecanum4")?;

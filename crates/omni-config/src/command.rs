@@ -266,8 +266,8 @@ impl Command {
             .chain([[self.vx_m_s, self.vy_m_s, self.wz_rad_s]])
     }
 
-    /// The key and what is wrong with it, where the times do not ascend, or where there is more
-    /// than one of a twist, a path and a table.
+    /// The key and what is wrong with it, where the times do not ascend, or if there is more than one of a twist, a
+    /// path and a table.
     pub(crate) fn refusal(&self) -> Option<(String, String)> {
         if self.path.is_some() && self.file.is_some() {
             let message = "a table of twists, allowed: only without command.path".to_owned();

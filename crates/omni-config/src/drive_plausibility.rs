@@ -133,7 +133,7 @@ impl Scenario {
         ))
     }
 
-    /// The most that a loop asks for behind a reading of 0 \[N.m\]; none if its integral asks for ever more, and where
+    /// The most that a loop asks for behind a reading of 0 \[N.m\]; none if its integral asks for ever more, and if
     /// nothing limits the command.
     fn most_asked_n_m(&self) -> Option<f64> {
         let gains = self.vehicle().gains_at(self.period_s()).ok()?;

@@ -154,8 +154,7 @@ impl Scenario {
         })
     }
 
-    /// What one count makes of a reading against the top speed; none without counts, and where
-    /// nothing limits the speed.
+    /// What one count makes of a reading against the top speed; none without counts, and if nothing limits the speed.
     ///
     /// # Errors
     /// As [`crate::Vehicle::condition_number`].

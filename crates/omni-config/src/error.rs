@@ -75,7 +75,7 @@ pub enum Error {
     Missing {
         /// The file.
         path: PathBuf,
-        /// The name that may have been meant, or where the names are listed, in words behind the file's.
+        /// The name that may have been meant, or the list of names, as a suffix of the file's name.
         meant: String,
         /// The system's reason.
         source: std::io::Error,

@@ -339,7 +339,7 @@ fn decimal_comma(text: &str, line: usize) -> &'static str {
     }
 }
 
-/// [`with_nearest`], also where the message is about a key of a table inside.
+/// [`with_nearest`], even if the message is about a key of a table inside.
 fn with_nearest_inside(message: String) -> String {
     match message
         .strip_prefix(INNER_KEY)

@@ -66,7 +66,7 @@ pub struct Study {
     #[serde(default)]
     #[garde(dive)]
     pub map: MapAxes,
-    /// Where it was read.
+    /// Path of the log.
     #[serde(skip)]
     #[garde(skip)]
     origin: Origin,

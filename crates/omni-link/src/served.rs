@@ -29,7 +29,7 @@ use crate::{Answer, Bodies, DriveReport, Request};
 /// assert_eq!((periods, answer.sample.wheels.applied.n_m), (1, [-1.0, 0.0]));
 /// ```
 pub trait Served<const N: usize> {
-    /// What it remembers.
+    /// Its state.
     type State;
 
     /// A fresh start.

@@ -15,7 +15,7 @@ pub enum Error {
     Live {
         /// The port.
         port: u16,
-        /// What the system said.
+        /// The operating system's message.
         reason: String,
     },
     /// A live run cannot be on ROS 2.
@@ -24,7 +24,7 @@ pub enum Error {
     Ros2 {
         /// The domain.
         domain: u16,
-        /// What the system said.
+        /// The operating system's message.
         reason: String,
     },
 }

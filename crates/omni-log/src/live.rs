@@ -52,17 +52,17 @@ type Warn = Arc<dyn Fn(&str) + Send + Sync>;
 /// times, of connections and commands that were rejected; `watch` is called after every control period with the part
 /// done (0 if there is no end), every 20 ms while the run waits for the clock, and, without a simulation, while it
 /// waits for the first client: where it breaks the run ends with the figures so far, its error ends the run. A run that
-/// is more than 0.5 s behind the clock goes on from where it is.
+/// is more than 0.5 s behind the clock continues from its present time.
 ///
 /// Connections come from programs that send no `Origin` and from pages of Foxglove, of Lichtblick, of this machine
 /// and of [`Live::origins`]; their `Host` is this machine. Others are rejected with status 403 and a reason. A
 /// handshake may take 10 s, and 16 clients may be there at a time. With [`Live::allow_control`] clients may set the
 /// parameters `command.vx_m_s`, `command.vy_m_s`, `command.wz_rad_s` or publish a twist on `/cmd_vel`. `control.policy`
 /// and `vehicle.motor.stall_torque_n_m` are settings: they stay when the client goes; the controller goes on from the
-/// state that it has. What is not allowed changes nothing, and the client gets the reason.
+/// state that it has. A rejected request changes nothing, and the client receives the reason.
 ///
-/// Nodes of ROS 2 in the same domain publish `geometry_msgs/msg/Twist` or `TwistStamped` on `/cmd_vel`;
-/// with [`Ros2::joints`] they publish `sensor_msgs/msg/JointState` on `/joint_commands` instead.
+/// ROS 2 nodes in the same domain publish `geometry_msgs/msg/Twist` or `TwistStamped` on `/cmd_vel`; with
+/// [`Ros2::joints`] they publish `sensor_msgs/msg/JointState` on `/joint_commands` instead.
 ///
 /// From the first command on the vehicle follows these, not the scenario. 0.5 s on the clock after
 /// the last of them, or when the client goes or publishes no longer, the command is rest until
@@ -70,8 +70,8 @@ type Warn = Arc<dyn Fn(&str) + Send + Sync>;
 ///
 /// # Errors
 /// [`omni_sim::Error::Argument`] for a speed below 0.001, an origin that is none, a rate or a
-/// namespace that is none; [`Error::Live`] where the port cannot be had, `Error::Ros2` where the
-/// domain cannot; as [`omni_sim::run()`], and whatever `watch` returns.
+/// namespace that is none; [`Error::Live`] if the port cannot be opened, `Error::Ros2` if the domain cannot be joined;
+/// as [`omni_sim::run()`], and whatever `watch` returns.
 ///
 /// ```
 /// use std::ops::ControlFlow;

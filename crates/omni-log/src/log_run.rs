@@ -5,7 +5,7 @@ use omni_sim::{Outcome, Run, Simulation, Trace};
 
 use crate::{Error, RunLog};
 
-/// A run that went to its end, or to where the physics ended it.
+/// A run that reached its end, or was ended by the physics.
 #[derive(Debug)]
 #[non_exhaustive]
 pub struct Logged {
@@ -39,10 +39,10 @@ pub trait LogRun<E>: Sized {
     /// what there is of a run that was stopped.
     ///
     /// # Errors
-    /// As [`Run::outcome`], and [`Error::Log`] where the log cannot be written.
+    /// As [`Run::outcome`], and [`Error::Log`] if the log cannot be written.
     fn log_to<F: From<E> + From<omni_sim::Error> + From<Error>>(self, log: &mut RunLog) -> Result<Logged, F>;
 
-    /// Runs into a log, finishes it, and returns every signal of the run too.
+    /// Runs into a log, finishes it, and also returns every signal of the run.
     ///
     /// # Errors
     /// As [`LogRun::log_to`] and [`RunLog::finish`]; a run that the physics ended has its log, and is an error.

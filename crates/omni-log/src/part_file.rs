@@ -36,7 +36,7 @@ pub trait Place {
     /// What messages call the log.
     fn path(&self) -> &Path;
 
-    /// What the system said, with the log's name.
+    /// The operating system's message, with the log's name.
     fn io_error(&self, source: io::Error) -> LogError {
         let path = self.path().to_path_buf();
         LogError::Io { path, source }

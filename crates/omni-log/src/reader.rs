@@ -38,7 +38,7 @@ pub enum LogMessage {
     Tf(TfMessage),
     /// `/joint_states`.
     JointStates(JointState),
-    /// `/odom`: what the wheels say.
+    /// `/odom`: odometry.
     Odom(Box<Odometry>),
     /// `/ground_truth/odom`; and `/odom` in the frame `world`, which was the truth before there was odometry.
     GroundTruth(Box<Odometry>),
@@ -52,11 +52,11 @@ pub enum LogMessage {
     Terrain(StringMessage),
 }
 
-/// What a log says of itself.
+/// A log's metadata.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct LogFile {
-    /// Where it was read.
+    /// Path of the log.
     pub path: PathBuf,
     /// Program version, scenario, vehicle, policy and seed by name, of the metadata `run`.
     pub run: BTreeMap<String, String>,
@@ -103,8 +103,8 @@ pub struct LogFile {
 /// ```
 ///
 /// # Errors
-/// [`LogError::Read`], [`LogError::Damaged`] where a checksum or a record is wrong, [`LogError::Lacks`]
-/// where it is not a run of this program; what is wrong with its scenario; whatever `on` returns.
+/// [`LogError::Read`], [`LogError::Damaged`] if a checksum or a record is wrong, [`LogError::Lacks`] if it is not a run
+/// of this program; what is wrong with its scenario; whatever `on` returns.
 pub fn read_log(
     path: impl AsRef<Path>,
     on: impl FnMut(u64, LogMessage) -> Result<(), Error>,
@@ -361,8 +361,7 @@ impl Seen {
         self.scenario.is_none() && self.topics.is_empty()
     }
 
-    /// What was taken out of a whole log shows, also where checksums were left out: at the end it
-    /// says how much there is.
+    /// What was taken out of a whole log shows, even if checksums were left out: at the end it says how much there is.
     fn agrees_with_its_statistics(&self) -> Result<(), String> {
         let Some(said) = &self.statistics else {
             return if self.ours {

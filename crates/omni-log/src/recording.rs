@@ -1,4 +1,4 @@
-//! Measurements of a real vehicle, written as a log like that of a run.
+//! Measurements of a real vehicle, written as a log like a run's log.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -35,17 +35,16 @@ const WHEEL: [&str; 4] = ["reference_rad_s", "measured_rad_s", "applied_n_m", "t
 const TRUTH: [&str; 4] = ["pose_x_m", "pose_y_m", "pose_z_m", "pose_yaw_rad"];
 /// And its attitude as a quaternion x, y, z, w.
 const ATTITUDE: [&str; 4] = ["pose_qx", "pose_qy", "pose_qz", "pose_qw"];
-/// Where the vehicle took itself to be: x, y \[m\], heading \[rad\].
+/// Pose by odometry: x, y \[m\], heading \[rad\].
 const ODOMETRY: [&str; 3] = ["odom_x_m", "odom_y_m", "odom_yaw_rad"];
 
-/// What was measured on a vehicle in every control period, by the names that columns of a
-/// [`Trace`](omni_sim::Trace) have.
+/// Measurements on a vehicle in every control period, by the column names of a [`Trace`](omni_sim::Trace).
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Recording {
     /// Where it comes from, and whatever else the log shall say of itself, by name: the metadata `run`.
     pub facts: BTreeMap<String, String>,
-    /// How it was read: the attachment `map.toml`.
+    /// Its column map: the attachment `map.toml`.
     pub map: String,
     /// One number a control period each, NaN if nothing is known: `asked_*`, `estimated_*`, of wheels
     /// `reference_rad_s`, `measured_rad_s`, `applied_n_m`, `torque_n_m`, and what the sensors said ([`Sensed::names`]).
@@ -85,7 +84,7 @@ impl Recording {
     /// ```
     ///
     /// # Errors
-    /// [`LogError::Lacks`] where columns have different lengths or a name that cannot be, as [`LogWriter::create`] and
+    /// [`LogError::Lacks`] if columns have different lengths or a name that cannot be, as [`LogWriter::create`] and
     /// [`LogWriter::write`].
     pub fn write(&self, path: impl AsRef<Path>, scenario: &Scenario) -> Result<FinishedLog, Error> {
         let path = path.as_ref();

@@ -1,4 +1,4 @@
-//! What is there of an MCAP file that was cut off, as a whole file.
+//! The intact part of a truncated MCAP file, as a complete file.
 
 use std::io::{BufWriter, Read, Seek, SeekFrom};
 use std::path::Path;
@@ -13,14 +13,14 @@ use crate::{Error, LogError, PartFile, size_limits};
 /// Bytes that are read at a time.
 const BLOCK: usize = 1 << 18;
 
-/// Writes the schemas, channels and messages of a file whose end is missing, of any program, as a file that has one.
+/// Writes the schemas, channels and messages of a truncated file of any program as a complete file.
 ///
 /// Says how long it is, first message to last \[s\]. A chunk that is not whole is left out, and so
 /// are zeros at the end.
 ///
 /// # Errors
-/// [`LogError::Read`], [`LogError::Damaged`] where something else is wrong with it,
-/// [`LogError::Mcap`] where it cannot be written.
+/// [`LogError::Read`], [`LogError::Damaged`] if something else is wrong with it, [`LogError::Mcap`] if it cannot be
+/// written.
 pub fn recover(cut_off: impl AsRef<Path>, whole: impl AsRef<Path>) -> Result<f64, Error> {
     let (path, out) = (cut_off.as_ref().to_path_buf(), whole.as_ref().to_path_buf());
     let unreadable = |source| LogError::unreadable(&path, source);

@@ -36,7 +36,7 @@ pub trait RosMessage: Serialize {
 /// Replaces the content of `buffer` by the message in little-endian CDR, encapsulation header included.
 ///
 /// # Errors
-/// [`cdr_encoding::Error`] where a value has no CDR form; no message of this module has such a value.
+/// [`cdr_encoding::Error`] if a value has no CDR form; no message of this module has such a value.
 ///
 /// ```
 /// use omni_log::ros2::{StringMessage, encode_into};

@@ -30,7 +30,7 @@ pub(crate) const MAP: &str = "map.toml";
 pub(crate) const RUN: &str = "run";
 pub(crate) const OUTCOME: &str = "outcome";
 
-/// Writes a run while it goes on; the file gets its name when [`RunLog::finish`] has succeeded.
+/// Writes a run in progress; the file receives its name when [`RunLog::finish`] has succeeded.
 pub struct RunLog<P: Place = PartFile> {
     writer: LogWriter<P>,
     messages: Messages,
@@ -82,7 +82,7 @@ impl RunLog {
 }
 
 impl RunLog<InMemory> {
-    /// The same in memory, where there are no files.
+    /// The same in memory, without files.
     ///
     /// ```
     /// use omni_log::RunLog;

@@ -17,7 +17,7 @@ const SAME_FRICTION: f64 = 1e-4;
 /// Sides of a chart may differ by so much \[deg\].
 const SAME_DEG: f64 = 1e-6;
 
-/// How far a vehicle climbs with a side, of one kind of edge.
+/// Climbing limit of a side for one kind of edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Limit {
     /// The greatest height \[m\].
@@ -26,7 +26,7 @@ pub(crate) struct Limit {
     pub(crate) climbs_m: f64,
 }
 
-/// What a vehicle climbs with one side ahead.
+/// Climbing limits of a vehicle with one side in front.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Side {
     /// Direction of travel in the vehicle's axes \[deg\], over -180 to 180.
@@ -147,7 +147,7 @@ impl Chart {
         })
     }
 
-    /// This chart with that of the same vehicle on ground of another friction.
+    /// This chart combined with the same vehicle's chart for another friction.
     ///
     /// # Errors
     /// Where it is of another vehicle, or there is one of this friction.

@@ -1,4 +1,4 @@
-//! What each part of a route costs: time, energy or risk.
+//! Cost of each part of a route: time, energy or risk.
 
 use crate::angles::remainder;
 use crate::portals::Portal;

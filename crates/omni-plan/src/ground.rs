@@ -1,4 +1,4 @@
-//! What a map means for a vehicle: edges between cells, slopes, and cells that are closed.
+//! A map's content for a vehicle: edges between cells, slopes, and closed cells.
 
 use crate::map::Cell;
 use crate::{Chart, Grid, Map, Options};

@@ -17,7 +17,7 @@ const FRICTION: f64 = 2.0;
 /// Friction of a map that says nothing of it, as that of a chart.
 const USUAL_FRICTION: f64 = 0.7;
 
-/// What is known about a cell.
+/// Properties of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Cell {
@@ -84,17 +84,15 @@ impl Map {
 
     /// Height of a cell \[m\].
     ///
-    /// # Panics
-    /// Where there is no such cell.
+    /// # Panics If there is no such cell.
     #[must_use]
     pub fn height_m(&self, [column, row]: [usize; 2]) -> f64 {
         self.heights_m[self.grid.index(column, row)]
     }
 
-    /// What a cell is.
+    /// Properties of a cell.
     ///
-    /// # Panics
-    /// Where there is no such cell.
+    /// # Panics If there is no such cell.
     #[must_use]
     pub fn cell(&self, [column, row]: [usize; 2]) -> Cell {
         self.cells[self.grid.index(column, row)]
@@ -102,8 +100,7 @@ impl Map {
 
     /// Coulomb friction coefficient of a cell.
     ///
-    /// # Panics
-    /// Where there is no such cell.
+    /// # Panics If there is no such cell.
     #[must_use]
     pub fn friction(&self, [column, row]: [usize; 2]) -> f64 {
         // As it was given: 0.7, not 0.699999988.

@@ -153,7 +153,7 @@ impl Planner {
         })
     }
 
-    /// How many straight crossings of edges the chart and the room allow.
+    /// Number of straight crossings of edges that the chart and the available room allow.
     #[must_use]
     pub fn portal_count(&self) -> usize {
         self.portals.len()

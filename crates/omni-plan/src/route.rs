@@ -11,7 +11,7 @@ const MOST_POINTS: f64 = 1e6;
 /// Angles to turn by are sampled in steps of this \[rad\].
 const TURN_SAMPLE_RAD: f64 = 0.1;
 
-/// Where a vehicle is: its origin, and its yaw counter-clockwise from the world's x.
+/// Pose of a vehicle: its origin, and its yaw counter-clockwise from the world's x.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Pose {
@@ -31,7 +31,7 @@ impl Pose {
     }
 }
 
-/// Where to go: a place, and a yaw if it matters.
+/// A goal: a position, and optionally a yaw.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Goal {
@@ -82,7 +82,7 @@ pub enum CrossingKind {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Crossing {
-    /// Where the vehicle's origin crosses it: world x \[m\].
+    /// World x at which the vehicle's origin crosses it \[m\].
     pub x_m: f64,
     /// World y \[m\].
     pub y_m: f64,
@@ -132,9 +132,9 @@ pub struct Route {
     pub length_m: f64,
     /// Time that it takes at constant speeds \[s\].
     pub duration_s: f64,
-    /// What it was planned for, before it was straightened: \[s\], \[J/kg\], or risk.
+    /// Its cost before it was straightened: \[s\], \[J/kg\], or risk.
     pub cost: f64,
-    /// How many poses the search looked at.
+    /// Number of poses that the search expanded.
     pub expanded: usize,
 }
 

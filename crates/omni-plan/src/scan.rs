@@ -1,4 +1,4 @@
-//! What lies under a vehicle that travels straight: edges, closed cells and friction along parallel tracks.
+//! The ground under a vehicle that travels straight: edges, closed cells and friction along parallel tracks.
 
 use crate::Point;
 use crate::ground::Ground;

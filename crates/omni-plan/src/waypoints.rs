@@ -1,4 +1,4 @@
-//! The path of a route: ways at one heading are straightened where they stay clear, crossings are put in exactly.
+//! The path of a route: segments at one heading are straightened if they stay clear, crossings are inserted exactly.
 
 use crate::angles::{HEADINGS, heading_rad, remainder};
 use crate::cost::Costs;

@@ -44,7 +44,7 @@ pub(crate) struct Scenario {
     inner: config::Scenario,
 }
 
-/// A scenario, or where to find one.
+/// A scenario, or if to find one.
 #[derive(Clone)]
 pub(crate) enum ScenarioArg {
     Loaded(Box<config::Scenario>),

@@ -37,7 +37,7 @@ pub(crate) struct Vehicle {
     pub(crate) inner: config::Vehicle,
 }
 
-/// A vehicle, or where to find one.
+/// A vehicle, or if to find one.
 pub(crate) enum VehicleArg {
     Loaded(Box<config::Vehicle>),
     Name(String),

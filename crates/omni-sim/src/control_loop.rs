@@ -45,7 +45,7 @@ pub(crate) struct Memory {
     torques_n_m: Vec<f64>,
 }
 
-/// What a snapshot keeps of a control loop: the hold, what is remembered, the controller.
+/// The saved state of a control loop: the hold, what is remembered, the controller.
 pub(crate) type LoopState = (Option<HeadingHoldState<f64>>, Memory, Vec<u8>);
 
 /// The loop that holds the heading.

@@ -9,7 +9,7 @@ use crate::config::{PlannedPath, PoseSource, Scenario};
 use crate::observation::Observation;
 use crate::report::PathReport;
 
-/// A path, who follows it, and how far it has come.
+/// A path, its follower and its progress.
 pub(crate) struct Following {
     path: PlannedPath,
     state: ProgressState<f64>,
@@ -24,8 +24,7 @@ pub(crate) fn true_pose(seen: &Observation) -> PlanarPose<f64> {
     }
 }
 
-/// How far the vehicle is from where a path wants it \[m\], and how far its heading is turned to
-/// the left of the path's \[rad\].
+/// Distance of the vehicle from its reference position \[m\], and its heading minus the reference heading \[rad\].
 pub(crate) fn error_of(wanted: &PlanarPose<f64>, seen: &Observation) -> [f64; 2] {
     let is = true_pose(seen);
     let turned = omni_core::Real::wrapped_angle(is.yaw_rad - wanted.yaw_rad);
@@ -59,7 +58,7 @@ impl Following {
         self.path.follower.step(&wanted, &self.pose(seen)).twist
     }
 
-    /// Where the path wants the vehicle at a time, and how it should move there.
+    /// Reference pose and motion of the path at a time.
     fn at(&self, state: &mut ProgressState<f64>, time_s: f64, seen: &Observation) -> TrajectorySample<f64> {
         let trajectory = self.path.trajectory();
         match &self.path.progress {
@@ -76,7 +75,7 @@ impl Following {
         }
     }
 
-    /// What it remembers.
+    /// Its state.
     pub(crate) fn state(&self) -> &ProgressState<f64> {
         &self.state
     }

@@ -23,13 +23,13 @@ const FASTEST: f64 = 100.0;
 /// Dead reckoning by twists: how many wheels there are does not matter to it.
 type ByTwists = Odometry<f64, 1>;
 
-/// What a snapshot keeps.
+/// The saved state.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct State {
     reckoned: OdometryState<f64, 1>,
     twist: BodyTwist<f64>,
     covariance: PoseCovariance<f64>,
-    /// What the wheels turned since the covariance grew \[rad\], in how many periods, and the pose then.
+    /// Rotation of the wheels since the covariance grew \[rad\], the number of periods, and the pose then.
     turned: [f64; WHEELS],
     periods: u32,
     from: PlanarPose<f64>,
@@ -41,7 +41,7 @@ pub(crate) struct State {
     drift_speed: [f64; 2],
 }
 
-/// The odometry of a vehicle, with what it remembers.
+/// The odometry of a vehicle, with its state.
 pub(crate) struct Odometer {
     vehicle: Vehicle,
     odometry: ByTwists,

@@ -1,4 +1,4 @@
-//! What a controller reports of itself beside the wheels' signals, and the columns that this is in traces and logs.
+//! A controller's report besides the wheels' signals, and its columns in traces and logs.
 
 use omni_core::DriveMode;
 use omni_core::drive::Fault;
@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::config::Vehicle;
 
-/// What a controller reports in one control period beside its wheels' signals: a part is there
-/// where the controller has it. Of a period that no controller had a part in nothing is.
+/// A controller's report in one control period besides its wheels' signals; parts that the controller lacks are absent.
+/// Of a period that no controller had a part in nothing is.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Report {
     /// Of a scenario's `[drive]`.
@@ -23,16 +23,16 @@ pub struct Report {
     pub path: Option<PathReport>,
 }
 
-/// Where a path wants its vehicle at the end of a period.
+/// Reference pose of a path at the end of a period.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PathReport {
     /// The reference pose.
     pub pose: PlanarPose<f64>,
-    /// For how long the path has waited for the vehicle since the start \[s\].
+    /// Total time that the path has waited for the vehicle \[s\].
     pub waited_s: f64,
 }
 
-/// What a drive reports, here or at the other end of a link.
+/// Report of a drive, local or at the other end of a link.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DriveReport {
     /// How far the vehicle can be relied on.
@@ -49,7 +49,7 @@ pub struct DriveReport {
     pub wheels: Vec<DriveWheel>,
 }
 
-/// What a drive reports of a wheel.
+/// Report of a drive on a wheel.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DriveWheel {
     /// Its error.
@@ -60,7 +60,7 @@ pub struct DriveWheel {
     pub brake: bool,
 }
 
-/// What traction control reports.
+/// Report of traction control.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TractionReport {
     /// Measured speed over the commanded, -1 to 1; 1 if none is commanded.
@@ -75,7 +75,7 @@ pub struct TractionReport {
     pub speed_wheel: Option<u32>,
     /// The row that climbs next, 0 the foremost.
     pub row: u16,
-    /// What its supervisor is at.
+    /// Phase of its supervisor.
     pub mode: SupervisorMode,
     /// Retries of the present row.
     pub row_retries: u16,
@@ -93,12 +93,12 @@ pub struct TractionReport {
     pub wheels: Vec<TractionWheel>,
 }
 
-/// What traction control reports of a wheel; 0 of one that is not driven.
+/// Report of traction control on a wheel; 0 for a wheel that is not driven.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TractionWheel {
     /// Slip along the direction of travel \[rad/s\].
     pub slip_rad_s: f64,
-    /// What the ground takes of its torque \[N.m\], by the law's own estimate.
+    /// Part of its torque that the ground transmits \[N.m\], by the control law's own estimate.
     pub contact_n_m: f64,
 }
 

@@ -80,7 +80,7 @@ pub(crate) struct Sensing {
     state: State,
 }
 
-/// What a snapshot keeps.
+/// The saved state.
 #[derive(Clone, Serialize, Deserialize)]
 pub(crate) struct State {
     rng: ChaCha8Rng,

@@ -8,7 +8,7 @@ use crate::report::ReportColumns;
 use crate::sensed::Sensed;
 use crate::{Outcome, Period, WheelSignal};
 
-/// Columns that every vehicle has, in order.
+/// Columns of every vehicle, in order.
 const COMMON: [&str; 39] = [
     "time_s",
     "command_vx_m_s",
@@ -51,8 +51,7 @@ const COMMON: [&str; 39] = [
     "energy_residual_j",
 ];
 
-/// Columns of a run that follows a path, behind where it should be: how far it is from there, and
-/// how far it is turned to the left.
+/// Columns of a run that follows a path: after the reference pose, the position error and the heading error.
 const PATH_ERRORS: [&str; 2] = ["path_error_m", "path_error_rad"];
 
 /// A run as named columns of `f64`, all in one block: column after column, one row a control period.
@@ -161,7 +160,7 @@ impl Trace {
         &self.wheel_names
     }
 
-    /// Names of the signals that every wheel has.
+    /// Names of the signals of every wheel.
     #[must_use]
     pub fn wheel_signals(&self) -> &[String] {
         &self.signals
@@ -200,8 +199,7 @@ impl Trace {
 
     /// A column by its place in [`Trace::names`].
     ///
-    /// # Panics
-    /// Where there is no such column.
+    /// # Panics If there is no such column.
     #[must_use]
     pub fn column_at(&self, index: usize) -> &[f64] {
         &self.data[index * self.rows..(index + 1) * self.rows]
@@ -275,7 +273,7 @@ impl Rows {
     }
 }
 
-/// The trace of a run while it goes on: what the controller did and what came of it, row by row.
+/// The trace of a run in progress: the controller's results and the resulting states, row by row.
 ///
 /// ```
 /// use omni_sim::{Error, Run, TraceBuilder, config::Scenario};

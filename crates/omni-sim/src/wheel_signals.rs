@@ -91,7 +91,7 @@ pub(crate) struct Did<'a, R, const N: usize> {
     pub(crate) residual: &'a WheelVelocities<R, N>,
 }
 
-/// What a signal follows from.
+/// Source of a signal.
 enum Value {
     Control(fn(&WheelSignals) -> f64),
     Observed(fn(&WheelObservation) -> f64),
@@ -108,14 +108,14 @@ enum Value {
 pub struct WheelSignal {
     /// Its name: of the column `wheel_NAME_SIGNAL`, of the message's field, of the attribute in Python.
     pub name: &'static str,
-    /// What it is, with its unit.
+    /// Its meaning, with its unit.
     pub doc: &'static str,
     /// It is in the log's `/vehicle_state`.
     pub logged: bool,
     value: Value,
 }
 
-/// How many signals of a wheel are in the log.
+/// Number of signals per wheel in the log.
 pub const LOGGED_SIGNALS: usize = {
     let (mut i, mut logged) = (0, 0);
     while i < SIGNALS.len() {

@@ -16,7 +16,7 @@ pub enum Error {
     Study {
         /// The folder.
         folder: PathBuf,
-        /// What is wrong, and what to do.
+        /// The error, and the remedy.
         reason: String,
     },
     /// A file or folder could not be read or written.

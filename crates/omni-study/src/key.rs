@@ -21,7 +21,7 @@ pub(crate) type Lines = BTreeMap<String, String>;
 /// the scenario with its vehicle and seed. The same on every machine; another scenario, another key.
 ///
 /// # Errors
-/// [`omni_sim::Error::Config`] where the scenario cannot be written as TOML: its seed is above 2^63 - 1.
+/// [`omni_sim::Error::Config`] if the scenario cannot be written as TOML: its seed is above 2^63 - 1.
 ///
 /// ```
 /// use omni_config::{Override, Scenario};

@@ -23,8 +23,8 @@ pub struct MapCell {
     pub beyond_balls: usize,
     /// Runs among the others that were cut off on their way, [`Verdict::Unfinished`]: longer ones might have climbed.
     pub unfinished: usize,
-    /// Sum and count of each of the map's figures over the runs that did not fail and where it was
-    /// measured; yes counts 1.
+    /// Sum and count of each of the map's figures over the runs that did not fail and in which it was measured; yes
+    /// counts 1.
     pub figures: Vec<(f64, usize)>,
     /// 95 % interval of each of them: of yes and no Wilson's score ([`wilson`]), of a number's mean
     /// Student's t ([`mean_interval`]); none of one number.

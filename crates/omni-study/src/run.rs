@@ -34,7 +34,7 @@ pub(crate) fn threads(jobs: Option<NonZeroUsize>) -> Result<rayon::ThreadPool, E
 /// as it is done, so that a program that is killed loses none. Calls `watch` after each row.
 ///
 /// # Errors
-/// [`Error::Io`] where a part cannot be written or threads cannot be started; the runs under way are given up.
+/// [`Error::Io`] if a part cannot be written or threads cannot be started; the runs under way are given up.
 pub fn compute(
     runs: &[Run],
     store: &Store,

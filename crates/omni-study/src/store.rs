@@ -24,7 +24,7 @@ const WITHOUT_CHECKSUM: &str = "no checksum: damaged, or written by an earlier b
 /// What is wrong with the bytes of a part of some study, if anything; none for Parquet that is not of this program.
 ///
 /// # Errors
-/// [`Error::Io`] where it cannot be read.
+/// [`Error::Io`] if it cannot be read.
 ///
 /// ```no_run
 /// assert_eq!(omni_study::damage("out/climb_map/part-0011223344556677.parquet".as_ref())?, None);
@@ -129,7 +129,7 @@ impl Store {
     /// programs that were killed left unfinished are parts like others then.
     ///
     /// # Errors
-    /// [`Error::Study`] where another program holds the folder, [`Error::Io`].
+    /// [`Error::Study`] if another program holds the folder, [`Error::Io`].
     pub fn lock(&self) -> Result<File, Error> {
         let path = self.folder.join(LOCK);
         // Whatever has the name is not emptied.
@@ -250,8 +250,8 @@ impl Store {
     /// renamed to `*.damaged`.
     ///
     /// # Errors
-    /// [`Error::Io`]; [`Error::Study`] where a part is of another version, of another scenario or
-    /// of other axes: its rows could not be distinguished from this study's.
+    /// [`Error::Io`]; [`Error::Study`] if a part is of another version, of another scenario or of other axes: its rows
+    /// could not be distinguished from this study's.
     pub fn read(&self) -> Result<Found, Error> {
         self.read_until(&AtomicBool::new(false))
     }

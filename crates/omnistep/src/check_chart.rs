@@ -1,4 +1,4 @@
-//! What a chart says of a step, for `omnistep check --chart`.
+//! A chart's limits for a step, for `omnistep check --chart`.
 
 use std::path::Path;
 

@@ -142,14 +142,14 @@ pub(super) fn compare(
             Err(error) => {
                 bar.finish_and_clear();
                 if !args.json && !rows.is_empty() {
-                    // What is done stands; why the rest is not there is said last, also where the table is not read.
+                    // What is done stands; why the rest is not there is said last, even if the table is not read.
                     let _ = show(&scenario, &rows, args.explain, out);
                 }
                 return Err(error);
             }
         };
         if let Some(link) = link.filter(|link| !link.is_zero()) {
-            // The figures stand, but they are not those of an undisturbed run.
+            // The figures remain valid, but describe a disturbed run.
             bar.suspend(|| say(&format!("messages lost on the link: {link}")));
         }
         if args.json {

@@ -1,6 +1,6 @@
 #![doc = include_str!("../README.md")]
 //!
-//! # What it says and where
+//! # Output streams
 //!
 //! Results go to standard output, progress and errors to standard error. Exit codes: 0 done, 1 the run failed, 2 the
 //! request was wrong, 130 stopped by Ctrl-C, 143 by SIGTERM.

@@ -148,7 +148,7 @@ fn described(file: &LogFile) -> String {
     text
 }
 
-/// Feeds a log's measurements to its controller again and prints where it says something else.
+/// Replays a log's measurements through its controller and prints the first difference.
 pub(super) fn replayed(
     path: &PathBuf,
     policy: Option<&str>,

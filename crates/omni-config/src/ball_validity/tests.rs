@@ -1,4 +1,4 @@
-//! Which wheels balls stand for, and where.
+//! Which wheels balls represent, and where.
 
 use super::BALL_LEAN_RAD;
 use crate::{Override, Scenario, WheelModel, builtin_scenarios, builtin_vehicles};

@@ -64,7 +64,7 @@ impl<R: Real, const N: usize> DrivePolicy<R, N> {
         self.sample.as_ref()
     }
 
-    /// What it remembers.
+    /// Its state.
     #[must_use]
     pub fn state(&self) -> &DriveState<R, N> {
         &self.state

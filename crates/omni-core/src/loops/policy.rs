@@ -53,7 +53,7 @@ impl<R: Real, const N: usize> ControllerPolicy<R, N> {
         &self.sample
     }
 
-    /// What it remembers.
+    /// Its state.
     #[must_use]
     pub fn state(&self) -> &(TwistLimiterState<R>, ControlState<R, N>) {
         &self.state

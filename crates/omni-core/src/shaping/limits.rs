@@ -257,9 +257,9 @@ pub(crate) fn ramp_start<R: Real>(distance: R, base: R, jerk_step: R) -> R {
 ///
 /// With a jerk limit it looks ahead: it accelerates no more than it can take back before the target,
 /// and brakes a reversal no harder than it can ease before it turns. A target that stays is reached
-/// exactly, and overshot by rounding only (an ulp), except where the acceleration of an earlier target
-/// leaves no choice. The velocity limits hold in any case. Without a jerk limit no square root is
-/// taken; a period in which the velocity changes sign is shared between deceleration and acceleration.
+/// exactly, and overshot by rounding only (an ulp), except if the acceleration of an earlier target leaves no choice.
+/// The velocity limits hold in any case. Without a jerk limit no square root is taken; a period in which the velocity
+/// changes sign is shared between deceleration and acceleration.
 ///
 /// ```
 /// use omni_core::shaping::{AxisLimits, RateLimiter, RateLimiterState};

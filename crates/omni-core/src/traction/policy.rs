@@ -192,7 +192,7 @@ impl<R: Real, const N: usize> TractionPolicy<R, N> {
         &self.state.supervised.supervisor
     }
 
-    /// What it remembers.
+    /// Its state.
     #[must_use]
     pub fn state(&self) -> &TractionPolicyState<R, N> {
         &self.state

@@ -15,7 +15,7 @@ pub(super) struct MeasuredSpeed<R> {
 
 impl<R: Real, const N: usize> Traction<R, N> {
     /// Steps the speed by the rolling speeds of the driven wheels, and returns the wheel that gives
-    /// it; none if none is usable, or where slip does not stand out from noise.
+    /// it; none if none is usable, or if slip does not stand out from noise.
     ///
     /// No wheel that pushes is slower than the ground beneath it, so the slowest gives the speed, and all that
     /// agree with it are averaged: what is no slip has the mean of all wheels. Each wheel is filtered before any

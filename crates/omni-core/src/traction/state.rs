@@ -195,9 +195,9 @@ impl<R: Real, const N: usize> TractionState<R, N> {
         }
     }
 
-    /// A start of a vehicle that moves with `twist` already: after a reset, or where another controller
-    /// drove it. Without it the speed is found within the time in which the vehicle could have reached
-    /// it, and wheels brake until then. A twist that is not finite, or beyond 1e6, is none.
+    /// A start of a vehicle that moves with `twist` already: after a reset, or if another controller drove it. Without
+    /// it the speed is found within the time in which the vehicle could have reached it, and wheels brake until then. A
+    /// twist that is not finite, or beyond 1e6, is none.
     ///
     /// ```
     /// use omni_core::BodyTwist;

@@ -24,7 +24,7 @@ pub(crate) struct Supervised<'a, R, const N: usize> {
     pub(crate) stops: bool,
 }
 
-/// What it remembers.
+/// Its state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

@@ -96,7 +96,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         let off_speed = 2 * off_speed > driven || speed < -R::of(BACKWARD_M_S);
         // One shows a slow vehicle, and the ground carries the others.
         let wrong = least_m_s < R::of(HELD_UP_PART) * wanted && 2 * carried >= driven && carried > 0;
-        // What cannot see how its wheels rise takes a climb for slip: it helps only where the vehicle is held up.
+        // What cannot see how its wheels rise takes a climb for slip: it helps only if the vehicle is held up.
         let held_up_s = R::of(if state.reads_linkage {
             HELD_UP_S
         } else {

@@ -1,4 +1,4 @@
-//! Who may open a connection: programs of this machine, and pages that are known viewers.
+//! Access control of connections: programs of this machine, and pages that are known viewers.
 //!
 //! A browser lets every page connect to this machine. It says whose page it is (`Origin`) and which
 //! name was looked up (`Host`, which a page of elsewhere can make resolve to this machine). A

@@ -11,7 +11,7 @@ use crate::xml::{Xml, element, leaf, list};
 
 /// The link of the vehicle's first body, by the name that ROS tools expect.
 pub const BASE_LINK: &str = "base_link";
-/// The frame in which odometry has the vehicle, by the name that ROS tools expect.
+/// The frame of odometry, by the name that ROS tools expect.
 pub const ODOM_LINK: &str = "odom";
 /// The frame of a map, by the name that ROS tools expect.
 pub const MAP_LINK: &str = "map";

@@ -1,4 +1,4 @@
-//! What every controller is to the simulation, whatever it is written for.
+//! The simulation's interface of all controllers.
 
 use omni_core::{BodyTwist, Kinematics, Readings, Real, WheelVelocities};
 
@@ -11,7 +11,7 @@ pub(super) trait ControlLaw: Send + Sync {
     /// One control step. Overwrites `sample` but for what was asked for, the measured velocities
     /// and the path, whatever is returned; its report is empty before.
     fn step(&mut self, readings: &Readings<'_, f64>, sample: &mut ControlSample) -> Result<(), Error>;
-    /// What it reports.
+    /// Its report.
     fn columns(&self) -> ReportColumns {
         ReportColumns::default()
     }
@@ -35,7 +35,7 @@ pub(super) trait ControlLaw: Send + Sync {
     fn take_over(&mut self, _handed: &[u8], _twist: &BodyTwist<f64>) -> bool {
         false
     }
-    /// What was not received so far; none without a link.
+    /// Missing messages so far; none without a link.
     fn link_counters(&self) -> Option<LinkCounters> {
         None
     }

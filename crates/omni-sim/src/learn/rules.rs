@@ -30,7 +30,7 @@ impl Draw {
 
 /// A task's own part in an episode.
 pub(super) trait Rules: Send + Sync {
-    /// What differs between episodes.
+    /// The quantities that differ between episodes.
     fn draws(&self) -> Vec<Draw>;
     /// Size of an action.
     fn actions(&self) -> usize;

@@ -1,4 +1,4 @@
-//! What limits a vehicle that makes no way: whether its wheels slip or its motors stand at their limit.
+//! Limiting factor of a vehicle that makes no progress: whether its wheels slip or its motors stand at their limit.
 
 use std::collections::VecDeque;
 
@@ -20,7 +20,7 @@ const PUSHES_PART: f64 = 0.01;
 const WINDOWS: usize = 10;
 const WINDOW_US: u64 = 100_000;
 
-/// What kept a vehicle from its commanded way.
+/// Factor that limited a vehicle's commanded motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]

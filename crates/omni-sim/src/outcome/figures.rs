@@ -19,15 +19,15 @@ use super::{Outcome, Verdict};
 pub struct Figure {
     /// Its name in JSON, logs, Parquet and Python: the field of [`Outcome`].
     pub key: &'static str,
-    /// What tables call it.
+    /// Its name in tables.
     pub title: &'static str,
     /// The unit that tables show it in, empty for a ratio or a count.
     pub unit: &'static str,
-    /// What it says, in one or two sentences.
+    /// Its meaning, in one or two sentences.
     pub meaning: &'static str,
     /// Which way is better.
     pub better: Better,
-    /// Most decimals that a table shows: what is finer means nothing.
+    /// Largest number of decimals in tables: finer ones are not significant.
     decimals: usize,
     /// Significant digits that a table shows.
     digits: i32,

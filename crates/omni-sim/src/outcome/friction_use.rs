@@ -1,4 +1,4 @@
-//! How much friction wheels called for.
+//! Friction that wheels required.
 
 use super::mean::WINDOW_NS;
 use crate::observation::Observation;

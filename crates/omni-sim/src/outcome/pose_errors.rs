@@ -1,4 +1,4 @@
-//! Where the vehicle came to: against its path, and against what its wheels say.
+//! Final pose of the vehicle, relative to its path and to odometry.
 
 use omni_core::geometry::PlanarPose;
 

@@ -1,4 +1,4 @@
-//! Where motors give their full torque and the vehicle does not move.
+//! Standstill: motors apply their full torque and the vehicle does not move.
 
 use super::criteria::farthest_wheel_m;
 use crate::config::Scenario;

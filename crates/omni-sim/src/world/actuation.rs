@@ -1,4 +1,4 @@
-//! From commanded torques to those that act, and what turns meanwhile: lag, the motors' line, faults, angles, work.
+//! From commanded to applied torques, and the resulting rotation: lag, the motors' line, faults, angles, work.
 //!
 //! A motor is bound by its torque-speed line at the speed that it truly has, whatever the controller read.
 //! Both engines ask for the torques of a step, put them on their wheels, and say how fast the actuators turn after it.
@@ -46,7 +46,7 @@ pub(super) struct Geared {
     pub(super) hold_n_m: f64,
 }
 
-/// What a snapshot keeps.
+/// The saved state.
 #[derive(Clone, Serialize, Deserialize)]
 pub(super) struct State {
     /// Torque that acts \[N.m\], one an actuator: the mean over the step.

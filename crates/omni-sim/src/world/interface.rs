@@ -35,7 +35,7 @@ pub(crate) trait Plant {
     /// Nanoseconds since the start.
     fn time_ns(&self) -> u64;
 
-    /// Everything that [`Plant::restore`] needs to go on from here, bit for bit.
+    /// Everything that [`Plant::restore`] needs to continue from here bit-identically.
     fn save(&self) -> Result<Vec<u8>, postcard::Error>;
 
     /// Goes on from what was saved of a plant that was made of the same scenario.

@@ -18,7 +18,7 @@ use crate::run::threads;
 ///
 /// # Errors
 /// Where `done` is a chart of other runs, where a scenario cannot be made, what `watch` returns,
-/// and [`Error::Io`] where threads cannot be started.
+/// and [`Error::Io`] if threads cannot be started.
 pub fn chart(
     plan: &ChartPlan,
     done: &Chart,

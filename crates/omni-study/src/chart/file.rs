@@ -10,7 +10,7 @@ impl Chart {
     /// The chart as its file holds it.
     ///
     /// # Errors
-    /// [`omni_sim::Error::Config`] where it cannot be written as TOML.
+    /// [`omni_sim::Error::Config`] if it cannot be written as TOML.
     pub fn to_toml(&self) -> Result<String, Error> {
         toml::to_string(self).map_err(|error| refused("chart", "top level", &error.to_string()))
     }

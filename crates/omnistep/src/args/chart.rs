@@ -1,4 +1,4 @@
-//! What `omnistep chart` takes.
+//! Options of `omnistep chart`.
 
 use std::num::NonZeroUsize;
 use std::path::PathBuf;

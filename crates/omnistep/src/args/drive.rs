@@ -1,4 +1,4 @@
-//! What `omnistep drive` takes.
+//! Options of `omnistep drive`.
 
 use clap::Args;
 

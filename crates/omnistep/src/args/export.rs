@@ -1,4 +1,4 @@
-//! What `omnistep export` takes.
+//! Options of `omnistep export`.
 
 use std::path::PathBuf;
 

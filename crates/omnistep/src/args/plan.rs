@@ -1,4 +1,4 @@
-//! What `omnistep plan` takes.
+//! Options of `omnistep plan`.
 
 use std::path::PathBuf;
 

@@ -123,7 +123,7 @@ impl<R: Real> Matrix<R> {
     }
 
     /// Where rounding has left less than nothing of a variance, the variances stay, and what they have in common
-    /// is forgotten: no digit of it is known. Joseph's form leaves less than nothing only where readings are
+    /// is forgotten: no digit of it is known. Joseph's form leaves less than nothing only if readings are
     /// absurd: `f32` keeps seven digits of variances that these make 1e7 times as large as those that follow.
     pub(super) fn keep_positive(&mut self) {
         if (0..SIZE).any(|i| self.0[i][i] < R::zero()) {

@@ -36,7 +36,7 @@ impl<R: Real> Law<'_, R> {
                 scale_torques(out);
             }
         }
-        // To look whether anything changed pays only where an excess costs more than a product.
+        // To look whether anything changed pays only if an excess costs more than a product.
         let mut changed = !self.pid.remembers();
         for i in 0..N {
             let applied = out.range.clip(i, out.applied.n_m[i]);

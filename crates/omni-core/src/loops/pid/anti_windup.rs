@@ -102,8 +102,8 @@ pub(super) fn reciprocal<R: Real>(slope: R) -> R {
 /// period late: together they must not take back more than the whole excess, they would swing.
 ///
 /// With g = ki T / slope and the part rho = 1 - (slope of the derivative) / slope that is left for
-/// the integral, the result is min(g, rho) where g <= rho (0.1 % more for rounding), or where the
-/// derivative takes back at most half; otherwise 0.
+/// the integral, the result is min(g, rho) where g <= rho (0.1 % more for rounding), or if the derivative takes back at
+/// most half; otherwise 0.
 pub(super) fn back_calculation_gain<R: Real>(ki_dt: R, inverse_slope: R, derivative_slope: R) -> R {
     let (gain, room) = (ki_dt * inverse_slope, R::one() - derivative_slope * inverse_slope);
     if gain <= R::of(1.001) * room || room >= R::of(0.5) {

@@ -52,7 +52,7 @@ struct Part {
     turning_j: f64,
 }
 
-/// What a snapshot keeps.
+/// The saved state.
 #[derive(Clone, Default, Serialize, Deserialize)]
 pub(super) struct State {
     friction_loss_j: f64,
