@@ -21,7 +21,7 @@ arguments=()
 if ! compgen -G "$(rustc --print target-libdir --target $target)/libstd-*.rlib" >/dev/null; then
     [ "$possible" != --if-possible ] || export EMBEDDED_TOOLCHAIN_CHECK=1
     toolchain=$(scripts/tools/embedded-toolchain.sh wasm32-unknown-unknown) || true
-    # Where the targets of WebAssembly are rustup's own, there are no sources of std beside them.
+    # If the WebAssembly targets are rustup's own, they lack the sources of std.
     [ -n "$toolchain" ] || missing "std for $target" "rustup target add $target"
     arguments=(-Zbuild-std=std,panic_unwind)
 fi

@@ -268,7 +268,7 @@ def _of_bag(path: Path, file: Path, log_map: LogMap, progress: Callable[[float],
 
 
 def _is_cut_off(path: Path) -> bool:
-    """Is it an MCAP file without its end, which has the index? So is that of a recorder whose battery was flat."""
+    """Whether it is an MCAP file without its end and index, as from a recorder with a flat battery."""
     if path.suffix.lower() != ".mcap" or not path.is_file():
         return False
     with path.open("rb") as file:

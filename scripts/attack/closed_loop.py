@@ -86,7 +86,7 @@ def toml(value: Any) -> str:
 def sensors(setting: Setting) -> list[Campaign]:
     """Every vehicle and policy keeps its speed with sensors that are a little wrong.
 
-    A zero offset of 3 degrees a second is what cheap gyros have by their datasheets.
+    Cheap gyros have a zero offset of 3 degrees per second by their datasheets.
     """
     wrong = {"gyro_bias_rad_s": 0.05, "gyro_noise_rad_s": 0.3, "encoder_noise_rad_s": 1.5}
     runs: list[Keys] = []

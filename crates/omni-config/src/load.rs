@@ -104,7 +104,7 @@ impl Source {
         }
     }
 
-    /// What it names, `itself` in words, under this key: refused where it may name nothing.
+    /// Checks a reference under this key, `itself` in words: rejected if this source may name nothing.
     pub(crate) fn check_reference(&self, key: &str, name: &str, itself: &str) -> Result<(), Error> {
         if self.refers {
             return Ok(());

@@ -91,7 +91,7 @@ fn first_trouble<T: DeserializeOwned>(value: &Value) -> Option<Trouble> {
 }
 
 impl Trouble {
-    /// Where the key is missing, if that is what is wrong.
+    /// Path of the missing key, if the error is a missing key.
     fn missing(&self) -> Option<Vec<Step>> {
         let (key, _) = self.message.strip_prefix("missing field `")?.split_once('`')?;
         let key = Step::Key(key.to_owned());

@@ -22,7 +22,7 @@ const fn range(min: f64, max: f64) -> Range {
 }
 
 // From a toy to a heavy truck; each range has room beyond what is built, and ends before what is a slip of the keyboard
-// (grams for kilograms, millimetres for metres) makes physics fail.
+// (grams for kilograms, millimetres for metres) would let the simulation fail.
 pub(crate) const MASS_KG: Range = range(1e-3, 1e4);
 pub(crate) const RADIUS_M: Range = range(1e-3, 10.0);
 /// From 1 g at 1 mm to 10 t at 10 m.

@@ -176,7 +176,7 @@ pub enum Terrain {
         #[garde(adapt(ranges), range(min = FRICTION.min, max = FRICTION.max))]
         friction: f64,
         /// A PNG, grey, of 8 or 16 bits: a path relative to this file. (A log holds it as a data URL.)
-        #[garde(skip)] // read or refused when the file is loaded
+        #[garde(skip)] // read or rejected when the file is loaded
         #[cfg_attr(feature = "schema", schemars(with = "String"))]
         image: HeightMap,
         /// Edge of a pixel \[m\], 1e-4 to 10.

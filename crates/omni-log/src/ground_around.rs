@@ -11,7 +11,7 @@ const THICKNESS_M: f64 = 0.1;
 const MOST_COLUMNS: usize = 40;
 
 /// Boxes and bars, no field: fields of heights are shown as columns, at most 40 along each side,
-/// each as high as the mean of the field there; all else is what the physics have.
+/// each as high as the mean of the field there; all else is as in the physics.
 pub(crate) fn ground_around(scenario: &Scenario) -> Vec<Shape> {
     let way = scenario.farthest_m() + 2.0 * MARGIN_M;
     let [x, y] = [scenario.start.x_m, scenario.start.y_m];

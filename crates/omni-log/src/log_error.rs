@@ -40,7 +40,7 @@ pub enum LogError {
         /// The log's name.
         path: PathBuf,
     },
-    /// The system refused to write, for instance because the disk is full.
+    /// The system failed to write, for example because the disk is full.
     #[error("{}: cannot write the log: {source}", short(path))]
     Io {
         /// File that was written.
@@ -48,7 +48,7 @@ pub enum LogError {
         /// The operating system's message.
         source: io::Error,
     },
-    /// The container refused a record.
+    /// The container rejected a record.
     #[error("{}: cannot write the log: {source}", short(path))]
     Mcap {
         /// File that was written.

@@ -289,7 +289,7 @@ impl<'a> Columns<'a> {
     /// known, none if neither is.
     fn base(&self, row: usize) -> Option<(BasePose, BasePose)> {
         let (seen, reckoned) = (self.seen(row), self.reckoned(row));
-        // Where the true pose was measured, odometry's pose is in a frame of its own.
+        // If the true pose was measured, odometry's pose is in a separate frame.
         let base = seen.or(if self.has_truth { None } else { reckoned })?;
         Some((base, reckoned.unwrap_or(base)))
     }

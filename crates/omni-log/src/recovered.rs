@@ -107,8 +107,8 @@ pub fn recover(cut_off: impl AsRef<Path>, whole: impl AsRef<Path>) -> Result<f64
     Ok(times_ns.map_or(0.0, |(first, last)| (last - first) as f64 * 1e-9))
 }
 
-/// Where the zeros at the end begin, as where power went before a file that had been made longer was
-/// written. The record that they are in, or that ends with zeros of its own, is one that is not whole.
+/// Start of the zeros at the end, for example after a power cut before an extended file was written. The record that
+/// contains them, or that ends with zeros of its own, is incomplete.
 fn length_without_zeros(file: &mut (impl Read + Seek)) -> std::io::Result<u64> {
     let mut end = file.seek(SeekFrom::End(0))?;
     let mut block = vec![0; BLOCK];

@@ -25,7 +25,7 @@ pub(crate) fn largest_record(file_bytes: u64) -> usize {
 /// A piece of a record.
 #[derive(Clone, Copy)]
 enum Piece {
-    /// So many bytes.
+    /// This many bytes.
     Plain(usize),
     /// A length of 4 bytes, and as many bytes.
     Block,

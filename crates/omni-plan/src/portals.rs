@@ -13,7 +13,7 @@ use crate::occupancy::Occupancy;
 use crate::scan::{Scan, Strip, TRACKS};
 use crate::{Chart, CrossingKind, Footprint, Options, Point, Pose};
 
-/// So near to the line a riser may be that belongs to it without having been fitted to it \[cells\].
+/// Largest distance from the line of a riser that belongs to it without being fitted to it \[cells\].
 const NEAR_LINE: f64 = 1.5;
 /// Heights may be above a limit by so much: rounding of heights in files \[m\].
 const ROUNDING_M: f64 = 1e-6;

@@ -52,7 +52,7 @@ impl MapCell {
 /// ```
 #[must_use]
 pub fn cells(plan: &Plan, rows: &[Row]) -> Vec<MapCell> {
-    // A plan has refused figures that there are not.
+    // A plan rejects unknown figures.
     cells_of(plan, rows, &plan.study().map.figures).unwrap_or_default()
 }
 

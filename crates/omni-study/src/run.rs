@@ -19,7 +19,7 @@ pub struct Computed {
     pub errors: usize,
 }
 
-/// So many threads, or as many as there are cores.
+/// This many threads, or one per core.
 pub(crate) fn threads(jobs: Option<NonZeroUsize>) -> Result<rayon::ThreadPool, Error> {
     let count = jobs.map_or(0, NonZeroUsize::get); // 0: as many as there are cores
     let pool = rayon::ThreadPoolBuilder::new().num_threads(count).build();

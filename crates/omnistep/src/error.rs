@@ -146,7 +146,7 @@ impl From<omni_log::LogError> for Error {
     }
 }
 
-/// Where the log of a run that was stopped is, if it has one.
+/// Path of the log of a stopped run, if it has one.
 fn its_log(part: Option<&Path>) -> String {
     part.map_or_else(String::new, |part| {
         format!("; its log until then is {}", part.display())

@@ -109,7 +109,7 @@ fn driven(route: &Route, scenario: &Scenario) -> Result<Scenario, Error> {
 
 /// As far as waypoints may be \[m\].
 const FARTHEST_M: f64 = 100.0;
-/// So long after the end of its path a vehicle has come to rest \[s\].
+/// Time after the end of its path until a vehicle has come to rest \[s\].
 const AFTER_S: f64 = 3.0;
 
 /// Files that are read, and not written over.

@@ -29,8 +29,8 @@ fn balls_are_the_wheels_of_every_vehicle_on_flat_ground() {
 
 #[test]
 fn balls_are_the_wheels_of_chugo7_in_every_built_in_scenario_but_across_steep_hills() {
-    // Five omni wheels roll straight at what is ahead; two stand crosswise, meet it with a roller
-    // and are not asked to push.
+    // Five omni wheels roll straight at the obstacle; two are transverse, meet it with a roller and do not have to
+    // push.
     for scenario in builtin_scenarios()
         .into_iter()
         .filter(|name| *name != "height_map")

@@ -171,7 +171,7 @@ impl Study {
                 let message = format!("{} = {}: {message}", settings[i].key(), settings[i].value());
                 self.refuse("set", message)
             }
-            _ => error, // of --set, in the words that it is refused with elsewhere
+            _ => error, // of --set, with the same message as elsewhere
         }
     }
 

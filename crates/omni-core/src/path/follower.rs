@@ -34,8 +34,7 @@ constant_struct!(FollowerConfig<R> { gain_per_s: R, heading_gain_per_s: R, limit
 
 /// At the end of a trajectory a vehicle this near to the last pose is there \[m\], \[rad\].
 const THERE: [f64; 2] = [0.005, 0.01];
-/// So many times that is near enough for one that has had [`SETTLES_S`], so that what noise and
-/// drift of the pose make is not corrected.
+/// After [`SETTLES_S`], this multiple is near enough, so that noise and drift of the pose are not corrected.
 const STAYS: f64 = 3.0;
 /// Time to get there after the end \[s\]: four of the time constants of the default gain.
 const SETTLES_S: f64 = 2.0;

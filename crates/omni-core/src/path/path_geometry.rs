@@ -123,7 +123,7 @@ fn lay_between<R: Real>(
     start
 }
 
-/// Where the spline from waypoint `i` to the next begins, or ends.
+/// Start, or end, of the spline from waypoint `i` to the next.
 fn station<R: Real>(waypoints: &[Waypoint<R>], i: usize, end: bool) -> Station<R> {
     let here = if end { i + 1 } else { i };
     let before = here.checked_sub(1).and_then(|k| waypoints.get(k));

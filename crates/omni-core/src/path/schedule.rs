@@ -170,7 +170,7 @@ fn slowed<R: Real>(run: &mut [PathSegment<R>], asked: R, rounding: R) -> bool {
         last.duration_s = if asked > least { asked - least } else { R::ZERO };
         return true;
     }
-    // Where the vehicle moves at all, its turns on the spot take the time they take.
+    // If the vehicle moves at all, the duration of its turns on the spot is fixed.
     let moving = run.iter().any(|segment| !segment.on_the_spot);
     let held = |segment: &PathSegment<R>| segment.on_the_spot != moving;
     let top = run.iter().filter(|s| held(s)).fold(R::ZERO, |top, s| {

@@ -77,7 +77,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         for along in [&mut state.target_m_s, &mut state.integral_n_m, &mut state.drift_m] {
             *along *= kept;
         }
-        // So is what wheels say against each other.
+        // The disagreement of wheels is scaled likewise.
         for time_s in [&mut state.carried_s, &mut state.off_speed_s] {
             *time_s *= max(kept, zero);
         }

@@ -7,7 +7,8 @@ use crate::linkage::{Attitude, LinkageMotion, MAX_HINGES, NO_RISE, rolled};
 use crate::policy::Readings;
 use crate::scalar::{follow, is_plausible, max, min};
 
-/// So many wheels determine how the vehicle moves. One of them that is wrong is found by one more, or by a gyro.
+/// This many wheels determine the vehicle's motion. An error of one of them is detected by a further wheel, or by a
+/// gyro.
 const MOTIONS: usize = 3;
 /// Traction control comes back once a wheel was to spare for so long \[s\].
 const SPARE_AGAIN_S: f64 = 0.5;

@@ -18,7 +18,7 @@ use super::{client, http};
 
 /// Connections that wait for the end of their handshake; one more, and the oldest is closed.
 const MOST_WAITING: usize = 16;
-/// Pause after the system refused a connection, and where a handshake was ended to make room for it.
+/// Pause after the system rejected a connection, or after a handshake was ended to make room for it.
 const PAUSE: Duration = Duration::from_millis(100);
 const TAKE: Duration = Duration::from_millis(1);
 /// Time until it is said again that the system refuses connections.

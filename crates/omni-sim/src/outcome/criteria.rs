@@ -167,9 +167,9 @@ pub(super) struct Gain {
 /// Energy out of nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Gained {
-    /// So much of it \[J\].
+    /// Energy gained \[J\].
     pub(crate) gained_j: f64,
-    /// While so much went through the vehicle \[J\].
+    /// Energy through the vehicle in the same time \[J\].
     pub(crate) through_j: f64,
 }
 

@@ -199,8 +199,8 @@ impl Actuation {
     /// Lowest and highest torque of a motor at the speed that it has, at a part of its voltage, as
     /// [`omni_core::TorqueLimit::range`] has it.
     ///
-    /// The speed is that of the step's start. Where the line is so steep that a wheel without load
-    /// would pass its no-load speed in the step, the torque is what takes it there.
+    /// The speed is that of the step's start. If the line is so steep that a wheel without load would pass its no-load
+    /// speed in the step, the torque just reaches this speed.
     fn line(&self, wheel: usize, voltage: f64) -> [f64; 2] {
         let (velocity, slope) = (self.state.velocity_rad_s[wheel], self.slope_n_m_s_rad);
         let stall = voltage * self.stall_n_m;
@@ -221,7 +221,7 @@ impl Actuation {
     ///
     /// Dry friction and efficiency are one law: turning forwards the wheel gets the lower torque of
     /// [`GearFriction::holding`], turning backwards the upper one, and at rest what keeps it there.
-    /// So the middle of both acts, and half their difference holds.
+    /// Therefore the mean of both acts, and half their difference holds.
     pub(super) fn geared(&self, wheel: usize) -> Geared {
         let torque = self.state.torque_n_m[wheel];
         match &self.friction[wheel] {

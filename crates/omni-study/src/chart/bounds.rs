@@ -22,7 +22,7 @@ const GRID_M: f64 = 1e-4;
 /// - *Straddling*: a single body on two rows of wheels, L apart, stands with the front row on a step of height h,
 ///   and the rear row at the riser. It is tilted by `asin(h / L)`. The edge, `d = sqrt(r^2 - (r - h)^2)` ahead of
 ///   the rear axle, is then at `x = d cos + (h - r) sin`, `z = r + (h - r) cos - d sin` in the vehicle's axes,
-///   and z is at most the clearance. Where the box begins further ahead, the edge meets it there.
+///   and z is at most the clearance. If the box begins further forward, the edge meets it there.
 ///
 /// A body may be 2 mm in the ground, as in the verdict `touched`.
 ///

@@ -20,8 +20,8 @@ const PUSHES_S: f64 = 5.0;
 const BACK_M: f64 = 0.06;
 /// And how far their headings may differ \[deg\].
 const OFF_DEG: f64 = 1.0;
-/// So many more starts climb the size to plan with. With 7 of them 3 of 208 cells of the built-in
-/// vehicles were climbed from 16 to 18 of 20 starts that the chart had not seen.
+/// Number of further starts that climb the size for planning. With 7 of them 3 of 208 cells of the built-in vehicles
+/// were climbed from 16 to 18 of 20 starts that the chart had not seen.
 const CONFIRMING: usize = 27;
 /// A run that turns the vehicle by so much has not climbed: a follower that corrects its heading
 /// would have to work against the edge.

@@ -1,7 +1,7 @@
 //! Keys pressed in a terminal; the only module that names crossterm.
 //!
 //! A terminal reports a key that goes down, and again and again while it is held, but not when it comes up.
-//! So each press asks for a velocity that holds for as long as any command does, and the next one renews it.
+//! Therefore each press requests a velocity that lasts as long as any command, and the next one renews it.
 
 use std::io::{IsTerminal, Write, stderr, stdin};
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -210,7 +210,7 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         ];
         let way = [c * middle[0] - s * middle[1], s * middle[0] + c * middle[1]];
         // The place by the velocity before: turned back by the turn, which is the heading before.
-        // So only what was gained turns with the rate.
+        // Therefore only the gain in velocity turns with the rate.
         let (s0, c0) = (s * cos - c * sin, c * cos + s * sin);
         let extra = [ax * half * dt * dt, ay * half * dt * dt];
         let turns = [c * extra[0] - s * extra[1], s * extra[0] + c * extra[1]];

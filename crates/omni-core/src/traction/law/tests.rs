@@ -460,7 +460,7 @@ fn what_the_ground_takes_along_the_thrust_is_taken_over_by_the_next_direction() 
     }
     assert!(ahead[4] > 0.1 && ahead[6] < -0.1, "{ahead:?}");
     let last = step(command(0.3, 0.0), rates);
-    // Backwards the same wheels push the other way; what is known of the crosswise ones stays.
+    // Backwards the same wheels push the other way; knowledge of the transverse wheels remains.
     let back = step(command(-0.3, 0.0), rates);
     assert!(
         back[4] < -0.1 && back[6] > 0.1 && back[3] < -0.1,

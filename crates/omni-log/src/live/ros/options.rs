@@ -138,7 +138,7 @@ impl Ros2 {
         Ok((rates, ExtraRates { clock, imu }))
     }
 
-    /// The error of something that the system refused.
+    /// The error of an operation that the system rejected.
     pub(super) fn failed(&self, reason: impl std::fmt::Display) -> Error {
         Error::Ros2 {
             domain: self.domain,

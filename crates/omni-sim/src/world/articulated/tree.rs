@@ -1,4 +1,4 @@
-//! Where the bodies of the tree are, how they move, and their inertia: docs/derivations.md has the equations.
+//! Positions, velocities and inertia of the tree's bodies: docs/derivations.md derives the equations.
 //!
 //! Generalised velocities: the velocity of the common centre of mass, the angular velocity of the
 //! base, and the rate of every hinge. Positions are counted from the common centre of mass. Gravity

@@ -1,4 +1,4 @@
-//! What external physics are asked for, and what they show.
+//! Interface of an external physics engine: requests and results.
 
 use crate::config::Engine;
 use crate::observation::Pose3;
@@ -42,7 +42,7 @@ pub struct ExternalStep {
 /// A body's frame, which is the vehicle's as it stands on flat ground.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BodyState {
-    /// Where the frame's origin is, and how it is turned.
+    /// Position of the frame's origin, and its orientation.
     pub pose: Pose3,
     /// Velocity of that origin \[m/s\], world axes.
     pub velocity_m_s: [f64; 3],

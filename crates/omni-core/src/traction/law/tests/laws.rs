@@ -363,7 +363,7 @@ fn one_wheel_that_says_the_vehicle_is_slow_while_the_ground_carries_the_others_i
         );
         assert!(fastest_m_s < 1.5 * 0.3, "{stuck_rad_s} rad/s: {fastest_m_s}");
     }
-    // So is one that reads less than half of its speed.
+    // The same holds for an encoder that reads less than half of its speed.
     let (out, fastest_m_s) = with_dead_wheel(|_| {}, |rate| 0.4 * rate);
     assert!(out.is_some_and(|period| period < 400), "{out:?}");
     assert!(fastest_m_s < 1.5 * 0.3, "{fastest_m_s}");

@@ -32,7 +32,7 @@ pub(super) struct Wheel {
     drive_axis: Vector,
     /// Across the push, in the carrier's frame: the axle, turned by the roller angle.
     across_push: Vector,
-    /// Where the driven body is borne, in the carrier's frame \[m\].
+    /// Bearing of the driven body, in the carrier's frame \[m\].
     seat: Vector,
     /// Centre of the axle in the carrier's frame \[m\].
     centre: Vector,
