@@ -96,8 +96,8 @@ def findings(name: str, text: str) -> list[tuple[int, str, str]]:
             joined += line + " "
         for pattern, better in PATTERNS.items():
             for match in re.finditer(pattern, joined):
-                line = max(start for start in starts if start[0] <= match.start())[1]
-                found.append((line, match[0].strip(), better))
+                number = max(start for start in starts if start[0] <= match.start())[1]
+                found.append((number, match[0].strip(), better))
     return sorted(found)
 
 
