@@ -96,7 +96,7 @@ pub struct ClimbLimits {
 }
 
 impl ClimbLimits {
-    /// Is the climb not excluded?
+    /// Whether the climb is not excluded.
     ///
     /// ```
     /// let step = omni_config::Scenario::load("step", &[])?;
@@ -314,7 +314,7 @@ impl Linkage {
         })
     }
 
-    /// How far the best that the torque can do falls behind what the path takes, at worst \[J\].
+    /// Largest energy deficit of the torque along the path \[J\].
     fn deficit_j(
         &self,
         row: usize,
@@ -325,8 +325,8 @@ impl Linkage {
     ) -> Result<f64, Error> {
         let (mut energy, mut lowest, mut before) = (0.0_f64, 0.0_f64, None::<f64>);
         for posture in path {
-            // Where no forces keep all rows on the ground the vehicle goes another way: that bit of
-            // the path is given away.
+            // If no forces keep all rows on the ground, the vehicle takes another path: that part of the path is
+            // neglected.
             let fastest = best(self, step, row, posture, Ask::Acceleration(torque))?;
             let gain = self.path_inertia(posture) * fastest.unwrap_or(0.0);
             if let Some(before) = before {

@@ -61,7 +61,7 @@ pub struct Linkage {
     pub(crate) frames: [Frame; 2],
     /// The front row first.
     pub(crate) rows: [WheelRow; 3],
-    /// How far the hinge turns \[rad\].
+    /// Range of the hinge \[rad\].
     pub(crate) stop_rad: f64,
     /// Height of the hinge on flat ground \[m\].
     pub(crate) hinge_m: f64,
@@ -163,8 +163,8 @@ impl Linkage {
         self.frames.iter().map(|frame| frame.mass_kg).sum()
     }
 
-    /// What has to be moved where it drives on level ground \[kg\]: its mass, and that of turning
-    /// wheels at their rims, I / r^2.
+    /// Effective mass on level ground \[kg\]: its mass, and the equivalent mass of turning wheels at their rims, I /
+    /// r^2.
     #[must_use]
     pub fn driving_mass_kg(&self) -> f64 {
         let rims = self.rows.iter().map(|row| row.spin_kg_m2 / row.radius_m.powi(2));

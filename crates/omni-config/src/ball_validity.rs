@@ -69,7 +69,7 @@ impl Scenario {
     ///
     /// From the wheels' directions and roller angles, the directions in which the vehicle looks and
     /// is commanded to go, and the ground's steepest normal; a command that turns meets an obstacle
-    /// at any angle. How a run went is not looked at.
+    /// at any angle. The course of a run is not considered.
     ///
     /// ```
     /// use omni_config::{Override, Scenario};

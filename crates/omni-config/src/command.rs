@@ -146,7 +146,7 @@ impl Command {
         }
     }
 
-    /// Does it have a path or a table of twists?
+    /// Whether it has a path or a table of twists.
     pub(crate) fn comes_by_itself(&self) -> bool {
         self.path.is_some() || self.file.is_some()
     }

@@ -175,7 +175,7 @@ impl Scenario {
             .pid
             .encoder_step(counts)
             .map_err(|error| self.vehicle().refuse(&error))?;
-        // What a way of reading velocities leaves of a whole count.
+        // Remaining fraction of a whole count for a method of velocity estimation.
         let left = match self.sensors.encoder_velocity {
             None => 1.0,
             Some(_) => self.encoder_step_rad_s().unwrap_or(0.0) / whole.velocity_rad_s,
@@ -204,7 +204,7 @@ impl Scenario {
     }
 }
 
-/// Can these wheels move a vehicle in three directions?
+/// Whether these wheels can move a vehicle in three directions.
 pub(crate) fn check_layout(vehicle: &Vehicle) -> Result<(), ConfigError> {
     for_wheel_count!(vehicle.wheel.len(), check_sized[](vehicle), |count| Err(
         wheel_count_refused(count)

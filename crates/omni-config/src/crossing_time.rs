@@ -49,7 +49,7 @@ impl Command {
         None
     }
 
-    /// Is it ever commanded to turn?
+    /// Whether it is ever commanded to turn.
     pub(crate) fn turns(&self) -> bool {
         self.comes_by_itself() || self.wz_rad_s != 0.0 || self.then.iter().any(|then| then.wz_rad_s != 0.0)
     }

@@ -87,7 +87,7 @@ pub struct HeadingHold {
 }
 
 impl HeadingHold {
-    /// What omni-core's loop is configured with.
+    /// Configuration of omni-core's loop.
     #[must_use]
     pub fn config<R: omni_core::Real>(&self, period_s: f64) -> HeadingHoldConfig<R> {
         HeadingHoldConfig {

@@ -24,7 +24,7 @@ pub struct Source {
     pub text: String,
     /// Folder that relative names inside are relative to.
     folder: Option<PathBuf>,
-    /// May it name vehicles and pictures?
+    /// Whether it may name vehicles and pictures.
     refers: bool,
 }
 

@@ -110,7 +110,7 @@ pub struct Physics {
 }
 
 impl Default for Physics {
-    /// What every built-in scenario has: docs/physics.md says why.
+    /// Values of every built-in scenario: docs/physics.md states the reasons.
     fn default() -> Self {
         Self {
             engine: Engine::default(),

@@ -159,7 +159,7 @@ pub(crate) const ROLLER_ROWS: Range = range(1.0, 2.0);
 pub(crate) const BEARING_N_M_S_RAD: Range = range(0.0, 1.0);
 /// From a needle on: what straight ones make is a polygon.
 pub(crate) const ROLLER_RADIUS_M: Range = range(1e-5, 5.0);
-/// How much thinner a roller is at its ends.
+/// Difference of a roller's radius at its ends.
 pub(crate) const CROWN_M: Range = range(0.0, 10.0);
 /// From a bead to a barrel.
 pub(crate) const ROLLER_MASS_KG: Range = range(1e-6, 1e3);
@@ -312,7 +312,7 @@ pub(crate) fn direction<const N: usize>(values: &[f64; N], context: &()) -> gard
     }
 }
 
-/// What [`is_name`] accepts, as a regular expression.
+/// Pattern of [`is_name`], as a regular expression.
 #[cfg(feature = "schema")]
 pub(crate) const NAME: &str = "^[A-Za-z0-9_-]{1,40}$";
 
@@ -354,7 +354,7 @@ pub(crate) fn is_name(value: &str, _: &()) -> garde::Result {
     }
 }
 
-/// What a ratio is where a file leaves it out.
+/// Default of a ratio that a file leaves out.
 pub(crate) fn one() -> f64 {
     1.0
 }

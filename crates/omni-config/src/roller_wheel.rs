@@ -30,7 +30,7 @@ const SHORTEST: f64 = 0.15;
 /// Ripple of a wheel without gaps, as a part of its radius: less is not felt.
 const CLOSED: f64 = 1e-3;
 
-/// What a wheel of rollers is made of: rollers, and the wheel's radius, roller angle, mass and inertia.
+/// Parameters of a wheel of rollers: rollers, and the wheel's radius, roller angle, mass and inertia.
 type Parts = (Rollers, [f64; 4]);
 
 thread_local! {

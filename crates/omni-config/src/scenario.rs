@@ -143,7 +143,7 @@ pub struct Scenario {
     auto_policy: Option<AutoPolicy>,
 }
 
-/// What a file may say of its vehicle.
+/// A file's keys about its vehicle.
 #[cfg(feature = "schema")]
 #[derive(JsonSchema)]
 #[schemars(untagged)]
@@ -185,7 +185,7 @@ impl Scenario {
     /// The built-in scenario or the file of that name, with some keys replaced.
     ///
     /// # Errors
-    /// What is wrong with it, in one line that names file, key, value and allowed range.
+    /// Its first error, in one line that names file, key, value and allowed range.
     ///
     /// ```
     /// use omni_config::{Override, Scenario, Terrain};
@@ -335,7 +335,7 @@ impl Scenario {
         Ok(scenario)
     }
 
-    /// What no single key shows.
+    /// Checks across several keys.
     fn check(&self, source: &Source) -> Result<(), Error> {
         let multiple = |key: &str, us: u64, of: &str, divisor_us: u64| {
             if us.is_multiple_of(divisor_us) {
@@ -450,7 +450,7 @@ impl Scenario {
         Ok(())
     }
 
-    /// Gains that the vehicle's file leaves out. What runs and what a log holds are then the derived ones.
+    /// Gains that the vehicle's file leaves out. The run and its log then use the derived gains.
     fn derive_gains(&mut self) -> Result<(), Error> {
         if self.vehicle.gains.is_none() {
             let derived = self.vehicle.derived_gains(self.period_s())?;
@@ -502,7 +502,7 @@ impl Scenario {
     /// The same scenario with other keys, checked as a file is; messages name it `file`.
     ///
     /// # Errors
-    /// What is wrong with a key, in one line.
+    /// The error of a key, in one line.
     ///
     /// ```
     /// use omni_config::{Override, Scenario};
@@ -515,8 +515,8 @@ impl Scenario {
         Self::from_source(&Source::text(file, self.to_toml()?), overrides)
     }
 
-    /// The scenario as a file says it, its vehicle inside. What was derived, gains or a policy, is
-    /// left out: it would be derived again.
+    /// The scenario as a file says it, its vehicle inside. Derived gains or a derived policy are left out, because they
+    /// would be derived again.
     ///
     /// # Errors
     /// [`Error::Key`] for a seed above 2^63 - 1, which TOML cannot hold.

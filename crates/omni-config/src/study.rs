@@ -308,7 +308,8 @@ impl Study {
         Ok(study)
     }
 
-    /// Does a program list its points ([`Study::of_points`])? They need not be every combination of the axes' values.
+    /// Whether a program lists its points ([`Study::of_points`]). They need not be every combination of the axes'
+    /// values.
     #[must_use]
     pub fn lists_points(&self) -> bool {
         self.origin.points

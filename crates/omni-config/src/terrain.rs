@@ -312,7 +312,7 @@ pub struct FrictionPatch {
 }
 
 impl FrictionPatch {
-    /// Is a place of the world \[m\] in it at a time \[s\]?
+    /// Whether a position in the world \[m\] is in it at a time \[s\].
     ///
     /// ```
     /// use omni_config::{Override, Scenario};

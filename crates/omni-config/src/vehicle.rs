@@ -259,7 +259,7 @@ impl Vehicle {
     /// The built-in vehicle or the file of that name.
     ///
     /// # Errors
-    /// What is wrong with it, in one line.
+    /// Its first error, in one line.
     ///
     /// ```
     /// let vehicle = omni_config::Vehicle::load("chugo7")?;
@@ -274,7 +274,7 @@ impl Vehicle {
     /// The vehicle that a source describes, with some keys replaced.
     ///
     /// # Errors
-    /// What is wrong with it, in one line.
+    /// Its first error, in one line.
     pub fn from_source(source: &Source, overrides: &[Override]) -> Result<Self, Error> {
         let table = source.table()?;
         source.expect(FileKind::Vehicle, &table)?;

@@ -84,7 +84,7 @@ impl Vehicle {
         .map_err(|error| self.refuse(&error))
     }
 
-    /// What omni-core refuses of it.
+    /// Its errors by omni-core.
     pub(crate) fn refuse(&self, error: &ConfigError) -> Error {
         Error::Key {
             file: format!("vehicle {}", self.name),
@@ -195,8 +195,8 @@ impl Vehicle {
     /// are in balance without one that pulls.
     ///
     /// The loads that balance the whole vehicle's weight and, about every hinge, the weight beyond it, couplings
-    /// passing on their torques. Where that leaves them open (four wheels under a rigid platform), the ones of the
-    /// smallest sum of squares: those of contacts that give alike; stiffer contacts and preloaded wheels take more.
+    /// passing on their torques. If they are not determined (four wheels under a rigid platform), the loads with the
+    /// smallest sum of squares, as with equal contact stiffness; stiffer contacts and preloaded wheels carry more.
     ///
     /// ```
     /// let load = omni_config::Vehicle::load("omni3")?.static_loads_n(9.81).expect("it stands");

@@ -32,7 +32,7 @@ impl<R: Real> Sum<R> {
         }
     }
 
-    /// What is missing from this sum to `target`.
+    /// Difference from this sum to `target`.
     pub(crate) fn gap(&self, target: R) -> R {
         (target - self.total) - self.rest
     }

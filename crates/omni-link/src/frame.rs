@@ -71,7 +71,7 @@ pub fn encode<'a, T: Serialize + ?Sized>(message: &T, out: &'a mut [u8]) -> Opti
 /// afterwards the bytes are not the frame any more.
 ///
 /// # Errors
-/// What is wrong with the frame.
+/// The error of the frame.
 ///
 /// ```
 /// use omni_link::{FrameError, decode, encode};

@@ -195,7 +195,7 @@ impl Guard {
         self.last.wrapping_add(self.missed)
     }
 
-    /// What was counted.
+    /// The counts.
     #[must_use]
     pub fn counters(&self) -> Counters {
         self.counters

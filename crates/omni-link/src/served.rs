@@ -35,7 +35,8 @@ pub trait Served<const N: usize> {
     /// A fresh start.
     fn start(&self) -> Self::State;
 
-    /// Are the windings of all motors to be shorted when the server stops? Not by default: the wheels turn freely.
+    /// Whether the windings of all motors are to be shorted when the server stops. Not by default: the wheels turn
+    /// freely.
     fn shorts_at_rest(&self) -> bool {
         false
     }
@@ -145,7 +146,7 @@ impl<const N: usize> Served<N> for TractionDrive<f32, N> {
     }
 }
 
-/// What a request asks of a drive.
+/// A request as input of a drive.
 fn ask<const N: usize>(request: &Request<N>) -> DriveInput<f32, N> {
     let mut input = DriveInput::received(&request.measured_rad_s.into());
     // One with a NaN is rejected by the drive, which is as if none had arrived.

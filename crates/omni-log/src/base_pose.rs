@@ -20,7 +20,7 @@ pub(crate) fn inverse((at, [x, y, z, w]): BasePose) -> BasePose {
     (rotate(back, at.map(|place| -place)), back)
 }
 
-/// What is placed in a frame that is placed itself.
+/// An item in a frame that has its own pose.
 #[cfg(feature = "ros2")]
 pub(crate) fn chained((at, turn): BasePose, (then, by): BasePose) -> BasePose {
     let there = rotate(turn, then);

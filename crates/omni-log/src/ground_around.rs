@@ -3,7 +3,7 @@
 use omni_config::Scenario;
 use omni_sim::ground::{Shape, shapes};
 
-/// How far beyond the vehicle's way ground is shown \[m\].
+/// Margin of the shown ground beyond the vehicle's path \[m\].
 const MARGIN_M: f64 = 1.0;
 /// Thickness of the lowest ground that is shown \[m\].
 const THICKNESS_M: f64 = 0.1;

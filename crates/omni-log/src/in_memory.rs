@@ -23,7 +23,7 @@ impl InMemory {
         }
     }
 
-    /// What has been written since the last time.
+    /// Bytes written since the last call.
     pub(crate) fn take(&self) -> Vec<u8> {
         self.bytes.take()
     }

@@ -157,7 +157,7 @@ pub fn run_live<E: From<omni_sim::Error> + From<Error>>(
             Ok(ended)
         }
         (Err(error), Some(log)) => {
-            // What ended the run is reported, not also what is wrong with its log.
+            // Only the end of the run is reported, not also errors of its log.
             let _ = log.leave();
             Err(error)
         }
@@ -205,7 +205,7 @@ const LONGEST_S: f64 = 1e9;
 /// The number that a [`Pilot`] commands under: viewers count from 1, ROS 2 is 0.
 const PILOT: ClientId = ClientId::MAX;
 
-/// Where a run is shown, and what comes from there.
+/// Outputs of a run, and their requests.
 struct Outlets {
     requests: Arc<Requests>,
     pilot: Option<Pilot>,

@@ -14,7 +14,7 @@ pub struct Logged {
     /// Why the physics ended it early, the verdict is [`omni_sim::Verdict::Diverged`] then; or what they gained, with
     /// [`omni_sim::Verdict::GainedEnergy`].
     pub ended: Option<omni_sim::Error>,
-    /// What was lost on the link to the controller, if there is one and a control period was completed.
+    /// Losses on the link to the controller, if there is one and a control period was completed.
     pub link: Option<LinkCounters>,
 }
 

@@ -96,7 +96,7 @@ impl Messages {
         self.scenario = scenario.clone();
     }
 
-    /// What is sent once, at the start; of wheels that ros2_control drives, with its block.
+    /// Messages that are sent once, at the start; with the block of ros2_control, if it drives the wheels.
     pub(crate) fn describe<S: Sink>(
         &self,
         driven: Option<JointInterface>,

@@ -1,7 +1,7 @@
 //! Vehicle and ground as MJCF, MuJoCo's files: every roller is a body with its own bearing.
 //!
-//! Bodies and joints have the names that they have as URDF. What is chosen for MuJoCo, and not given by a
-//! file of ours, has its reason beside it in the file that is written; docs/mujoco.md has the measurements.
+//! Bodies and joints have the names that they have as URDF. Choices for MuJoCo that follow from no file of omnistep
+//! have their reasons in the written file; docs/mujoco.md lists the measurements.
 
 mod contact;
 mod ground;

@@ -28,12 +28,12 @@ impl FinishedLog {
     }
 }
 
-/// Where a log is written: a file that gets its name when it is whole, or memory.
+/// Destination of a log: a file that receives its name when complete, or memory.
 pub trait Place {
-    /// What takes the bytes.
+    /// Receiver of the bytes.
     type Sink: Write;
 
-    /// What messages call the log.
+    /// Name of the log in messages.
     fn path(&self) -> &Path;
 
     /// The operating system's message, with the log's name.

@@ -132,7 +132,7 @@ pub(crate) fn read_log_watched(
     reading.log_file(complete)
 }
 
-/// How the records of a file ended.
+/// End of a file's records.
 struct Ending {
     /// Bytes read.
     read: usize,
@@ -140,7 +140,7 @@ struct Ending {
     footer_bytes: usize,
     /// Are its last bytes those that end a whole file?
     magic: bool,
-    /// What is wrong with it; none if all of it was read.
+    /// Its error; none if all of it was read.
     error: Option<McapError>,
 }
 

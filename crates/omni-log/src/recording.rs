@@ -42,7 +42,7 @@ const ODOMETRY: [&str; 3] = ["odom_x_m", "odom_y_m", "odom_yaw_rad"];
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Recording {
-    /// Where it comes from, and whatever else the log shall say of itself, by name: the metadata `run`.
+    /// Its source, and further metadata of the log, by name: the metadata `run`.
     pub facts: BTreeMap<String, String>,
     /// Its column map: the attachment `map.toml`.
     pub map: String,

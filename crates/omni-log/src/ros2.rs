@@ -169,9 +169,9 @@ pub struct Marker {
     pub scale: Vector3,
     /// Its colour.
     pub color: ColorRgba,
-    /// How long it stays; 0 is for ever. Seconds and nanoseconds, as a time has.
+    /// Its lifetime; 0 is unlimited. Seconds and nanoseconds, as a time has.
     pub lifetime: Time,
-    /// Does it move with its frame?
+    /// Whether it moves with its frame.
     pub frame_locked: bool,
     /// Of an arrow: its start and its end \[m\].
     pub points: Vec<Point>,
@@ -230,7 +230,7 @@ impl WheelState {
 pub struct VehicleState {
     /// End of the control period, and the frame of `estimated_twist`.
     pub header: Header,
-    /// How the wheels are coordinated when one saturates.
+    /// Coordination of the wheels when one saturates.
     pub policy: String,
     /// Twist that was asked for, in the body frame \[m/s, rad/s\], before heading hold and limits.
     pub asked_twist: Twist,

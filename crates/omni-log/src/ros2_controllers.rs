@@ -16,7 +16,7 @@ use comparison::{PART, refused};
 use mecanum::Mecanum;
 use omni::Omni;
 
-/// How often the controllers run and the plant sends its joints \[Hz\].
+/// Rate of the controllers and of the plant's joint messages \[Hz\].
 const UPDATE_HZ: u32 = 100;
 /// Age at which a command is dropped \[s\]; the plant's own is the same.
 const TIMEOUT_S: f64 = 0.5;
@@ -59,7 +59,7 @@ pub fn ros2_controllers(vehicle: &Vehicle) -> Result<String, Error> {
     Ok(text)
 }
 
-/// What the two controllers drive.
+/// The vehicles of the two controllers.
 const KINDS: &str = "either omni wheels evenly spaced on a circle (omni_wheel_drive_controller) or four mecanum wheels (mecanum_drive_controller)";
 
 /// A number that ROS takes for a double: with a point, without an exponent.

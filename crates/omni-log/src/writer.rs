@@ -48,7 +48,7 @@ impl<M: RosMessage> fmt::Debug for Channel<M> {
     }
 }
 
-/// What the log knows of a channel.
+/// The log's state of a channel.
 struct Topic {
     name: String,
     type_name: &'static str,
@@ -123,8 +123,8 @@ impl LogWriter<InMemory> {
         Self::over(bytes.clone(), bytes)
     }
 
-    /// What has been written since the last time: these pieces one after the other, up to that of
-    /// [`finish`](Self::finish), are the file.
+    /// Bytes written since the last call: the concatenation of these pieces, up to the piece of
+    /// [`finish`](Self::finish), is the file.
     pub fn take(&mut self) -> Vec<u8> {
         self.part.take()
     }
@@ -301,7 +301,7 @@ impl<P: Place> LogWriter<P> {
     }
 }
 
-/// What the container says, with the log's name.
+/// The container's message, with the log's name.
 fn mcap_error(part: &impl Place, source: McapError) -> LogError {
     match source {
         McapError::Io(source) => part.io_error(source), // its own message leaves out the reason

@@ -104,7 +104,7 @@ impl Chart {
     /// The chart of a file.
     ///
     /// # Errors
-    /// What is wrong with it, in one line.
+    /// Its first error, in one line.
     pub fn read(path: impl AsRef<Path>) -> Result<Self, Error> {
         let file = path.as_ref().display().to_string();
         let bytes = read_regular(&path, MOST_TOML_BYTES)
@@ -117,7 +117,7 @@ impl Chart {
     /// The chart of a file's text; messages name it `file`.
     ///
     /// # Errors
-    /// What is wrong with it, in one line.
+    /// Its first error, in one line.
     pub fn from_toml(file: &str, text: &str) -> Result<Self, Error> {
         let wrong = |error: toml::de::Error| {
             let line = error
@@ -150,7 +150,7 @@ impl Chart {
     /// This chart combined with the same vehicle's chart for another friction.
     ///
     /// # Errors
-    /// Where it is of another vehicle, or there is one of this friction.
+    /// If it is of another vehicle, or there is one of this friction.
     pub fn with(mut self, other: Self) -> Result<Self, Error> {
         if other.vehicle != self.vehicle {
             return Err(Error::Argument {
@@ -212,7 +212,7 @@ impl Chart {
             .map_or(0.0, |limit| table.allowed_m(limit, margin))
     }
 
-    /// That of the highest friction which the ground has at least.
+    /// The chart of the highest friction that does not exceed the ground's.
     pub(crate) fn at(&self, friction: f64) -> Option<&Table> {
         self.tables
             .iter()
@@ -288,7 +288,7 @@ impl Table {
         })
     }
 
-    /// What may be planned with: the margin of the limit, and no more than the starts of the chart confirmed.
+    /// Size for planning: the margin times the limit, and no more than the chart's starts confirmed.
     pub(crate) fn allowed_m(&self, limit: Limit, margin: f64) -> f64 {
         let confirmed = limit.climbs_m * margin / self.margin;
         confirmed.min(limit.limit_m * margin)

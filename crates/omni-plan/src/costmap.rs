@@ -46,7 +46,7 @@ impl MapFiles {
     /// Writes both files into a folder, which is made if it is not there.
     ///
     /// # Errors
-    /// Where one cannot be written.
+    /// If one cannot be written.
     pub fn write(&self, folder: impl AsRef<Path>) -> Result<[PathBuf; 2], Error> {
         let folder = folder.as_ref();
         let path = |ending: &str| folder.join(format!("{}.{ending}", self.name));
@@ -69,7 +69,7 @@ impl Planner {
     /// are walls, closed cells and edges that no side climbs. A planner that uses it does not know from which side.
     ///
     /// # Errors
-    /// Where the name is no file name, or the files cannot be made.
+    /// If the name is no file name, or the files cannot be made.
     ///
     /// ```
     /// use omni_plan::{Chart, Footprint, Grid, Map, Options, Planner};
@@ -163,7 +163,7 @@ impl Planner {
     /// mask of speeds (`NAME-speed.yaml`), each with its picture, into a folder; returns the YAML files.
     ///
     /// # Errors
-    /// Where the name is no file name, or a file cannot be written.
+    /// If the name is no file name, or a file cannot be written.
     pub fn write_costmaps(&self, folder: impl AsRef<Path>, name: &str) -> Result<Vec<PathBuf>, Error> {
         let mut files = vec![self.costmap(name)?, self.speed_mask(&format!("{name}-speed"))?];
         for heading in 0..HEADINGS {

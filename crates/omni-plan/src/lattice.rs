@@ -140,7 +140,7 @@ impl Lattice {
         ]
     }
 
-    /// Where a position is \[m\].
+    /// World position \[m\].
     pub(crate) fn place_m(&self, position: usize) -> Point {
         self.grid.centre_of(self.cell_of(position))
     }

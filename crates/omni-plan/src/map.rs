@@ -55,7 +55,7 @@ impl Map {
     /// Ground of these heights \[m\] (within 10 km), row by row, the first row at the least y; its friction is 0.7.
     ///
     /// # Errors
-    /// Where there are more or fewer heights than cells, or one is out of its range or no number.
+    /// If there are more or fewer heights than cells, or one is out of its range or no number.
     pub fn from_heights(grid: Grid, heights_m: Vec<f64>) -> Result<Self, Error> {
         let cells = grid.cells();
         if heights_m.len() != cells {
@@ -110,7 +110,7 @@ impl Map {
     /// The same map with this Coulomb friction coefficient everywhere, 0 to 2.
     ///
     /// # Errors
-    /// Where it is out of its range.
+    /// If it is out of its range.
     pub fn with_friction(mut self, friction: f64) -> Result<Self, Error> {
         check_argument("friction", friction, 0.0, FRICTION)?;
         self.friction.fill(friction as f32);
@@ -120,7 +120,7 @@ impl Map {
     /// The same map with another friction in an area, 0 to 2: ice, a carpet.
     ///
     /// # Errors
-    /// Where the friction is out of its range.
+    /// If the friction is out of its range.
     pub fn with_friction_area(mut self, area: Area, friction: f64) -> Result<Self, Error> {
         check_argument("friction", friction, 0.0, FRICTION)?;
         self.each_inside(&area, |map, cell| map.friction[cell] = friction as f32);

@@ -1,4 +1,4 @@
-//! Where a vehicle may not stand: closed cells and edges as bits, a row at a time.
+//! Occupancy: closed cells and edges as bits, a row at a time.
 
 use crate::Grid;
 use crate::footprint::Mask;

@@ -130,7 +130,7 @@ pub struct Options {
     pub slope: f64,
     /// Distance between the positions that are searched \[m\], 0.001 to 10; at least a cell of the map.
     pub lattice_m: f64,
-    /// May cells that were never seen be driven on?
+    /// Whether unknown cells may be driven on.
     pub unknown_is_free: bool,
     /// Coefficient of rolling resistance, for the energy, 0 to 1.
     pub rolling_resistance: f64,
@@ -160,7 +160,7 @@ impl Default for Options {
 }
 
 impl Options {
-    /// Is every number within its range?
+    /// Whether every number is within its range.
     ///
     /// # Errors
     /// The first that is not.

@@ -66,7 +66,7 @@ impl Planner {
     /// Prepares a map: finds its edges, where the vehicle can stand, and where it may cross which edge.
     ///
     /// # Errors
-    /// Where a number of the options or of the footprint is out of its range.
+    /// If a number of the options or of the footprint is out of its range.
     pub fn new(map: &Map, chart: &Chart, footprint: &Footprint, options: Options) -> Result<Self, Error> {
         options.check()?;
         footprint.check()?;

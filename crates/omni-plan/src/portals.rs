@@ -33,16 +33,16 @@ pub(crate) struct Part {
     pub(crate) place_m: Point,
     pub(crate) kind: CrossingKind,
     pub(crate) height_m: f64,
-    /// What may be planned with there \[m\].
+    /// Size for planning there \[m\].
     pub(crate) allowed_m: f64,
 }
 
 /// A straight crossing.
 #[derive(Clone, Debug)]
 pub(crate) struct Portal {
-    /// Where the run-up begins.
+    /// Start of the run-up.
     pub(crate) entry: Pose,
-    /// Where the vehicle is off the edges.
+    /// Position at which the vehicle is off the edges.
     pub(crate) exit: Pose,
     /// Direction of travel \[rad\].
     pub(crate) direction_rad: f64,
@@ -61,7 +61,7 @@ impl Portal {
     }
 }
 
-/// What portals are made of.
+/// Input of portals.
 pub(crate) struct PortalMaker<'a> {
     pub(crate) ground: &'a Ground,
     pub(crate) lines: &'a EdgeLines,

@@ -65,7 +65,7 @@ impl Goal {
     }
 }
 
-/// Does the ground rise or fall at an edge?
+/// Direction of the ground's change at an edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
@@ -116,7 +116,7 @@ pub struct RoutePoint {
     pub speed_m_s: f64,
     /// Time of arrival at constant speeds \[s\].
     pub time_s: f64,
-    /// Is the way to this point over edges?
+    /// Whether the segment to this point crosses edges.
     pub crosses: bool,
 }
 
@@ -142,7 +142,7 @@ impl Route {
     /// The route as JSON, in one line.
     ///
     /// # Errors
-    /// Where a number cannot be written.
+    /// If a number cannot be written.
     pub fn to_json(&self) -> Result<String, Error> {
         serde_json::to_string(self).map_err(|error| written(&error))
     }
@@ -150,7 +150,7 @@ impl Route {
     /// The path as CSV: a line for each point, `x_m,y_m,yaw_rad,speed_m_s,time_s,crosses`.
     ///
     /// # Errors
-    /// Where a number cannot be written.
+    /// If a number cannot be written.
     pub fn points_to_csv(&self) -> Result<String, Error> {
         to_csv(&self.points)
     }
@@ -158,7 +158,7 @@ impl Route {
     /// The crossings as CSV: a line for each, with a header.
     ///
     /// # Errors
-    /// Where a number cannot be written.
+    /// If a number cannot be written.
     pub fn crossings_to_csv(&self) -> Result<String, Error> {
         to_csv(&self.crossings)
     }
@@ -167,7 +167,7 @@ impl Route {
     /// `nav_msgs/Path` is used.
     ///
     /// # Errors
-    /// Where the step is out of its range, or too small for the path.
+    /// If the step is out of its range, or too small for the path.
     pub fn sampled(&self, step_m: f64) -> Result<Vec<RoutePoint>, Error> {
         check_argument("step_m", step_m, 1e-3, 100.0)?;
         check_argument("points", self.length_m / step_m, 0.0, MOST_POINTS)?;

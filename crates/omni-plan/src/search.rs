@@ -18,7 +18,7 @@ const BEYOND: f64 = 0.25;
 /// Part of a turn's cost that is sure: each is a whole number.
 const TURNS: f64 = 0.999;
 
-/// Where a search may go.
+/// Graph of a search.
 #[derive(Debug)]
 pub(crate) struct Search<'a> {
     lattice: &'a Lattice,
@@ -30,7 +30,7 @@ pub(crate) struct Search<'a> {
     sides_rad: Vec<f64>,
 }
 
-/// What a search found.
+/// Result of a search.
 #[derive(Debug)]
 pub(crate) struct Found {
     pub(crate) nodes: Vec<u32>,

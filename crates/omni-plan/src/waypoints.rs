@@ -196,7 +196,7 @@ impl PathMaker<'_> {
         remainder((to[1] - from[1]).atan2(to[0] - from[0]) - heading_rad(heading))
     }
 
-    /// What a straight way costs; none if it is not free.
+    /// Cost of a straight segment; none if it is not free.
     fn straight_cost(&self, from: Point, to: Point, heading: usize) -> Option<f64> {
         let length_m = (to[0] - from[0]).hypot(to[1] - from[1]);
         let steps = (length_m / (SAMPLES * self.lattice.spacing_m())).ceil().max(1.0) as usize;

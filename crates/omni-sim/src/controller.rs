@@ -180,7 +180,7 @@ impl AnyController {
         &self.policy
     }
 
-    /// Is it the user's own ([`AnyController::own`])? What it does then does not follow from the scenario.
+    /// Whether it is the user's own ([`AnyController::own`]). Its behaviour then does not follow from the scenario.
     #[must_use]
     pub fn is_own(&self) -> bool {
         self.own

@@ -156,7 +156,7 @@ pub enum Error {
 }
 
 impl Error {
-    /// Is the request at fault (exit code 2), or did the run fail (exit code 1)?
+    /// Whether the request is at fault (exit code 2) or the run failed (exit code 1).
     #[must_use]
     pub fn is_bad_input(&self) -> bool {
         !matches!(

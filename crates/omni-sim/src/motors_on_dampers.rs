@@ -66,7 +66,7 @@ impl MotorBenchTrace {
     /// Speeds \[rpm\] of A, B, C in the row nearest to a time \[s\].
     ///
     /// # Panics
-    /// Where the trace is empty, which an experiment's is not.
+    /// If the trace is empty, which an experiment's is not.
     #[must_use]
     pub fn speeds_at(&self, time_s: f64) -> [f64; 3] {
         let nearest = |a: &usize, b: &usize| {

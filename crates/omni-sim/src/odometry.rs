@@ -271,7 +271,7 @@ impl Odometer {
         state.from = state.reckoned.pose();
     }
 
-    /// Where it has come to.
+    /// Its present pose.
     pub(crate) fn estimate(&self) -> OdometryEstimate {
         OdometryEstimate {
             pose: self.state.reckoned.pose(),

@@ -241,7 +241,7 @@ pub(crate) fn drive_mode(number: u8) -> Option<DriveMode> {
     value(&MODES, number.into())
 }
 
-/// What is wrong with a wheel, by its number in frames; the outer none if the number stands for nothing.
+/// The fault of a wheel, by its number in frames; the outer none for an unknown number.
 pub(crate) fn wheel_fault(number: u8) -> Option<Option<Fault>> {
     value(&FAULTS, number.into())
 }

@@ -56,7 +56,7 @@ pub struct Run<'a, E = Error> {
     physics: Option<Box<dyn ExternalPhysics>>,
     command: Box<Commanding<'a>>,
     watch: Box<Watch<'a, E>>,
-    /// Does it end with the scenario's `duration_s`, and within its `time_limit_s`?
+    /// Whether it ends with the scenario's `duration_s`, and within its `time_limit_s`.
     ends: bool,
 }
 

@@ -89,7 +89,7 @@ pub(crate) struct State {
     encoders: Vec<Encoder>,
     /// What is remembered for the velocity of each encoder; empty if nothing is.
     velocities: Vec<VelocityState<f64, LONGEST_WINDOW>>,
-    /// What each encoder last read \[rad/s\].
+    /// Last reading of each encoder \[rad/s\].
     read: Vec<f64>,
     /// Velocity of the base a period ago \[m/s\].
     velocity_m_s: [f64; 3],

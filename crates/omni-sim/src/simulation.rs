@@ -33,11 +33,11 @@ pub struct Simulation {
     pub(crate) control: ControlLoop,
     /// The last one.
     pub(crate) period: Period,
-    /// What the sensors say now.
+    /// Present sensor readings.
     pub(crate) sensed: Sensed,
     torques: Vec<f64>,
     command: Command,
-    /// Who follows the command's path.
+    /// Follower of the command's path.
     pub(crate) following: Option<Following>,
     pub(crate) odometer: Odometer,
 }
@@ -249,7 +249,7 @@ impl Simulation {
     }
 
     /// The physics of one control period and nothing else: no control, no observation, no energy
-    /// balance. What a benchmark measures all the rest against.
+    /// balance. Reference of a benchmark.
     #[doc(hidden)]
     pub fn advance_physics(&mut self, torques_n_m: &[f64]) {
         self.world.advance(torques_n_m);

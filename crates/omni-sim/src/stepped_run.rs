@@ -86,7 +86,7 @@ impl SteppedRun {
         &mut self.simulation
     }
 
-    /// Does every wheel stand on the ground beyond the obstacle?
+    /// Whether every wheel stands on the ground beyond the obstacle.
     #[must_use]
     pub fn is_across(&self) -> bool {
         self.meter.is_across()

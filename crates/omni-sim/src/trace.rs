@@ -289,7 +289,7 @@ impl Rows {
 /// ```
 pub struct TraceBuilder {
     rows: Rows,
-    /// What its controller reports.
+    /// Report columns of its controller.
     report: ReportColumns,
 }
 

@@ -8,7 +8,7 @@ use crate::plan::refuse;
 use crate::statistics::{mean_interval, wilson};
 use crate::{Cell, Error, Kind, Plan, Row};
 
-/// What the runs of one combination of the axes' values amount to.
+/// Summary of the runs of one combination of the axes' values.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct MapCell {

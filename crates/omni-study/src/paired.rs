@@ -15,7 +15,7 @@ use crate::{Cell, Error, Kind, Plan, Row, Run};
 pub struct PairedCell {
     /// The value of each axis, in the study's order.
     pub axes: Vec<Cell>,
-    /// What became of each figure.
+    /// Comparison of each figure.
     pub figures: Vec<PairedFigure>,
 }
 

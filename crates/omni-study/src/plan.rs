@@ -104,9 +104,9 @@ impl Plan {
         Self::of(study, points, None, stop)
     }
 
-    /// How many combinations a study has, each value of each axis checked alone and its scenario
-    /// shown to `watch`: [`Study::each_value`]. Takes time and memory for the values, not for the
-    /// combinations. What two values only break together [`Plan::new`] finds, before anything is run.
+    /// Number of combinations of a study; each value of each axis is checked alone and its scenario shown to `watch`:
+    /// [`Study::each_value`]. Takes time and memory for the values, not for the combinations. [`Plan::new`] finds
+    /// errors that only two values together cause, before anything is run.
     ///
     /// # Errors
     /// As [`Plan::new`].
@@ -148,8 +148,7 @@ impl Plan {
     /// Can so many points be run with these seeds? To be asked before many are made; `file` is what
     /// messages call the study.
     ///
-    /// # Errors
-    /// How many points or seeds there are and what is allowed.
+    /// # Errors The number of points or seeds, and the allowed number.
     pub fn check_size(file: &str, points: usize, seeds: &Seeds) -> Result<(), Error> {
         let seeds = seeds.list().len();
         let (key, message) = if seeds == 0 {

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use crate::columns::fields;
 use crate::{Cell, Kind, OwnPolicy, Run};
 
-/// What a run amounts to.
+/// Summary of a run.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Row {

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use crate::part_writer::PartWriter;
 use crate::{Error, Row, Run, Store, row};
 
-/// What [`compute`] did.
+/// Result of [`compute`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Computed {

@@ -45,8 +45,8 @@ pub fn damage(path: &Path) -> Result<Option<&'static str>, Error> {
     })
 }
 
-/// Where the results of a study are: a folder of Parquet files `part-*.parquet`, all with the same
-/// columns. A part that still grows is `part-*.growing`, each time whole.
+/// Results of a study: a folder of Parquet files `part-*.parquet`, all with the same columns. A part that still grows
+/// is `part-*.growing`, each time whole.
 ///
 /// Programs that share a study each have their own `Store` of the same folder.
 #[derive(Debug)]
@@ -57,7 +57,7 @@ pub struct Store {
     study: String,
 }
 
-/// What is in the folder.
+/// Contents of the folder.
 #[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub struct Found {
@@ -74,7 +74,7 @@ impl Found {
     }
 }
 
-/// What there is of a batch.
+/// Present rows of a batch.
 #[derive(Default)]
 struct OfBatch {
     /// All of it.

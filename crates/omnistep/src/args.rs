@@ -217,7 +217,7 @@ pub(crate) enum Command {
     /// that `omnistep identify` estimates. An import-map assigns the columns of a real log to signals, for
     /// `omnistep import`.
     New {
-        /// What the file describes.
+        /// Kind of the file.
         kind: NewKind,
         /// Its name: letters, digits, _ or -.
         name: String,
@@ -235,7 +235,7 @@ pub(crate) enum Command {
     /// Run omnistep schema vehicle > vehicle.schema.json, and write "#:schema
     /// ./vehicle.schema.json" as the first line of your file.
     Schema {
-        /// What the files describe.
+        /// Kind of the files.
         kind: FileKindArg,
     },
     /// Lists built-in items, and robots as templates of a vehicle.

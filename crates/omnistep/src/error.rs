@@ -154,7 +154,7 @@ fn its_log(part: Option<&Path>) -> String {
 }
 
 impl Error {
-    /// Is the request at fault (exit code 2), or did the run fail (exit code 1)?
+    /// Whether the request is at fault (exit code 2) or the run failed (exit code 1).
     #[must_use]
     pub fn is_bad_input(&self) -> bool {
         match self {

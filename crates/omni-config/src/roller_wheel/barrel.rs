@@ -88,7 +88,7 @@ impl Barrel {
         })
     }
 
-    /// How much thinner the profile is at the ends than in the middle \[m\].
+    /// Difference of the profile's radius between middle and ends \[m\].
     fn crown(profile: Profile, radius_m: f64, half_length_m: f64) -> Option<f64> {
         let sine = Self::sine_at(profile, radius_m, half_length_m, 0.0)?;
         let [_, end] = profile.touch(sine, radius_m, 0.0);

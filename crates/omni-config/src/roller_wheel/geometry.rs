@@ -203,7 +203,7 @@ impl RollerWheel {
     }
 }
 
-/// Where a function with one peak is highest in an interval.
+/// Position of the maximum of a function with one peak in an interval.
 fn highest([mut low, mut high]: [f64; 2], function: impl Fn(f64) -> f64) -> f64 {
     for _ in 0..60 {
         let (a, b) = (low + (high - low) / 3.0, high - (high - low) / 3.0);

@@ -34,7 +34,7 @@ impl Scenario {
         self.physics.roller_substeps.unwrap_or(derived)
     }
 
-    /// Where every wheel shall have rollers, every wheel has some that fit.
+    /// If every wheel must have rollers, every wheel has fitting rollers.
     pub(super) fn check_rollers(&self, source: &Source) -> Result<(), Error> {
         let missing = |i: &usize| self.rollers(*i).is_none();
         let wheels = 0..self.vehicle.wheel.len();

@@ -55,7 +55,7 @@ impl Study {
     /// Each value of each axis once: the first combination, then every other value with the first
     /// ones of all other axes. As many points as there are values, where [`Study::each_point`] has
     /// as many as their product. All of them are points of the study: what is wrong with one is
-    /// wrong with the study. What only two values together break is not found.
+    /// wrong with the study. Errors that only two values together cause are not found.
     ///
     /// ```
     /// let study = omni_config::Study::load("climb_map")?; // three axes of four and five values
@@ -134,7 +134,7 @@ impl Study {
         Override::new(key, value)
     }
 
-    /// What is wrong with a combination, said of the axis or the setting that it came from.
+    /// The error of a combination, attributed to its axis or setting.
     fn explained(
         &self,
         error: Error,
@@ -197,7 +197,7 @@ impl Study {
     }
 }
 
-/// What all points of a study are made of.
+/// The common part of all points of a study.
 struct Grid<'a> {
     study: &'a Study,
     overrides: &'a [Override],

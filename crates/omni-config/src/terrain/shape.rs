@@ -173,7 +173,7 @@ impl Terrain {
         }
     }
 
-    /// What no single key shows: the key, and what is wrong with it.
+    /// Checks across several keys: the key, and its error.
     pub(crate) fn refusal(&self) -> Option<(&'static str, String)> {
         match self {
             Self::Bumps {

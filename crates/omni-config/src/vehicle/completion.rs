@@ -132,7 +132,7 @@ fn in_unit_read(
     Ok(())
 }
 
-/// What a motor's rotor adds to the inertia of its wheel \[kg.m^2\].
+/// Inertia that a motor's rotor adds to its wheel \[kg.m^2\].
 fn rotor(source: &Source, motor: &mut Table) -> Result<Option<f64>, Error> {
     let rotor_kg_m2 = ROTOR.taken(source, "motor", motor)?;
     let ratio = RATIO.taken(source, "motor", motor)?;

@@ -148,7 +148,7 @@ impl Motor {
         GearFriction::new(gearbox, self.gear_friction_n_m, self.viscous_n_m_s_rad).map(Some)
     }
 
-    /// What is wrong with it that no single key shows.
+    /// Its error across several keys.
     pub(super) fn refusal(&self) -> Option<String> {
         if let Some(limit) = self
             .torque_limit_n_m

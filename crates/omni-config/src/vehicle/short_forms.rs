@@ -85,7 +85,7 @@ pub(super) struct Omni3 {
     body: Option<String>,
 }
 
-/// What all wheels of a short form have.
+/// Common keys of all wheels of a short form.
 struct Alike {
     radius_m: f64,
     mass_kg: f64,

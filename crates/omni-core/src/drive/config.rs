@@ -30,7 +30,7 @@ use crate::shaping::ShapingConfig;
 pub struct DriveConfig<R, const N: usize> {
     /// The wheels.
     pub layout: WheelLayout<R, N>,
-    /// How the vehicle's motion is estimated from the wheels while all are trusted.
+    /// Method that estimates the vehicle's motion from the wheels while all are trusted.
     pub forward: ForwardMap,
     /// The wheels' loops. Its period is the drive's.
     pub control: WheelControlConfig<R, N>,

@@ -301,7 +301,7 @@ impl<R: Real> FaultMonitor<R> {
         Ok(Self { config })
     }
 
-    /// Does it find encoders that read 0 while motors pull?
+    /// Whether it detects encoders that read 0 while motors apply torque.
     pub(crate) fn judges_standing(&self) -> bool {
         self.config.stuck_periods != u16::MAX && self.config.stuck_torque_n_m.is_finite_real()
     }

@@ -151,7 +151,7 @@ pub struct CovarianceGrowth<R> {
 constant_struct!(CovarianceGrowth<R> { per_rad: R, per_residual: R });
 
 impl<R: Real> OdometryNoise<R> {
-    /// What stands if there is none: wheels that are never wrong.
+    /// Placeholder if there is none: wheels without error.
     pub(crate) fn none() -> Self {
         Self {
             wheel_rad_per_sqrt_rad: R::zero(),

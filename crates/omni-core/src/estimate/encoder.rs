@@ -107,7 +107,7 @@ impl<R: Real, const WINDOW: usize> Encoder<R, WINDOW> {
     /// An encoder of that configuration.
     ///
     /// # Errors
-    /// Those of [`EncoderCounter::new`] and [`VelocityEstimator::new`].
+    /// As [`EncoderCounter::new`] and [`VelocityEstimator::new`].
     pub fn new(config: EncoderConfig<R>) -> Result<Self, ConfigError> {
         let counter = EncoderCounter::new(config.counts_per_turn, config.bits)?;
         let velocity = VelocityEstimator::new(VelocityConfig {

@@ -139,7 +139,7 @@ pub struct EstimatorState<R, const N: usize> {
     turning: R,
     /// Mean square of the yaw rate about its average \[rad^2/s^2\].
     restless: R,
-    /// For how long all has been quiet \[s\].
+    /// Time for which everything has been quiet \[s\].
     still_s: R,
     /// The slip that was last held against none is that to the left.
     sideways: bool,

@@ -98,7 +98,7 @@ pub struct Desaturated<R, const N: usize> {
     pub twist: BodyTwist<R>,
     /// The wheel velocities \[rad/s\] that belong to it, within the limits.
     pub velocities: WheelVelocities<R, N>,
-    /// What translation was multiplied by, 0 to 1.
+    /// Factor on the translation, 0 to 1.
     pub translation_factor: R,
     /// Factor on the yaw rate, 0 to 1.
     pub yaw_factor: R,
@@ -120,7 +120,7 @@ impl<R: Real, const N: usize> Desaturated<R, N> {
 }
 
 impl<R: Real, const N: usize> SpeedLimits<R, N> {
-    /// What stands if there are none.
+    /// Placeholder if there are none.
     pub(crate) fn none() -> Self {
         Self {
             limit_rad_s: [R::one() / R::zero(); N],

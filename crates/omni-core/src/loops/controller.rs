@@ -120,7 +120,7 @@ impl<R: Real, const N: usize> Controller<R, N> {
     /// The same controller with another rule for rest than [`Rest::default`].
     ///
     /// # Errors
-    /// Those of [`WheelController::with_rest`].
+    /// As [`WheelController::with_rest`].
     ///
     /// ```
     /// use omni_core::loops::Rest;

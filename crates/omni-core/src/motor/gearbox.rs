@@ -109,7 +109,7 @@ impl<R: Real> Gearbox<R> {
         }
     }
 
-    /// Does power flow from the load to the motor?
+    /// Whether power flows from the load to the motor.
     fn is_back_driven(&self, torque: R, velocity: R) -> bool {
         (torque > R::zero() && velocity < R::zero()) || (torque < R::zero() && velocity > R::zero())
     }

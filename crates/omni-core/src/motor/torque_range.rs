@@ -74,7 +74,7 @@ impl<R: Real> TorqueRange<R> {
         }
     }
 
-    /// Is `torque_n_m` \[N.m\] outside? The limits themselves are inside, and so is NaN.
+    /// Whether `torque_n_m` \[N.m\] is outside. The limits themselves are inside, and so is NaN.
     ///
     /// ```
     /// use omni_core::motor::TorqueRange;

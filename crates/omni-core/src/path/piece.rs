@@ -97,7 +97,7 @@ impl<R: Real> Waypoint<R> {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct PathPiece<R> {
-    /// Where it begins on its segment \[m, or rad of a turn on the spot\].
+    /// Its start on its segment \[m, or rad of a turn on the spot\].
     pub(crate) start_m: R,
     /// One over its length; 0 of a place.
     pub(crate) per_length: R,

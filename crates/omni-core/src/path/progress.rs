@@ -107,8 +107,8 @@ impl<R: Real> ProgressState<R> {
         self.waited.total
     }
 
-    /// For how long the vehicle has been held up without interruption \[s\]: the trajectory is
-    /// slower than a tenth of its rate.
+    /// Time for which the vehicle has been held up without interruption \[s\]: the trajectory is slower than a tenth of
+    /// its rate.
     #[must_use]
     pub fn held_up_s(&self) -> R {
         self.held_up_s

@@ -108,7 +108,7 @@ impl<'a, R: Real> Trajectory<'a, R> {
     /// ```
     #[must_use]
     pub fn at(&self, time_s: R) -> TrajectorySample<R> {
-        // What is no number is before the start.
+        // NaN counts as before the start.
         let asked = if time_s > R::ZERO { time_s } else { R::ZERO };
         let end_s = self.duration_s();
         let done = time_s >= end_s;

@@ -284,7 +284,7 @@ impl<R: Real> ShaperState<R> {
         self.stopped = false;
     }
 
-    /// Is the emergency stop latched?
+    /// Whether the emergency stop is latched.
     #[must_use]
     pub fn is_stopped(&self) -> bool {
         self.stopped

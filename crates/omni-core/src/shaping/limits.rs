@@ -76,7 +76,7 @@ impl<R: Real> AxisLimits<R> {
     }
 }
 
-/// What errors call the parameters of an axis, in the order of the fields of [`AxisLimits`].
+/// Names of the parameters of an axis in errors, in the order of the fields of [`AxisLimits`].
 pub(crate) type AxisNames = [&'static str; 7];
 
 /// [`AxisNames`] with a prefix.

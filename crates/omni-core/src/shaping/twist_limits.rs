@@ -204,7 +204,7 @@ constant_struct!(TwistLimiter<R> { law: Law<R> });
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-/// How a twist is limited, in velocity steps per period.
+/// Limits of a twist, in velocity steps per period.
 #[repr(C, u8)]
 pub enum Law<R> {
     /// [`TwistLimits::PerAxis`].

@@ -27,7 +27,7 @@ pub struct TractionWheel<R> {
     /// up: the direction in which the wheel rolls over its gear, negative where its actuator is
     /// mounted the other way round. Each within +-1e6.
     pub carrier: [R; 2],
-    /// Where it stands: x forward, y left of the vehicle's origin \[m\], each within +-100 m.
+    /// Its position: x forward, y left of the vehicle's origin \[m\], each within +-100 m.
     pub place_m: [R; 2],
 }
 
@@ -346,7 +346,7 @@ pub struct TractionTimes<R> {
     /// Slip that is left alone, and its inverse \[m/s, s/m\].
     pub(super) free_m_s: R,
     pub(super) per_free_s_m: R,
-    /// What counts and noise hide of a speed \[m/s\]: of slow wheels counts come late as well.
+    /// Part of a speed that counts and noise mask \[m/s\]: counts of slow wheels are also late.
     pub(super) hidden_m_s: R,
     pub(super) width_m_s: R,
     pub(super) integral_n_m_rad: R,
@@ -355,7 +355,7 @@ pub struct TractionTimes<R> {
     /// Gains of a wheel's own loop.
     pub(super) own_gain_n_m_s_rad: R,
     pub(super) own_integral_n_m_rad: R,
-    /// What delay and lag alone leave of a gain.
+    /// Fraction of a gain that delay and lag alone leave.
     pub(super) late_part: R,
     /// Of slower wheels counts come rarely \[rad/s\].
     pub(super) rare_rad_s: R,
@@ -402,7 +402,7 @@ impl<R: Real> TractionTimes<R> {
             rough_m_s = count_rad / window * way_m;
             rare_rad_s = R::of(RARE) * count_rad / window;
         }
-        // What is read late or over a while is answered more softly.
+        // Late or averaged readings are answered with lower gains.
         let softer = |old_s: R| {
             if old_s > R::of(FRESH_S) {
                 R::of(FRESH_S) / old_s

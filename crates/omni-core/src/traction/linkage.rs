@@ -66,7 +66,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         rates
     }
 
-    /// How the bodies turn and the wheels rise, through the filter of the rates. What is no number counts as 0.
+    /// How the bodies turn and the wheels rise, through the filter of the rates. NaN counts as 0.
     pub(super) fn find_motion(&self, state: &mut TractionState<R, N>, readings: &Readings<'_, R>) {
         let part = self.config.part(self.config.rates_s);
         let read = Attitude::of_imu(&readings.imu);

@@ -147,7 +147,7 @@ impl<R: Real, const N: usize> TractionPolicy<R, N> {
     /// The same policy, whose torque ends as `rest` says instead of [`Rest::default`].
     ///
     /// # Errors
-    /// Those of [`WheelController::with_rest`](crate::loops::WheelController::with_rest).
+    /// As [`WheelController::with_rest`](crate::loops::WheelController::with_rest).
     ///
     /// ```
     /// use omni_core::loops::Rest;

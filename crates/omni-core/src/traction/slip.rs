@@ -18,7 +18,7 @@ const RECOVERS_S: f64 = 1.0;
 /// A measured speed has a direction above this \[m/s\].
 const SURE_M_S: f64 = 5e-3;
 
-/// What the motion asks of the wheels in a period, the same for all.
+/// Common demand of the motion on the wheels in a period.
 pub(super) struct Asked<'a, R, const N: usize> {
     pub(super) rates_rad_s: &'a [R; N],
     pub(super) rolling_rad_s: &'a [R; N],
@@ -117,7 +117,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         let (travel, speed, rise_m_s) = (&state.travel[i], state.speed_m_s, state.motion.rise_m_s[i]);
         let most = state.wheels[i].most_n_m;
         let thrust = (state.thrust_n_m * travel.part).limited(-most, most);
-        // What the ground takes: the motor's torque less what turns the wheel faster.
+        // Torque to the ground: the motor's torque minus the part that accelerates the wheel.
         let wheel = &mut state.wheels[i];
         let change = (asked.rates_rad_s[i] - wheel.measured_rad_s) / config.period_s;
         let taken = wheel.applied_n_m - self.inertia_kg_m2[i] * change;

@@ -65,8 +65,8 @@ pub struct TractionState<R, const N: usize> {
     /// Time over which the zero was found so far \[s\].
     pub(super) gyro_found_s: R,
     pub(super) loops: TractionLoops,
-    /// For how long the vehicle has been held up, has had no need of traction control, has had most
-    /// wheels off the speed \[s\].
+    /// Times for which the vehicle has been held up, has not needed traction control, and has had most wheels off the
+    /// speed \[s\].
     pub(super) held_up_s: R,
     /// The speed when that began, along the target \[m/s\].
     pub(super) held_up_m_s: R,
@@ -91,7 +91,7 @@ pub struct TractionState<R, const N: usize> {
     pub(super) wheels: [WheelState<R>; N],
 }
 
-/// What is remembered of a wheel.
+/// The state of a wheel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -109,7 +109,7 @@ pub(super) struct WheelState<R> {
     pub(super) applied_n_m: R,
     /// Largest torque that its motor has.
     pub(super) most_n_m: R,
-    /// What the ground takes.
+    /// Torque to the ground.
     pub(super) contact_n_m: R,
     /// Of its own loop.
     pub(super) integral_n_m: R,
@@ -249,7 +249,7 @@ impl<R: Real, const N: usize> TractionState<R, N> {
         self.slip_observable && self.redundant_again_s == R::zero()
     }
 
-    /// What the target is faster, as a rate of the wheel with the most turns per way \[rad/s\].
+    /// Excess speed of the target, as a rate of the wheel with the most turns per distance \[rad/s\].
     pub(super) fn lack_rad_s(&self) -> R {
         (self.target_m_s - self.speed_m_s) * self.largest_rate_rad_m
     }

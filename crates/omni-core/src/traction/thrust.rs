@@ -182,7 +182,8 @@ impl<R: Real, const N: usize> Traction<R, N> {
         if parts > R::zero() { sum / parts } else { R::zero() }
     }
 
-    /// What the lack of speed asks for \[N.m\]: softer near none, where a stiff loop turns small errors into heat.
+    /// Torque for the lack of speed \[N.m\]: with a lower gain near zero, where a stiff loop would turn small errors
+    /// into heat.
     fn proportional(&self, state: &TractionState<R, N>) -> R {
         let (config, one, error) = (&self.config, R::one(), state.lack_rad_s());
         let soft = config.soft_part + (one - config.soft_part) * min(error.abs() * config.soft_s_rad, one);

@@ -16,7 +16,7 @@ const VIEWERS: [&str; 4] = [
 ];
 /// Names of this machine, as a browser writes them.
 const THIS_MACHINE: [&str; 3] = ["localhost", "127.0.0.1", "[::1]"];
-/// What is shown of a header of others \[characters\].
+/// Shown length of a foreign header \[characters\].
 const MOST_SHOWN: usize = 100;
 
 /// Whose pages may connect.

@@ -27,14 +27,14 @@ use tokio_tungstenite::tungstenite::protocol::{Role, WebSocketConfig};
 
 use super::hub::{Hub, MOST_VIEWERS};
 
-/// How long a client may take to say what it wants, and to read a page.
+/// Time limit for a client to send its request, and to read a page.
 const HANDSHAKE: Duration = Duration::from_secs(10);
 /// Longest request \[bytes\], and the most headers in it.
 const LONGEST_REQUEST: usize = 16 << 10;
 const MOST_HEADERS: usize = 64;
 /// Longest message of a client \[bytes\]: what it subscribes to, a few numbers, a twist.
 const LONGEST_MESSAGE: usize = 64 << 10;
-/// What viewers must speak.
+/// Protocol of viewers.
 const PROTOCOL: &str = "foxglove.sdk.v1";
 const TEXT: HeaderValue = HeaderValue::from_static("text/plain; charset=utf-8");
 const HTML: HeaderValue = HeaderValue::from_static("text/html; charset=utf-8");
@@ -46,7 +46,7 @@ type Answer = Response<Full<Bytes>>;
 /// One file, in which everything is: no request follows but for the run itself.
 struct Page {
     html: Bytes,
-    /// What the page may do: run the script and the style that are in it, and connect to where it came from.
+    /// Permissions of the page: its own script and style, and connections to its origin.
     may: HeaderValue,
 }
 

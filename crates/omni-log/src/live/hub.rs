@@ -1,4 +1,4 @@
-//! What all clients of a live run share: its topics, settings and places, and what they are sent.
+//! Shared state of all clients of a live run: its topics, settings and slots, and their messages.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
@@ -30,7 +30,7 @@ pub(super) struct Topic {
     pub(super) schema: &'static str,
 }
 
-/// What every client is sent, if it wants it.
+/// Messages for every client that subscribes.
 #[derive(Clone)]
 pub(super) enum Event {
     /// A message of the topic with this index, at a simulated time \[ns\].

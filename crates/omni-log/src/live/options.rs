@@ -26,7 +26,7 @@ pub struct Live {
     pub until: Until,
     /// Stands until it is commanded to drive, whatever the scenario's command is.
     pub stands: bool,
-    /// Who drives it from this program, if it is driven from here.
+    /// Driver of the run in this program, if any.
     pub pilot: Option<Pilot>,
     /// Viewers may change command, policy and torque limit; else they watch.
     pub allow_control: bool,

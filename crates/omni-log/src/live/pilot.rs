@@ -29,7 +29,7 @@ impl Pilot {
         *self.asked.lock().unwrap_or_else(PoisonError::into_inner) = Some(twist);
     }
 
-    /// What was asked since the last time.
+    /// Requests since the last call.
     pub(super) fn take(&self) -> Option<[f64; 3]> {
         self.asked.lock().unwrap_or_else(PoisonError::into_inner).take()
     }

@@ -23,7 +23,7 @@ const PAUSE: Duration = Duration::from_millis(100);
 const TAKE: Duration = Duration::from_millis(1);
 /// Time until it is said again that the system refuses connections.
 const SILENCE: Duration = Duration::from_secs(60);
-/// How long clients may take for the last messages at the end.
+/// Time limit of clients for the last messages at the end.
 const FAREWELL: Duration = Duration::from_secs(1);
 
 /// The open port.
@@ -58,7 +58,7 @@ impl Server {
     pub(super) fn stop(self) {
         self.hub.send(Event::End);
         let all = self.hub.places.acquire_many(MOST_VIEWERS as u32);
-        // Who does not read in time misses the rest.
+        // Clients that do not read in time miss the remaining messages.
         let _ = self
             .runtime
             .block_on(async { timeout(FAREWELL, all).await.is_ok() });

@@ -63,7 +63,7 @@ impl Map {
     /// Its modes `trinary` and `scale` are read, without rotation; pictures are PGM or PNG, grey.
     ///
     /// # Errors
-    /// What is wrong with a file, in one line.
+    /// The error of a file, in one line.
     ///
     /// ```
     /// let error = omni_plan::Map::from_map_server("missing.yaml", None).unwrap_err();

@@ -231,7 +231,7 @@ impl<const N: usize> ControlLaw for Linked<N> {
 }
 
 impl<const N: usize> Linked<N> {
-    /// What a drive reports in its last answer, whose numbers were checked.
+    /// Report of a drive in its last answer, with checked numbers.
     fn report(&self) -> Option<DriveReport> {
         let (report, brake) = (&self.last.drive, self.last.brake());
         let [x_m, y_m, yaw_rad] = report.pose.map(f64::from);

@@ -6,7 +6,7 @@ use crate::{Error, Simulation};
 /// A quantity that differs between episodes, drawn uniformly from a range.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Draw {
-    /// What it is, with its unit, as `height_m`.
+    /// Its name with its unit, such as `height_m`.
     pub name: &'static str,
     /// Lowest and highest value drawn.
     pub range: [f64; 2],

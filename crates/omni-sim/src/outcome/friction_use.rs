@@ -8,7 +8,7 @@ const FRICTION_BINS: usize = 300;
 /// Load under which a wheel's friction says nothing \[N\], as a part of the weight.
 const LIGHT: f64 = 0.01;
 
-/// How often wheels called for how much friction.
+/// Histogram of the friction that wheels required.
 pub(super) struct FrictionUse {
     window_ns: u64,
     periods: u32,

@@ -122,7 +122,7 @@ struct Travel {
     commanded_turn_m: f64,
 }
 
-/// What the last period showed.
+/// Observation of the last period.
 #[derive(Default)]
 struct Last {
     passed: Vec<bool>,
@@ -306,7 +306,7 @@ impl Meter {
         self.whereabouts.cross(seen);
     }
 
-    /// Has every wheel stood beyond the obstacle?
+    /// Whether every wheel has stood beyond the obstacle.
     pub(crate) fn is_across(&self) -> bool {
         self.phase == Phase::Climbed
     }

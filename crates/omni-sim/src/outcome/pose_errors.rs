@@ -8,7 +8,7 @@ use crate::following::{error_of, true_pose};
 use crate::observation::Observation;
 use crate::report::PathReport;
 
-/// How far the vehicle was from where it should be, and where it is.
+/// Errors of the vehicle's pose, and its present pose.
 pub(super) struct PoseErrors {
     path: Option<PathErrors>,
     /// Where it was after the last period \[m\]; none before the first.
@@ -17,7 +17,7 @@ pub(super) struct PoseErrors {
     end: Option<(PlanarPose<f64>, f64)>,
 }
 
-/// How far it was from a path.
+/// Its distance from a path.
 struct PathErrors {
     /// When the path is over if it never waits \[s\], and its last pose.
     duration_s: f64,
@@ -83,7 +83,7 @@ impl PoseErrors {
         self.end = Some((true_pose(seen), off_m));
     }
 
-    /// Where the vehicle is now \[m\].
+    /// Present position of the vehicle \[m\].
     pub(super) fn place(&self) -> [f64; 2] {
         self.last.unwrap_or([f64::NAN; 2])
     }

@@ -25,14 +25,14 @@ pub(super) struct Actuation {
     step_s: f64,
     /// Motors whose windings are shorted.
     shorted: Vec<bool>,
-    /// What is left of motors: 0 of one that is lost.
+    /// Remaining fraction of motors: 0 for a lost one.
     weak: Vec<(Span, f64)>,
-    /// What is left of the supply, and when \[s\].
+    /// Remaining fraction of the supply, and its times \[s\].
     supply: Vec<(Range<f64>, f64)>,
     drags: Vec<(Span, f64)>,
     inertia_kg_m2: Vec<f64>,
     gear: Vec<f64>,
-    /// What gears take, one per wheel; none if they take nothing.
+    /// Losses of gears, one per wheel; none without losses.
     friction: Vec<Option<GearFriction<f64>>>,
 }
 

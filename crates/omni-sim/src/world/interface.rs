@@ -4,9 +4,9 @@ use crate::Error;
 use crate::config::Engine;
 use crate::observation::Observation;
 
-/// What every engine does.
+/// Operations of every engine.
 pub(crate) trait Plant {
-    /// What simulates it, where that is not the scenario's engine.
+    /// The physics engine, if it is not the scenario's.
     fn engine(&self) -> Option<Engine> {
         None
     }

@@ -18,7 +18,7 @@ impl Chart {
     /// The chart of a file's text; messages name it `file`.
     ///
     /// # Errors
-    /// What is wrong with it, in one line.
+    /// Its first error, in one line.
     ///
     /// ```
     /// let error = omni_study::Chart::from_toml("a.toml", "schema_version = 2").unwrap_err();
@@ -63,10 +63,10 @@ impl Chart {
         Ok(chart)
     }
 
-    /// Is it a chart of this vehicle? Its gains are resolved, as in a scenario.
+    /// Whether it is a chart of this vehicle. Its gains are resolved, as in a scenario.
     ///
     /// # Errors
-    /// Where it is another's; messages name the chart `file`.
+    /// If it is another's; messages name the chart `file`.
     pub fn check_vehicle(&self, file: &str, vehicle: &Vehicle) -> Result<(), Error> {
         let sha256 = vehicle_sha256(vehicle)?;
         if self.vehicle_sha256 == sha256 {

@@ -94,7 +94,7 @@ impl ChartPlan {
     /// A chart, and the scenario of its runs.
     ///
     /// # Errors
-    /// What is wrong with the vehicle or a number, in one line.
+    /// The error of the vehicle or a number, in one line.
     pub fn new(setup: &ChartSetup) -> Result<Self, Error> {
         check(setup)?;
         let mut keys = vec![
@@ -210,7 +210,7 @@ impl ChartPlan {
     /// A run: an edge of a size \[m\], approached from a start.
     ///
     /// # Errors
-    /// What is wrong with a key, in one line.
+    /// The error of a key, in one line.
     ///
     /// ```
     /// use omni_study::{ChartPlan, ChartSetup};

@@ -104,8 +104,8 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         }
     }
 
-    /// One period. What is not valid (NaN, or beyond 1e6) is left out. Bounded: the same work whatever the readings,
-    /// but for a wheel without a valid reading, whose innovation is filled in by the others eight times over.
+    /// One period. Values that are not valid (NaN, or beyond 1e6) are left out. Bounded: the same work whatever the
+    /// readings, but for a wheel without a valid reading, whose innovation is filled in by the others eight times over.
     ///
     /// ```
     /// use omni_core::estimate::{Estimator, EstimatorConfig, EstimatorInput};

@@ -70,7 +70,7 @@ pub struct ControlState<R, const N: usize> {
     pub started: [bool; N],
     /// The overloaded wheels, and the time for which each other wheel has been beyond a limit.
     pub overload: Overload,
-    /// How far the torque has ended while every reference was 0.
+    /// Progress of the torque's end while every reference was 0.
     pub(crate) rest: RestState<R>,
 }
 

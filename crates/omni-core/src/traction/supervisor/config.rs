@@ -88,8 +88,8 @@ pub struct SupervisorConfig<R> {
     pub boost: [R; 2],
     /// A row that stands higher than the next by this is up \[m\], 0.0001 to 99.
     pub height_m: R,
-    /// Where it is up by this the speed is raised by the whole of `boost`, in proportion below
-    /// \[m\]: `height_m` + 0.0001 to 100.
+    /// At this height the speed is raised by the whole of `boost`, in proportion below \[m\]: `height_m` + 0.0001 to
+    /// 100.
     pub boost_height_m: R,
     /// The vehicle is stuck below this speed \[m/s\], or this part of its target, above this part
     /// of the largest thrust, for this long \[s\].
@@ -104,7 +104,7 @@ pub struct SupervisorConfig<R> {
     pub starting_s: R,
     /// All rows level for this long: the obstacle is behind \[s\], 0 to 100.
     pub level_s: R,
-    /// What to do where it is stuck.
+    /// Action if it is stuck.
     pub retry: RetrySchedule<R>,
 }
 

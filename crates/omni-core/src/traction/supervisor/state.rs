@@ -58,7 +58,7 @@ pub struct SupervisorState<R> {
     pub(super) in_mode_s: R,
     pub(super) stuck_s: R,
     pub(super) stuck_again_s: R,
-    /// For how long it has pushed in vain.
+    /// Time for which it has pushed without effect.
     pub(super) vain_s: R,
     pub(super) level_s: R,
     pub(super) back_m: R,

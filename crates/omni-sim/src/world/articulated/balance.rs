@@ -74,7 +74,7 @@ impl Balance {
         self.joint_loss_j += dot(row, mean.u) * (constant + per_rate * dot(row, u));
     }
 
-    /// What a roller's bearing took.
+    /// Energy loss of a roller's bearing.
     pub(super) fn bearing(&mut self, loss_j: f64) {
         self.joint_loss_j += loss_j;
     }

@@ -27,7 +27,7 @@ pub struct Touch {
     pub at_m: [f64; 3],
 }
 
-/// What a physics step shows.
+/// Result of a physics step.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ExternalStep {
     /// Angle of each wheel against its carrier since the start \[rad\], after the step; positive
@@ -81,7 +81,7 @@ pub enum ExternalFailure {
 /// their lag, faults and gears stay here: what is asked for is what the axles feel. What is filled
 /// in comes with an entry a body, hinge and wheel, and keeps as many.
 pub trait ExternalPhysics: Send + Sync {
-    /// What it is called in outcomes.
+    /// Its name in outcomes.
     fn engine(&self) -> Engine;
 
     /// Puts the vehicle at the scenario's start, at rest, this much ahead along the world's x \[m\]

@@ -20,7 +20,7 @@ use crate::config::WheelSpec;
 pub(super) struct Wheel {
     /// Its name in the vehicle file.
     pub(super) name: String,
-    /// What the motor turns: the ball, or the hub that carries the rollers.
+    /// The driven body: the ball, or the hub that carries the rollers.
     pub(super) driven: RigidBodyHandle,
     /// What the driven body bears, and where in its frame \[m\]: rollers.
     borne: Vec<(RigidBodyHandle, Vector)>,
@@ -96,7 +96,7 @@ impl Wheel {
         relative.dot(self.drive_axis_world(physics)) / self.driven_per_wheel
     }
 
-    /// How the carrier turns \[rad/s\], in the world.
+    /// Angular velocity of the carrier \[rad/s\], in the world.
     pub(super) fn carrier_rad_s(&self, physics: &PhysicsWorld) -> Vector {
         physics.bodies[self.carrier].angvel()
     }
