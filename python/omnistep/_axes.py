@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from omnistep._omnistep import Trace
 
-# Okabe and Ito's colours: distinguishable for colour-blind readers too. A policy has the same colour in every figure,
+# Okabe and Ito's colours: also distinguishable for colour-blind readers. A policy has the same colour in every figure,
 # and nothing else has this colour.
 _POLICIES = {
     "independent": "#CC79A7",

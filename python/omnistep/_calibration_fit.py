@@ -256,7 +256,7 @@ class Problem:
         return found, single
 
     def _single(self, held: Any) -> Found:
-        """Single wheels may differ, and be turned so that the vehicle goes less sideways: none slips.
+        """Single wheels may differ, and be rotated so that the vehicle moves less laterally: none slips.
 
         Equal lateral slip of all wheels explains the same measurements, so that numbers may be wrong by the difference.
         """

@@ -45,7 +45,8 @@ class Motion:
         self.known: NDArray[np.bool_] = np.asarray(np.isfinite(both).all(axis=1))
         inputs = np.nan_to_num(inputs)
         #: At a duty cycle of zero the bridge is open: no torque, and no braking by the motor either.
-        #: One that chops is open in the rest of each PWM period too: a motor brakes for that part of it that is driven.
+        #: A chopping bridge is also open in the remaining part of each PWM period: a motor brakes for that part of it
+        #: that is driven.
         self.coasts = coasts or chops
         self.driven = np.abs(inputs) if chops else _driven(inputs)
         if efficiency < 1.0:
@@ -86,7 +87,7 @@ class Motion:
         self.kind = self.kind_of[stretches.stretch]
 
     def residual(self, p: Mapping[str, float]) -> Floats:
-        """Measured angles of the wheels less those of the model with these parameters, (B * N,) [rad]."""
+        """Measured angles of the wheels minus the model's angles with these parameters, (B * N,) [rad]."""
         masses = self.masses
         torque, pushed = (part * p.get("stall_torque_n_m", 1.0) for part in self._torque(p["delay_s"], p["lag_s"]))
         dry = self.dry(p)
@@ -206,7 +207,7 @@ class Motion:
         twice = twice + since * (once + 0.5 * since * held)
         once = once + since * held
         if lag > 1e-6:
-            # Of x' = (torque - x) / lag the integral of x is that of the torque less lag times x.
+            # Of x' = (torque - x) / lag the integral of x is the integral of the torque minus lag times x.
             slow = held + (self._lagged(lag, rows) - held) * np.exp(-since / lag)
             once = once - lag * slow
             twice = twice - lag * once

@@ -580,7 +580,7 @@ class Layout:
     """A set of wheels that can move the vehicle in every direction: 3 to 8 wheels, N below.
 
     Args:
-        wheels: the wheels; their order is that of every array over wheels.
+        wheels: the wheels, in the order of every array over wheels.
 
     Raises:
         ConfigError: a number of a wheel is out of range, the wheels cannot move the vehicle in three directions, or
@@ -2954,7 +2954,7 @@ class ChartRuns:
         starts: int,
         overrides: Mapping[str, Any] | None,
     ) -> ChartRuns:
-        """The runs of a chart; the arguments are those of :func:`omnistep.climb_chart`.
+        """The runs of a chart; the arguments are as in :func:`omnistep.climb_chart`.
 
         Raises:
             ConfigError: a name, key or value is wrong.

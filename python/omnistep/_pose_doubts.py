@@ -234,7 +234,7 @@ class _Seen:
 
     def repeats(self) -> list[str]:
         """Report poses that are the last one again; these parts, and those next to them, are left out."""
-        # A pose in coarse steps is the same for a while too.
+        # A pose in coarse steps is also constant for a while.
         steps = np.abs(np.diff(self.poses * self.scaled, axis=0))
         coarse = float(
             np.min(steps, axis=0, initial=np.inf, where=steps > 0.0).max(initial=0.0, where=steps.any(axis=0))

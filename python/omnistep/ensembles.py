@@ -240,7 +240,7 @@ def sweep(
 ) -> StudyResult:
     """Run the missing runs of a scenario at many points, each with every seed.
 
-    Rows, keys and files are those of :func:`run_study`. With an executor the runs go to its workers in batches, as
+    Rows, keys and files are as in :func:`run_study`. With an executor the runs go to its workers in batches, as
     text: each point's scenario once, 4 to 35 kB with its vehicle. A worker adds each row to the folder as soon as it is
     done. Therefore every worker must see ``out`` under the same path and run the same version of omnistep. A killed
     worker loses no row: the same call computes only the missing rows.

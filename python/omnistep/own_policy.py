@@ -78,7 +78,7 @@ class PolicyInfo:
 
 
 class Policy(Protocol):
-    """A controller of your own: any object with these two methods; a function of the observation works too.
+    """A controller of your own: any object with these two methods; a function of the observation also works.
 
     Three attributes are optional: ``name`` (a string; else the class's), ``signals`` (names of numeric attributes that
     are read after every step: columns of traces and logs), ``version`` (a string for :func:`omnistep.sweep`; change it

@@ -75,7 +75,7 @@ class Sheet(dict[str, "NDArray[Any]"]):
         self.figure = figure
 
     def savefig(self, *args: Any, **kwargs: Any) -> None:
-        """Write the sheet to a file; arguments are those of matplotlib's ``Figure.savefig``."""
+        """Write the sheet to a file; arguments are as in matplotlib's ``Figure.savefig``."""
         self.figure.savefig(*args, **kwargs)
 
 

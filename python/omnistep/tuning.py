@@ -66,7 +66,7 @@ def tune(
 
     A run that failed, or lacks the figure because it did not climb, counts as ``worst``. Therefore fewer failures are
     always better, and the figure ranks trials with equally many failures. Seeds differ only if the scenario has a
-    perturbation or noise: set some in ``overrides``, because otherwise the values fit a single run only.
+    perturbation or noise: set some in ``overrides``, because otherwise the values fit only a single run.
 
     Args:
         scenario: a built-in name, the path of a .toml file or an :class:`omnistep.Scenario`.

@@ -1,4 +1,4 @@
-"""Small logs that unpack to gigabytes: `import` refuses each in one line, and unpacks none."""
+"""Small logs that unpack to gigabytes: `import` rejects each in one line, and unpacks none."""
 
 import random
 import sqlite3

@@ -45,7 +45,7 @@ for number, (keys, ended_s) in enumerate(json.load(open(sys.argv[1]))):
 
 
 def measured(folder: Path, runs: list[Keys], ended_s: float) -> tuple[list[dict[str, Any] | None], list[str]]:
-    """What is said of each run, and what failed: some runs a process, which takes a second to start."""
+    """Report of each run, and failures: several runs per process, which takes one second to start."""
     said: list[dict[str, Any] | None] = [None] * len(runs)
     share = -(-len(runs) // (os.cpu_count() or 1))
 

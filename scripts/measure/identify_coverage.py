@@ -1,4 +1,4 @@
-"""Writes the table of docs/own-robot.md: how often intervals of `omnistep identify` hold the truth, 200 seeds a row.
+"""Writes the table of docs/own-robot.md: how often intervals of `omnistep identify` hold the truth, 200 seeds per row.
 
 Some ten minutes on two cores. The exit code is 1 if a share is below 90 %, or above 99 % by more than one log, or where
 the mean of a row is above 99 %.

@@ -27,7 +27,8 @@ pub(crate) fn best(
     posture: &Posture,
     ask: Ask,
 ) -> Result<Option<f64>, Error> {
-    // Forces in weights, lengths in radii, accelerations in those of a fall: numbers near 1, however large the vehicle.
+    // Forces in weights, lengths in radii, accelerations in units of gravity: numbers near 1, however large the
+    // vehicle.
     let (length, fall) = (linkage.rows[row].radius_m, step.gravity_m_s2);
     let weight_n = linkage.mass_kg() * fall;
     let unit = match ask {

@@ -42,9 +42,10 @@ pub(crate) struct WheelRow {
 /// A vehicle in the plane of its climb: two frames on one transverse hinge, three rows of wheels, two rows on one frame
 /// and one on the other.
 ///
-/// Masses, centres of mass, inertias, places, radii and gears are the vehicle file's. Bodies that only hinges along
-/// the way or upright join are one frame: straight ahead these do not turn. Hinges have no dampers here, which makes
-/// climbs easier. Wheels of a row that stands on level ground share its load by the stiffness of their contacts.
+/// Masses, centres of mass, inertias, places, radii and gears are the vehicle file's. Bodies that are joined only by
+/// longitudinal or vertical hinges are one frame: on a straight approach these hinges do not turn. Hinges have no
+/// dampers here, which makes climbs easier. Wheels of a row that stands on level ground share its load by the stiffness
+/// of their contacts.
 ///
 /// ```
 /// use omni_bound::{Linkage, Step};

@@ -144,8 +144,8 @@ impl Scenario {
 }
 
 impl Vehicle {
-    /// The wheel whose ball stands least for it at an upright edge straight ahead, driven forward, where one
-    /// does not: see [`Scenario::beyond_balls`]. None too where wheels are rollers by their own `contact`.
+    /// The wheel that its ball represents worst at a vertical edge in front, driven forward, if one is not represented:
+    /// see [`Scenario::beyond_balls`]. None too where wheels are rollers by their own `contact`.
     ///
     /// ```
     /// use omni_config::Vehicle;

@@ -45,8 +45,8 @@ impl Scenario {
     /// `CONTROLLER`, `LIMITER`, `ODOMETRY`, `MOTORS`, to be used as any other, `DRIVE` if the scenario has a `[drive]`
     /// (under traction control an [`omni_core::drive::TractionDrive`]), `TRACTION` and `SUPERVISOR` if its policy is
     /// traction control, `ENCODER` if it has `sensors.encoder_counts`, `TRAJECTORY` and `FOLLOWER` if its command is a
-    /// path. In C the same as `OMNI_...`, except for the separate odometry. Traction control is in `OMNI_DRIVE` only,
-    /// which is then there without a `[drive]` too. [`Scenario::estimator`] is `OMNI_ESTIMATOR`.
+    /// path. In C the same as `OMNI_...`, except for the separate odometry. Traction control is only in `OMNI_DRIVE`,
+    /// which then also exists without a `[drive]`. [`Scenario::estimator`] is `OMNI_ESTIMATOR`.
     ///
     /// # Errors
     /// As [`Scenario::controller`].

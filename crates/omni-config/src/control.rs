@@ -230,7 +230,7 @@ impl Default for Control {
     }
 }
 
-/// Names of every policy: the presets of [`Coordination`], then those of traction control
+/// Names of every policy: the presets of [`Coordination`], then the presets of traction control
 /// ([`omni_core::traction::Traction`]), the best last.
 ///
 /// ```

@@ -99,8 +99,8 @@ impl Scenario {
         })
     }
 
-    /// Place of the rearmost wheel along the way at the start, as far ahead as the perturbation may
-    /// bring it, seen from the origin \[m\]. If the vehicle is commanded to turn, the foremost position of the wheels'
+    /// Position of the rearmost wheel along the path at the start, as far forward as the perturbation may move it, from
+    /// the origin \[m\]. If the vehicle is commanded to turn, the foremost position of the wheels'
     /// mean: at any heading, some wheel is no further forward.
     fn rearmost_m(&self) -> f64 {
         let wheels = || self.vehicle().wheel.iter().map(|wheel| wheel.position_m);

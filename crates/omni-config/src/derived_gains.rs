@@ -12,8 +12,8 @@ const SHORTEST_S: f64 = 0.1;
 /// Control periods of the shortest time constant: the loop's delay of one and a half periods then
 /// costs 9 degrees of phase.
 const PERIODS: f64 = 10.0;
-/// Stall torques that an error of the whole speed asks for at most: beyond one it is clipped
-/// anyway, and two is reached by the kick at the start only.
+/// Largest request for an error of the whole speed, in stall torques: beyond one it is clipped anyway, and two is
+/// reached only at the start.
 const STALL_TORQUES: f64 = 2.0;
 /// Of the speed error of a wheel in the air, how much a control period may take away at most: above 1 it would swing.
 const SHARE_OF_A_FREE_WHEEL: f64 = 0.5;

@@ -72,7 +72,7 @@ pub(crate) const DURATION_S: Range = range(0.01, 3600.0);
 pub(crate) const TIME_S: Range = range(0.0, 3600.0);
 pub(crate) const FRICTION: Range = range(0.0, 2.0);
 pub(crate) const STEP_HEIGHT_M: Range = range(1e-4, 10.0);
-/// Well inside the 200 m of ground ahead.
+/// Well inside the 200 m of ground in front.
 pub(crate) const RISER_M: Range = range(1e-3, 190.0);
 /// How fast integrals fall at rest, as omni-core has it.
 pub(crate) const BLEED_S: Range = range(0.0, 10.0);
@@ -113,7 +113,7 @@ pub(crate) const WIDTH_M: Range = range(1e-3, 10.0);
 pub(crate) const BUMP_M: Range = range(1e-4, 1.0);
 pub(crate) const RMS_M: Range = range(0.0, 1.0);
 pub(crate) const WAVELENGTH_M: Range = range(0.02, 10.0);
-/// Extents of a random surface: a million cells at most.
+/// Extents of a random surface: at most a million cells.
 pub(crate) const FIELD_M: Range = range(0.1, 50.0);
 pub(crate) const PIXEL_M: Range = range(1e-4, 10.0);
 pub(crate) const LEVEL_M: Range = range(-10.0, 10.0);

@@ -4,7 +4,7 @@ use std::fs::{self, File, FileType};
 use std::io::{Error, ErrorKind, Read, Result};
 use std::path::Path;
 
-/// Largest TOML file \[bytes\]: a scenario with a picture of 4 million pixels inside has 11 million at most.
+/// Largest TOML file \[bytes\]: a scenario with an embedded picture of 4 million pixels has at most 11 million.
 pub const MOST_TOML_BYTES: u64 = 16_000_000;
 /// Largest PNG file \[bytes\]: far more than 4 million pixels of 16 bits take, compressed or not.
 pub const MOST_PNG_BYTES: u64 = 64_000_000;

@@ -20,7 +20,7 @@ pub(crate) struct Misfit {
     pub(crate) message: String,
 }
 
-/// Parts of the wheel's mass and inertia that rollers have by default, and that the hub keeps at least.
+/// Default fraction of the wheel's mass and inertia in its rollers, and minimum fraction of the hub.
 const MASS_PART: f64 = 0.3;
 const INERTIA_PART: f64 = 0.8;
 const HUB_PART: f64 = 0.1;
@@ -255,7 +255,7 @@ fn misfit(key: &'static str, value: f64, allowed: &str) -> Misfit {
     }
 }
 
-/// The largest value from 0 to `most` that is good, if smaller ones are good too.
+/// The largest good value from 0 to `most`, if smaller values are also good.
 fn largest(most: f64, good: impl Fn(f64) -> bool) -> f64 {
     let (mut low, mut high) = (0.0, most);
     for _ in 0..40 {
@@ -269,7 +269,7 @@ fn largest(most: f64, good: impl Fn(f64) -> bool) -> f64 {
     low
 }
 
-/// The smallest value from 0 to `most` that is good, if larger ones are good too.
+/// The smallest good value from 0 to `most`, if larger values are also good.
 fn smallest(most: f64, mut good: impl FnMut(f64) -> bool) -> f64 {
     let (mut low, mut high) = (0.0, most);
     for _ in 0..40 {

@@ -21,7 +21,7 @@ pub enum WheelModel {
     Auto,
     /// Every wheel is a ball, valid or not: the fastest model.
     Ball,
-    /// Every wheel has its rollers, or those of the vehicle's `[rollers]`: the reference.
+    /// Every wheel has its own rollers, or the rollers of the vehicle's `[rollers]`: the reference.
     Rollers,
 }
 

@@ -424,7 +424,7 @@ impl Scenario {
         self.check_start(source)
     }
 
-    /// An obstacle starts ahead of every wheel, wherever the perturbation puts the vehicle.
+    /// An obstacle starts in front of every wheel, wherever the perturbation places the vehicle.
     fn check_start(&self, source: &Source) -> Result<(), Error> {
         let Some(obstacle) = self.terrain.obstacle() else {
             return Ok(());
@@ -434,7 +434,7 @@ impl Scenario {
         let foremost = |wheel: &crate::WheelSpec| {
             let [x, y] = wheel.position_m;
             let bearing = libm::atan2(y, x) + heading;
-            // The least angle between the wheel's bearing and straight ahead.
+            // The least angle between the wheel's bearing and the forward direction.
             let off = (bearing - core::f64::consts::TAU * (bearing / core::f64::consts::TAU).round()).abs();
             libm::hypot(x, y) * libm::cos((off - spread).max(0.0)) + wheel.radius_m
         };

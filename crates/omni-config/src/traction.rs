@@ -138,7 +138,7 @@ impl Scenario {
         )))
     }
 
-    /// What traction control refuses, by the key of the files that it follows from.
+    /// Errors of traction control, by the key of the files that causes them.
     fn refuse_by_key(&self, error: &ConfigError, gains: &Gains) -> Error {
         let (key, value, allowed) = match error.parameter {
             "lag_s" => (

@@ -108,7 +108,8 @@ impl Vehicle {
         ))
     }
 
-    /// A wheel whose radius is another than that of the wheels with its kind of contact, as after a change of it alone.
+    /// A wheel whose radius differs from the other wheels with its kind of contact, for example after a change of this
+    /// wheel alone.
     fn unequal_wheels(&self) -> Option<String> {
         let (other, median_m) = self.wheel.iter().find_map(|wheel| {
             let kind = std::mem::discriminant(&wheel.contact);

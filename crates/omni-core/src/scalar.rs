@@ -15,7 +15,7 @@ mod sealed {
         fn per_root(self) -> Self;
         /// The whole part, 0 to the largest `u32`; 0 for NaN. Without `f64` for `f32`.
         fn whole_part(self) -> u32;
-        /// The same bits: compared without the floating-point unit.
+        /// Bit-identical: compared without the floating-point unit.
         fn same_bits(self, other: Self) -> bool;
     }
 }
@@ -28,7 +28,7 @@ mod sealed {
 /// assert_eq!(0.25_f32.as_f64(), 0.25);
 /// ```
 pub trait Real: sealed::Sealed {
-    /// 0, in constants too.
+    /// 0, also in constants.
     ///
     /// ```
     /// use omni_core::Real;
@@ -36,7 +36,7 @@ pub trait Real: sealed::Sealed {
     /// assert_eq!(NOTHING, [0.0; 2]);
     /// ```
     const ZERO: Self;
-    /// 1, in constants too.
+    /// 1, also in constants.
     ///
     /// ```
     /// use omni_core::Real;

@@ -310,7 +310,7 @@ impl<const N: usize> Answer<N> {
     }
 
     /// Motors whose windings shall be shorted, as [`DriveSample::brake`](omni_core::drive::DriveSample::brake).
-    /// It follows from the rest and is not in a frame.
+    /// It follows from the other fields and is not in a frame.
     ///
     /// ```
     /// use omni_core::drive::Fault;

@@ -13,7 +13,7 @@ pub(crate) mod plain {
     use postcard::fixint::le;
     use serde::{Deserializer, Serializer};
 
-    // Never inlined: there are many of these too.
+    // Never inlined: there are also many of these.
     #[inline(never)]
     pub(crate) fn serialize<S: Serializer>(value: &u32, serializer: S) -> Result<S::Ok, S::Error> {
         le::serialize(value, serializer)

@@ -7,7 +7,7 @@ use omni_sim::ground::{Shape, shapes};
 const MARGIN_M: f64 = 1.0;
 /// Thickness of the lowest ground that is shown \[m\].
 const THICKNESS_M: f64 = 0.1;
-/// Columns that a field of heights is shown as, along each side at most.
+/// Largest number of columns that show a height field, along each side.
 const MOST_COLUMNS: usize = 40;
 
 /// Boxes and bars, no field: fields of heights are shown as columns, at most 40 along each side,

@@ -1,6 +1,6 @@
 //! A run served in real time to viewers and to ROS 2, which may steer it (features `live`, `ros2`).
 //!
-//! The messages are those of a log, which may be written beside them.
+//! The messages are the messages of a log, which may be written at the same time.
 
 mod client;
 mod guard;

@@ -181,7 +181,7 @@ pub(crate) fn check_names(names: &[String]) -> Result<(), String> {
 struct Own {
     names: Vec<String>,
     times_ns: Vec<u64>,
-    /// Row after row, each with a number a name.
+    /// Row after row, each with one number per name.
     values: Vec<f64>,
 }
 
@@ -205,7 +205,7 @@ impl Own {
         Ok(())
     }
 
-    /// A number a name; NaN if the message is missing.
+    /// One number per name; NaN if the message is missing.
     fn row(&self, i: usize) -> impl Iterator<Item = f64> + '_ {
         let count = self.names.len();
         (0..count).map(move |k| self.values.get(i * count + k).copied().unwrap_or(f64::NAN))

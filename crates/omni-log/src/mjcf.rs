@@ -173,7 +173,7 @@ fn options(xml: &mut Xml, scenario: &Scenario) -> io::Result<()> {
     })
 }
 
-/// Classes of what is alike: rollers, and those of each wheel.
+/// Classes of similar elements: rollers, and the rollers of each wheel.
 fn defaults(xml: &mut Xml, wheels: &[Wheel<'_>], friction: f64) -> io::Result<()> {
     element(xml, "default", &[], |xml| {
         element(xml, "default", &[("class", "seen")], |xml| {

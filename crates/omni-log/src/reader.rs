@@ -185,7 +185,7 @@ fn each_record(
                 if opcode == mcap::records::op::FOOTER {
                     footer_bytes = data.len();
                 }
-                // Records of nothing are work too.
+                // Empty records also cost time.
                 unpacked += size_limits::HEAD_BYTES + data.len() as u64;
                 if unpacked > size_limits::most_unpacked(length) {
                     return Err(

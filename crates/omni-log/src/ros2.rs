@@ -29,7 +29,7 @@ pub trait RosMessage: Serialize {
     /// Full ROS 2 type name, such as `geometry_msgs/msg/Twist`.
     const TYPE: &'static str;
 
-    /// The `ros2msg` definition of the type followed by those of all types it contains.
+    /// The `ros2msg` definition of the type followed by the definitions of all types that it contains.
     fn schema() -> &'static str;
 }
 

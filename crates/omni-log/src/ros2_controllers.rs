@@ -1,7 +1,7 @@
 //! The YAML file for ros2_control's own controllers.
 //!
-//! Parameters, the order of wheels and the sense of their turning are those of ros2_controllers 4.42 (Jazzy), 5.17
-//! (Kilted) and 6.9 (Rolling). Nothing is written that would drive the vehicle otherwise than its own kinematics do.
+//! Parameters, the order of wheels and the sense of their turning match ros2_controllers 4.42 (Jazzy), 5.17 (Kilted)
+//! and 6.9 (Rolling). Nothing is written that would drive the vehicle otherwise than its own kinematics do.
 
 mod comparison;
 mod mecanum;

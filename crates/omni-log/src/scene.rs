@@ -14,7 +14,7 @@ use crate::urdf::{BASE_LINK, ODOM_LINK, link_frame_m, link_name, wheel_link};
 
 /// How far the ground reaches that is shown \[m\]: beyond what anybody drives in a run.
 const FAR_M: f64 = 1e3;
-/// Corners of a field of heights that are shown, along each side at most.
+/// Largest number of shown corners of a height field, along each side.
 const MOST_CORNERS: usize = 200;
 /// Speed that keys ask for where the scenario asks for less than a tenth of it \[m/s\]: a slow walk.
 const WALK_M_S: f64 = 0.3;

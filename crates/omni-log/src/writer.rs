@@ -88,7 +88,7 @@ impl LogWriter {
     /// the result lives, no other run gets that name.
     ///
     /// # Errors
-    /// [`LogError::Io`] or [`LogError::Mcap`] if the rest cannot be written (nothing is left then),
+    /// [`LogError::Io`] or [`LogError::Mcap`] if the remaining data cannot be written (no file is left then),
     /// [`LogError::Rename`] if only the final name is rejected (the complete `.part` file is left).
     pub fn finish(self) -> Result<FinishedLog, LogError> {
         let Self { mut writer, part, .. } = self;
@@ -102,7 +102,7 @@ impl LogWriter {
     /// `.part` file, which stays.
     ///
     /// # Errors
-    /// [`LogError::Io`] or [`LogError::Mcap`] if the rest cannot be written; nothing is left then.
+    /// [`LogError::Io`] or [`LogError::Mcap`] if the remaining data cannot be written; no file is left then.
     pub fn leave(self) -> Result<PathBuf, LogError> {
         let Self { mut writer, part, .. } = self;
         writer.flush().map_err(|source| mcap_error(&part, source))?;
@@ -117,7 +117,7 @@ impl LogWriter<InMemory> {
     /// Starts a log in memory that messages call `name`.
     ///
     /// # Errors
-    /// [`LogError::Mcap`] if the container refuses it.
+    /// [`LogError::Mcap`] if the container rejects it.
     pub fn in_memory(name: &str) -> Result<Self, LogError> {
         let bytes = InMemory::new(name);
         Self::over(bytes.clone(), bytes)
@@ -132,7 +132,7 @@ impl LogWriter<InMemory> {
     /// Completes the log and returns the last piece.
     ///
     /// # Errors
-    /// [`LogError::Mcap`] if the container refuses it.
+    /// [`LogError::Mcap`] if the container rejects it.
     pub fn finish(self) -> Result<Vec<u8>, LogError> {
         let Self { mut writer, part, .. } = self;
         writer.finish().map_err(|source| mcap_error(&part, source))?;

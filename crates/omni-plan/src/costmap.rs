@@ -18,7 +18,7 @@ const LETHAL: u8 = 100;
 /// Cost of an edge as high as is allowed \[%\].
 const HIGHEST_EDGE: f64 = 98.0;
 
-/// A map of ROS's map_server: its YAML and its picture.
+/// A ROS map_server map: its YAML and its picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct MapFiles {
@@ -159,8 +159,8 @@ impl Planner {
         self.files(name, percents.collect())
     }
 
-    /// Writes the costmap (`NAME.yaml`), those of the headings (`NAME-heading-00.yaml` to `15`) and the
-    /// mask of speeds (`NAME-speed.yaml`), each with its picture, into a folder; returns the YAML files.
+    /// Writes the costmap (`NAME.yaml`), the costmaps of the headings (`NAME-heading-00.yaml` to `15`) and the mask of
+    /// speeds (`NAME-speed.yaml`), each with its picture, into a folder; returns the YAML files.
     ///
     /// # Errors
     /// If the name is no file name, or a file cannot be written.

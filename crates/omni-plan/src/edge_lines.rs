@@ -7,9 +7,9 @@ use crate::blurred_edges::BlurredEdges;
 use crate::edge_line::{EdgeLine, NONE};
 use crate::ground::Ground;
 
-/// A border belongs to a line if its middle is no farther from it [cells]: a drawn line is off by half a cell at most.
+/// A border belongs to a line if its middle is no farther from it [cells]: a drawn line is off by at most half a cell.
 const OFF_LINE: f64 = 0.75;
-/// A line has so many borders at least.
+/// Minimum number of borders of a line.
 const LEAST_BORDERS: usize = 3;
 /// The ends of a line of so many borders may belong to a corner: they are left out of its fit.
 const TRIMMED_FROM: usize = 6;
@@ -162,7 +162,7 @@ fn chains(ground: &Ground) -> Vec<Vec<Border>> {
     chains
 }
 
-/// Borders that share a corner of the grid, four at most.
+/// Borders that share a corner of the grid, at most four.
 struct ByCorner {
     /// The first of each corner, [`NONE`] if there is none.
     first: Vec<u32>,

@@ -9,7 +9,7 @@ use crate::{Error, Point};
 pub(crate) const MOST_CELLS: usize = 4_000_000;
 /// Smallest and largest cells \[m\].
 pub(crate) const RESOLUTION_M: [f64; 2] = [1e-3, 10.0];
-/// Farthest origin from that of the world \[m\].
+/// Largest distance of the origin from the world's origin \[m\].
 pub(crate) const ORIGIN_M: f64 = 1e5;
 
 /// A grid: `columns` cells along x, `rows` along y, row 0 at the least y.

@@ -14,7 +14,7 @@ pub use picture::PictureScale;
 const HEIGHT_M: f64 = 1e4;
 /// Greatest friction coefficient.
 const FRICTION: f64 = 2.0;
-/// Friction of a map that says nothing of it, as that of a chart.
+/// Default friction of a map, as in a chart.
 const USUAL_FRICTION: f64 = 0.7;
 
 /// Properties of a cell.

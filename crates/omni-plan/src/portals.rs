@@ -72,13 +72,13 @@ pub(crate) struct PortalMaker<'a> {
     pub(crate) options: &'a Options,
 }
 
-/// A direction of travel over an edge with one side ahead, in metres.
+/// A direction of travel over an edge with one side in front, in metres.
 struct Approach {
     direction_rad: f64,
     heading_rad: f64,
     /// The heading of the lattice that is nearest.
     heading: usize,
-    /// How far the vehicle reaches ahead and back, whichever way it is turned to that heading.
+    /// Extent of the vehicle forward and backward, for either direction of the turn to that heading.
     ahead_m: f64,
     behind_m: f64,
     left_m: f64,
@@ -217,7 +217,8 @@ impl PortalMaker<'_> {
         }
     }
 
-    /// The portals at a place with one side ahead: one for each place at which the vehicle may stop being on edges.
+    /// The portals at a position with one side in front: one for each place at which the vehicle may stop being on
+    /// edges.
     fn with_side(
         &self,
         line: &EdgeLine,

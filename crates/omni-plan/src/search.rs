@@ -98,7 +98,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The least cost of turning from a heading to that of a goal; a little less, because turns are rounded one by one.
+    /// The least cost of turning from a heading to a goal's heading; a little less, because turns are rounded one by
+    /// one.
     fn least_turn(&self, heading: usize, goals: &[u32]) -> u64 {
         let mut least = UNREACHED;
         for goal in goals {
@@ -143,7 +144,7 @@ impl<'a> Search<'a> {
         next
     }
 
-    /// Cost of a step with a side ahead, or the least for all sides.
+    /// Cost of a step with a side in front, or the least for all sides.
     fn step_cost(&self, from: usize, to: usize, step: usize, side_rad: Option<f64>) -> f64 {
         let length_m = step_length(step) * self.lattice.spacing_m();
         let proximity = f64::from(self.lattice.proximity[to]);

@@ -21,7 +21,7 @@ pub(crate) struct ChartRuns {
 
 #[pymethods]
 impl ChartRuns {
-    /// The runs of a chart; the arguments are those of :func:`omnistep.climb_chart`.
+    /// The runs of a chart; the arguments are as in :func:`omnistep.climb_chart`.
     ///
     /// Raises:
     ///     ConfigError: a name, key or value is wrong.

@@ -132,7 +132,7 @@ impl Wheel {
 /// A set of wheels that can move the vehicle in every direction: 3 to 8 wheels, N below.
 ///
 /// Args:
-///     wheels: the wheels; their order is that of every array over wheels.
+///     wheels: the wheels, in the order of every array over wheels.
 ///
 /// Raises:
 ///     ConfigError: a number of a wheel is out of range, the wheels cannot move the vehicle in three directions, or

@@ -247,7 +247,7 @@ fn columns(scenario: &Scenario, control: &dyn ControlLaw) -> ReportColumns {
     }
 }
 
-/// Traction control runs at the other end of a link inside a drive only.
+/// At the other end of a link, traction control runs only inside a drive.
 fn without_bare_traction(scenario: &Scenario) -> Result<(), config::Error> {
     match scenario.drive {
         Some(_) => Ok(()),

@@ -67,8 +67,8 @@ pub enum Shape {
     },
 }
 
-/// The shapes of a scenario's ground, which reaches `far` \[m\] to all sides; none of ground that
-/// is unknown here, which [`Simulation::new`](crate::Simulation::new) refuses.
+/// The shapes of a scenario's ground, which reaches `far` \[m\] to all sides; none for unknown ground, which
+/// [`Simulation::new`](crate::Simulation::new) rejects.
 ///
 /// ```
 /// use omni_sim::{config::Scenario, ground::{Shape, shapes}};

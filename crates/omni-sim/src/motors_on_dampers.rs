@@ -34,7 +34,7 @@ pub struct MotorBenchTrace {
     pub common_factor: Vec<f64>,
 }
 
-/// One series a wheel.
+/// One series per wheel.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct ByWheel {
     /// Wheel A.

@@ -213,7 +213,7 @@ impl Odometer {
 
     /// The motion is undetermined for a period. The vehicle may be as far as its top speed brings
     /// it, or that which it had: that is the deviation along every axis, in proportion to the time,
-    /// because one way lasts. About it is half a turn at most.
+    /// because one way lasts. The yaw uncertainty is at most half a turn.
     fn grow_without_motion(&mut self) {
         const AXES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         let state = &mut self.state;

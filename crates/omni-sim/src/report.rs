@@ -379,8 +379,8 @@ impl ReportColumns {
         }
     }
 
-    /// Those with these names, as a log has them. Names of no drive and no traction control are
-    /// those of a controller of one's own.
+    /// Those with these names, as a log has them. Names that belong to neither a drive nor traction control belong to a
+    /// custom controller.
     #[must_use]
     pub fn named(names: &[String]) -> Self {
         let of_wheels = |signal: &str| -> Vec<String> {
@@ -431,7 +431,7 @@ impl ReportColumns {
         ]
     }
 
-    /// A number a name; NaN if the report lacks a part.
+    /// One number per name; NaN if the report lacks a part.
     #[must_use]
     pub fn values(&self, report: &Report) -> Vec<f64> {
         let drive = report.drive.as_ref().map(DriveReport::values);
@@ -450,8 +450,8 @@ impl ReportColumns {
         values
     }
 
-    /// The report of these numbers, one a name. A part whose numbers are none of its, as NaN
-    /// throughout, is not there. None if there are more or fewer numbers than names.
+    /// The report of these numbers, one per name. A part whose numbers are none of its, as NaN throughout, is not
+    /// there. None if there are more or fewer numbers than names.
     #[must_use]
     pub fn report(&self, values: &[f64]) -> Option<Report> {
         if values.len() != self.names.len() {

@@ -206,7 +206,7 @@ impl Trace {
     }
 }
 
-/// A trace that grows row by row, of any columns: first those of the vehicle, then for each signal one per wheel.
+/// A trace that grows row by row, of any columns: first the columns of the vehicle, then for each signal one per wheel.
 ///
 /// ```
 /// use omni_sim::{Outcome, Rows, Run, config::Scenario};
@@ -223,7 +223,7 @@ pub struct Rows {
     wheel_names: Vec<String>,
     signals: Vec<&'static str>,
     first_wheel_column: usize,
-    /// Row after row, each with a number a name.
+    /// Row after row, each with one number per name.
     rows: Vec<f64>,
 }
 
@@ -301,7 +301,7 @@ impl TraceBuilder {
     }
 
     /// No rows yet; `report` is what the controller reports
-    /// ([`crate::controller::AnyController::columns`]), columns before those of the wheels.
+    /// ([`crate::controller::AnyController::columns`]), columns before the wheels' columns.
     #[must_use]
     pub fn with_report(vehicle: &Vehicle, report: &ReportColumns) -> Self {
         let mut names: Vec<String> = COMMON.map(String::from).into();

@@ -95,7 +95,7 @@ pub struct Approach {
 }
 
 impl ChartStart {
-    /// At a world x \[m\], with a heading beside that of the approach \[deg\].
+    /// At a world x \[m\], with a heading relative to the approach \[deg\].
     #[must_use]
     pub fn new(x_m: f64, heading_deg: f64) -> Self {
         Self { x_m, heading_deg }

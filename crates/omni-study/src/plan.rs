@@ -177,7 +177,7 @@ impl Plan {
     ///
     /// Each key that is replaced in any of them is a column; where a scenario has it unreplaced, it
     /// holds that scenario's own value: of the vehicle its name, and nothing if there is none or another table. Keys
-    /// and rows are those of a study with the same scenarios.
+    /// and rows equal a study's with the same scenarios.
     ///
     /// # Errors
     /// Which of the scenarios, counted from 0, cannot be run, is there twice or has its seed replaced, in one line.

@@ -208,7 +208,7 @@ fn described(vehicle: &Vehicle) -> String {
     )
 }
 
-/// Does a wheel push across the vehicle's way ahead?
+/// Whether a wheel pushes transverse to the vehicle's forward direction.
 fn is_crosswise(wheel: &WheelSpec) -> bool {
     let [dx, dy] = wheel.rolling_direction;
     let (sin, cos) = wheel.roller_angle_rad.sin_cos();

@@ -215,8 +215,8 @@ fn show(scenario: &Scenario, rows: &[Row], explain: bool, out: &mut dyn Write) -
     Ok(())
 }
 
-/// Firmware computes in `f32`: so does the scenario, in its log too. Only an override that asks for something else is
-/// rejected; what a file says is overridden.
+/// Firmware computes in `f32`, and so does the scenario, also in its log. Only an override that asks for something else
+/// is rejected; what a file says is overridden.
 fn in_f32(args: &RunArgs, scenario: &mut Scenario) -> Result<(), Error> {
     let asked = args.overrides.iter().any(|text| {
         text.split_once('=')

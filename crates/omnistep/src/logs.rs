@@ -28,8 +28,8 @@ struct Inspected<'a> {
     outcome: Option<Outcome>,
 }
 
-/// Reads logs from start to end, every checksum included, and prints what is in them. The exit code
-/// is that of the worst.
+/// Reads logs from start to end, every checksum included, and prints what is in them. The exit code is the exit code of
+/// the worst.
 pub(super) fn info(paths: &[PathBuf], json: bool, explain: bool, out: &mut dyn Write) -> Result<u8, Error> {
     let mut files = Vec::new();
     let code = each(paths, |path| {

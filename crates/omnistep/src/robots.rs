@@ -42,7 +42,7 @@ pub(crate) fn like(like: &str, name: &str) -> Result<String, Error> {
     Ok(renamed(&source.text, name))
 }
 
-/// The names there are, the robots' too.
+/// The existing names, including the robots'.
 fn with_robots(error: Error, name: &str) -> Error {
     let Error::UnknownName { kind, .. } = error else {
         return error;

@@ -307,7 +307,7 @@ fn total_mass(source: &Source, table: &mut Table, notes: &mut Vec<String>) -> Re
     Ok(())
 }
 
-/// Tables of a list; what is no table is for the reader to refuse.
+/// Tables of a list; the reader rejects other values.
 fn tables<'a>(table: &'a mut Table, key: &str) -> impl Iterator<Item = &'a mut Table> {
     let list = table.get_mut(key).and_then(Value::as_array_mut);
     list.into_iter().flatten().filter_map(Value::as_table_mut)

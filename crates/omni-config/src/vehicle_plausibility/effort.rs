@@ -34,7 +34,7 @@ impl Vehicle {
         }
         let top = self.top_rad_s()?;
         let slowed = self.wheel.iter().find_map(|wheel| {
-            // Where the line's torque at the wheel is that of both frictions.
+            // Speed at which the line's torque at the wheel equals both frictions.
             let gear = wheel.gear;
             let left = at_wheel(motor.stall_torque_n_m, gear) - dry;
             let slope = at_wheel(motor.line_slope_n_m_s_rad(), gear) / gear;

@@ -301,7 +301,7 @@ impl<R: Real> EncoderCounter<R> {
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
     pub fn update(&self, state: &mut CounterState, raw: u32) -> i32 {
-        // The counter's highest bit becomes that of 32: differences wrap as it does, and keep their sign.
+        // The counter's highest bit becomes bit 31 of 32: differences wrap as it does, and keep their sign.
         let aligned = raw << (self.unused & 31);
         let counts = if state.read {
             (aligned.wrapping_sub(state.last) as i32) >> (self.unused & 31)

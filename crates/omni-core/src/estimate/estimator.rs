@@ -23,7 +23,8 @@ use matrix::{BIAS, Matrix, Motion, SIZE, SLIP, SLIP_Y, VX, VY, X, Y, YAW};
 
 /// Innovation squared over its variance from which on a slip has changed at once: three standard deviations.
 const SUDDEN: f64 = 9.0;
-/// Most that a period adds to the variance of the slip, over that of the wheels' noise: what `f32` can take off again.
+/// Largest addition of a period to the variance of the slip, relative to the wheels' noise: the amount that `f32` can
+/// subtract again.
 const MOST: f64 = 1e4;
 /// Disagreement that passes for noise of the readings, over their variance: its estimate over 20
 /// periods is off by a third.
@@ -93,7 +94,7 @@ const STANDING_M_S: f64 = 3e-4;
 pub struct Estimator<R, const N: usize> {
     config: EstimatorConfig<R>,
     kinematics: Kinematics<R, N>,
-    /// Squares of the forward map: what a wheel's variance adds to that of each axis.
+    /// Squares of the forward map: contribution of a wheel's variance to the variance of each axis.
     shares: [[R; N]; 3],
     redundancy: [R; N],
     /// Mean squared lever of the wheels \[m^2\]: turning by 1 rad/s is as much as its root in m/s.

@@ -34,9 +34,9 @@ use crate::{ConfigError, Real};
 pub enum Desaturation {
     /// The direction: the whole twist is scaled by one factor, so that the path stays the same.
     Uniform,
-    /// The yaw rate, as far as it is possible alone; the rest goes to translation, in its direction.
+    /// The yaw rate, as far as it is possible alone; the remaining capacity is used for translation, in its direction.
     KeepsYaw,
-    /// Translation, as far as it is possible alone; the rest goes to yaw.
+    /// Translation, as far as it is possible alone; the remaining capacity is used for yaw.
     KeepsTranslation,
 }
 

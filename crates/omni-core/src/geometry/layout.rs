@@ -380,7 +380,7 @@ mod tests {
         let error = WheelLayout::new(row).expect_err("three wheels in one line roll one way");
         assert_eq!((error.parameter, error.value), ("layout", 1.0));
 
-        // Four forward wheels steer like a tank: forward and yaw, never sideways.
+        // Four forward wheels steer like a tank: forward and yaw, never lateral.
         let tank = [[0.2, 0.2], [0.2, -0.2], [-0.2, 0.2], [-0.2, -0.2]].map(|p| wheel(p, [1.0, 0.0]));
         assert_eq!(WheelLayout::new(tank).expect_err("no sideways motion").value, 2.0);
     }

@@ -29,10 +29,10 @@ impl<R: Real> Law<'_, R> {
     /// One step, eq. (10): with e' = share(e), the torques are u = p(e) + i(I, e') + d + ff,
     /// brought within their limits, and I' = I + ki T e' + what anti-windup adds.
     ///
-    /// It starts from the references, measurements and ranges in `out`; those of wheels that are not active
-    /// are 0. The integrals take in what `share` makes of the errors, each wheel its own if there is none. `share` is
-    /// linear, and the identity on the references. `some_released`: not all wheels are active. `waits`: integrals know
-    /// of limits that last only ([`Overload`]), otherwise of every limit.
+    /// It starts from the references, measurements and ranges in `out`; values of wheels that are not active are 0. The
+    /// integrals take in what `share` makes of the errors, each wheel its own if there is none. `share` is linear, and
+    /// the identity on the references. `some_released`: not all wheels are active. `waits`: integrals know of limits
+    /// that last only ([`Overload`]), otherwise of every limit.
     ///
     /// The usual case, with every wheel active and none at its limit, consists of straight loops over the wheels that
     /// write the result in place; separate functions handle all other cases.

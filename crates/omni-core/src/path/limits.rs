@@ -141,8 +141,8 @@ fn change_limit<R: Real>(parameter: &'static str, value: R) -> Result<(), Config
     within(parameter, value, LEAST..=f64::INFINITY, allowed).map(|_| ())
 }
 
-/// The part of every limit on accelerations that bends may take, so that the rest is left for
-/// speeding up and slowing down.
+/// The fraction of every limit on accelerations that bends may use, so that the remaining fraction is left for speeding
+/// up and slowing down.
 const BENDS: f64 = 0.5;
 /// A jerk has three parts: of the bend's change, of speeding up in a bend, of the change of that.
 const JERK_PARTS: f64 = 3.0;
@@ -205,7 +205,8 @@ impl<R: Real, const N: usize> Vehicle<R, N> {
         (twist, along, rates)
     }
 
-    /// Actuator torques for an acceleration: those of the smallest sum of squares that give the force and the moment.
+    /// Actuator torques for an acceleration: the set with the smallest sum of squares that produces the force and the
+    /// moment.
     pub(crate) fn torques(&self, heading: R, velocity: [R; 3], acceleration: [R; 3]) -> WheelTorques<R, N> {
         let (twist, [ax, ay, yaw], rates) = Self::in_body(heading, velocity, acceleration);
         let PlanarInertia {

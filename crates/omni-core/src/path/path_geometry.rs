@@ -50,7 +50,7 @@ impl<R: Real> Section<R> {
         match self {
             Self::Arc(arc) => {
                 let turn = (arc.sweep.abs().as_f64() / ARC_PIECE_RAD).min(8.0);
-                // Rounded up; a sweep is 6.2 rad at most.
+                // Rounded up; a sweep is at most 6.2 rad.
                 (1..=8_u16).find(|n| turn <= f64::from(*n) + 1e-6).unwrap_or(8)
             }
             Self::Spline => SPLINE_PIECES,

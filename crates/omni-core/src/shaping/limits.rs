@@ -217,7 +217,7 @@ impl<R: Real> Steps<R> {
         } else if braked <= R::zero() {
             braked
         } else {
-            // At rest after the part -velocity / down of the period; the rest of it accelerates.
+            // At rest after the part -velocity / down of the period; the remaining part accelerates.
             self.up * (R::one() + velocity / self.down)
         };
         // This way round NaN, which is 0 times no limit, counts as there.
@@ -399,7 +399,7 @@ impl<R: Real> RateLimiter<R> {
     fn step_smoothly(&self, state: &mut RateLimiterState<R>, target: R) {
         let zero = R::zero();
         let distance = state.velocity.gap(target);
-        // Seen so that the target lies ahead.
+        // Mirrored so that the target is in the positive direction.
         let (sign, steps) = if distance < zero {
             (-R::one(), &self.backward)
         } else {

@@ -175,10 +175,10 @@ impl<R: Real> TwistLimiterState<R> {
 /// [`TwistLimits::PerAxis`] is three [`RateLimiter`]s. [`TwistLimits::AlongMotion`] first scales the target so that it
 /// obeys both speed limits. The change D of the twist that is left is then done in part: one factor for vx, vy and wz,
 /// the largest that both groups, linear and yaw, allow. A group decelerates while its part of D has a component against
-/// its velocity. A jerk limit looks ahead along D as [`RateLimiter`] does, and limits the change of the acceleration by
-/// one factor too. A target that stays is reached exactly; from rest, along a straight line and without overshoot. Only
-/// where a changed target finds an acceleration that points elsewhere and would carry a group out of its limits does
-/// that group first take its acceleration back, by itself.
+/// its velocity. A jerk limit looks ahead along D as [`RateLimiter`] does, and also limits the change of the
+/// acceleration by one factor. A target that stays is reached exactly; from rest, along a straight line and without
+/// overshoot. Only where a changed target finds an acceleration that points elsewhere and would carry a group out of
+/// its limits does that group first take its acceleration back, by itself.
 ///
 /// ```
 /// use omni_core::shaping::{MotionLimits, TwistLimiter, TwistLimiterState, TwistLimits};
@@ -261,8 +261,8 @@ impl<R: Real> TwistLimiter<R> {
 
     /// One control period towards `target`: the twist to command next, always finite.
     ///
-    /// A target with a component that is not finite holds the twist, per axis that component only. Along the motion
-    /// components are first cut to +-1e9, so that their squares stay finite in `f32`.
+    /// A target with a component that is not finite holds the twist; per axis, it holds only that component. Along the
+    /// motion components are first cut to +-1e9, so that their squares stay finite in `f32`.
     ///
     /// ```
     /// use omni_core::shaping::{MotionLimits, TwistLimiter, TwistLimiterState, TwistLimits};
@@ -281,7 +281,7 @@ impl<R: Real> TwistLimiter<R> {
     pub fn step(&self, state: &mut TwistLimiterState<R>, target: &BodyTwist<R>) -> BodyTwist<R> {
         match &self.law {
             Law::PerAxis { axes: limiters } => {
-                // Not a loop: with constant limits the compiler then knows those of each axis.
+                // Not a loop, so that the compiler knows constant limits of each axis.
                 let [vx, vy, wz] = limiters;
                 let [x, y, z] = &mut state.axes;
                 vx.step(x, target.vx_m_s);

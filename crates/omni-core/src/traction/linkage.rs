@@ -10,7 +10,7 @@ use crate::scalar::{follow, is_plausible, max, min};
 /// This many wheels determine the vehicle's motion. An error of one of them is detected by a further wheel, or by a
 /// gyro.
 const MOTIONS: usize = 3;
-/// Traction control comes back once a wheel was to spare for so long \[s\].
+/// Traction control resumes once there was a redundant wheel for this time \[s\].
 const SPARE_AGAIN_S: f64 = 0.5;
 
 /// A reading is stuck if it does not change by a bit while its motor gives more than this part of its torque:
@@ -143,7 +143,8 @@ impl<R: Real, const N: usize> Traction<R, N> {
         free
     }
 
-    /// Speed along the way at which a wheel that rises so does not slip \[m/s\]: that of its centre, up the edge too.
+    /// Speed along the way at which a wheel that rises so does not slip \[m/s\]: the speed of its centre, also up the
+    /// edge.
     pub(super) fn rolled_m_s(&self, speed_m_s: R, sign: R, rise_m_s: R, cosine_squared: R) -> R {
         let rise = rise_m_s * rise_m_s;
         if rise < R::of(NO_RISE) {

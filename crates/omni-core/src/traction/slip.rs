@@ -180,9 +180,10 @@ impl<R: Real, const N: usize> Traction<R, N> {
 
     /// The torque of a wheel that slips, everything along the thrust \[N.m\].
     ///
-    /// Beyond what is free a faster wheel gives what the ground takes, and is slowed down only as far as it is faster
-    /// than both the vehicle (by `back`) and half of its target: so a wrong speed can take thrust away, but never
-    /// turns a wheel back. A slower wheel is driven only as far as it is slower than both the vehicle and its target.
+    /// Beyond the free slip, a faster wheel applies only the torque that the ground transmits, and is slowed down only
+    /// as far as it is faster than both the vehicle (by `back`) and half of its target, so that a wrong speed can
+    /// reduce thrust, but never turns a wheel backwards. A slower wheel is driven only as far as it is slower than both
+    /// the vehicle and its target.
     #[inline(always)]
     fn slip_torque(&self, thrust: R, contact: R, slip: R, free: R, [back, lack]: [R; 2], gain: R) -> R {
         let (zero, one) = (R::zero(), R::one());

@@ -28,7 +28,7 @@ pub struct TractionState<R, const N: usize> {
     pub(super) commanded_m_s: R,
     #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub(super) reference_rad_s: [R; N],
-    /// Direction of travel in the vehicle's frame, a unit vector: that of the last command that was not rest.
+    /// Direction of travel in the vehicle's frame, a unit vector: the direction of the last command that was not rest.
     pub(super) direction: [R; 2],
     /// `travel` has been worked out for `direction`.
     pub(super) wheels_found: bool,
@@ -212,7 +212,7 @@ impl<R: Real, const N: usize> TractionState<R, N> {
         if !twist.to_array().into_iter().all(is_plausible) {
             return Self::new();
         }
-        // In the vehicle's frame, which is that of the first direction.
+        // In the vehicle's frame, the frame of the first direction.
         Self {
             speed_m_s: twist.vx_m_s,
             drift_m_s: twist.vy_m_s,
@@ -254,7 +254,7 @@ impl<R: Real, const N: usize> TractionState<R, N> {
         (self.target_m_s - self.speed_m_s) * self.largest_rate_rad_m
     }
 
-    /// Sign of the target, ahead where it is none.
+    /// Sign of the target, forward if there is none.
     pub(super) fn target_sign(&self) -> R {
         if self.target_m_s < R::zero() {
             -R::one()

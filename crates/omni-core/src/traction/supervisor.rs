@@ -167,7 +167,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
     }
 
     /// Nothing is tried while slip does not stand out from noise: the target is the commanded
-    /// speed, and what was tried counts. A vehicle that is stuck gives up here too.
+    /// speed, and what was tried counts. A stuck vehicle also gives up here.
     fn without_retries(
         &self,
         state: &mut SupervisorState<R>,
@@ -182,7 +182,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
         state.target_m_s = traction.commanded_m_s;
         // One that is commanded to creep and creeps is not stuck.
         let slow = min(self.config.stuck_m_s, R::of(CREEPS_PART) * traction.commanded_m_s);
-        // Wheels that are mute, as those of a stuck vehicle may be, do not push: it is stuck yet.
+        // Wheels without readings, such as on a stuck vehicle, do not push: it is still stuck.
         let stuck = self.is_stuck(traction, slow);
         if stuck || moves(traction, slow) {
             state.stuck_s = SupervisorState::count(state.stuck_s, self.config.period_s, stuck);
@@ -210,9 +210,9 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
             && !moves(traction, slow_m_s)
     }
 
-    /// Tries are of the furthest row so far: those of a row are over once a row behind it climbs
-    /// for the first time. All are over where every row is past the obstacle. A vehicle that falls
-    /// back to level ground goes on counting, or it would try for ever.
+    /// Retries count for the furthest row so far: the retries of a row end once a row behind it climbs for the first
+    /// time. All are over where every row is past the obstacle. A vehicle that falls back to level ground goes on
+    /// counting, or it would try for ever.
     fn progress(&self, state: &mut SupervisorState<R>, (axis, _): (usize, bool)) {
         let (config, zero) = (&self.config, R::zero());
         if state.row > state.furthest {

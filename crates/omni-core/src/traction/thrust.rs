@@ -24,7 +24,7 @@ const SLIPS: f64 = 2.5;
 const CALM_S: f64 = 0.5;
 const CALM_PART: f64 = 0.4;
 const CALM_RAD: f64 = 0.02;
-/// Wheels that go back faster than this, or ahead of the target by more than that \[m/s\], are off the speed.
+/// Wheels that turn backwards faster than this, or exceed the target by more than this \[m/s\], are off the speed.
 const BACKWARD_M_S: f64 = 0.1;
 const OFF_SPEED_M_S: f64 = 0.5;
 /// Where most are so for this long, plain loops take over until the command rests \[s\].

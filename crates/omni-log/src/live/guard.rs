@@ -28,7 +28,7 @@ pub(super) struct Guard {
 
 impl Guard {
     /// Known viewers, pages of this machine and the origins of `more`, or the one of these that is
-    /// none; with `own_page` the run's own page and those of `more` alone.
+    /// none; with `own_page` only the run's own page and the pages of `more`.
     pub(super) fn new(more: &[String], own_page: bool) -> Result<Self, String> {
         let known = VIEWERS
             .iter()

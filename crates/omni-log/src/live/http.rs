@@ -1,4 +1,4 @@
-//! Answers to a browser: the page, a viewer's WebSocket, or a refusal.
+//! Answers to a browser: the page, a viewer's WebSocket, or an error.
 
 use std::convert::Infallible;
 use std::sync::{Arc, LazyLock, Mutex, PoisonError};
@@ -107,7 +107,7 @@ pub(super) async fn answer(stream: TcpStream, hub: &Hub) -> Option<(Socket, Owne
 /// What becomes a viewer once it has read its answer.
 type Becomes = Option<(OnUpgrade, OwnedSemaphorePermit)>;
 
-/// The answer, or a refusal of one line.
+/// The answer, or an error of one line.
 fn answered(request: &mut Request<Incoming>, hub: &Hub) -> Result<(Answer, Becomes), Box<Answer>> {
     hub.guard.check(request.headers()).map_err(|why| {
         hub.warn(&format!("rejected {why}"));

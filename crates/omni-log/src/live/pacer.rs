@@ -57,7 +57,7 @@ mod tests {
         let start = Instant::now();
         let after = |seconds| start + Duration::from_secs_f64(seconds);
         let mut pacer = Pacer::new(2.0, start);
-        // A second of simulation is half a second on the clock; 2 ms ahead are no reason to wait.
+        // A second of simulation is half a second on the clock; a lead of 2 ms is no reason to wait.
         assert_eq!(pacer.wait(1.0, after(0.4)), Some(Duration::from_secs_f64(0.1)));
         assert_eq!(pacer.wait(1.0, after(0.4985)), None);
         // 0.4 s late: it catches up.

@@ -21,7 +21,7 @@ struct SceneMessage<'a> {
     allow_control: bool,
 }
 
-/// The page's topics: viewers may have them too.
+/// The page's topics, which viewers may also use.
 pub(super) const TOPICS: [Topic; 2] = [json("/page/scene"), json("/page/state")];
 
 const fn json(name: &'static str) -> Topic {

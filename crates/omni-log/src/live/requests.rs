@@ -140,7 +140,7 @@ impl Requests {
         self.pending().settings()
     }
 
-    /// Sets what is allowed of a client's settings; why not the rest.
+    /// Applies the allowed settings of a client, and reports why others are not allowed.
     pub(super) fn set(&self, who: ClientId, settings: &[(String, Setting)], now: Instant) -> Vec<String> {
         let _alone = self.setting.lock().unwrap_or_else(PoisonError::into_inner);
         let set = settings

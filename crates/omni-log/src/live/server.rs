@@ -21,7 +21,7 @@ const MOST_WAITING: usize = 16;
 /// Pause after the system rejected a connection, or after a handshake was ended to make room for it.
 const PAUSE: Duration = Duration::from_millis(100);
 const TAKE: Duration = Duration::from_millis(1);
-/// Time until it is said again that the system refuses connections.
+/// Time between warnings that the system rejects connections.
 const SILENCE: Duration = Duration::from_secs(60);
 /// Time limit of clients for the last messages at the end.
 const FAREWELL: Duration = Duration::from_secs(1);

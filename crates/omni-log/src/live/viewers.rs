@@ -113,7 +113,7 @@ impl Viewers {
     /// The messages of a control period.
     pub(super) fn push(&mut self, simulation: &Simulation) {
         if self.requests.take_subscribed() {
-            // Latched, as ROS has it: who comes later gets them too.
+            // Latched in the sense of ROS: later subscribers also receive them.
             self.describe();
         }
         let _ = self.messages.push(simulation.period(), &mut self.served);

@@ -59,8 +59,8 @@ fn trinary() -> String {
 }
 
 impl Map {
-    /// A map of ROS's map_server, `NAME.yaml`, on even ground or with the heights of a second picture.
-    /// Its modes `trinary` and `scale` are read, without rotation; pictures are PGM or PNG, grey.
+    /// A ROS map_server map, `NAME.yaml`, on even ground or with the heights of a second picture. Its modes `trinary`
+    /// and `scale` are read, without rotation; pictures are PGM or PNG, grey.
     ///
     /// # Errors
     /// The error of a file, in one line.

@@ -12,7 +12,7 @@ use crate::error::{check_key, refused};
 use crate::grid::{MOST_CELLS, RESOLUTION_M};
 use crate::{Error, Grid};
 
-/// Heights of black and white \[m\], as those of a scenario's terrain.
+/// Heights of black and white \[m\], as in a scenario's terrain.
 const LEVEL_M: f64 = 10.0;
 /// World x of a picture's lower edge \[m\].
 const START_M: f64 = 1e4;

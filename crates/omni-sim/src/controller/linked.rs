@@ -54,7 +54,7 @@ pub(super) struct Linked<const N: usize> {
     asked: [f32; 3],
     /// Largest amount of each wheel's velocity so far: an estimate from coarse counts does not go beyond.
     fastest_rad_s: [f32; N],
-    /// It is traction control, which reads the bodies' motion too.
+    /// It is traction control, which also reads the bodies' motion.
     grips: bool,
     /// It is a drive.
     drives: bool,

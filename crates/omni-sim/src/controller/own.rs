@@ -9,7 +9,7 @@ use crate::{Error, ReportColumns, TraceBuilder, WheelSignals};
 
 /// Signals of a policy at most: a name costs at each message of a log.
 pub const MOST_SIGNALS: usize = 256;
-/// Characters of a policy's name at most.
+/// Largest number of characters of a policy's name.
 const LONGEST_NAME: usize = 80;
 /// What its snapshots begin with: those of another controller are not taken for its own.
 const OWN: &str = "a controller of one's own";

@@ -22,7 +22,7 @@ impl Shape {
                     let (i, u) = cell(along, *rows);
                     let (j, v) = cell(aside, *columns);
                     let height = |i: usize, j: usize| heights_m[i * columns + j];
-                    // Two triangles a cell, as the engines have them.
+                    // Two triangles per cell, as in the engines.
                     let (ahead, right) = (height(i + 1, j), height(i, j + 1));
                     if u + v <= 1.0 {
                         let here = height(i, j);

@@ -60,7 +60,7 @@ fn pool(threads: usize) -> Result<Pool, Error> {
 }
 
 impl Episodes {
-    /// `count` environments as [`Episode::new`] makes them, stepped by `threads` threads; 0 for one a core.
+    /// `count` environments as [`Episode::new`] makes them, stepped by `threads` threads; 0 for one per core.
     ///
     /// # Errors
     /// As [`Episode::new`]; [`Error::Argument`] for a count of 0, or if the system gives no threads.

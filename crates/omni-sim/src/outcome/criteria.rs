@@ -185,7 +185,7 @@ impl Gain {
 
     pub(super) fn push(&mut self, seen: &Observation) {
         let energy = &seen.energy;
-        // A vehicle that falls has what it falls too.
+        // A falling vehicle also gains its potential energy.
         self.released_j = self.released_j.max(-energy.potential_j);
         let through_j = energy.turnover_j + self.released_j;
         let gained_j = energy.made_j();

@@ -173,7 +173,7 @@ impl Figure {
         }
     }
 
-    /// Tables show it of such outcomes only.
+    /// Tables show it only for such outcomes.
     const fn of(self, shown_of: fn(&Outcome) -> bool) -> Self {
         Self { shown_of, ..self }
     }

@@ -135,7 +135,7 @@ impl Meter {
         let edge_m = scenario.terrain.first_edge_m();
         let reach = |w: &crate::config::WheelSpec| {
             let radius = w.contact_radius_m();
-            // How far ahead of its centre a wheel on the ground meets the edge.
+            // Forward distance from the centre of a wheel on the ground to its contact with the edge.
             let above = (radius - edge_m).max(0.0);
             (radius * radius - above * above).sqrt()
         };
@@ -473,8 +473,8 @@ impl Progress {
         ways.is_some_and(|[[gone, commanded], _]| gone < STALLED_PART * commanded)
     }
 
-    /// At an obstacle: it went along it, and not across as commanded. Traction control that backs
-    /// off goes back more than aside.
+    /// At an obstacle: it went along it, and not across as commanded. Traction control that backs off moves backward
+    /// more than laterally.
     fn slid_along(&self) -> bool {
         self.a_second_ago().is_some_and(|then| {
             let [across, along] = [0, 1].map(|k| self.now.place_m[k] - then.place_m[k]);

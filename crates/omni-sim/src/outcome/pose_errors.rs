@@ -68,7 +68,7 @@ impl PoseErrors {
         }
     }
 
-    /// Adds a period. Returns how far the heading is off that of the path \[rad\]; 0 without one.
+    /// Adds a period. Returns the heading error relative to the path \[rad\]; 0 without one.
     pub(super) fn push(&mut self, path: Option<&PathReport>, seen: &Observation) -> f64 {
         let both = self.path.as_mut().zip(path);
         let off_rad = both.map_or(0.0, |(errors, path)| errors.push(path, seen));

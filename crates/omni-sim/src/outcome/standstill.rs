@@ -4,7 +4,8 @@ use super::criteria::farthest_wheel_m;
 use crate::config::Scenario;
 use crate::observation::Observation;
 
-/// A vehicle that stays within so much of where it was stands \[m\], about the origin that of the farthest wheel.
+/// A vehicle stands if it stays within this distance of its position \[m\]; yaw counts as the distance of the farthest
+/// wheel about the origin.
 const STANDS_M: f64 = 0.02;
 /// This part of the torque that the motor has at standstill is all of it.
 const FULL_PART: f64 = 0.9;

@@ -199,7 +199,7 @@ impl Actuation {
     /// Lowest and highest torque of a motor at the speed that it has, at a part of its voltage, as
     /// [`omni_core::TorqueLimit::range`] has it.
     ///
-    /// The speed is that of the step's start. If the line is so steep that a wheel without load would pass its no-load
+    /// The speed is taken at the step's start. If the line is so steep that a wheel without load would pass its no-load
     /// speed in the step, the torque just reaches this speed.
     fn line(&self, wheel: usize, voltage: f64) -> [f64; 2] {
         let (velocity, slope) = (self.state.velocity_rad_s[wheel], self.slope_n_m_s_rad);

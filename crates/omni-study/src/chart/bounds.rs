@@ -17,8 +17,8 @@ const GRID_M: f64 = 1e-4;
 /// The greatest step up that the bodies clear where the edge is met squarely \[m\]; none if neither of the two rules
 /// bounds it.
 ///
-/// - *Overhang*: a body whose box reaches further ahead than every wheel meets the riser
-///   (`sqrt(r^2 - (r - c)^2)` ahead of its axle) clears its clearance c.
+/// - *Overhang*: a body whose box extends further forward than the point at which every wheel meets the riser
+///   (`sqrt(r^2 - (r - c)^2)` in front of its axle) clears its clearance c.
 /// - *Straddling*: a single body on two rows of wheels, L apart, stands with the front row on a step of height h,
 ///   and the rear row at the riser. It is tilted by `asin(h / L)`. The edge, `d = sqrt(r^2 - (r - h)^2)` ahead of
 ///   the rear axle, is then at `x = d cos + (h - r) sin`, `z = r + (h - r) cos - d sin` in the vehicle's axes,
@@ -100,7 +100,7 @@ impl Way {
             let sin = height_m / span_m;
             let cos = (1.0 - sin * sin).sqrt();
             let below_m = height_m - radius_m;
-            // Further ahead the edge is lower under the body.
+            // Further forward, the edge is lower under the body.
             let begins = (begins_m - below_m * sin) / cos;
             let ahead = ahead_m(radius_m, height_m).max(begins);
             let (x, z) = (

@@ -25,8 +25,8 @@ use crate::{ConfigError, Real};
 pub struct EstimatorConfig<R> {
     /// Time between steps \[s\], 1e-6 to 10.
     pub period_s: R,
-    /// Noise of a wheel's velocity \[rad/s\], 1e-6 to 1000; 0.1. Of counts: a count over the period
-    /// and `sqrt(6)`: that of a difference of two rounded angles.
+    /// Noise of a wheel's velocity \[rad/s\], 1e-6 to 1000; 0.1. For counts: a count over the period and `sqrt(6)`, the
+    /// deviation of a difference of two rounded angles.
     pub wheel_rad_s: R,
     /// Noise of the gyro \[rad/s\], 1e-6 to 1000; 0.01.
     pub gyro_rad_s: R,

@@ -66,7 +66,7 @@ impl<R: Real> Matrix<R> {
         Self(p)
     }
 
-    /// The pose's own part; nothing in common with the rest.
+    /// The pose's own part, without correlation with the other states.
     pub(super) fn set_pose(&mut self, known: &[[R; 3]; 3]) {
         for i in 0..3 {
             for j in 0..SIZE {

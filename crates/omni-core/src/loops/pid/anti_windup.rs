@@ -11,7 +11,7 @@ use crate::{ConfigError, Real};
 /// it counts from the eighth period in a row beyond the same limit ([`Overload`](crate::loops::Overload)),
 /// also for wheels scaled with it; in a [`Pid`](crate::loops::Pid) at once. Under
 /// [`Saturation::ScaleReferences`](crate::loops::Saturation::ScaleReferences) the law is `Conditioned` whatever is set
-/// here; `Clamp` limits the integrals there too.
+/// here; `Clamp` also limits the integrals there.
 ///
 /// ```
 /// use omni_core::loops::{AntiWindup, Pid, PidState};

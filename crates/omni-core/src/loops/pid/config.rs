@@ -99,10 +99,10 @@ pub struct PidConfig<R> {
     pub gains: PidGains<R>,
     /// Control period \[s\], 1e-6 to 10: the step must be called exactly this often.
     pub period_s: R,
-    /// Weight b of the reference in the proportional term, 0 to 1: below 1 a step of the reference overshoots less.
+    /// Weight b of the reference in the proportional term, 0 to 1: below 1, a step of the reference overshoots less.
     pub proportional_weight: R,
-    /// Weight c of the reference in the derivative term, 0 to 1: 1 is the derivative of the error, 0 that of the
-    /// measurement alone.
+    /// Weight c of the reference in the derivative term, 0 to 1: 1 is the derivative of the error, 0 the derivative of
+    /// the measurement alone.
     pub derivative_weight: R,
     /// Time constant \[s\] of the derivative's first-order filter, 0 (none) to 1e3; `T d' + d = kd e'`.
     pub derivative_filter_s: R,

@@ -77,7 +77,7 @@ impl<R: Real> PidState<R> {
     }
 }
 
-/// The terms of one output \[N.m\]: those of eq. (10) and the feed-forward.
+/// The terms of one output \[N.m\]: the terms of eq. (10) and the feed-forward.
 ///
 /// ```
 /// use omni_core::loops::{Pid, PidState};

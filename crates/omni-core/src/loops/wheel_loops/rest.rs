@@ -165,7 +165,7 @@ impl<R: Real> RestRule<R> {
     }
 
     fn in_range(rest: Rest<R>, period_s: R) -> Self {
-        // Rounded: 0.5 s of 1 ms are 500 periods in f32 too.
+        // Rounded: 0.5 s of 1 ms are also 500 periods in f32.
         let periods = |time: R| (time.as_f64() / period_s.as_f64() + 0.5) as u32;
         let hold = periods(rest.hold_s).saturating_mul(RECOVERY);
         Self {

@@ -82,7 +82,7 @@ pub struct SupervisorConfig<R> {
     pub period_s: R,
     /// The target speed changes no faster \[m/s^2\], 0.001 to 1e6.
     pub acceleration_m_s2: R,
-    /// It is never above this, ahead and to the side \[m/s\], each 0.001 to 100.
+    /// It is never above this, forward and lateral \[m/s\], each 0.001 to 100.
     pub most_m_s: [R; 2],
     /// Part of the commanded speed by which it is raised for the second row, and for those behind it, 0 to 10.
     pub boost: [R; 2],

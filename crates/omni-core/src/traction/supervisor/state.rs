@@ -130,7 +130,7 @@ impl<R: Real> SupervisorState<R> {
         (self.target_m_s, self.direction, self.retries) = (target, direction, retries);
     }
 
-    /// In a stop: no try goes on, and what was backing off or running up does not drive on ahead.
+    /// In a stop: no retry continues, and a vehicle that was backing off or running up does not continue forward.
     pub(in crate::traction) fn stop<const N: usize>(
         &mut self,
         traction: &TractionState<R, N>,

@@ -3,7 +3,7 @@
 //! Every contact is open, or closed and sticks or slides along each of its directions. Once that is given,
 //! everything is linear: wheels' and rollers' spins are eliminated, and the tree's velocities are left. What comes
 //! out says which contacts are in the wrong mode; they are changed, and the system is solved again (a semismooth
-//! Newton method). It starts from the modes of the step before, and needs 1.0 solutions a step on average.
+//! Newton method). It starts from the modes of the step before, and needs 1.0 solutions per step on average.
 
 use serde::{Deserialize, Serialize};
 
@@ -29,7 +29,7 @@ pub(super) struct SolverStats {
 }
 
 impl SolverStats {
-    /// Are there more steps whose contacts did not settle than a run is worth with? One in a hundred, and ten at least.
+    /// Are there more steps whose contacts did not settle than a run is worth with? One in a hundred, and at least ten.
     pub(super) fn is_too_much(&self) -> bool {
         self.unsettled * 100 > self.steps.max(1000)
     }

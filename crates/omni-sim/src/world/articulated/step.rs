@@ -14,7 +14,7 @@ use super::spin::Spin;
 use super::system::System;
 use super::tree::FREE;
 
-/// How far ahead of a surface contacts are looked for at least \[m\].
+/// Minimum distance from a surface at which contacts are searched \[m\].
 const AHEAD_M: f64 = 0.002;
 /// The same for rollers, of which fewer are looked at then \[m\].
 const AHEAD_OF_ROLLERS_M: f64 = 0.0002;

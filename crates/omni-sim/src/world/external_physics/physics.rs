@@ -84,8 +84,8 @@ pub trait ExternalPhysics: Send + Sync {
     /// Its name in outcomes.
     fn engine(&self) -> Engine;
 
-    /// Puts the vehicle at the scenario's start, at rest, this much ahead along the world's x \[m\]
-    /// and turned to the left \[rad\].
+    /// Places the vehicle at the scenario's start, at rest, displaced by this distance along the world's x \[m\] and
+    /// turned to the left \[rad\].
     ///
     /// # Errors
     /// Why it cannot.
