@@ -114,7 +114,7 @@ class Single(Task, gymnasium.Env):
         """Start the next episode.
 
         Args:
-            seed: 0 to 2**63 - 1; the same seed gives the same sequence of episodes. None continues the present sequence
+            seed: 0 to 2**63 - 1; equal seeds produce equal sequences of episodes. None continues the present sequence
                 of random numbers, which begins with the system's.
             options: values for this episode instead of drawn ones, by the names of :attr:`ranges`.
 

@@ -107,8 +107,9 @@ def noises(motions: Sequence[Motion], residual: Floats) -> Noises:
 def bent_line(lines: Sequence[float], chopped: float) -> str:
     """Reason why no motor line fits: speeds match bridges that coast within each PWM period.
 
-    These brake a motor only while they drive it, so that little duty gives nearly the speed of full duty. ``lines`` are
-    parts by which speeds are off with bridges that brake or coast at zero duty, ``chopped`` that of such bridges.
+    These brake a motor only while they drive it, so that a small duty cycle produces nearly the speed of full duty.
+    ``lines`` are parts by which speeds are off with bridges that brake or coast at zero duty, ``chopped`` that of such
+    bridges.
     """
     if not chopped * BENT < min(lines):
         return ""

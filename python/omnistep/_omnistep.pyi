@@ -2128,7 +2128,7 @@ class Log:
         are additional columns. A log, and therefore this trace, lacks these columns: ``command_*``, ``twist_*``,
         ``pose_*``, ``body_*``, ``hinge_*``, ``row_*``, ``force_*_n``, the energies (``*_j``) and ``newton_residual_n``;
         for each wheel ``residual_rad_s``, ``rim_m_s``, ``along_m_s``, ``normal_*``, ``contact_*`` and their positions
-        ``x_m``, ``y_m``, ``z_m``. Poses are in :attr:`frames`; figures that show positions take the log itself.
+        ``x_m``, ``y_m``, ``z_m``. Poses are in :attr:`frames`; plots that show positions require the log itself.
         ``omnistep.run(omnistep.Scenario.from_toml(log.scenario_toml))`` recomputes every column.
         """
     @property

@@ -71,8 +71,8 @@ pub fn touch(vehicle: &Vehicle, step: &Step) -> Result<Option<Vec<RowTouch>>, Er
         } else {
             (other.x_m - centre_m, apart_m - ahead, 0.0)
         };
-        // N forward = T own + P down, with P = T others or what friction holds of the other row's load. A wheel that
-        // rolls across the way gives no push but for the rounding of its angle.
+        // N forward = T own + P down, with P = T others or what friction holds of the other row's load. A transverse
+        // wheel applies no push, except for the rounding of its angle.
         let own = push(row) * radius;
         let own = if own.abs() < ROUNDING { 0.0 } else { own };
         let others = push(other);

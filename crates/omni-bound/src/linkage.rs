@@ -283,7 +283,8 @@ fn wheel_row(
         }
         all_n_m += wheel.contact_stiffness_n_m(CONTACT_HZ);
     }
-    // What preloads take from transverse wheels is not in a share: they carry nothing then, which is easiest.
+    // Load that preloads remove from transverse wheels is not included in a share: they then carry nothing, the easiest
+    // case.
     if wheels.iter().all(|wheel| wheel.preload_n == 0.0) {
         row.crosswise = across_n_m / all_n_m;
     }

@@ -15,7 +15,8 @@ const PERIODS: f64 = 10.0;
 /// Largest request for an error of the whole speed, in stall torques: beyond one it is clipped anyway, and two is
 /// reached only at the start.
 const STALL_TORQUES: f64 = 2.0;
-/// Of the speed error of a wheel in the air, how much a control period may take away at most: above 1 it would swing.
+/// Largest fraction of the speed error of a wheel in the air that a control period may remove: above 1 it would
+/// oscillate.
 const SHARE_OF_A_FREE_WHEEL: f64 = 0.5;
 
 /// Gains that were derived, and from what.

@@ -20,7 +20,7 @@ pub enum File {
 impl File {
     /// The built-in item of a name, or otherwise the file at a path, of any kind: a vehicle has wheels, an experiment
     /// of section 3.3 has loads, a study has seeds or axes, and anything else counts as a scenario. Overrides name its
-    /// own keys; a study takes none here.
+    /// own keys; a study accepts none here.
     ///
     /// # Errors
     /// Its first error, in one line.

@@ -28,7 +28,7 @@ impl Override {
         }
     }
 
-    /// The overrides of a table, tables inside taken apart: each replaces only the keys that it names.
+    /// The overrides of a table, with inner tables flattened: each replaces only the keys that it names.
     pub(crate) fn all_of(table: &Table) -> Vec<Self> {
         let mut all = Vec::new();
         flatten("", table, &mut all);

@@ -136,7 +136,7 @@ impl Physics {
         Some(("solver_iterations", message))
     }
 
-    /// Solver iterations in each of the `parts` that a physics step is taken in.
+    /// Solver iterations in each of the `parts` of a physics step.
     ///
     /// ```
     /// use omni_config::{Override, Scenario};

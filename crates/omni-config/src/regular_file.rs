@@ -6,7 +6,7 @@ use std::path::Path;
 
 /// Largest TOML file \[bytes\]: a scenario with an embedded picture of 4 million pixels has at most 11 million.
 pub const MOST_TOML_BYTES: u64 = 16_000_000;
-/// Largest PNG file \[bytes\]: far more than 4 million pixels of 16 bits take, compressed or not.
+/// Largest PNG file \[bytes\]: far more than 4 million pixels of 16 bits need, compressed or not.
 pub const MOST_PNG_BYTES: u64 = 64_000_000;
 
 /// Opens a file for reading, if it is a regular one: a pipe would be waited for, a device has no end.

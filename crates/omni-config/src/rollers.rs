@@ -1,4 +1,4 @@
-//! The rollers of a wheel, as a file gives them.
+//! The rollers of a wheel, as in a file.
 
 use garde::Validate;
 #[cfg(feature = "schema")]

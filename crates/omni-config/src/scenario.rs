@@ -482,7 +482,7 @@ impl Scenario {
         Ok(())
     }
 
-    /// Gains that the vehicle's file left out and how they were found; none if the file gives them.
+    /// Gains that the vehicle's file left out and how they were found; none if the file sets them.
     ///
     /// ```
     /// assert!(omni_config::Scenario::load("step", &[])?.derived_gains().is_none()); // chugo7 has its own

@@ -38,8 +38,8 @@ fn of<T: JsonSchema>() -> Value {
 }
 
 /// Details of Rust are removed from the schema: links in descriptions, `null` (TOML has none), formats of numbers. No
-/// table takes keys that it does not know (the kinds of a tagged enum read theirs by way of a mirror, which the derive
-/// does not see).
+/// table accepts unknown keys (the kinds of a tagged enum read theirs by way of a mirror, which the derive does not
+/// see).
 #[derive(Clone)]
 struct Plain;
 

@@ -340,7 +340,7 @@ impl Study {
         &self.origin.file
     }
 
-    /// The overrides of `set`, tables inside taken apart.
+    /// The overrides of `set`, with inner tables flattened.
     fn settings(&self) -> Vec<Override> {
         Override::all_of(&self.set)
     }

@@ -9,9 +9,9 @@ mod effort;
 mod hands;
 mod places;
 
-/// A rim that is faster than this without load is doubtful \[m/s\]: rpm taken for rad/s.
+/// A rim that is faster than this without load is doubtful \[m/s\]: rpm mistaken for rad/s.
 const FAST_M_S: f64 = 6.0;
-/// Motors are doubtful that push with so many times the weight: kg.cm taken for N.m.
+/// Motors whose thrust exceeds this multiple of the weight are doubtful: kg.cm mistaken for N.m.
 const STRONG: f64 = 8.0;
 /// Wheels are doubtful that are denser than steel \[kg/m^3\], as wide as they are high.
 const DENSE_KG_M3: f64 = 9000.0;

@@ -25,8 +25,8 @@ struct Link {
     poses: Vec<Pose>,
 }
 
-/// Frames in the world, message after message: all of them hold the same links, so none takes more
-/// memory than its message.
+/// Frames in the world, message after message: all of them hold the same links, so that none needs more memory than its
+/// message.
 #[derive(Default)]
 pub(crate) struct Frames {
     times_s: Vec<f64>,

@@ -35,8 +35,8 @@ pub struct Logged {
 pub trait LogRun<E>: Sized {
     /// Runs into a log of the run's controller. Nothing but the log grows with time.
     ///
-    /// The log is not finished here: [`RunLog::finish`] gives it its name, [`RunLog::leave`] leaves
-    /// what there is of a run that was stopped.
+    /// The log is not finished here: [`RunLog::finish`] names it, [`RunLog::leave`] leaves the partial log of a stopped
+    /// run.
     ///
     /// # Errors
     /// As [`Run::outcome`], and [`Error::Log`] if the log cannot be written.

@@ -11,8 +11,8 @@ use crate::LogError;
 /// Times that another program may be faster between two looks at the same name; each of them has it then.
 const TRIES: usize = 100;
 
-/// A log that has its name. For as long as this lives, no run gets that name: what is said of the
-/// log is said of this one.
+/// A log that has its name. As long as this exists, no run receives that name, so that reports of the log refer to this
+/// log.
 #[derive(Debug)]
 pub struct FinishedLog {
     path: PathBuf,

@@ -24,9 +24,9 @@ const TIMEOUT_S: f64 = 0.5;
 /// The yaml of ros2_control's controller manager for a vehicle: `omni_wheel_drive_controller` for omni wheels evenly
 /// spaced on a circle, `mecanum_drive_controller` for four mecanum wheels, each with a `joint_state_broadcaster`.
 ///
-/// Joints are the URDF's ([`ros2_control_urdf`](crate::ros2_control_urdf)). The controllers give
-/// velocities of wheels, not of motors: gears do not matter to them. Wheels may be 0.1 % off the
-/// places and directions that a controller assumes.
+/// Joints are the URDF's ([`ros2_control_urdf`](crate::ros2_control_urdf)). The controllers command velocities of
+/// wheels, not of motors, so that gears do not affect them. Wheels may be 0.1 % off the places and directions that a
+/// controller assumes.
 ///
 /// # Errors
 /// [`Error::Key`] with the first wheel that neither controller would drive as the vehicle's kinematics
@@ -62,7 +62,7 @@ pub fn ros2_controllers(vehicle: &Vehicle) -> Result<String, Error> {
 /// The vehicles of the two controllers.
 const KINDS: &str = "either omni wheels evenly spaced on a circle (omni_wheel_drive_controller) or four mecanum wheels (mecanum_drive_controller)";
 
-/// A number that ROS takes for a double: with a point, without an exponent.
+/// A number that ROS reads as a double: with a point, without an exponent.
 fn double(value: f64) -> String {
     let text = (value + 0.0).to_string(); // no negative zero
     if text.contains('.') {
@@ -176,7 +176,7 @@ fn mecanum_yaml(text: &mut String, vehicle: &Vehicle, drive: &Mecanum) -> std::f
         .map_or(Ok(()), |limits| speed_limits(text, limits))
 }
 
-/// The vehicle's limits, which only the mecanum controller takes.
+/// The vehicle's limits, which only the mecanum controller accepts.
 fn speed_limits(text: &mut String, limits: &Limits) -> std::fmt::Result {
     let mut axis = |name: &str, speed: f64, acceleration: Option<f64>| {
         writeln!(text, "{name}")?;

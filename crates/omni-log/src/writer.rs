@@ -84,8 +84,8 @@ impl LogWriter {
         Self::over(part, file)
     }
 
-    /// Completes the log and gives it its final name, replacing a file that has it. For as long as
-    /// the result lives, no other run gets that name.
+    /// Completes the log and renames it to its final name, replacing an existing file. As long as the result exists, no
+    /// other run receives that name.
     ///
     /// # Errors
     /// [`LogError::Io`] or [`LogError::Mcap`] if the remaining data cannot be written (no file is left then),
@@ -177,7 +177,7 @@ impl<P: Place> LogWriter<P> {
         })
     }
 
-    /// Opens `topic` for messages of type `M`; opening it again with the same type gives the same channel.
+    /// Opens `topic` for messages of type `M`; opening it again with the same type returns the same channel.
     ///
     /// # Errors
     /// [`LogError::TopicType`] if the topic has another type already, [`LogError::Io`] or [`LogError::Mcap`] if it

@@ -1,6 +1,6 @@
 //! Lines of edges that a smoothed picture draws over some cells.
 //!
-//! The rises near a line, weighted by their heights, give its place and normal.
+//! The rises near a line, weighted by their heights, determine its position and normal.
 
 use crate::edge_line::EdgeLine;
 use crate::ground::Ground;

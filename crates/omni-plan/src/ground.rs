@@ -62,7 +62,7 @@ impl Ground {
         self.rise_x_m[cell] != 0.0 || self.rise_y_m[cell] != 0.0 || left || below
     }
 
-    /// Finds the edges along x or y, and gives the slope of each cell along it.
+    /// Finds the edges along x or y, and returns the slope of each cell along it.
     ///
     /// Between two cells the ground rises by d. What of d is not the slope of the ground beside is the edge.
     fn edges_along(&mut self, x: bool, ignore_m: f64) -> Vec<f64> {

@@ -16,7 +16,7 @@ pub enum Cost {
     /// Time \[s\]: distance over speed by side, turns, crossings at the chart's speed.
     #[default]
     Time,
-    /// Energy for each kilogram \[J/kg\]: rolling resistance and lift; what a descent gives is not recovered.
+    /// Energy for each kilogram \[J/kg\]: rolling resistance and lift; the energy of a descent is not recovered.
     Energy,
     /// Risk: 1 for an edge as high as the chart and the margin allow, its square below, and 0.01 to 0.11 per metre by
     /// the distance to obstacles.

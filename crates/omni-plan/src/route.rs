@@ -130,7 +130,7 @@ pub struct Route {
     pub crossings: Vec<Crossing>,
     /// Length of the path \[m\].
     pub length_m: f64,
-    /// Time that it takes at constant speeds \[s\].
+    /// Its duration at constant speeds \[s\].
     pub duration_s: f64,
     /// Its cost before it was straightened: \[s\], \[J/kg\], or risk.
     pub cost: f64,

@@ -161,7 +161,7 @@ impl ControlLoop {
         Some((hold, self.memory.clone(), self.controller.save()?))
     }
 
-    /// Goes on from what [`ControlLoop::save`] gave; says whether it fits.
+    /// Continues from the result of [`ControlLoop::save`]; returns whether it fits.
     pub(crate) fn restore(&mut self, (hold, memory, controller): LoopState) -> bool {
         self.memory = memory;
         match (&mut self.hold, hold) {

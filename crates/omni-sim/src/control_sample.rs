@@ -31,7 +31,7 @@ pub struct ControlSample {
 
 impl ControlSample {
     /// Of a period that no controller had a part in: of its signals only the actuators' torques \[N.m\]
-    /// are known, one per wheel, and all others are NaN. A zero would be taken for a measurement.
+    /// are known, one per wheel, and all others are NaN. A zero would be mistaken for a measurement.
     ///
     /// ```
     /// use omni_sim::controller::ControlSample;

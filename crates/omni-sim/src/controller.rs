@@ -57,9 +57,9 @@ impl AnyController {
         }
     }
 
-    /// A controller of one's own, for a vehicle of the scenario. Its torques are brought within what
-    /// the motors give; vehicle limits of the command are its own affair. It is used as it is; the caller resets one
-    /// that was used before. A snapshot does not hold what it remembers.
+    /// A controller of one's own, for a vehicle of the scenario. Its torques are limited to the motors' ranges; it is
+    /// responsible for vehicle limits of the command. It is used as it is; the caller resets one that was used before.
+    /// A snapshot does not hold what it remembers.
     ///
     /// # Errors
     /// As [`AnyController::new`] and [`check_name`]; [`Error::Config`] for a scenario with a
@@ -166,7 +166,7 @@ impl AnyController {
     ) -> Result<(), Error> {
         sample.report = Report::default();
         let stepped = self.control.step(readings, sample);
-        // As they were read, not as a monitor or a loop took them: who replays a log starts from these.
+        // As they were read, before any monitor or loop: a replay of a log starts from these.
         for (wheel, measured_rad_s) in sample.wheels.iter_mut().zip(readings.wheels_rad_s) {
             wheel.measured_rad_s = *measured_rad_s;
         }

@@ -40,7 +40,7 @@ pub enum Error {
         /// Losses until then.
         counters: crate::link_counters::LinkCounters,
     },
-    /// A controller of one's own gave something that is no torque.
+    /// A custom controller returned a value that is not a torque.
     #[error(
         "policy {}: it returned {value} N.m for wheel {wheel} in period {period}, t = {time_s:.3} s, allowed: finite torques",
         shortened(policy)
@@ -126,7 +126,7 @@ pub enum Error {
         /// The physics step \[s\].
         timestep_s: f64,
     },
-    /// The physics gave back more energy than was put in, beyond what is their error.
+    /// The physics returned more energy than was put in, beyond its error.
     #[error(
         "the physics gained {gained_j:.1} J while {through_j:.1} J went through the vehicle: no figure of \
          this run is valid; use a physics.timestep_s below {timestep_s}"

@@ -161,7 +161,7 @@ pub struct Energy {
     pub friction_loss_j: f64,
     /// Taken by the contacts along their normals, in impacts \[J\].
     pub impact_loss_j: f64,
-    /// Taken by joints \[J\]: the dampers and stops of hinges, and the give of all joints in impacts.
+    /// Dissipated by joints \[J\]: the dampers and stops of hinges, and the compliance of all joints in impacts.
     pub joint_loss_j: f64,
     /// Taken by drags on wheels and friction of gears \[J\].
     pub drag_loss_j: f64,

@@ -68,8 +68,8 @@ pub enum Verdict {
     /// The underside of a body was more than 2 mm below the ground. The run went on, because no
     /// body is a contact of the physics: what came after that is no real vehicle's.
     Touched,
-    /// The physics gave back more than a tenth above what was put in, so that nothing of the run
-    /// can be trusted: the physics step is too long.
+    /// The physics returned over a tenth more energy than was put in, so that nothing of the run can be trusted: the
+    /// physics step is too long.
     GainedEnergy,
     /// The physics left what a vehicle can do: no finite state, a joint came apart, or contacts did
     /// not settle in more than one of a hundred steps.
@@ -215,8 +215,8 @@ pub struct Outcome {
     /// the start to the end of the crossing; none of a controller that does not try again.
     #[serde(default)] // logs of before do not say it
     pub retries: Option<u32>,
-    /// Longest time in which the vehicle stood (within 2 cm of a place, turning included) and some
-    /// motor gave at least nine tenths of its stall torque \[s\].
+    /// Longest time in which the vehicle stood (within 2 cm of a place, turning included) and some motor applied at
+    /// least nine tenths of its stall torque \[s\].
     #[serde(default = "not_measured", deserialize_with = "or_nan")]
     pub stall_s: f64,
     /// When that began, from the start of the run \[s\]; none if there was no such time.

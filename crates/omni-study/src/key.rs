@@ -14,7 +14,7 @@ pub(crate) use omni_sim::VERSION;
 /// Key of the coordination policy.
 pub(crate) const POLICY: &str = "control.policy";
 
-/// A scenario as `KEY = VALUE` lines in the order of their keys, as `--set` takes them.
+/// A scenario as `KEY = VALUE` lines in the order of their keys, in the format of `--set`.
 pub(crate) type Lines = BTreeMap<String, String>;
 
 /// The key of a run: 32 hexadecimal digits of a SHA-256 over the program's version and every key of

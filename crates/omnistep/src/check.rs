@@ -398,7 +398,7 @@ fn too_low(vehicle: &Vehicle, height_m: f64) -> Option<String> {
     })
 }
 
-/// What a step of a height takes of a vehicle, as one of [`facts`]; doubtful is what its motors do not have.
+/// Requirements of a step of a height for a vehicle, as one of [`facts`]; requirements beyond its motors are doubtful.
 #[cfg(feature = "climb-limits")]
 fn on_step(
     vehicle: &Vehicle,

@@ -236,7 +236,7 @@ fn in_f32(args: &RunArgs, scenario: &mut Scenario) -> Result<(), Error> {
 /// What logs are called.
 struct LogNames<'a> {
     folder: &'a Path,
-    /// The seed and the engine that the scenario's file gives.
+    /// The seed and the engine of the scenario's file.
     own_seed: u64,
     own_engine: Engine,
 }

@@ -85,7 +85,7 @@ pub fn main(args: impl IntoIterator<Item = OsString>) -> u8 {
     }
 }
 
-/// The error that a scenario's file gave, as the answer to a subcommand.
+/// The error of a scenario's file, as the answer to a subcommand.
 fn to_command(name: &'static str) -> impl Fn(Error) -> Error {
     move |error| match error {
         Error::Simulation(omni_sim::Error::Config(error)) => error.to_command(name).into(),

@@ -89,7 +89,7 @@ impl Scenario {
             Precision::F64 => for_wheel_count!(count, build[f64](self), refuse),
         };
         match built {
-            // Who gave it wants traction control.
+            // The user who set it requires traction control.
             Err(error) if self.control.max_retries.is_some() => Err(error),
             Err(error) => {
                 self.choose(AutoPolicy::loops(format!("traction control is rejected: {error}")));

@@ -10,7 +10,7 @@ use crate::{Engine, Error, RollerWheel, Source, Terrain, WheelModel};
 const ROLLER_STEP_US: u64 = 250;
 
 impl Scenario {
-    /// Parts that a physics step is taken in where wheels have rollers.
+    /// Parts of a physics step if wheels have rollers.
     ///
     /// ```
     /// use omni_config::{Override, Scenario};

@@ -19,7 +19,7 @@ use crate::{Error, Scenario};
 pub struct Point {
     /// The value of each axis, in the axes' order.
     pub values: Vec<Value>,
-    /// The scenario, checked; each run gives it another seed.
+    /// The scenario, checked; each run uses another seed.
     pub scenario: Scenario,
 }
 

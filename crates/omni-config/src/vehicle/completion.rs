@@ -62,8 +62,7 @@ const RATIO: Number = number_in(
     [1e-3, 1e4],
     "Turns of the rotor per turn of the wheel, 0.001 to 1e4, for rotor_inertia_kg_m2.",
 );
-/// The damping of a hinge whose file gives none takes so long to stop what it carries \[s\], where
-/// nothing else moves it.
+/// Time in which the default damping of a hinge stops its load \[s\], if nothing else moves it.
 const HINGE_STOPS_S: f64 = 0.2;
 
 /// Writes out what is short, and says what was assumed for what is left out.
@@ -280,7 +279,7 @@ fn hinges(table: &mut Table, notes: &mut Vec<String>) {
     }
 }
 
-/// The mass of the whole vehicle, as a scale gives it: the base has what is left.
+/// The mass of the whole vehicle, as weighed: the base has the remaining mass.
 fn total_mass(source: &Source, table: &mut Table, notes: &mut Vec<String>) -> Result<(), Error> {
     let Some(total_kg) = TOTAL_MASS.taken(source, "", table)? else {
         return Ok(());

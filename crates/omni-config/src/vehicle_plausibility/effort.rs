@@ -3,7 +3,7 @@
 use crate::digits::digits;
 use crate::{Error, Vehicle};
 
-/// Dry friction is doubtful beyond this part of the torque that the motor gives the wheel at rest.
+/// Dry friction is doubtful beyond this fraction of the motor's stall torque at the wheel.
 const DRY: f64 = 0.5;
 /// Viscous friction is doubtful that leaves the wheel less than this part of the speed that limits and motor allow.
 const VISCOUS: f64 = 0.5;

@@ -38,7 +38,7 @@ pub struct SlipConfig<R> {
     pub leave_rad_s: R,
     /// Control periods in a row that a wheel must be suspected before it is left out, 1 to 65535.
     pub enter_periods: u16,
-    /// Control periods in a row below `leave_rad_s` before it is let in again, 1 to 65535.
+    /// Consecutive control periods below `leave_rad_s` before it is included again, 1 to 65535.
     pub leave_periods: u16,
 }
 

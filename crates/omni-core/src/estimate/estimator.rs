@@ -38,8 +38,8 @@ const LEAST_REDUNDANCY: f64 = 0.05;
 /// Part of the squared disagreement that is noise of the wheel's reading. All of it is in what the
 /// slip may be: what lasts is no noise.
 const AS_NOISE: f64 = 0.5;
-/// Most that a slip changes unforeseen in a period, over what the velocity does (variances): so little of
-/// such a change is taken for one of the velocity. More, and every period expects a change that comes in few.
+/// Largest unpredicted change of the slip in a period, relative to the velocity's change (variances), so that little of
+/// such a change is mistaken for a change of velocity. More, and every period expects a change that comes in few.
 const RESTLESS: f64 = 400.0;
 /// Standard deviation of a vehicle's velocity that stands \[m/s\]: its loops answer the noise of their encoders.
 const STANDING_M_S: f64 = 3e-4;

@@ -10,7 +10,7 @@ use crate::geometry::{BodyDisplacement, BodyTwist, Kinematics, PlanarPose, Wheel
 use crate::sum::Sum;
 use crate::{ConfigError, Real};
 
-/// An angle of at most one turn beyond (-pi, pi]. A turn is taken off to twice the precision.
+/// An angle of at most one turn beyond (-pi, pi]. A full turn is subtracted in twice the precision.
 fn wrapped<R: Real>(angle: Sum<R>) -> Sum<R> {
     let pi = R::pi();
     let wrapped = if angle.total > pi {

@@ -191,7 +191,7 @@ pub struct VelocityState<R, const WINDOW: usize = 1> {
     counts: [i32; WINDOW],
     #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     longer_s: [R; WINDOW],
-    /// The place of the next, and how many until all took a period.
+    /// The index of the next, and the number until all lasted one period.
     next: u8,
     uneven: u8,
     sum: i64,
@@ -464,7 +464,7 @@ impl<R: Real, const WINDOW: usize> VelocityEstimator<R, WINDOW> {
         }
     }
 
-    /// The velocity of a window whose readings did not all take a period \[rad/s\].
+    /// The velocity of a window whose readings did not all last one period \[rad/s\].
     #[cold]
     fn uneven_rad_s(&self, state: &VelocityState<R, WINDOW>, periods: usize) -> R {
         let mut time_s = whole::<R>(periods as i64) * self.period_s;

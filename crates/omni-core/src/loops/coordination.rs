@@ -43,7 +43,7 @@ pub enum Saturation<R> {
     /// limit, and the loops see the error against the reduced reference (a conditioned controller
     /// shared by the wheels). Ratios of velocities are kept and nothing winds up.
     ScaleReferences {
-        /// The factor never falls below this, 0 to 1: a wheel may then saturate. 0 lets one blocked wheel stop all.
+        /// The factor never falls below this, 0 to 1: a wheel may then saturate. With 0, one blocked wheel stops all.
         floor: R,
     },
 }
@@ -110,7 +110,7 @@ pub struct Coordination<R> {
 constant_struct!(Coordination<R> { saturation: Saturation<R>, integral: Integral });
 
 impl<R: Real> Coordination<R> {
-    /// Names that [`Coordination::preset`] knows. A preset's meaning never changes; a new law gets a new name.
+    /// Names that [`Coordination::preset`] knows. A preset's meaning never changes; a new law receives a new name.
     pub const PRESETS: [&'static str; 4] = [
         "independent",
         "scale_torques",

@@ -219,7 +219,7 @@ fn all_finite<R: Real, const N: usize>(values: &[R; N]) -> bool {
     sum.is_finite_real()
 }
 
-/// Loops whose torque is not a number, because their state was set to nonsense, give nothing and start afresh.
+/// Loops whose torque is not a number, because their state was set to invalid values, apply no torque and restart.
 #[inline(never)]
 fn start_afresh_where_not_finite<R: Real, const N: usize>(
     state: &mut ControlState<R, N>,

@@ -55,7 +55,7 @@ pub struct Pid<R> {
     kp_reference: R,
     /// ki T.
     ki_dt: R,
-    /// ki T where the integral takes in an error before the output; 0 otherwise.
+    /// ki T if the integral includes an error before the output; 0 otherwise.
     ki_dt_output: R,
     /// kd / (Td + T).
     kd_discrete: R,
@@ -70,7 +70,7 @@ pub struct Pid<R> {
     /// 1 / (du/dr) \[rad/s per N.m\], 0 if du/dr is 0; in the first step.
     inverse_slope: R,
     inverse_first_slope: R,
-    // Part of an excess that a conditioned integral takes back; in a first step.
+    // Fraction of an excess that a conditioned integral removes; in a first step.
     conditioned_gain: R,
     first_conditioned_gain: R,
     anti_windup: AntiWindup<R>,

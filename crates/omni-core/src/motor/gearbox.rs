@@ -139,7 +139,7 @@ mod tests {
             let gear = Gearbox::new(ratio, efficiency).expect("valid");
             let output = gear.output_torque(torque, velocity);
             let (motor_w, output_w) = (torque * gear.motor_velocity(velocity), output * velocity);
-            // Driving: less comes out. Braking: the load gives more than arrives (both negative).
+            // Driving: less comes out. Braking: the load supplies more than arrives (both negative).
             prop_assert!(output_w <= motor_w * (1.0 + 1e-15 * motor_w.signum()));
             prop_assert!((gear.motor_torque(output, velocity) - torque).abs() <= 1e-15 * torque.abs() * 4.0);
             let range = gear.output_range(&TorqueRange { lower_n_m: -torque.abs(), upper_n_m: torque.abs() }, velocity);

@@ -36,7 +36,7 @@ constant_struct!(FollowerConfig<R> { gain_per_s: R, heading_gain_per_s: R, limit
 const THERE: [f64; 2] = [0.005, 0.01];
 /// After [`SETTLES_S`], this multiple is near enough, so that noise and drift of the pose are not corrected.
 const STAYS: f64 = 3.0;
-/// Time to get there after the end \[s\]: four of the time constants of the default gain.
+/// Settling time after the end \[s\]: four time constants of the default gain.
 const SETTLES_S: f64 = 2.0;
 
 /// Result of a [`HolonomicFollower`]: the errors and the command.

@@ -126,7 +126,7 @@ impl<R: Real, const N: usize> PathLimits<R, N> {
 /// A speed may be 0, which nothing moves at.
 const LEAST: f64 = 1e-3;
 
-/// `value` if it is 0, or enough to get anywhere; infinity means no limit.
+/// `value` if it is 0, or large enough; infinity means no limit.
 fn speed_limit<R: Real>(parameter: &'static str, value: R) -> Result<(), ConfigError> {
     if value == R::ZERO {
         return Ok(());
@@ -135,7 +135,7 @@ fn speed_limit<R: Real>(parameter: &'static str, value: R) -> Result<(), ConfigE
     within(parameter, value, LEAST..=f64::INFINITY, allowed).map(|_| ())
 }
 
-/// `value` if it is enough to get anywhere; infinity means no limit.
+/// `value` if it is large enough; infinity means no limit.
 fn change_limit<R: Real>(parameter: &'static str, value: R) -> Result<(), ConfigError> {
     let allowed = "0.001 or more (infinity: no limit)";
     within(parameter, value, LEAST..=f64::INFINITY, allowed).map(|_| ())

@@ -19,11 +19,11 @@ use super::trajectory::{Trajectory, TrajectorySample};
 ///   speeding up and slowing down use the remaining part of `share` at that speed. Torques are the set with the
 ///   smallest sum of squares that accelerates the body, centripetal acceleration included, and the wheels.
 /// - The components of the twist, their changes, and velocity, acceleration and jerk of path and heading
-///   stay within their limits, of which bends take half (of a jerk a third) at the highest speed.
+///   stay within their limits, of which bends use half (of a jerk a third) at the highest speed.
 ///
 /// Between those points a limit may be passed by a hundredth at most (tested), which [`PathLimits::share`]
-/// leaves room for. Acceleration is zero where segments meet, and the speed is as high there as both let it,
-/// or zero at a corner. The ground's friction limit is not known: set `linear.acceleration` accordingly.
+/// leaves room for. Acceleration is zero at the joints of segments, and the speed there is as high as both segments
+/// allow, or zero at a corner. The ground's friction limit is not known: set `linear.acceleration` accordingly.
 ///
 /// ```
 /// use omni_core::path::{PathLimits, PathPiece, PathSegment, PlanarInertia};

@@ -115,7 +115,7 @@ impl<R: Real> Profile<R> {
         bisected(if from > to { from } else { to }, self.most, fits)
     }
 
-    /// The phases, and how long they take together \[s\]. The last one ends at rest in its own time, to be held.
+    /// The phases, and their total duration \[s\]. The last one ends at rest in its own time, to be held.
     pub(crate) fn phases(&self) -> ([Phase<R>; 7], R) {
         let peak = self.peak();
         let [from, to] = self.ends;

@@ -201,7 +201,7 @@ impl<R: Real> RateLimiterState<R> {
 pub struct Steps<R> {
     /// Speed that a period adds to a motion in this direction.
     up: R,
-    /// Speed that a period takes from a motion in the opposite direction.
+    /// Speed that a period removes from a motion in the opposite direction.
     down: R,
 }
 
@@ -255,11 +255,11 @@ pub(crate) fn ramp_start<R: Real>(distance: R, base: R, jerk_step: R) -> R {
 
 /// Rate limiter of one axis; see [`AxisLimits`]. The changing state is in [`RateLimiterState`].
 ///
-/// With a jerk limit it looks ahead: it accelerates no more than it can take back before the target,
-/// and brakes a reversal no harder than it can ease before it turns. A target that stays is reached
-/// exactly, and overshot by rounding only (an ulp), except if the acceleration of an earlier target leaves no choice.
-/// The velocity limits hold in any case. Without a jerk limit no square root is taken; a period in which the velocity
-/// changes sign is shared between deceleration and acceleration.
+/// With a jerk limit it looks ahead: it accelerates no more than it can reverse before the target, and brakes a
+/// reversal no harder than it can ease before the velocity changes sign. A target that stays is reached exactly, and
+/// overshot by rounding only (an ulp), except if the acceleration of an earlier target leaves no choice. The velocity
+/// limits hold in any case. Without a jerk limit, no square root is computed; a period in which the velocity changes
+/// sign is shared between deceleration and acceleration.
 ///
 /// ```
 /// use omni_core::shaping::{AxisLimits, RateLimiter, RateLimiterState};

@@ -178,7 +178,7 @@ impl<R: Real> TwistLimiterState<R> {
 /// its velocity. A jerk limit looks ahead along D as [`RateLimiter`] does, and also limits the change of the
 /// acceleration by one factor. A target that stays is reached exactly; from rest, along a straight line and without
 /// overshoot. Only where a changed target finds an acceleration that points elsewhere and would carry a group out of
-/// its limits does that group first take its acceleration back, by itself.
+/// its limits does that group first reduce its acceleration, separately.
 ///
 /// ```
 /// use omni_core::shaping::{MotionLimits, TwistLimiter, TwistLimiterState, TwistLimits};

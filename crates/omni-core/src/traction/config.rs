@@ -366,7 +366,7 @@ constant_struct!(TractionTimes<R> {
     own_integral_n_m_rad: R, late_part: R, rare_rad_s: R
 });
 
-/// Slip is taken out no faster than in so many periods, delays, windows of counts: it would swing.
+/// Slip is removed no faster than in this many periods, delays, windows of counts, because it would oscillate.
 const PERIODS: f64 = 5.0;
 const DELAYS: f64 = 6.0;
 const WINDOWS: f64 = 4.0;
@@ -446,8 +446,8 @@ impl<R: Real> TractionTimes<R> {
         }
     }
 
-    /// Gains of a wheel's own loop, proportional and integral: softer by the delay alone where the
-    /// readings are taken as they come.
+    /// Gains of a wheel's own loop, proportional and integral: reduced only for the delay if the readings are used as
+    /// they arrive.
     #[inline(always)]
     pub(super) fn own(&self, config: &TractionConfig<R>, raw: bool) -> [R; 2] {
         if raw {

@@ -180,7 +180,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         }
     }
 
-    /// Torque that a wheel with the outermost lever gives up because its carrier points up to its side \[N.m\].
+    /// Torque reduction of a wheel with the outermost lever arm because its carrier points up to its side \[N.m\].
     #[inline(always)]
     pub(super) fn tilt(&self, state: &TractionState<R, N>, turn: &Turn<R>, i: usize) -> R {
         let attitude = state.motion.attitude(self.linkage.carrier(i));

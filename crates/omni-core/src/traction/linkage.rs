@@ -13,8 +13,8 @@ const MOTIONS: usize = 3;
 /// Traction control resumes once there was a redundant wheel for this time \[s\].
 const SPARE_AGAIN_S: f64 = 0.5;
 
-/// A reading is stuck if it does not change by a bit while its motor gives more than this part of its torque:
-/// for the first time if it is 0, else for the second \[s\]. A stuck reading of 0 is used again after the last.
+/// A reading is stuck if it stays bit-identical while its motor applies more than this fraction of its torque: for the
+/// first time if it is 0, else for the second \[s\]. A stuck reading of 0 is used again after the last.
 const STUCK_PART: f64 = 0.5;
 const STUCK_STANDING_S: f64 = 1.0;
 const STUCK_TURNING_S: f64 = 0.25;

@@ -165,7 +165,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         own += self.turned_by(i) * asked.turn.thrust_n_m + travel.side_rate_rad_m * asked.turn.side_n_m2_rad
             - travel.lever * self.tilt(state, &asked.turn, i);
         if asked.turn.levels {
-            // Whatever is taken from a wheel that pushes, it is not turned back.
+            // However much torque is removed from a driving wheel, it is not turned backwards.
             let floor = -gain.abs() * max(ahead * rim, zero);
             own = sized * max(sized * own, floor);
         }

@@ -14,13 +14,13 @@ pub(super) struct MeasuredSpeed<R> {
 }
 
 impl<R: Real, const N: usize> Traction<R, N> {
-    /// Steps the speed by the rolling speeds of the driven wheels, and returns the wheel that gives
-    /// it; none if none is usable, or if slip does not stand out from noise.
+    /// Steps the speed by the rolling speeds of the driven wheels, and returns the wheel that determines it; none if
+    /// none is usable, or if slip cannot be distinguished from noise.
     ///
     /// No driving wheel is slower than the ground beneath it, so that the slowest wheel determines the speed, and all
     /// wheels that agree with it are averaged: what is no slip has the mean of all wheels. Each wheel is filtered
-    /// before any is chosen, or the least of many noisy numbers would be noise. One wheel alone can say that the
-    /// vehicle stands; that it goes back takes two. If all wheels brake, the fastest wheel determines the speed.
+    /// before any is chosen, or the least of many noisy numbers would be noise. One wheel alone can indicate
+    /// standstill; backward motion requires two. If all wheels brake, the fastest wheel determines the speed.
     pub(super) fn measure_speed(
         &self,
         state: &mut TractionState<R, N>,

@@ -80,7 +80,7 @@ pub struct TractionState<R, const N: usize> {
     pub(super) raw: bool,
     /// Time until traction control is possible again, once there are wheels to spare \[s\]; 0 when it is.
     pub(super) redundant_again_s: R,
-    /// Thrust at which every driven wheel gives its largest torque \[N.m\].
+    /// Thrust at which every driven wheel applies its largest torque \[N.m\].
     pub(super) full_thrust_n_m: R,
     /// For how long one wheel has shown a slow vehicle while the ground carried most driven wheels,
     /// less four times the time for which it was not so \[s\].
@@ -292,7 +292,7 @@ pub(super) struct WheelAlongTravel<R> {
     pub(super) lever: R,
     /// Square of the cosine of the angle between its push and the direction.
     pub(super) cosine_squared: R,
-    /// Torque taken out per speed of slip \[N.s\], with the sign of `along`.
+    /// Torque removed per speed of slip \[N.s\], with the sign of `along`.
     pub(super) slip_gain: R,
 }
 

@@ -22,9 +22,9 @@ const BEGUN_PART: f64 = 0.6;
 const IMPACT_PART: f64 = 0.3;
 /// A vehicle that drives on faster than this part of its target needs no spin.
 const ROLLS_PART: f64 = 0.6;
-/// Backing off lasts no longer than this many times what its way takes.
+/// Backing off lasts no longer than this multiple of the nominal time for its distance.
 const BACK_OFF_TIMES: f64 = 4.0;
-/// A vehicle that is stuck for so long after its last try gives up \[s\].
+/// A vehicle that is stuck for this long after its last retry gives up \[s\].
 const GIVES_UP_S: f64 = 1.0;
 /// A vehicle that gives this part of its thrust for so long \[s\], and neither rises nor stands on
 /// a slope of so much \[rad\], is stuck whatever its wheels say: all of them may spin as commanded.
@@ -126,7 +126,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
             1 => config.boost[0],
             _ => config.boost[1],
         };
-        // A low edge takes no more than the thrust at hand.
+        // A low edge requires no more than the available thrust.
         let part =
             ((drop - config.height_m) / (config.boost_height_m - config.height_m)).limited(zero, R::one());
         let mut speed = commanded * (R::one() + boost * part);

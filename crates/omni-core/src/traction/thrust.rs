@@ -13,8 +13,8 @@ const HELD_UP_PART: f64 = 0.5;
 const HELD_UP_THRUST: f64 = 0.8;
 /// One that gains so much of its target within the time below is not.
 const GAINS_PART: f64 = 0.05;
-/// After so long of it traction control takes over \[s\]. The second is of vehicles that do not see how their
-/// wheels rise: what plain loops climb is climbed by then.
+/// Time after which traction control takes over \[s\]. The second is of vehicles that do not see how their wheels rise:
+/// what plain loops climb is climbed by then.
 const HELD_UP_S: f64 = 0.15;
 const HELD_UP_BLIND_S: f64 = 0.3;
 /// Slip that calls for traction control, in multiples of what is left alone.
@@ -38,7 +38,7 @@ const CARRIED_S: f64 = 0.06;
 const LEAK: f64 = 4.0;
 
 impl<R: Real, const N: usize> Traction<R, N> {
-    /// Chooses what drives the wheels. Whichever takes over begins with the torque that there is.
+    /// Chooses what drives the wheels. The controller that takes over begins with the present torque.
     pub(super) fn choose_loops(
         &self,
         state: &mut TractionState<R, N>,
@@ -210,8 +210,8 @@ impl<R: Real, const N: usize> Traction<R, N> {
         state.integral_n_m = sign * (sign * state.integral_n_m).limited(-largest, ahead);
     }
 
-    /// The thrust that a driven wheel has at most, and that at which every one gives what it has
-    /// \[N.m\]: those with less way per turn get a smaller part of it.
+    /// The largest thrust of a driven wheel, and the thrust at which every wheel applies its largest torque \[N.m\]:
+    /// wheels with less distance per turn receive a smaller part of it.
     pub(super) fn find_largest(&self, state: &mut TractionState<R, N>, range: &TorqueRanges<R, N>) {
         (state.largest_motor_n_m, state.full_thrust_n_m) = (R::zero(), R::zero());
         for i in 0..N {

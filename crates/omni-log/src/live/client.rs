@@ -118,7 +118,7 @@ impl Viewer {
         }
     }
 
-    /// An event as this client gets it, if it wants it.
+    /// An event in this client's format, if it subscribes.
     fn wanted(&self, event: &Event) -> Option<Message> {
         match event {
             Event::Message(topic, time_ns, data) => {

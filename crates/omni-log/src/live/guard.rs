@@ -1,8 +1,8 @@
 //! Access control of connections: programs of this machine, and pages that are known viewers.
 //!
-//! A browser lets every page connect to this machine. It says whose page it is (`Origin`) and which
-//! name was looked up (`Host`, which a page of elsewhere can make resolve to this machine). A
-//! program that is no browser sends no `Origin`, and could send any.
+//! A browser allows every page to connect to this machine. It says whose page it is (`Origin`) and which name was
+//! looked up (`Host`, which a page of elsewhere can make resolve to this machine). A program that is no browser sends
+//! no `Origin`, and could send any.
 
 use tokio_tungstenite::tungstenite::http::uri::Authority;
 use tokio_tungstenite::tungstenite::http::{HeaderMap, header};

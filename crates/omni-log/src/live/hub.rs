@@ -135,7 +135,7 @@ impl Hub {
     }
 }
 
-/// Server and topics as clients get them at first.
+/// Server and topics, as first sent to clients.
 fn greeting(allow_control: bool, topics: &[Topic]) -> [Message; 2] {
     let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     let mut info = ServerInfo::new(concat!("omnistep ", env!("CARGO_PKG_VERSION")))

@@ -34,7 +34,7 @@ pub(super) struct Server {
 }
 
 impl Server {
-    /// Opens a port on 127.0.0.1, or says why not. `warn` gets what the user who started the run should know.
+    /// Opens a port on 127.0.0.1, or says why not. `warn` receives messages for the user who started the run.
     pub(super) fn start(
         port: u16,
         requests: Arc<Requests>,

@@ -23,7 +23,7 @@ pub(super) trait ControlLaw: Send + Sync {
     fn save(&self) -> Option<Vec<u8>> {
         None
     }
-    /// Goes on from a state that [`ControlLaw::save`] gave; says whether it is one.
+    /// Continues from a state of [`ControlLaw::save`]; returns whether it is valid.
     fn restore(&mut self, _state: &[u8]) -> bool {
         false
     }
@@ -31,7 +31,8 @@ pub(super) trait ControlLaw: Send + Sync {
     fn hand_over(&self) -> Option<Vec<u8>> {
         None
     }
-    /// Starts from what [`ControlLaw::hand_over`] gave, while the vehicle moves with `twist`; says whether it can.
+    /// Starts from the result of [`ControlLaw::hand_over`], while the vehicle moves with `twist`; returns whether it
+    /// can.
     fn take_over(&mut self, _handed: &[u8], _twist: &BodyTwist<f64>) -> bool {
         false
     }

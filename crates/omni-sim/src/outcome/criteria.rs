@@ -156,7 +156,7 @@ const GAINED_PART: f64 = 0.1;
 /// And so much \[m\] times the weight: twenty times what any built-in run gains at any time, 0.05 mm.
 const GAINED_M: f64 = 1e-3;
 
-/// Does the physics give back more than was put in?
+/// Whether the physics returns more energy than was put in.
 pub(super) struct Gain {
     weight_n: f64,
     released_j: f64,

@@ -14,7 +14,7 @@ const SLIDES_PART: f64 = 0.1;
 const FULL_PART: f64 = 0.9;
 /// For so much of the time.
 const MOST_OF_IT: f64 = 0.5;
-/// Motors push where one of them gives this part of its most torque.
+/// Motors push if one of them applies this fraction of its largest torque.
 const PUSHES_PART: f64 = 0.01;
 /// What is judged: the last so many windows of so many periods' time \[ns\] in which motors pushed, a second together.
 const WINDOWS: usize = 10;
@@ -27,7 +27,7 @@ const WINDOW_US: u64 = 100_000;
 pub enum LimitedBy {
     /// Motors were at their limit, and their wheels stood.
     Torque,
-    /// Wheels slipped: the ground gave no more.
+    /// Wheels slipped: the ground transmitted no more.
     Friction,
     /// Neither: when the time ended it still moved, or its loops had not brought up the torque.
     Time,

@@ -10,7 +10,7 @@ const STANDS_M: f64 = 0.02;
 /// This part of the torque that the motor has at standstill is all of it.
 const FULL_PART: f64 = 0.9;
 
-/// For how long a standing vehicle's motors gave their full torque.
+/// Time for which a standing vehicle's motors applied their full torque.
 pub(super) struct Standstill {
     reach_m: f64,
     period_us: u64,

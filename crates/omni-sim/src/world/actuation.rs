@@ -61,7 +61,7 @@ pub(super) struct State {
     pub(super) work_j: f64,
     /// Sum of the sizes of that work \[J\].
     pub(super) turnover_j: f64,
-    /// Work that drags and friction of gears have taken \[J\].
+    /// Work dissipated by drags and gear friction \[J\].
     pub(super) drag_loss_j: f64,
 }
 
@@ -306,7 +306,7 @@ impl Actuation {
             let mut drag = drag_n_m(self, i);
             let [turned, after] = moved(i, self.state.velocity_rad_s[i]);
             if self.has_gear_friction(i) {
-                // All that the gear takes of the motor's torque.
+                // Total losses of the gear from the motor's torque.
                 let geared = self.geared(i);
                 let held = self.gear[i] * held_n_m(geared, i, turned);
                 drag += geared.torque_n_m + held - self.state.torque_n_m[i];

@@ -40,7 +40,7 @@ impl<R: Real> Motion<R> {
         let [x, y, yaw, vx, vy, bias, sx, sy, sw] = *p;
         let ([dx, dy], [cos, sin]) = (self.way, self.turned);
         let [[xx, xy], [yx, yy]] = self.carried;
-        // A bias takes away from the rate.
+        // A bias reduces the rate.
         let off = -(bias * self.biased);
         let [rx, ry, ryaw, rvx, rvy] = self.by_rate;
         [
@@ -102,9 +102,9 @@ impl<R: Real> Matrix<R> {
             .map(|p| a * (p[VX] + p[SLIP]) + b * (p[VY] + p[SLIP + 1]) + c * p[SLIP + 2])
     }
 
-    /// Takes in a scalar reading with the innovation variance `variance`, `seen` being `P h`; gives
-    /// the gain. Joseph's form `(I - k h^T) P (I - k h^T)^T + k r k^T`, multiplied out:
-    /// `P - k m^T - m k^T` with `m = P h - k variance / 2`.
+    /// Processes a scalar reading with the innovation variance `variance`, `seen` being `P h`; returns the gain.
+    /// Joseph's form `(I - k h^T) P (I - k h^T)^T + k r k^T`, multiplied out: `P - k m^T - m k^T` with
+    /// `m = P h - k variance / 2`.
     pub(super) fn take(&mut self, seen: &[R; SIZE], variance: R) -> [R; SIZE] {
         let (per, half) = (R::one() / variance, R::of(0.5) * variance);
         let gain = seen.map(|s| s * per);

@@ -164,7 +164,7 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         }
     }
 
-    /// Variance that the velocity takes on in a period.
+    /// Variance that is added to the velocity in a period.
     pub(super) fn gained(&self, valid: &ValidReadings<R, N>) -> R {
         let (config, dt) = (&self.config, self.config.period_s);
         match valid.acceleration {

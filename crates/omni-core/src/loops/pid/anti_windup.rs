@@ -98,8 +98,8 @@ pub(super) fn reciprocal<R: Real>(slope: R) -> R {
     }
 }
 
-/// Part of an excess that a conditioned integral takes back; 0 if it stops instead. Integral and derivative act one
-/// period late: together they must not take back more than the whole excess, they would swing.
+/// Fraction of an excess that a conditioned integral removes; 0 if it stops instead. Integral and derivative act one
+/// period late: together they must not remove more than the whole excess, because they would oscillate.
 ///
 /// With g = ki T / slope and the part rho = 1 - (slope of the derivative) / slope that is left for
 /// the integral, the result is min(g, rho) where g <= rho (0.1 % more for rounding), or if the derivative takes back at

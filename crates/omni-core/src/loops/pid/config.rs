@@ -117,9 +117,9 @@ pub struct PidConfig<R> {
     /// WPILib's `IZone` does the same. Wider than the noise of the readings. If wheels share an integral, one error
     /// beyond the zone resets all of them to 0.
     pub integral_zone_rad_s: R,
-    /// The proportional term is held within +- this \[N.m\], 0 or more, infinite for none. The
-    /// integral knows of the limits of the output only, but while the output is limited too it
-    /// takes in no more than what is left of the proportional term stands for.
+    /// The proportional term is held within +- this \[N.m\], 0 or more, infinite for none. The integral accounts only
+    /// for the limits of the output; while the output is limited, it accumulates no more than the remaining
+    /// proportional term represents.
     pub proportional_limit_n_m: R,
     /// Limits of the output, infinite for none. [`crate::loops::WheelController`] uses its motors' limits instead.
     pub output: TorqueRange<R>,
@@ -127,7 +127,7 @@ pub struct PidConfig<R> {
 
 impl<R: Real> PidConfig<R> {
     /// Eq. (10) and nothing else, with a control period of `period_s` \[s\], 1e-6 to 10: whole weights, no filter, no
-    /// feed-forward, no limits, the integral taken in before the output and never held back.
+    /// feed-forward, no limits, with the integral updated before the output and never held.
     #[must_use]
     pub fn new(gains: PidGains<R>, period_s: R) -> Self {
         Self {

@@ -217,7 +217,7 @@ impl<R: Real> RestRule<R> {
         }
     }
 
-    /// After a step with every reference at 0 that gave `applied_n_m`: what is left of the integrals.
+    /// After a step with every reference at 0 that applied `applied_n_m`: remaining fraction of the integrals.
     #[inline(never)]
     pub(crate) fn step<const N: usize>(
         &self,

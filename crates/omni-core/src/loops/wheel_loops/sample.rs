@@ -96,8 +96,8 @@ impl<R: Real, const N: usize> ControlState<R, N> {
         }
     }
 
-    /// A fresh start of the loops, with what is left of a hold at rest: another law that takes over
-    /// holds no longer than this one.
+    /// A fresh start of the loops, with the remaining hold at rest: another law that takes over holds no longer than
+    /// this one.
     ///
     /// ```
     /// use omni_core::ControlState;

@@ -161,7 +161,8 @@ impl<R: Real> SupervisorConfig<R> {
     }
 
     /// As [`crate::traction::TractionConfig::traction_runup`]: every try is faster, and the climbing row is spun up
-    /// before the impact. That takes motors with speed to spare: `spin_m_s` at the rim beyond the speed of the run-up.
+    /// before the impact. This requires motors with a speed reserve: `spin_m_s` at the rim beyond the speed of the
+    /// run-up.
     ///
     /// ```
     /// assert!(omni_core::traction::SupervisorConfig::traction_runup(1e-3_f64).retry.spin_m_s > 0.9);

@@ -46,7 +46,7 @@ impl Balance {
         }
     }
 
-    /// What a contact took in a step; `roller_rad_s` is the mean spin of the roller in touch.
+    /// Energy loss of a contact in a step; `roller_rad_s` is the mean spin of the roller in touch.
     pub(super) fn contact<const N: usize>(
         &mut self,
         contact: &Contact<N>,

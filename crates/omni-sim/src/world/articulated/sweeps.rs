@@ -35,7 +35,7 @@ impl<const N: usize> Response<N> {
         }
     }
 
-    /// By how much a line gives way to it.
+    /// Response of a line to it.
     fn along(&self, line: &LinearForm<N>, wheel: usize) -> f64 {
         dot(&line.row, &self.tree) + line.lever_m * self.spins[wheel]
     }

@@ -112,7 +112,7 @@ impl Wheel {
             Vector::ZERO,
             Rotation::from_rotation_arc(Vector::X, self.drive_axis),
         );
-        // No stiffness and no damping: the engine takes it for rigid.
+        // No stiffness and no damping: the engine treats it as rigid.
         let joint = GenericJointBuilder::new(JointAxesMask::empty())
             .local_frame1(along)
             .contacts_enabled(false)
