@@ -2385,7 +2385,7 @@ class Outcome:
         """Work of the motors over weight times distance; None for less than 1 cm."""
     @property
     def e_over_mgh(self) -> float | None:
-        """Work of the motors over weight times height gained; None unless the run ends at a greater height."""
+        """Work of the motors over weight times height gained; None unless climbed to a greater height."""
     @property
     def required_friction(self) -> float:
         """Friction coefficient that sufficed in 95 of 100 averages of 10 ms."""

@@ -243,7 +243,7 @@ impl Outcome {
         self.inner.cost_of_transport
     }
 
-    /// Work of the motors over weight times height gained; None unless the run ends at a greater height.
+    /// Work of the motors over weight times height gained; None unless climbed to a greater height.
     #[getter]
     fn e_over_mgh(&self) -> Option<f64> {
         self.inner.e_over_mgh
