@@ -340,7 +340,7 @@ def withheld(parts: Sequence[Estimate]) -> tuple[Estimate, ...]:
 
 
 def at_bounds(parameters: Sequence[Parameter], found: Fit) -> tuple[str, ...]:
-    """Parameters that end at a bound of their range, a line each; zero is a plausible end for friction or a lag."""
+    """Parameters that end at a bound of their range, one line each; zero is a plausible end for friction or a lag."""
     said = []
     for k, parameter in enumerate(parameters):
         for bound in (parameter.lower, parameter.upper):

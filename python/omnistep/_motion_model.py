@@ -165,7 +165,7 @@ class Motion:
         return self.friction(p) + p.get("slope_n_m_s_rad", 0.0)
 
     def doubts(self) -> list[str]:
-        """Implausible signs and wheel order of the log, a line each."""
+        """Implausible signs and wheel order of the log, one line each."""
         if self.stretches.lifted:
             return []
         log, vehicle = self.stretches.log, self.masses.vehicle

@@ -78,7 +78,8 @@ class ImportSummary:
         signals: its columns, one by one.
         commands_left_out: changes of the command that are missing in the embedded scenario, because its table is
             limited to 100000; the log's columns contain them.
-        doubts: implausible findings, a line each: signs, the order of wheels, units; first whether the log was cut off.
+        doubts: implausible findings, one line each: signs, the order of wheels, units; first whether the log was cut
+            off.
         skipped: the lines of a CSV file that were left out (``count``, ``first``), if requested.
     """
 

@@ -239,7 +239,7 @@ pub struct VehicleState {
     /// Least-squares twist of the measured wheel velocities at the start of the period, in the body
     /// frame \[m/s, rad/s\].
     pub estimated_twist: Twist,
-    /// One entry a wheel, in the order of the vehicle file.
+    /// One entry per wheel, in the order of the vehicle file.
     pub wheels: Vec<WheelState>,
 }
 

@@ -20,7 +20,7 @@ pub struct ControlSample {
     pub estimated: BodyTwist<f64>,
     /// Factor on all torques or all references, 0 to 1.
     pub common_factor: f64,
-    /// One entry a wheel, in the vehicle's order.
+    /// One entry per wheel, in the vehicle's order.
     pub wheels: Vec<WheelSignals>,
     /// Motors whose windings are shorted, one per wheel; empty for none. A shorted motor brakes with the slope of its
     /// torque over speed.

@@ -45,7 +45,7 @@ pub struct DriveReport {
     pub pose: PlanarPose<f64>,
     /// Standard deviations of x \[m\], y \[m\] and yaw \[rad\]; over a link they are not reported.
     pub deviations: Option<[f64; 3]>,
-    /// One entry a wheel.
+    /// One entry per wheel.
     pub wheels: Vec<DriveWheel>,
 }
 
@@ -89,7 +89,7 @@ pub struct TractionReport {
     pub loops: TractionLoops,
     /// Speed across the direction of travel \[m/s\], to the left.
     pub drift_m_s: f64,
-    /// One entry a wheel.
+    /// One entry per wheel.
     pub wheels: Vec<TractionWheel>,
 }
 

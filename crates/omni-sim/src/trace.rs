@@ -61,8 +61,8 @@ const PATH_ERRORS: [&str; 2] = ["path_error_m", "path_error_rad"];
 /// total ground force, Newton's residual and the energy balance ([`crate::observation::Energy`]); `row_1_load_n`,
 /// the front row's, and so on; `body_NAME_nose_up_rad`; `hinge_NAME_angle_rad`, `hinge_NAME_rate_rad_s`; what the
 /// sensors said at the start of the period ([`Sensed::names`]); what the controller reports of itself
-/// ([`ReportColumns`]); and for each signal of [`Trace::wheel_signals`] one column a wheel, `wheel_NAME_SIGNAL`,
-/// side by side. Ratios are the safe forms of [`omni_core::metrics`]; a wheel in the air slips 0.
+/// ([`ReportColumns`]); and for each signal of [`Trace::wheel_signals`] one column per wheel, `wheel_NAME_SIGNAL`, side
+/// by side. Ratios are the safe forms of [`omni_core::metrics`]; a wheel in the air slips 0.
 ///
 /// ```
 /// use omni_sim::{config::Scenario, run};

@@ -79,7 +79,7 @@ pub enum ExternalFailure {
 
 /// A vehicle on the ground, simulated elsewhere in the scenario's physics steps. Actuators with
 /// their lag, faults and gears stay here: what is asked for is what the axles feel. What is filled
-/// in comes with an entry a body, hinge and wheel, and keeps as many.
+/// in comes with an entry per body, hinge and wheel, and keeps as many.
 pub trait ExternalPhysics: Send + Sync {
     /// Its name in outcomes.
     fn engine(&self) -> Engine;
@@ -91,7 +91,7 @@ pub trait ExternalPhysics: Send + Sync {
     /// Why it cannot.
     fn start(&mut self, x_m: f64, yaw_rad: f64) -> Result<(), ExternalFailure>;
 
-    /// One physics step; `axles` has an entry a wheel, and so must what is shown.
+    /// One physics step; `axles` has an entry per wheel, and so must what is shown.
     ///
     /// # Errors
     /// Why there is no next state.

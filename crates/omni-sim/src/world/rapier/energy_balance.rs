@@ -20,7 +20,7 @@ use crate::world::actuation::Actuation;
 pub(super) struct EnergyBalance {
     state: State,
     joints: Vec<Joint>,
-    /// One entry a body, by its index in the world.
+    /// One entry per body, by its index in the world.
     parts: Vec<Part>,
     momentum: Vector,
 }

@@ -74,7 +74,7 @@ pub(super) struct VehicleBodies {
 }
 
 impl VehicleBodies {
-    /// `rollers` has an entry a wheel, none for a ball.
+    /// `rollers` has an entry per wheel, none for a ball.
     pub(super) fn insert(
         physics: &mut PhysicsWorld,
         scenario: &Scenario,
