@@ -92,7 +92,9 @@ impl Scenario {
             // The user who set it requires traction control.
             Err(error) if self.control.max_retries.is_some() => Err(error),
             Err(error) => {
-                self.choose(AutoPolicy::loops(format!("traction control is rejected: {error}")));
+                self.choose(AutoPolicy::loops(format!(
+                    "traction control is rejected: {error}"
+                )));
                 Ok(())
             }
             Ok(()) => Ok(()),
