@@ -356,7 +356,7 @@ typedef struct {
   // The requested torque is outside the limits.
   bool saturated[3];
   // Factor on all torques (`Saturation::ScaleTorques`) or all references
-  // (`Saturation::ScaleReferences`) , 0 to 1; 1 under
+  // (`Saturation::ScaleReferences`), 0 to 1; 1 under
   // `Saturation::Clip`.
   float common_factor;
   // Every reference has been 0 for long enough that all torque has ended: see
@@ -1391,7 +1391,7 @@ typedef struct {
   // The requested torque is outside the limits.
   bool saturated[4];
   // Factor on all torques (`Saturation::ScaleTorques`) or all references
-  // (`Saturation::ScaleReferences`) , 0 to 1; 1 under
+  // (`Saturation::ScaleReferences`), 0 to 1; 1 under
   // `Saturation::Clip`.
   float common_factor;
   // Every reference has been 0 for long enough that all torque has ended: see
@@ -1775,7 +1775,7 @@ typedef struct {
   // The requested torque is outside the limits.
   bool saturated[5];
   // Factor on all torques (`Saturation::ScaleTorques`) or all references
-  // (`Saturation::ScaleReferences`) , 0 to 1; 1 under
+  // (`Saturation::ScaleReferences`), 0 to 1; 1 under
   // `Saturation::Clip`.
   float common_factor;
   // Every reference has been 0 for long enough that all torque has ended: see
@@ -2159,7 +2159,7 @@ typedef struct {
   // The requested torque is outside the limits.
   bool saturated[6];
   // Factor on all torques (`Saturation::ScaleTorques`) or all references
-  // (`Saturation::ScaleReferences`) , 0 to 1; 1 under
+  // (`Saturation::ScaleReferences`), 0 to 1; 1 under
   // `Saturation::Clip`.
   float common_factor;
   // Every reference has been 0 for long enough that all torque has ended: see
@@ -2543,7 +2543,7 @@ typedef struct {
   // The requested torque is outside the limits.
   bool saturated[7];
   // Factor on all torques (`Saturation::ScaleTorques`) or all references
-  // (`Saturation::ScaleReferences`) , 0 to 1; 1 under
+  // (`Saturation::ScaleReferences`), 0 to 1; 1 under
   // `Saturation::Clip`.
   float common_factor;
   // Every reference has been 0 for long enough that all torque has ended: see
@@ -2927,7 +2927,7 @@ typedef struct {
   // The requested torque is outside the limits.
   bool saturated[8];
   // Factor on all torques (`Saturation::ScaleTorques`) or all references
-  // (`Saturation::ScaleReferences`) , 0 to 1; 1 under
+  // (`Saturation::ScaleReferences`), 0 to 1; 1 under
   // `Saturation::Clip`.
   float common_factor;
   // Every reference has been 0 for long enough that all torque has ended: see

@@ -176,7 +176,7 @@ pub struct WheelSample<R, const N: usize> {
     #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub saturated: [bool; N],
     /// Factor on all torques ([`Saturation::ScaleTorques`](crate::loops::Saturation::ScaleTorques)) or all references
-    /// ([`Saturation::ScaleReferences`](crate::loops::Saturation::ScaleReferences)) , 0 to 1; 1 under
+    /// ([`Saturation::ScaleReferences`](crate::loops::Saturation::ScaleReferences)), 0 to 1; 1 under
     /// [`Saturation::Clip`](crate::loops::Saturation::Clip).
     pub common_factor: R,
     /// Every reference has been 0 for long enough that all torque has ended: see
