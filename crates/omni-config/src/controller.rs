@@ -45,7 +45,8 @@ impl Scenario {
     /// An estimator of pose and velocity for the scenario's vehicle, with the noise of
     /// [`EstimatorConfig::new`], in the scalar `R`.
     ///
-    /// # Errors [`Error::Key`] if the control period is longer than 0.3 s, or if `N` is not the number of wheels.
+    /// # Errors
+    /// [`Error::Key`] if the control period is longer than 0.3 s, or if `N` is not the number of wheels.
     ///
     /// ```
     /// use omni_config::Scenario;
@@ -65,8 +66,8 @@ impl Scenario {
 
     /// The controller of the scenario's vehicle, in the scalar `R`, whatever precision the scenario names.
     ///
-    /// # Errors [`Error::Key`] if the vehicle and the control cannot be combined, or if `N` is not the number of
-    /// wheels.
+    /// # Errors
+    /// [`Error::Key`] if the vehicle and the control cannot be combined, or if `N` is not the number of wheels.
     ///
     /// ```
     /// use omni_config::Scenario;

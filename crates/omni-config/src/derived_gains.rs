@@ -64,7 +64,8 @@ impl Vehicle {
     /// `(A^T A)^-1 M`. For the largest: `kp = J / T`, `ki = kp / (4 T)`, critically damped; the other two are
     /// damped more. T is 0.1 s, or longer if the control period, the motor or a wheel in the air wants it.
     ///
-    /// # Errors As [`Vehicle::condition_number`]; [`Error::Key`] if kp would exceed 1e6.
+    /// # Errors
+    /// As [`Vehicle::condition_number`]; [`Error::Key`] if kp would exceed 1e6.
     ///
     /// ```
     /// let vehicle = omni_config::Vehicle::load("omni3")?;

@@ -146,7 +146,8 @@ impl Scenario {
     /// The firmware's whole step, in the scalar `R`; none if the scenario has no `[drive]`. Under traction control what
     /// is around the loops: the whole is [`Scenario::traction_drive`].
     ///
-    /// # Errors As [`Scenario::controller`]; [`Error::Key`] if the drive's keys are inconsistent.
+    /// # Errors
+    /// As [`Scenario::controller`]; [`Error::Key`] if the drive's keys are inconsistent.
     ///
     /// ```
     /// use omni_config::{Override, Scenario};

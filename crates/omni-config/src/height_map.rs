@@ -89,7 +89,8 @@ impl HeightMap {
 
     /// Brightness, 0 black to 1 white; row 0 is the picture's upper edge, column 0 its left one.
     ///
-    /// # Panics If there is no such pixel.
+    /// # Panics
+    /// If there is no such pixel.
     #[must_use]
     pub fn level(&self, row: usize, column: usize) -> f64 {
         f64::from(self.levels[row * self.columns + column]) / 65535.0

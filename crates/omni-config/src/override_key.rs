@@ -37,7 +37,8 @@ impl Override {
 
     /// `key=value`, the value as in TOML; a bare word is a string.
     ///
-    /// # Errors [`Error::Override`] if there is no `=` or no key, or a key of more than 16 parts or 200 characters.
+    /// # Errors
+    /// [`Error::Override`] if there is no `=` or no key, or a key of more than 16 parts or 200 characters.
     ///
     /// ```
     /// use omni_config::Override;

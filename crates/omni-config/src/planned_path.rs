@@ -149,7 +149,8 @@ impl Scenario {
     /// The path of the scenario's command, planned for its vehicle from the start pose; none for a command without a
     /// path.
     ///
-    /// # Errors [`Error::Key`] if it cannot be planned; a loaded scenario has been checked.
+    /// # Errors
+    /// [`Error::Key`] if it cannot be planned; a loaded scenario has been checked.
     pub fn planned_path(&self) -> Result<Option<PlannedPath>, Error> {
         let refuse = |(key, message)| Error::Key {
             file: format!("scenario {}", self.name),

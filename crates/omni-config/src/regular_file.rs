@@ -30,7 +30,8 @@ pub fn open_regular(path: impl AsRef<Path>) -> Result<File> {
 /// Refuses what is there by this name and is no regular file, or a link to such: a file that takes
 /// its place would replace a device, or wait for who reads a pipe. A name that nothing has is fine.
 ///
-/// # Errors Its actual kind, in a few words.
+/// # Errors
+/// Its actual kind, in a few words.
 ///
 /// ```
 /// assert!(omni_config::check_replaceable(std::env::temp_dir().join("omnistep-that-is-not-there")).is_ok());

@@ -213,8 +213,9 @@ impl Study {
 
     /// The built-in study or the file of that name.
     ///
-    /// # Errors Its first error, in one line that names file, key, value and the allowed range. The scenarios are not
-    /// read yet: [`Study::points`] does that.
+    /// # Errors
+    /// Its first error, in one line that names file, key, value and the allowed range. The scenarios are not read yet:
+    /// [`Study::points`] does that.
     pub fn load(name: &str) -> Result<Self, Error> {
         Self::from_source(&Source::study(name)?)
     }

@@ -54,7 +54,8 @@ impl Scenario {
     /// Rejects traction control if only loops of single wheels are possible: `place` states the use, as "allowed
     /// {place}" in the message.
     ///
-    /// # Errors [`Error::Key`] if [`Scenario::has_traction`].
+    /// # Errors
+    /// [`Error::Key`] if [`Scenario::has_traction`].
     ///
     /// ```
     /// use omni_config::Scenario;
@@ -271,7 +272,8 @@ impl TractionPreset {
 impl Vehicle {
     /// The tree of its bodies and what carries its wheels.
     ///
-    /// # Errors [`Error::Key`] for more than 8 hinges, or if `N` is not the number of wheels.
+    /// # Errors
+    /// [`Error::Key`] for more than 8 hinges, or if `N` is not the number of wheels.
     ///
     /// ```
     /// let linkage = omni_config::Vehicle::load("chugo7")?.linkage::<f64, 7>()?;

@@ -65,7 +65,8 @@ impl Vehicle {
 
     /// How evenly the wheels move the vehicle in its three directions: 1 is best, above 100 is rejected.
     ///
-    /// # Errors [`Error::Key`] for wheels that cannot move it in three directions; a loaded vehicle has been checked.
+    /// # Errors
+    /// [`Error::Key`] for wheels that cannot move it in three directions; a loaded vehicle has been checked.
     ///
     /// ```
     /// let chugo7 = omni_config::Vehicle::load("chugo7")?;

@@ -84,7 +84,8 @@ impl Map {
 
     /// Height of a cell \[m\].
     ///
-    /// # Panics If there is no such cell.
+    /// # Panics
+    /// If there is no such cell.
     #[must_use]
     pub fn height_m(&self, [column, row]: [usize; 2]) -> f64 {
         self.heights_m[self.grid.index(column, row)]
@@ -92,7 +93,8 @@ impl Map {
 
     /// Properties of a cell.
     ///
-    /// # Panics If there is no such cell.
+    /// # Panics
+    /// If there is no such cell.
     #[must_use]
     pub fn cell(&self, [column, row]: [usize; 2]) -> Cell {
         self.cells[self.grid.index(column, row)]
@@ -100,7 +102,8 @@ impl Map {
 
     /// Coulomb friction coefficient of a cell.
     ///
-    /// # Panics If there is no such cell.
+    /// # Panics
+    /// If there is no such cell.
     #[must_use]
     pub fn friction(&self, [column, row]: [usize; 2]) -> f64 {
         // As it was given: 0.7, not 0.699999988.

@@ -157,7 +157,8 @@ impl AnyController {
     /// One control step from everything that a vehicle knows. `sample` is overwritten but for what
     /// was asked for, whatever is returned.
     ///
-    /// # Errors [`Error::Link`] if a link has stopped, and ever after, with zero torques; [`Error::Policy`] if a custom
+    /// # Errors
+    /// [`Error::Link`] if a link has stopped, and ever after, with zero torques; [`Error::Policy`] if a custom
     /// controller returns a torque that is not a number, [`Error::PolicyFailed`] if it reports a failure.
     pub fn step_readings(
         &mut self,

@@ -144,7 +144,8 @@ impl Episode {
     /// Starts the next episode. With a seed, the same sequence of episodes follows; without one, the sequence of random
     /// numbers continues. Values in `fixed` are not drawn; all other values are unaffected.
     ///
-    /// # Errors [`Error::Argument`] for an unknown name, or a value out of range; the present episode then continues.
+    /// # Errors
+    /// [`Error::Argument`] for an unknown name, or a value out of range; the present episode then continues.
     pub fn reset(&mut self, seed: Option<u64>, fixed: &[(&str, f64)]) -> Result<(), Error> {
         for (name, value) in fixed {
             find(&mut self.draws, name)?.check(*value)?;

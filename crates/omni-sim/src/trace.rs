@@ -199,7 +199,8 @@ impl Trace {
 
     /// A column by its place in [`Trace::names`].
     ///
-    /// # Panics If there is no such column.
+    /// # Panics
+    /// If there is no such column.
     #[must_use]
     pub fn column_at(&self, index: usize) -> &[f64] {
         &self.data[index * self.rows..(index + 1) * self.rows]

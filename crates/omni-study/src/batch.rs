@@ -57,7 +57,8 @@ struct Packed {
 impl Batch {
     /// Some runs of a plan.
     ///
-    /// # Errors [`omni_sim::Error::Config`] if a scenario cannot be written as TOML: its seed is above 2^63 - 1.
+    /// # Errors
+    /// [`omni_sim::Error::Config`] if a scenario cannot be written as TOML: its seed is above 2^63 - 1.
     pub fn new(plan: &Plan, runs: &[Run]) -> Result<Self, Error> {
         let mut scenarios: Vec<String> = Vec::new();
         let mut packed = Vec::with_capacity(runs.len());
@@ -89,7 +90,8 @@ impl Batch {
 
     /// The batch with the user's own controller that its plan had; none if it had none.
     ///
-    /// # Errors [`Error::Study`] if it is another one.
+    /// # Errors
+    /// [`Error::Study`] if it is another one.
     ///
     /// ```
     /// use omni_config::{Override, Scenario, Seeds};
@@ -129,7 +131,8 @@ impl Batch {
 
     /// The batch that [`Batch::to_text`] wrote.
     ///
-    /// # Errors [`Error::Study`] if it is not a batch, or belongs to another version of the program.
+    /// # Errors
+    /// [`Error::Study`] if it is not a batch, or belongs to another version of the program.
     pub fn from_text(text: &str) -> Result<Self, Error> {
         let batch: Self = serde_json::from_str(text).map_err(|error| refuse(error.to_string()))?;
         if batch.version != VERSION {
@@ -144,7 +147,8 @@ impl Batch {
     /// Computes what its part in the folder lacks on `jobs` threads (all cores by default), until
     /// all is done or `stop` is set. Calls `watch` after each row.
     ///
-    /// # Errors [`Error::Study`] if the folder belongs to another study, [`Error::Io`].
+    /// # Errors
+    /// [`Error::Study`] if the folder belongs to another study, [`Error::Io`].
     pub fn compute(
         &self,
         folder: impl Into<PathBuf>,

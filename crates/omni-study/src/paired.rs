@@ -37,7 +37,8 @@ pub struct PairedFigure {
 /// seed by seed: what both have of a start, chance in it too, is not in the differences.
 /// Combinations that have that value are not in the list, nor are those that have no such fellow.
 ///
-/// # Errors A key that is not an axis, a value that is not on it, an unknown figure.
+/// # Errors
+/// A key that is not an axis, a value that is not on it, an unknown figure.
 ///
 /// ```
 /// use omni_config::{Override, Study};

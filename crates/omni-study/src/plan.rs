@@ -148,7 +148,8 @@ impl Plan {
     /// Can so many points be run with these seeds? To be asked before many are made; `file` is what
     /// messages call the study.
     ///
-    /// # Errors The number of points or seeds, and the allowed number.
+    /// # Errors
+    /// The number of points or seeds, and the allowed number.
     pub fn check_size(file: &str, points: usize, seeds: &Seeds) -> Result<(), Error> {
         let seeds = seeds.list().len();
         let (key, message) = if seeds == 0 {

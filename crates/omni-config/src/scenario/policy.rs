@@ -49,7 +49,8 @@ impl Scenario {
 
     /// The same scenario for uses that require loops of single wheels: a policy that was not named is one of them.
     ///
-    /// # Errors As [`Scenario::without_traction`] if traction control is named.
+    /// # Errors
+    /// As [`Scenario::without_traction`] if traction control is named.
     ///
     /// ```
     /// use omni_config::Scenario;

@@ -26,7 +26,8 @@ pub struct Point {
 impl Study {
     /// Every combination of the axes' values, the last axis fastest, with some more keys replaced.
     ///
-    /// # Errors The first error, in one line that names the study's file, the axis, the value and the allowed range.
+    /// # Errors
+    /// The first error, in one line that names the study's file, the axis, the value and the allowed range.
     ///
     /// ```
     /// use omni_config::{Source, Study};

@@ -33,7 +33,8 @@ impl Seeds {
 
     /// The seeds that a value of a file means.
     ///
-    /// # Errors The value and the allowed range.
+    /// # Errors
+    /// The value and the allowed range.
     ///
     /// ```
     /// use omni_config::Seeds;

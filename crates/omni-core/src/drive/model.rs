@@ -78,7 +78,8 @@ constant_struct!(Drive<R, const N> {
 impl<R: Real, const N: usize> Drive<R, N> {
     /// A drive as configured.
     ///
-    /// # Errors As the parts, with the parameter out of range: [`Controller::with_forward`], [`CommandShaper::new`],
+    /// # Errors
+    /// As the parts, with the parameter out of range: [`Controller::with_forward`], [`CommandShaper::new`],
     /// [`SlipDetector::new`], [`FaultMonitor::new`], [`CovarianceGrowth::new`]; `command_point_m` outside +-1000 m;
     /// those of [`Controller::with_rest`].
     pub fn new(config: DriveConfig<R, N>) -> Result<Self, ConfigError> {

@@ -183,7 +183,8 @@ pub struct TractionDriveSample<R, const N: usize> {
 impl<R: Real, const N: usize> TractionDrive<R, N> {
     /// Traction control inside `drive`, whose own loops are not used but for how their torque ends.
     ///
-    /// # Errors `period_s`, if the control law's period differs from the drive's period.
+    /// # Errors
+    /// `period_s`, if the control law's period differs from the drive's period.
     pub fn new(
         drive: Drive<R, N>,
         supervisor: Supervisor<R, N>,

@@ -69,8 +69,9 @@ pub(crate) struct LoopInputs<'a, R, const N: usize> {
 impl<R: Real, const N: usize> WheelController<R, N> {
     /// Loops as configured.
     ///
-    /// # Errors As [`Pid::new`]; `floor` outside 0 to 1; parameter `integral` for [`Integral::Shared`], which needs the
-    /// layout of a [`crate::loops::Controller`].
+    /// # Errors
+    /// As [`Pid::new`]; `floor` outside 0 to 1; parameter `integral` for [`Integral::Shared`], which needs the layout
+    /// of a [`crate::loops::Controller`].
     pub fn new(config: WheelControlConfig<R, N>) -> Result<Self, ConfigError> {
         if config.coordination.integral == Integral::Shared {
             let allowed = "per wheel (0): wheels without a vehicle cannot share an integral";

@@ -81,10 +81,11 @@ impl<R: Real, const N: usize> TrajectoryPlanner<R, N> {
 
     /// The trajectory through `waypoints`, 2 to 1000 of them, from rest to rest, in the room given.
     ///
-    /// # Errors `waypoints` if there are too few or too many, `segments` or `pieces` if the room is too small;
-    /// otherwise `waypoint.` and the wrong field of the waypoint with the error's `index`: a value out of range,
-    /// `waypoint.x_m` if the segment to it is empty, `waypoint.time_s` if it is earlier than the limits allow, or no
-    /// later than the previous time.
+    /// # Errors
+    /// `waypoints` if there are too few or too many, `segments` or `pieces` if the room is too small; otherwise
+    /// `waypoint.` and the wrong field of the waypoint with the error's `index`: a value out of range, `waypoint.x_m`
+    /// if the segment to it is empty, `waypoint.time_s` if it is earlier than the limits allow, or no later than the
+    /// previous time.
     ///
     /// ```
     /// use omni_core::path::{PathLimits, PathPiece, PathSegment, PlanarInertia};
