@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # Builds the simulation for 64-bit Arm (aarch64-unknown-linux-gnu), runs the first seconds of every
-# built-in scenario in QEMU and natively, and compares poses and traces: equal in every bit, or exit
-# code 1. Needs, on Debian: apt install gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user-static. Where
-# rustup has no such target, std is compiled from the sources that scripts/tools/embedded-toolchain.sh
-# unpacks. With --if-possible: skips, and says so, what a missing tool asks for.
+# built-in scenario in QEMU and natively, and compares poses and traces: bit-identical, or exit code 1. Needs, on
+# Debian: apt install gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user-static. Where rustup has no such target, std
+# is compiled from the sources that scripts/tools/embedded-toolchain.sh unpacks. With --if-possible: skips, and says so,
+# what a missing tool asks for.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 unset CARGO_BUILD_TARGET # where the native program is looked for
@@ -21,7 +21,7 @@ arguments=()
 if ! compgen -G "$(rustc --print target-libdir --target $target)/libstd-*.rlib" >/dev/null; then
     [ "$possible" != --if-possible ] || export EMBEDDED_TOOLCHAIN_CHECK=1
     toolchain=$(scripts/tools/embedded-toolchain.sh wasm32-unknown-unknown) || true
-    # Where the targets of WebAssembly are rustup's own, there are no sources of std beside them.
+    # If the WebAssembly targets are rustup's own, they lack the sources of std.
     [ -n "$toolchain" ] || missing "std for $target" "rustup target add $target"
     arguments=(-Zbuild-std=std,panic_unwind)
 fi
@@ -37,4 +37,4 @@ build build
 "$output/quick/omnistep-wasm" $seconds >"$work/native"
 qemu-aarch64-static -L /usr/aarch64-linux-gnu "$output/$target/quick/omnistep-wasm" $seconds >"$work/arm"
 diff "$work/native" "$work/arm" >&2 || { echo "64-bit Arm (>) computes other bits than this machine (<)" >&2; exit 1; }
-echo "$(wc -l <"$work/arm") runs, $seconds s each: 64-bit Arm and this machine agree in every bit of every pose and trace"
+echo "$(wc -l <"$work/arm") runs, $seconds s each: 64-bit Arm and this machine agree bit for bit in every pose and trace"

@@ -53,7 +53,7 @@ echo 'bool plugin_c(void); int main(void) { return plugin_c() ? 0 : 1; }' >"$wor
     $(pkg-config --cflags --libs --static omnistep) -o "$work/example/in_c"
 "$work/example/in_c"
 echo "the example built by CMake and by pkg-config says the same; C links the library alone"
-# A library, and constants, of another version than the header are refused.
+# A library, and constants, of another version than the header are rejected.
 mkdir -p "$work/other"
 sed "s/_init_[0-9_]*\$/_init_9_9_9/" "$source/include/omnistep.h" >"$work/other/omnistep.h"
 # shellcheck disable=SC2046,SC2086
@@ -80,7 +80,7 @@ tests() { # where, options
 }
 tests tests -DCMAKE_PREFIX_PATH="$work/prefix"
 tests tests_from_source -DOMNISTEP_SOURCE="$source" -DOMNISTEP_TARGET_DIR="$PWD/firmware/target"
-# Another version is refused before anything is compiled.
+# Another version is rejected before anything is compiled.
 mkdir -p "$work/version"
 version=$(pkg-config --modversion omnistep)
 IFS=. read -r major minor _ <<<"$version"

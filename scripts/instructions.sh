@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Processor instructions of one whole control step next to as many loops of the `pid` crate as there are wheels,
-# counted by valgrind: the same on a busy machine as on an idle one. Exit code 1 where a ratio is above
-# INSTRUCTIONS_MAX (3.1: of three and four wheels at their limits it was 3.0 before every step looked whether torque is
-# to end at rest, which that crate does not). Then those of a physics step, by scripts/measure/physics_instructions.sh.
+# counted by valgrind: the same on a busy machine as on an idle one. Exit code 1 if a ratio is above INSTRUCTIONS_MAX
+# (3.1: of three and four wheels at their limits it was 3.0 before every step looked whether torque is to end at rest,
+# which that crate does not). Then those of a physics step, by scripts/measure/physics_instructions.sh.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 command -v valgrind >/dev/null || { echo "valgrind is needed; on Debian or Ubuntu: apt install valgrind" >&2; exit 1; }

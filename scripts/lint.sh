@@ -16,6 +16,8 @@ python3 scripts/docs/wheel_signals.py --check
 scripts/tools/venv.sh
 .venv/bin/python scripts/checks/comment_width.py --self-test
 .venv/bin/python scripts/checks/comment_width.py
+.venv/bin/python scripts/checks/english.py --self-test
+.venv/bin/python scripts/checks/english.py
 .venv/bin/python scripts/checks/circles.py --self-test
 .venv/bin/python scripts/checks/circles.py
 .venv/bin/python scripts/checks/examples.py --self-test

@@ -10,7 +10,7 @@ if [ "$(cargo deny --version 2>/dev/null)" != "cargo-deny $version" ]; then
     CARGO_PROFILE_DEV_DEBUG=0 cargo install --quiet --locked --profile dev "cargo-deny@$version"
 fi
 deny() { cargo deny --config deny.toml --log-level error --locked --manifest-path "$@"; }
-# An exception that is needed no longer is an error too.
+# An exception that is no longer needed is also an error.
 deny Cargo.toml --workspace check --deny unmatched-skip --deny unnecessary-skip licenses bans sources
 # Duplicates in images cost nothing that their budgets do not show.
 deny firmware/Cargo.toml check licenses sources

@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
 # Builds the simulation for WebAssembly (wasm32-unknown-unknown), runs the first seconds of every
-# built-in scenario in node and natively, and compares poses and traces: equal in every bit, or exit
-# code 1. Where rustup has no such target the first run prepares a toolchain from Debian's packages.
-# With --if-possible: skips, and says so, where node or the toolchain is missing. The native runs are
-# those of the Python package in .venv, and the last poses are compared; with --whole they are those of
-# the same program built natively, which takes some minutes more, and whole traces are compared too.
+# built-in scenario in node and natively, and compares poses and traces: bit-identical, or exit code 1. Where rustup has
+# no such target the first run prepares a toolchain from Debian's packages. With --if-possible: skips, and says so,
+# where node or the toolchain is missing. The native runs are those of the Python package in .venv, and the last poses
+# are compared; with --whole they are those of the same program built natively, which takes some minutes more, and whole
+# traces are compared too.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 unset CARGO_BUILD_TARGET # where the native program is looked for
@@ -34,6 +34,6 @@ else
     what="last pose"
 fi
 diff "$work/native" "$work/wasm" >&2 || { echo "WebAssembly (>) computes other bits than the native program (<)" >&2; exit 1; }
-echo "$(wc -l <"$work/wasm") runs, $seconds s each: node and the native program agree in every bit of every $what"
+echo "$(wc -l <"$work/wasm") runs, $seconds s each: node and the native program agree bit for bit in every $what"
 cut -d ' ' -f -9 "$work/wasm" | sed -n 's/^step [0-9]*/step ends at/p'
 echo "$module: $(wc -c <"$module") bytes, $(gzip -9 <"$module" | wc -c) compressed"

@@ -47,7 +47,7 @@ pub struct Memory {
     pub state: ControlState<f32, 7>,
     /// Every signal of the last step.
     pub sample: ControlSample<f32, 7>,
-    /// Where the vehicle is.
+    /// Pose of the vehicle.
     pub pose: OdometryState<f32, 7>,
     /// What shows slip.
     pub residual: WheelVelocities<f32, 7>,

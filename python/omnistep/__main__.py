@@ -61,7 +61,7 @@ def _plot(arguments: list[str]) -> int:
         "-o", "--out", type=Path, default=Path("side-view.png"), help="png, svg or pdf; side-view.png if left out"
     )
     parser.add_argument(
-        "--every", type=float, default=0.3, metavar="SECONDS", help="between two points; 0.3 if left out"
+        "--every", type=float, default=0.3, metavar="SECONDS", help="time between two poses; 0.3 if left out"
     )
     given = parser.parse_args(arguments)
     from omnistep import plot
@@ -94,7 +94,7 @@ def _import(arguments: list[str]) -> int:
         "log", type=Path, metavar="LOG", help="a .csv or .parquet file, a rosbag2 (its folder, .mcap, .db3)"
     )
     parser.add_argument(
-        "--map", required=True, type=Path, metavar="MAP.toml", help="the map: which column or topic is which signal"
+        "--map", required=True, type=Path, metavar="MAP.toml", help="the map: columns or topics of the signals"
     )
     parser.add_argument(
         "-o", "--out", type=Path, default=Path("robot.mcap"), help="the log to write; robot.mcap if left out"
@@ -122,17 +122,17 @@ def _import(arguments: list[str]) -> int:
 def _resimulate(arguments: list[str]) -> int:
     parser = Parser(
         prog="omnistep resimulate",
-        description="Drive the simulation with commands, torques, wheels or duty cycles of a log, and compare the two.",
+        description="Drive the simulation with commands, torques, wheels or duty cycles of a log, and compare both.",
     )
     parser.add_argument("log", type=Path, metavar="LOG.mcap")
     parser.add_argument(
-        "--scenario", help="scenario to simulate, a built-in name or a .toml file; that of the log if left out"
+        "--scenario", help="scenario to simulate, a built-in name or a .toml file; the log's own if left out"
     )
     by = parser.add_mutually_exclusive_group()
-    by.add_argument("--commands", action="store_true", help="give the logged commands to the controller; the default")
-    by.add_argument("--torques", action="store_true", help="give the logged torques to the motors")
-    by.add_argument("--wheels", action="store_true", help="give the measured wheels' twist to the controller")
-    by.add_argument("--duty", action="store_true", help="give the logged duty cycles to the motors")
+    by.add_argument("--commands", action="store_true", help="apply the logged commands to the controller; the default")
+    by.add_argument("--torques", action="store_true", help="apply the logged torques to the motors")
+    by.add_argument("--wheels", action="store_true", help="apply the measured wheels' twist to the controller")
+    by.add_argument("--duty", action="store_true", help="apply the logged duty cycles to the motors")
     parser.add_argument(
         "--vehicle", help="vehicle to simulate, a built-in name or a .toml file; short for --set vehicle="
     )
@@ -144,14 +144,14 @@ def _resimulate(arguments: list[str]) -> int:
         type=float,
         default=1.0,
         metavar="PART",
-        help="how far it goes sideways of what its wheels say, all.sideways of calibrate; 1 if left out",
+        help="ratio of lateral motion to the wheels' readings, all.sideways of calibrate; 1 if left out",
     )
     parser.add_argument(
         "--plate",
         nargs=3,
         type=float,
         metavar=("X", "Y", "YAW"),
-        help="the marker plate of the log's pose on the vehicle, in m and rad; found from wheels and poses if left out",
+        help="the marker plate of the log's pose on the vehicle, in m and rad; estimated if left out",
     )
     parser.add_argument(
         "-o", "--out", type=Path, default=Path("resimulated.png"), help="png, svg or pdf; resimulated.png if left out"

@@ -11,7 +11,7 @@ from omnistep.errors import ConfigError
 
 
 def of_kind(given: Any, name: str, *kinds: type, allowed: str = "") -> Any:
-    """Return an argument of one of these types; refuse any other by the argument's name."""
+    """Return an argument of one of these types; reject any other type by the argument's name."""
     if not isinstance(given, kinds):
         hint = " (omnistep.read_mcap reads one)" if Log in kinds and isinstance(given, str | PathLike) else ""
         raise TypeError(f"{name}: {_what(given)}, allowed: {allowed or _names(kinds)}{hint}")
@@ -51,7 +51,7 @@ def trace_of(run: Trace | Log) -> Trace:
 
 
 def with_places(trace: Trace) -> Trace:
-    """Refuse the trace of a log, which has no positions of the wheels."""
+    """Reject the trace of a log, which has no wheel positions."""
     if "x_m" not in trace.wheel_signals:
         message = f"{trace.scenario}, {trace.policy}: the trace of a log, which lacks the wheels' places x_m, "
         message += "allowed: the Log itself"

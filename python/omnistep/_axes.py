@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
     from omnistep._omnistep import Trace
 
-# Okabe and Ito's colours: distinguishable for colour-blind readers too. A policy has the same one in every figure, and
-# nothing but a policy has it.
+# Okabe and Ito's colours: also distinguishable for colour-blind readers. A policy has the same colour in every figure,
+# and nothing else has this colour.
 _POLICIES = {
     "independent": "#CC79A7",
     "scale_torques": "#D55E00",
@@ -27,7 +27,7 @@ _POLICIES = {
     "traction": "#6B4C00",
 }
 _OTHER_POLICY = "0.4"
-# Wheels and loads have the rest of them; from the fourth on with other dashes.
+# Wheels and loads use the remaining colours, from the fourth on with different dashes.
 _WHEELS = ("#000000", "#E69F00", "#56B4E9")
 _DASHES = ("-", "--", ":", "-.")
 
@@ -89,7 +89,7 @@ def recorded_and_simulated(ax: Any, time_s: NDArray[Any], recorded: NDArray[Any]
 def given_or_new(
     axes: Any, shape: tuple[int, ...], *, size: tuple[float, float], share_y: bool | str = False
 ) -> NDArray[Any]:
-    """Return the given axes, in that shape, or those of a new figure of that size [inch]."""
+    """Return the given axes in this shape, or the axes of a new figure of this size [inch]."""
     if axes is None:
         rows, columns = shape if len(shape) == 2 else (shape[0], 1)
         options = {"sharex": True, "sharey": share_y, "figsize": size, "layout": "constrained", "squeeze": False}

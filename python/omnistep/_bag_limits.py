@@ -1,4 +1,4 @@
-"""Memory and time that a bag may take, in proportion to its size.
+"""Limits of memory and time for reading a bag, in proportion to its size.
 
 The only module that names parts of rosbags that are not its interface: it unpacks without a limit.
 """
@@ -18,11 +18,11 @@ from omnistep.errors import LogError
 MOST_TOGETHER = 2**27
 #: Most bytes that a bag unpacks to, as a multiple of its own; of a small bag `MOST_TOGETHER`.
 MOST_RATIO = 60
-#: Most characters of YAML, each of which takes some ten microseconds, and its deepest nesting, which takes its square.
+#: Most characters of YAML, some ten microseconds each, and deepest nesting, whose time grows with its square.
 MOST_YAML, MOST_DEEP = 2**19, 32
-#: Bytes that are unpacked at a time where they go to another file.
+#: Bytes that are unpacked at a time if they go to another file.
 _PIECE = 2**20
-#: Generated columns, by the number that SQLite gives them: their values are nowhere in the file.
+#: Generated columns, by SQLite's number for them: the file does not store their values.
 _GENERATED = (2, 3)
 
 
@@ -38,11 +38,11 @@ class Unpacking:
         self.sum = 0
 
     def begin(self) -> None:
-        """Count from 0 again: what was unpacked until now was let go."""
+        """Count from 0 again: the memory of earlier unpacked data is free."""
         self.sum = 0
 
     def check_index(self, reader: Any, topics: set[str]) -> None:
-        """Refuse chunks by what the index says of them; unpacked, they are as large as it says or are refused."""
+        """Reject chunks by their indexed size, which an unpacked chunk must match."""
         storage = reader.readers[0].storage
         total = 0
         for part in getattr(storage, "storages", [storage]):
@@ -68,11 +68,11 @@ class Unpacking:
             self.refuse(f"{self.size} bytes that unpack to {self.sum} and more", self.most)
 
     def refuse(self, what: str, most: int) -> NoReturn:
-        """Raise an error that names what a bag asks for, and how much is allowed."""
+        """Raise an error that names the amount that a bag requires, and the allowed amount."""
         raise LogError(f"{self.path}: {what}, allowed: {most} at most", file=str(self.path))
 
     def unpacked(self, new: Callable[[], Any], data: bytes, most: int) -> bytes:
-        """Frames of a compression one behind the other, unpacked to no more than one byte more than is allowed."""
+        """Consecutive frames of a compression, unpacked to at most one byte more than allowed."""
         parts: list[bytes] = []
         room = most + 1
         while data and room > 0:
@@ -131,7 +131,7 @@ class _Yaml:
 
 
 def check_yaml(path: Path, text: str) -> None:
-    """Refuse a text in YAML that would take long.
+    """Reject YAML text that would take long to parse.
 
     >>> from pathlib import Path
     >>> from omnistep._bag_limits import check_yaml

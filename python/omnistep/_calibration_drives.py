@@ -1,4 +1,4 @@
-"""A run for calibration, prepared for odometry: what its wheels turned, and where it ended."""
+"""A run for calibration, prepared for odometry: its wheel rotations and its final pose."""
 
 from __future__ import annotations
 
@@ -19,9 +19,10 @@ PARTS = 20
 STEP_S = 0.02
 #: Longest gap in a log that is bridged.
 GAP_S = 0.1
-#: A gyro's zero is its mean over this time of rest at least.
+#: A gyro's bias is its mean over at least this time at rest.
 REST_S = 0.5
-#: A vehicle stands while no wheel turns faster than a part of its fastest, each over this time: noise and counts do.
+#: A vehicle stands still while no wheel turns faster than this fraction of its highest speed, averaged over this time,
+#: because noise and counts exceed it for moments.
 STANDS, STANDS_OVER_S = 0.04, 0.2
 
 
@@ -48,7 +49,7 @@ class Drive:
         return float(run.distance_m if run.distance_m is not None else np.hypot(run.end_x_m or 0.0, run.end_y_m or 0.0))
 
     def end(self, kinematics: Kinematics) -> tuple[float, float, float]:
-        """Where the wheels say that it ends: x, y [m], yaw [rad]."""
+        """Final pose by odometry: x, y [m], yaw [rad]."""
         return end_of(self.positions, kinematics)
 
     def errors(self, kinematics: Kinematics) -> tuple[list[float], list[float]]:
@@ -86,7 +87,7 @@ def part_of(log: WheelLog, run: CalibrationRun, where: str) -> tuple[WheelLog, i
 
 
 def end_of(positions: Floats, kinematics: Kinematics) -> tuple[float, float, float]:
-    """Where the wheels say that a drive ends: x, y [m], yaw [rad]."""
+    """Final pose of a drive by odometry: x, y [m], yaw [rad]."""
     odometry = Odometry(kinematics=kinematics, period_s=STEP_S)
     odometry.step_positions(positions)
     x, y, yaw = odometry.pose

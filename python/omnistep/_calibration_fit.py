@@ -1,4 +1,4 @@
-"""Least squares for calibration: what all wheels have in common, and single wheels where they differ from it."""
+"""Least squares for calibration: parameters common to all wheels, and single wheels if they deviate."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from omnistep._omnistep import Kinematics, Layout, Vehicle, Wheel
 from omnistep.errors import ConfigError
 
 NEEDED_BY = "omnistep.calibrate"
-#: Errors that a drawing may have: of radii and levers as a part, of directions in radians.
+#: Errors of a drawing: relative errors of radii and lever arms, errors of directions in radians.
 SCALE = 0.05
-#: What all wheels have in common may be off by so many times that.
+#: Common parameters may deviate by this multiple of the drawing's error.
 COMMON = 4.0
 #: Residuals tell their own size from so many degrees of freedom on, and are no smaller than this [m, rad].
 ENOUGH, LEAST_M = 3.0, 1e-6
@@ -28,8 +28,8 @@ MANY = 4
 ALIKE_PIECES, PART = 4, 4
 #: Errors of ends that were measured with a tape, beside slip, if nothing else is stated; of poses likewise.
 POSITION_M, YAW_RAD = 0.002, 0.005
-#: What a plate and a clock may be off by: what is a large error of these [m, m, rad, s], and how far they may be, in
-#: such units. A plate may look anywhere; without ends measured by hand its yaw is the rotation of the whole vehicle.
+#: Errors of a plate and a clock: a large error of each [m, m, rad, s], and the largest allowed error in such units. A
+#: plate may look anywhere; without ends measured by hand its yaw is the rotation of the whole vehicle.
 PLATE, CLOCK = (0.05, 0.05, 0.05), 0.05
 FAR = {"sideways": (4.0,), "plate": (10.0, 10.0, 1000.0), "clock": (2.0,)}
 #: Pieces tell a lever that turn by so many times their error on the average, and a radius that go so far.
@@ -38,12 +38,12 @@ CLEARLY = 4.0
 DELAY_S = 0.02
 #: Slip that is expected of a run or of a piece of a recording, as a part of its way.
 SLIP = 0.01
-#: Why a single wheel has no interval that follows from what all have in common.
+#: Reason why a single wheel has no interval that follows from the common parameters.
 ALIKE, TOGETHER = "as all wheels are", "only together with others"
 #: A smaller deviation is none, in units of ``SCALE``.
 LEAST = 1e-6
-#: Single wheels pay where the measurements are so much more probable with them: strong evidence, 20 to 1, on the scale
-#: of Kass and Raftery ("Bayes factors", 1995). Errors of slip are not of one size, as the model has them.
+#: Parameters of single wheels are used if they make the measurements this much more probable: strong evidence, 20 to 1,
+#: on the scale of Kass and Raftery ("Bayes factors", 1995). Errors of slip are not of one size, as the model has them.
 PAYS = 3.0
 #: Rollers are oblique from this sine of their angle on.
 OBLIQUE = 0.1
@@ -53,28 +53,29 @@ DIFFERENCE, LARGEST, SMALLEST, FARTHEST, ITERATIONS = 1e-3, 2.0, 1e-6, 9.0, 30
 
 @dataclass
 class Found:
-    """The parameters that fit best, in units of what a drawing may be wrong by, and what is known of them."""
+    """The best-fitting parameters, in units of a drawing's error, and their uncertainty."""
 
     u: Floats
-    #: The same, but what the runs do not tell keeps the file's value, combinations too: what is reported and written.
+    #: The same, but parameters and combinations that the runs do not determine keep the file's value: reported and
+    #: written.
     reported: Floats
     covariance: Floats
     #: The same from the scatter of runs; 0 from few.
     scatter: Floats
-    #: Degrees of freedom of the first; of the second what each run is expected to have of it, and their factor.
+    #: Degrees of freedom of the first; for the second, the expected share of each run, and their factor.
     freedom: float
     shares: Floats
     blocks: float
     #: Standard deviations of places [m] and turns [rad] of measured ends, the same of pieces between recorded poses,
     #: and of wheels against each other, by what is left.
     sd: Floats
-    #: Root mean square of what is left of the same: no less than these where a few runs leave them as stated.
+    #: Root mean square of the same residuals: no less than the stated values if a few runs agree with them.
     rms: Floats
-    #: What is left of the ends, in squares of these, and its degrees of freedom.
+    #: Residual of the ends, in squares of these, and its degrees of freedom.
     ends_left: float
     ends_freedom: float
-    #: Of each run by how much less is left without it, how many numbers it has, and how many times as well the others
-    #: fit without it: in places or in turns, whichever is more.
+    #: For each run: the reduction of the residual without it, its count of numbers, and the factor by which the other
+    #: runs fit better without it, in positions or in headings, whichever is larger.
     left_out: list[tuple[float, int, float]]
     #: Logarithm of how probable the measurements are under this model; larger is better.
     evidence: float
@@ -99,7 +100,8 @@ class Problem:
             x, y = wheel.position_m
             start += [wheel.radius_m, 0.0, 0.0]
             scale += [SCALE * wheel.radius_m, SCALE * lever, SCALE]
-            # Columns: all radii, all levers larger by the same part; the whole vehicle turned, with levers that stay.
+            # Columns: all radii and all lever arms scaled by the same factor; the whole vehicle rotated, with unchanged
+            # lever arms.
             common += [
                 [1.0, 0.0, 0.0],
                 [0.0, (x * sin(push) - y * cos(push)) / lever, -(x * cos(push) + y * sin(push)) / lever],
@@ -137,14 +139,14 @@ class Problem:
         )
         if all(not drive.parts.any() for drive in drives):
             raise ConfigError("runs: no wheel turns in any run, allowed: runs that drive", key="runs")
-        #: Whether the runs go sideways by so much that they may tell it.
+        #: Whether the runs contain enough lateral motion to determine it.
         self.slips = self.sideways is not None and self._goes_sideways()
-        #: How wheels would be turned that make a vehicle go farther sideways, a column of the parameters.
+        #: Rotation of wheels that would increase lateral motion, as a column of the parameters.
         self.toed = np.zeros((len(start), int(self.sideways is not None)))
         for k, wheel in enumerate(self.wheels if self.sideways is not None else ()):
             push = atan2(*wheel.rolling_direction[::-1]) + wheel.roller_angle_rad
             self.toed[3 * k + 2] = cos(push) * sin(push)
-        #: Which of what all wheels have in common keeps the file's value.
+        #: The common parameters that keep the file's value.
         self.held = self._held()
         # The run of each number that was measured, in the order of the groups.
         groups = self._ends(np.zeros(len(self.start)))
@@ -156,7 +158,7 @@ class Problem:
         """What recorded poses alone do not tell: radius, lever, turn.
 
         Odometry of a drive that hardly turns, or moves, is noise, and what multiplies noise would be found too large. A
-        vehicle turned below its plate is a turned plate: the file says what is ahead.
+        vehicle that is rotated below its plate is a rotated plate: the file defines the forward direction.
         """
         pieces = [drive for drive in self.drives if isinstance(drive, Piece)]
         if len(pieces) < len(self.drives):
@@ -174,7 +176,7 @@ class Problem:
         return False
 
     def layout(self, u: Floats) -> Layout:
-        """The wheels as odometry takes them."""
+        """The wheels as odometry uses them."""
         part = 1.0 if self.sideways is None else float(self.numbers(u)[self.sideways])
         wheels = []
         for wheel, (radius, shift, turn) in zip(self.wheels, self.of_wheels(u), strict=True):
@@ -191,7 +193,7 @@ class Problem:
         return Layout(wheels=wheels)
 
     def numbers(self, u: Floats) -> Floats:
-        """Radius [m], shift [m], turn [rad] of every wheel; then what plates and clocks have."""
+        """Radius [m], shift [m], turn [rad] of every wheel; then the parameters of plates and clocks."""
         return np.asarray(self.start + self.scale * u)
 
     def of_wheels(self, u: Floats) -> Floats:
@@ -199,14 +201,14 @@ class Problem:
         return self.numbers(u)[: 3 * len(self.wheels)].reshape(-1, 3)
 
     def plate(self, recording: Recording, u: Floats) -> Plate:
-        """Where the plate of a recording is, and how late its poses are."""
+        """Position of a recording's plate, and the delay of its poses."""
         numbers = self.numbers(u)
         place, clock = self.at["plate", recording.plate], self.at["clock", recording.clock]
         x_m, y_m, yaw_rad = map(float, numbers[place : place + 3])
         return Plate(x_m, y_m, yaw_rad, float(numbers[clock]))
 
     def _ends(self, u: Floats) -> list[list[list[float]]]:
-        """Errors of places and turns, those of measured ends first, then those of pieces; of every drive."""
+        """Errors of positions and headings of every drive: first at measured ends, then of pieces."""
         kinematics = Kinematics(layout=self.layout(u))
         plates = {id(each): self.plate(each, u) for each in recordings_of(self.drives)}
         groups: list[list[list[float]]] = [[], [], [], []]
@@ -228,7 +230,7 @@ class Problem:
         return [*(np.array([e for error in group for e in error]) for group in self._ends(u)), spread]
 
     def solve(self) -> tuple[Found, Found]:
-        """The better of two models, and the second: what wheels have in common is all, or every wheel differs.
+        """The better of two models, and the second: only common parameters, or parameters of every wheel.
 
         Better is what makes the measurements more probable (MacKay, "Bayesian interpolation", 1992): each further
         number must pay for itself.
@@ -246,16 +248,17 @@ class Problem:
             found.reported = np.zeros_like(found.u)
         elif (held != self.held).any():
             again = self._single(held) if found is single else self._fit(single=False, held=held)
-            # Not at the cost of what is determined: a held lever would be a radius where turns tell their ratio.
+            # Not at the cost of determined parameters: a held lever arm would bias a radius if turns determine their
+            # ratio.
             moved = np.abs(rows @ (again.reported - found.u))
             if (moved <= deviations)[~held].all():
                 found.reported = again.reported
         return found, single
 
     def _single(self, held: Any) -> Found:
-        """Single wheels may differ, and be turned so that the vehicle goes less sideways: none slips.
+        """Single wheels may differ, and be rotated so that the vehicle moves less laterally: none slips.
 
-        Wheels that slip sideways alike explain the same. Numbers may be off by what they would be then.
+        Equal lateral slip of all wheels explains the same measurements, so that numbers may be wrong by the difference.
         """
         slipping = self._fit(single=True, held=held)
         if not self.slips:
@@ -264,21 +267,22 @@ class Problem:
         return replace(self._fit(single=True, held=held, slipping=slipping), evidence=slipping.evidence)
 
     def _others(self, *, slips: bool) -> dict[tuple[str, str], int]:
-        """Where the numbers that are none of a wheel are, of wheels that slip sideways or do not."""
+        """Indices of the parameters that belong to no wheel, with or without lateral slip."""
         return {each: at for each, at in self.at.items() if slips or at != self.sideways}
 
     def _fit(self, *, single: bool, held: Any, slipping: Found | None = None) -> Found:
         """Least squares about the drawing, each group weighted by its residuals.
 
-        The prior of a wheel is the drawing with what all wheels have in common, with a standard deviation of ``SCALE``
-        where single wheels may differ. What the runs do not determine keeps that value and that deviation. Beside what
-        is found where wheels slip sideways, none does.
+        The prior of a wheel is the drawing with the common parameters, with a standard deviation of ``SCALE`` if single
+        wheels may differ. Parameters that the runs do not determine keep this value and this deviation. Relative to a
+        solution with lateral slip, no wheel slips.
         """
         count, own = 3 * len(self.wheels), np.eye(len(self.start))
         kept, common = self.common[:, held], self.common[:, ~held]
         others = self._others(slips=self.slips and slipping is None)
         if single and slipping is None:
-            # Wheels that are all turned against their rollers' sides are wheels that slip sideways, or larger ones.
+            # Wheels that are all rotated towards their rollers' sides are equivalent to wheels with lateral slip, or to
+            # larger wheels.
             kept = np.hstack([kept, self.toed])
         own = own - kept @ np.linalg.pinv(kept)
         rest = [own[:, at : at + len(FAR[kind])] for (kind, _), at in others.items()]
@@ -302,7 +306,7 @@ class Problem:
             slopes: Floats = weights[:, None] * jacobian
             covariance: Floats = np.asarray(np.linalg.inv(slopes.T @ slopes + prior), dtype=np.float64)
             step = -covariance @ (slopes.T @ weighted + prior @ z)
-            # What each group determines of the parameters is gone from its residuals.
+            # Each group's residuals lack the degrees of freedom that determine the parameters.
             left = residual + jacobian @ step
             hat = np.einsum("ij,jk,ik->i", slopes, covariance, slopes)
             before, free, rms, at = sd.copy(), np.zeros(len(sizes)), np.zeros(len(sizes)), 0
@@ -346,7 +350,7 @@ class Problem:
         )
 
     def _scatter(self, weighted: Floats, slopes: Floats, covariance: Floats) -> tuple[Floats, Floats, float]:
-        """Covariance by what the numbers would be without neighbouring runs; 0 of few runs.
+        """Covariance from the estimates without neighbouring runs (jackknife); 0 for few runs.
 
         The jackknife of moving blocks (Künsch, "The jackknife and the bootstrap for general stationary observations",
         1989) has errors in it that differ from run to run, and those that last for some pieces. With it comes what each
@@ -372,7 +376,7 @@ class Problem:
     ) -> tuple[float, int, float]:
         """What is less without a run, see :class:`Found`."""
         rows, left = self._predicted([run], weighted, slopes, covariance)
-        # What is left of the others, where the numbers are those of the others.
+        # Residuals of the other runs, if the parameters are fitted to the other runs.
         others, times = weighted + slopes @ (covariance @ slopes[rows].T @ left), 1.0
         others[rows] = 0.0
         for k, freedom in enumerate(free[:-1]):
@@ -387,7 +391,7 @@ class Problem:
     def _predicted(
         self, runs: Sequence[int], weighted: Floats, slopes: Floats, covariance: Floats
     ) -> tuple[Any, Floats]:
-        """The rows of runs, and what they would be off by if the numbers were those of the others."""
+        """The rows of runs, and their errors if the parameters were fitted to the other runs."""
         rows = np.flatnonzero(np.isin(self.run_of, runs))
         own = slopes[rows]
         alone: Floats = np.eye(len(rows)) - own @ covariance @ own.T
@@ -427,7 +431,7 @@ class Problem:
         if self.sideways is not None:
             rows.append(("all.sideways", 1.0, SCALE, each[self.sideways]))
         for name, start, scale, row in zip(self.names, self.start, self.scale, each, strict=False):
-            # What the runs do not tell of a single wheel may run off; it is not reported.
+            # Parameters of a single wheel that the runs do not determine may diverge; they are not reported.
             if abs(row @ found.reported) > 0.5 * abs(row @ found.u):
                 rows.append((name, start, scale, row))
         said = []
@@ -448,7 +452,7 @@ class Problem:
         return self.drawn.replace(keys)
 
     def common_estimates(self, found: Found) -> tuple[Estimate, ...]:
-        """What all wheels have in common; an interval where the runs determine it."""
+        """The common parameters, with an interval if the runs determine them."""
         # A mean over the wheels for a radius and a turn, by their levers for a lever.
         common = np.linalg.pinv(self.common)
         rows = [
@@ -461,7 +465,7 @@ class Problem:
         return tuple(self._estimate(*row, found, found) for row in rows)
 
     def estimates(self, found: Found, single: Found) -> tuple[Estimate, ...]:
-        """Every wheel, likewise: what is known of it where it may differ from the others."""
+        """The parameters of every wheel, likewise, if it may differ from the other wheels."""
         given = []
         wheels = 3 * len(self.wheels)
         # Pieces are few for so many numbers: such intervals held the truth in 85 to 97 %.
@@ -478,7 +482,7 @@ class Problem:
         return tuple(given)
 
     def plates(self, found: Found) -> tuple[Estimate, ...]:
-        """Where marker plates are on the vehicle, and how late their poses are."""
+        """Positions of marker plates on the vehicle, and the delays of their poses."""
         given, rows = [], np.eye(len(self.start))
         for (kind, name), at in self.at.items():
             if kind == "sideways":
@@ -495,7 +499,7 @@ class Problem:
     ) -> Estimate:
         value, middle = float(start + scale * (row @ found.reported)), float(start + scale * (row @ known.u))
         deviation = _deviations(row, known).max()
-        # What is held has no deviation, but for rounding.
+        # Held parameters have no deviation, except for rounding.
         determined = LEAST < deviation < DETERMINED
         times = scipy_part("stats", NEEDED_BY).t.ppf(0.5 + CONFIDENCE / 2, [known.freedom, _scattered(row, known)])
         half = float(scale * np.max(times * _deviations(row, known)))
@@ -527,7 +531,7 @@ def _determined(z: Floats, covariance: Floats, prior: Floats, moves: Floats) -> 
 
 
 def _deviations(row: Floats, found: Found) -> Floats:
-    """Standard deviations of a combination of the parameters, in units of what a drawing may be wrong by.
+    """Standard deviations of a combination of the parameters, in units of a drawing's error.
 
     By the size of all errors, and by the scatter of runs.
     """
@@ -550,7 +554,7 @@ def recordings_of(drives: Sequence[Drive | Piece]) -> list[Recording]:
 
 
 def _slipping(wheel: Wheel, part: float) -> Wheel:
-    """A wheel that says of its vehicle what one says of a vehicle that goes sideways only this part of its way."""
+    """A wheel whose readings match a vehicle that covers only this fraction of its lateral distance."""
     angle = atan2(*wheel.rolling_direction[::-1])
     push = angle + wheel.roller_angle_rad
     # The push direction times a speed is the wheel's, so is a lever times a turn.

@@ -27,7 +27,7 @@ NEEDED_BY = "omnistep.calibrate"
 PIECE_S = 3.0
 #: A piece is left out that is longer than so many others, because poses are missing, or shorter than this part of one.
 LONGEST, SHORTEST = 2.0, 0.5
-#: Fewest pieces: each has three numbers, and a plate and a clock four unknowns.
+#: Fewest pieces: each yields three numbers, and a plate and a clock have four unknowns.
 FEWEST = 4
 #: Wheels that turn less than this in all do not move the vehicle [m at the wheel].
 MOVES_M = 0.1
@@ -46,7 +46,7 @@ SMOOTH_S = 0.1
 
 
 class Plate(NamedTuple):
-    """Where the marker plate is on the vehicle, and how late its poses are."""
+    """Position of the marker plate on the vehicle, and the delay of its poses."""
 
     x_m: float
     y_m: float
@@ -93,7 +93,7 @@ class Recording:
                 f"{where}: nothing moves {self.span()}, allowed: a part in which the vehicle drives", key="log"
             )
         moving = sum(np.count_nonzero(np.diff(way)) for way in ways) * self._raster() * self.period_s
-        #: How far wheels turn in a piece [m], at the wheel.
+        #: Rotation of wheels in a piece [m], at the rim.
         self.piece_m = float(total / moving * PIECE_S)
         self.pieces = [
             Piece(self, stretch, begin, end)
@@ -114,12 +114,12 @@ class Recording:
         return f"from {first:.4g} to {first + (len(self.log.measured) - 1) * self.period_s:.4g} s"
 
     def at(self, row: Any, delay_s: float) -> Floats:
-        """Where the plate was measured at a row, (3,) or (T, 3), of a clock that is late."""
+        """Measured pose of the plate at a row, (3,) or (T, 3), with a delayed clock."""
         late = np.asarray(row) + delay_s / self.period_s
         return np.stack([np.interp(late, self.known, column) for column in self.poses.T], axis=-1)
 
     def yaw_of_plate(self, kinematics: Kinematics) -> float:
-        """Where the plate looks, roughly: what turns odometry of the pieces to the measured ways."""
+        """Approximate yaw of the plate: the rotation from odometry of the pieces to the measured displacements."""
         total = 0j
         for piece in self.pieces:
             (x, y, _), (u, v, _) = piece.end(kinematics), piece.measured(0.0)
@@ -127,7 +127,7 @@ class Recording:
         return float(np.angle(total))
 
     def doubts(self, vehicle: Vehicle, refuted: bool) -> list[str]:
-        """What looks wrong with it; that wheels and poses disagree only where they do so after the fit too."""
+        """Doubts about it; a disagreement of wheels and poses only if it remains after the fit."""
         doubts = _plausibility.of_parts(vehicle, np.concatenate([piece.parts for piece in self.pieces]))
         if refuted:
             poses = self.at(np.arange(len(self.log.measured)), 0.0)
@@ -143,12 +143,12 @@ class Recording:
         return said + repeated(self.repeated_s)
 
     def _why_few(self, vehicle: Vehicle) -> list[str]:
-        """What is wrong with poses that give no pieces, as far as it is seen."""
+        """Reasons why poses yield no pieces, as far as they are known."""
         assert self.log.pose is not None
         raw = self.log.pose
         known = np.flatnonzero(np.isfinite(raw).all(axis=1))
         seen = raw[known]
-        # A pose that is the same to the last digit is the one before, written again.
+        # A pose that is identical to the last digit repeats the previous pose.
         new = known[np.r_[True, (np.diff(seen, axis=0) != 0.0).any(axis=1)]]
         if len(new) < 2:
             return ["the pose never changes"]
@@ -170,7 +170,7 @@ class Recording:
         return why
 
     def path_error_m(self, kinematics: Kinematics, plate: Plate) -> float:
-        """How far odometry is off the recorded path, root mean square [m]; it begins anew where a pose jumps.
+        """Distance of odometry from the recorded path, root mean square [m]; restarts at each jump of the pose.
 
         Laid over it by rotation and shift, as an absolute trajectory error is (Sturm and others, "A benchmark for the
         evaluation of RGB-D SLAM systems", 2012): the first pose alone may be off.
@@ -195,7 +195,7 @@ class Recording:
     def _stretches(
         self, vehicle: Vehicle, poses: Floats
     ) -> tuple[list[Stretch], list[float], list[tuple[float, float]]]:
-        """Where every wheel and consistent poses are known, when poses jump, and from when to when they are repeated.
+        """Rows with every wheel and consistent poses, times of pose jumps, and intervals of repeated poses.
 
         Poses that are none become NaN.
         """
@@ -220,7 +220,7 @@ class Recording:
         return found, jumps, frozen
 
     def _way(self, positions: Floats) -> Floats:
-        """How far the fastest wheel has turned at every row of a raster [rad]; a count more or less is no way."""
+        """Rotation of the fastest wheel at every row of a raster [rad], without the noise of single counts."""
         turned = np.abs(np.diff(positions[:: self._raster()], axis=0)).max(axis=1, initial=0.0)
         turned[turned < STANDS * np.max(turned, initial=0.0)] = 0.0
         return np.asarray(np.r_[0.0, np.cumsum(turned)])
@@ -260,11 +260,11 @@ class Piece:
         return float(np.hypot(*self.measured(0.0)[:2]))
 
     def end(self, kinematics: Kinematics) -> tuple[float, float, float]:
-        """Where the wheels say that it ends: x, y [m], yaw [rad]."""
+        """Final pose by odometry: x, y [m], yaw [rad]."""
         return end_of(self.positions, kinematics)
 
     def measured(self, delay_s: float) -> tuple[float, float, float]:
-        """Where the plate was measured at its end, from its start: x, y [m], yaw [rad]."""
+        """Measured final pose of the plate, relative to its start: x, y [m], yaw [rad]."""
         begin, end = self.recording.at(self.rows, delay_s)
         dx, dy, dyaw = end - begin
         c, s = cos(begin[2]), sin(begin[2])
@@ -275,7 +275,7 @@ class Piece:
         x, y, yaw = plate.moved(*self.end(kinematics))
         u, v, turned = self.measured(plate.delay_s)
         off = remainder(yaw - turned, tau)
-        # Ways in the axes halfway through: an error of the turn is then none of the way too.
+        # Displacements in the axes halfway through, so that an error of the turn does not affect the displacement.
         way = complex(x, y) * rect(1.0, -0.5 * (turned + off)) - complex(u, v) * rect(1.0, -0.5 * turned)
         return [way.real, way.imag], [off]
 
@@ -305,7 +305,7 @@ def _smooth(poses: Floats, rows: int) -> Floats:
 
 
 def _runs(there: Any, bridged: int) -> list[tuple[int, int]]:
-    """First and last row of what is there, with gaps of up to so many rows in it."""
+    """First and last row of each known stretch, with gaps of up to this many rows."""
     rows = np.flatnonzero(there)
     if not len(rows):
         return []
@@ -317,8 +317,8 @@ def _runs(there: Any, bridged: int) -> list[tuple[int, int]]:
 def without_repeated(poses: Floats, twist: Floats, period_s: float) -> list[tuple[int, int]]:
     """Poses that stay the same to the last digit while the wheels turn were repeated, not measured: NaN; and where.
 
-    The twist is how far wheels may have moved the vehicle in each row.
-    The first that is another lies between the last one repeated and the next one measured.
+    The twist is the largest possible motion by the wheels in each row. The first that is another lies between the last
+    one repeated and the next one measured.
     """
     rows = max(1, round(GAP_S / period_s))
     same, frozen = np.r_[False, (poses[1:] == poses[:-1]).all(axis=1)], []

@@ -14,7 +14,7 @@ from omnistep._toml_files import read_toml, unknown_key
 from omnistep._wheel_logs import LogLike
 from omnistep.errors import ConfigError
 
-#: What is measured at the end of a run.
+#: Measurements at the end of a run.
 ENDS = ("end_x_m", "end_y_m", "end_yaw_rad", "distance_m")
 #: Which part of the log it is.
 PART = ("from_s", "until_s")
@@ -35,17 +35,18 @@ class CalibrationRun:
     Attributes:
         log: readings of the encoders: columns ``time_s`` and, for the actuator of every wheel,
             ``wheel_NAME_position_rad`` or ``wheel_NAME_measured_rad_s``.
-        end_x_m: position ahead of the start [m]; None where it was not measured.
+        end_x_m: forward position from the start [m]; None if it was not measured.
         end_y_m: position to the left of the start [m].
         end_yaw_rad: heading, counter-clockwise from the start [rad]; whole turns do not matter.
-        distance_m: distance of the end from the start [m], where only that was measured.
-        gyro: take the heading from the log's ``gyro_rad_s``; its bias is its mean while the vehicle is at rest at the
+        distance_m: distance of the end from the start [m], if only the distance was measured.
+        gyro: use the heading from the log's ``gyro_rad_s``; its bias is its mean while the vehicle is at rest at the
             start, 0.5 s or more.
-        pose: take the poses of the log, as of motion capture: columns ``pose_x_m``, ``pose_y_m``, ``pose_yaw_rad``. The
-            drive is cut into pieces, and where the marker plate is on the vehicle is estimated.
-        plate: runs with the same name have the marker plate at the same place; else each log has its own.
-        from_s: where the run begins, after the first row of the log [s].
-        until_s: where it ends, likewise.
+        pose: use the poses of the log, for example from motion capture: columns ``pose_x_m``, ``pose_y_m``,
+            ``pose_yaw_rad``. The drive is cut into pieces, and the position of the marker plate on the vehicle is
+            estimated.
+        plate: runs with the same name share the position of the marker plate; otherwise each log has its own.
+        from_s: start of the run, after the first row of the log [s].
+        until_s: end of the run, likewise.
 
     >>> import omnistep
     >>> omnistep.CalibrationRun(log="ahead.csv", distance_m=2.013).end_x_m is None

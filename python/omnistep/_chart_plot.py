@@ -15,7 +15,7 @@ from omnistep.errors import ConfigError
 if TYPE_CHECKING:
     from matplotlib.projections.polar import PolarAxes
 
-# What an edge's size is, in words.
+# Description of an edge's size.
 _SIZES = {
     "step": "step up",
     "drop": "step down",
@@ -40,7 +40,7 @@ def chart(
         charts: what :func:`omnistep.climb_chart` returned or :meth:`omnistep.ClimbChart.read` read; several of one
             vehicle under different policies are drawn over one another.
         edge: ``step``, ``drop``, ``sill``, ``slope`` or ``gap``.
-        skew_deg: direction of travel off the edge's normal [deg]; one that the charts have.
+        skew_deg: direction of travel off the edge's normal [deg], one that the charts contain.
         ax: polar axes of matplotlib; a new figure by default.
 
     Returns:
@@ -101,7 +101,7 @@ def _draw(ax: PolarAxes, of: ClimbChart, edge: str, skew_deg: float) -> None:
 
 
 def _around(cells: Sequence[ChartCell], *, mirrored: bool) -> tuple[Any, Any, Any]:
-    """Sides [rad] and sizes [mm] in their order; closed where they go all round."""
+    """Sides [rad] and sizes [mm] in their order; a closed curve if they cover a full turn."""
     points = {cell.side_deg: (cell.climbs_m, cell.limit_m) for cell in cells}
     if mirrored:
         points |= {-side: sizes for side, sizes in points.items() if 0.0 < side < 180.0}

@@ -49,27 +49,28 @@ def climb_map(
 ) -> NDArray[Any]:
     """Draw the share of a study's runs that climbed over two of its axes, one panel a policy.
 
-    Every cell has the number of climbs and of runs, as in ``omnistep study``, and for several runs the 95 % interval of
-    their share (Wilson's score). Its colour is the share, dark for none and light for all. Runs that ``duration_s`` cut
-    off are not stalls: the cell has the number of unfinished runs, that part of it is hatched in grey, and its colour
-    is the share of the others. Runs that failed are not counted, and the cell has their number. Runs that differ in
-    other keys than x, y and panel, such as the seed, are counted together.
+    Every cell shows the number of climbs and of runs, as in ``omnistep study``, and for several runs the 95 % Wilson
+    score interval of the rate. Its colour is the share, dark for none and light for all. Runs that ``duration_s`` ended
+    are not stalls: the cell shows the number of unfinished runs as a grey hatched fraction, and its colour is the rate
+    over the finished runs. Runs that failed are not counted; the cell shows their number. Runs that differ in other
+    keys than x, y and panel, such as the seed, are counted together.
 
     Args:
         rows: what :func:`omnistep.run_study` or :func:`omnistep.sweep` returned, the folder that they or
             ``omnistep study`` wrote, a Parquet file, a table of polars, pandas, pyarrow or duckdb, or a list of
-            dictionaries; with a column ``climbed``, ``error`` where runs may have failed, and ``verdict`` where some
-            may be unfinished. Files need pyarrow, polars or duckdb.
+            dictionaries; with a column ``climbed``, ``error`` if runs may have failed, and ``verdict`` if some may be
+            unfinished. Files need pyarrow, polars or duckdb.
         x: key or column along x; numbers or names.
         y: key or column along y.
         panel: key or column that has one panel for each value; None for one panel.
         axes: axes to draw on, as many as panels; a new figure by default.
 
     Returns:
-        The axes, (P,), in the order of the panels' values; policies in that of :func:`omnistep.list_policies`.
+        The axes, (P,), in the order of the panels' values; policies in the order of :func:`omnistep.list_policies`.
 
     Raises:
-        ConfigError: no rows, a column is missing or has an empty cell, or the axes are not as many as panels.
+        ConfigError: no rows, a column is missing or has an empty cell, or the number of axes differs from the number of
+            panels.
         ImportError: matplotlib or a Parquet reader is not installed.
 
     Example:

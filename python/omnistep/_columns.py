@@ -25,7 +25,7 @@ def columns(rows: Any, wanted: Mapping[str, str], *, optional: Sequence[str] = (
 
     Args:
         rows: files, a data frame, rows or columns.
-        wanted: names of columns, each with the argument that gave it.
+        wanted: names of columns, each with the argument that named it.
         optional: columns that may be missing.
 
     Raises:

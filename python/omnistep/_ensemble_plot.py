@@ -33,14 +33,14 @@ def ensemble(
 ) -> NDArray[Any]:
     """Draw means of a study's figures over one of its axes, with whiskers of their 95 % intervals.
 
-    Whiskers are Wilson's score for yes and no, as ``climbed``, and Student's t for means of two runs or more; one run
-    has none. Two values with overlapping whiskers may still differ significantly where both have the same starts:
-    :meth:`omnistep.StudyResult.paired` compares those. Runs that failed are not counted, nor are those in which a
-    figure was not measured; runs that differ in anything but x and lines are counted together.
+    Whiskers are Wilson score intervals for booleans such as ``climbed``, and Student's t intervals for means of two
+    runs or more; a single run has none. Two values with overlapping whiskers may still differ significantly if both
+    have the same starts: :meth:`omnistep.StudyResult.paired` compares these pairs. Runs that failed are not counted,
+    nor are those in which a figure was not measured; runs that differ in anything but x and lines are counted together.
 
     Args:
         rows: what :func:`omnistep.run_study` or :func:`omnistep.sweep` returned, or anything else that
-            :func:`omnistep.plot.climb_map` takes.
+            :func:`omnistep.plot.climb_map` accepts.
         figures: columns of numbers, or of yes and no; one axes for each.
         x: key or column along x; numbers or names.
         lines: key or column that has one line for each value; None for one line.
@@ -100,7 +100,7 @@ def ensemble(
 def _draw(
     ax: Axes, figure: str, places: NDArray[Any], measured: list[list[Any]], line: Any, number: int, names: list[str]
 ) -> None:
-    """Draw a line of points with whiskers; points of policies have their colours, and no line joins names."""
+    """Draw a line of points with whiskers; points of policies have the policies' colours, and no line joins names."""
     points = [_point(figure, of_value) for of_value in measured]
     for place, name, point in zip(places, names, points, strict=True):
         if point is None:
@@ -119,7 +119,7 @@ def _draw(
 
 
 def _point(figure: str, measured: list[Any]) -> tuple[float, tuple[float, float]] | None:
-    """Return mean and interval; none where nothing was measured."""
+    """Return mean and interval; None if nothing was measured."""
     if any(isinstance(value, str) for value in measured):
         raise ConfigError(f"figures: {figure} is text, allowed: numbers or booleans", key="figures")
     if not measured:

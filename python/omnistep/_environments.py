@@ -75,7 +75,7 @@ class Task:
 
     @property
     def ranges(self) -> dict[str, Range]:
-        """Values that differ between episodes and the range of each; the names are those of reset's options."""
+        """Values that differ between episodes and their ranges; the names are the options of ``reset``."""
         return dict(self._episodes.ranges)
 
     @property
@@ -85,7 +85,7 @@ class Task:
 
     @property
     def engine(self) -> str:
-        """Name of the physics engine, as ``physics.engine`` has it."""
+        """Name of the physics engine, as in ``physics.engine``."""
         return self._episodes.engine
 
 
@@ -106,7 +106,7 @@ class Single(Task, gymnasium.Env):
             scenario, policy, overrides, frame_skip, ranges, render_mode
         )
         self.render_mode = render_mode
-        # What Gymnasium's video wrapper plays at, in simulated time.
+        # Frame rate of Gymnasium's video wrapper, in simulated time.
         self.metadata = {**type(self).metadata, "render_fps": max(1, round(1.0 / self.action_s))}
         self._seeded = False
 
@@ -114,7 +114,7 @@ class Single(Task, gymnasium.Env):
         """Start the next episode.
 
         Args:
-            seed: 0 to 2**63 - 1; the same seed gives the same sequence of episodes. None continues the present sequence
+            seed: 0 to 2**63 - 1; equal seeds produce equal sequences of episodes. None continues the present sequence
                 of random numbers, which begins with the system's.
             options: values for this episode instead of drawn ones, by the names of :attr:`ranges`.
 

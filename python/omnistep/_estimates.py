@@ -16,17 +16,17 @@ Floats = NDArray[np.float64]
 
 #: Part of the intervals that shall hold the truth.
 CONFIDENCE = 0.95
-#: A direction of parameters is determined where its standard deviation is below this part of their scales.
+#: A direction of parameters is determined if its standard deviation is below this fraction of their scales.
 DETERMINED = 0.3
-#: What ends as near to a bound as this part of its scale is at it, where that fits no worse.
+#: A parameter within this fraction of its scale from a bound counts as at the bound if the bound fits no worse.
 BESIDE = 1e-3
-#: A parameter belongs to a direction where it makes at least this part of it.
+#: A parameter belongs to a direction if it contributes at least this fraction.
 MEMBER = 0.25
-#: Errors left after a fit that are so many times those of the measurements refute the model, and its intervals.
+#: Residuals that exceed the measurement errors by this factor refute the model and its intervals.
 REFUTED = 3.0
-#: Why an estimate has no interval then.
+#: Reason why an estimate then has no interval.
 NONE_GIVEN = "none"
-#: What to do where a number ended at a bound.
+#: Advice if a number ended at a bound.
 CHECK = "check units, signs and names in the log, and the vehicle file"
 #: The variances of independent errors count for this many degrees of freedom beside those of groups, unless these are
 #: larger than such a part of what independent errors would make of them.
@@ -40,15 +40,15 @@ class Parameter:
     name: str
     unit: str
     start: float
-    #: What a large error of ``start`` would be.
+    #: A large error of ``start``.
     scale: float
     lower: float = -np.inf
     upper: float = np.inf
-    #: The parameter that is held first where only a combination is determined: the one of highest rank.
+    #: If only a combination is determined, the parameter of the highest rank is held first.
     rank: int = 0
     #: Not searched for: it was measured otherwise.
     fixed: bool = False
-    #: What the vehicle's file has, where that is not where the search starts.
+    #: The value in the vehicle's file, if the search starts elsewhere.
     file: float | None = None
     #: The parameter that it is never separated from by such data, whatever small differences between wheels pretend.
     apart_from: str = ""
@@ -61,11 +61,11 @@ class Estimate:
     Attributes:
         name: the parameter, its unit at the end.
         unit: the unit.
-        value: the estimate, or the value that was held where the data do not determine it.
-        low: lower end of the 95 % interval; None where the data do not determine it.
+        value: the estimate, or the held value if the data do not determine it.
+        low: lower end of the 95 % interval; None if the data do not determine it.
         high: upper end of it.
         before: the value of the vehicle file.
-        note: why it has no interval; empty where it has one.
+        note: reason why it has no interval; empty if it has one.
     """
 
     name: str
@@ -125,11 +125,11 @@ def fit(
     Args:
         residual: weighted residuals for all parameters; their standard deviations must be equal.
         parameters: their starts and their bounds.
-        needed_by: the name for the error message where SciPy is not installed.
+        needed_by: the name for the error message if SciPy is not installed.
         clusters: for each residual the number of its group, from 0. Errors within a group may be correlated: the
             deviations account for it. Without groups, residuals are independent.
-        redundant: how many of the residuals carry no independent information.
-        begin: where the search begins instead of at the parameters' starts, which are still the held values.
+        redundant: number of residuals that carry no independent information.
+        begin: start of the search instead of the parameters' ``start``, which remain the held values.
     """
     optimize = scipy_part("optimize", needed_by)
     start = np.array([p.start for p in parameters])
@@ -222,9 +222,9 @@ def _hold(
     together: dict[int, list[int]],
     parameters: Sequence[Parameter],
 ) -> int | None:
-    """The parameter to hold, where a direction of parameters is not determined; here they are in units of their scales.
+    """The parameter to hold if a direction of parameters is not determined; here they are in units of their scales.
 
-    Without a ``sigma`` a direction is undetermined only where it changes no residual.
+    Without a ``sigma``, a direction is undetermined only if it changes no residual.
     """
     _, singular, directions = np.linalg.svd(np.linalg.qr(jacobian, mode="r"))
     least = 1e-7 * singular[0] if sigma is None else sigma / DETERMINED
@@ -265,7 +265,7 @@ def _inverse(matrix: Floats) -> Floats:
 def _clustered(
     jacobian: Floats, residual: Floats, clusters: NDArray[np.int64], independent: Floats, needed_by: str
 ) -> tuple[Floats, Floats]:
-    """Variances where errors within a group correlate, and their degrees of freedom.
+    """Variances if errors within a group correlate, and their degrees of freedom.
 
     The sandwich of Bell and McCaffrey and its degrees of freedom ("Bias reduction in standard errors for linear
     regression with multi-stage samples", 2002; CR2) rest on the few groups that tell a parameter. As in Smyth's
@@ -329,7 +329,7 @@ def estimates(parameters: Sequence[Parameter], found: Fit, *, needed_by: str) ->
 def refutes(left: float, measured: float) -> bool:
     """Whether errors that are left after a fit contradict the errors of the measurements: the rule of every estimator.
 
-    Intervals are those of a model. Where it is refuted they are not given (:func:`withheld`), and a line says why.
+    Intervals presume a model. If it is refuted, they are withheld (:func:`withheld`), and a line states the reason.
     """
     return left > REFUTED * measured
 
@@ -340,7 +340,7 @@ def withheld(parts: Sequence[Estimate]) -> tuple[Estimate, ...]:
 
 
 def at_bounds(parameters: Sequence[Parameter], found: Fit) -> tuple[str, ...]:
-    """Parameters that end at a bound of their range, a line each; zero is a plausible end for friction or a lag."""
+    """Parameters that end at a bound of their range, one line each; zero is a plausible end for friction or a lag."""
     said = []
     for k, parameter in enumerate(parameters):
         for bound in (parameter.lower, parameter.upper):
@@ -351,10 +351,10 @@ def at_bounds(parameters: Sequence[Parameter], found: Fit) -> tuple[str, ...]:
 
 
 def table(found: Sequence[Estimate]) -> str:
-    """The estimates, one a line."""
+    """The estimates, one per line."""
     rows = [("parameter", "estimate", "95 % interval", "unit", "file")]
     for each in found:
-        # A fixed number, and one that follows from others, is not that of the file.
+        # A fixed number, and a number that follows from others, is not the file's value.
         interval = f"held: {each.note}" if each.held else each.note
         if each.determined:
             interval = f"{each.low:.5g} to {each.high:.5g}"

@@ -10,9 +10,9 @@ class Quantity(NamedTuple):
 
     Attributes:
         heading: name and unit.
-        text: what it is, in sentences.
-        unit: empty where it has none.
-        better: ``lower``, ``zero`` (nearer to zero) or nothing where neither way is better.
+        text: its meaning, in sentences.
+        unit: empty if it has none.
+        better: ``lower``, ``zero`` (nearer to zero), or empty if neither direction is better.
     """
 
     heading: str

@@ -1,4 +1,4 @@
-"""Plausibility checks of what wheels turn against what is commanded: sign, order, axes, size, clocks."""
+"""Plausibility checks of wheel rotations against commands: sign, order, axes, size, clocks."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ CLOCKS, LEFT, UNLIKE = 20, 30, 0.5
 #: A wheel is driven by this part of what drives the others, of duty cycles by so much; it stands if it turns less than
 #: the third, in so many parts in sequence.
 DRIVEN, DRIVEN_DUTY, STANDS, STANDING = 0.3, 0.2, 0.05, 30
-#: One wheel turns so many times what the others do.
+#: One wheel turns this many times as far as the other wheels.
 ONE_OTHER = 1.6
-#: A reading has to correlate by so much more for it to be said.
+#: A reading must correlate by this much more to be reported.
 GAIN = 0.3
 #: Of a wheel that is read as another one, which also moves with the first one.
 SURELY = 0.8
-#: Readings whose correlation is within this of the best are as likely; so many are said at most.
+#: Readings whose correlation is within this distance of the best are equally likely; at most this many are reported.
 ALSO, MOST = 0.02, 3
-#: What turns less than this part of the fastest says nothing.
+#: Wheels slower than this fraction of the fastest are not evaluated.
 SLOW = 0.1
 #: Wheels that turn so many times what is commanded are read in another unit; of duty cycles, which friction eats, only
 #: a tenth is too little.
@@ -150,7 +150,7 @@ def _axes(vehicle: Vehicle, follows: _Follows) -> list[str]:
 
 
 def _one_way(follows: _Follows, what: str) -> str:
-    """Report what is commanded, or wheels, without direction, while the other has one."""
+    """Report commands without direction while wheels have one, or the reverse."""
     ways = [
         [float(np.mean(each < -SLOW * most)), float(np.mean(each > SLOW * most))]
         for each in (follows.lagged, follows.turned)
@@ -169,10 +169,10 @@ class _Follows:
     """How wheels follow what is commanded, in parts of the time.
 
     Attributes:
-        turned, lagged: what wheels turn, and what is commanded with the lag with which they follow it best, (P, N).
+        turned, lagged: wheel rotations, and commands with the best-fitting lag, (P, N).
         alike: correlations of the first, a row, with the second, a column.
         moving: the wheels that turn and are commanded.
-        late: by how many parts wheels follow beyond what motors do; negative if before they are commanded.
+        late: lag of the wheels beyond the motors' lag, in parts; negative if they precede the command.
         times: when the parts begin [s].
     """
 
@@ -194,7 +194,7 @@ class _Follows:
         rows, own = np.arange(len(self.alike)), np.diag(self.alike)
         found: list[tuple[float, Reading]] = []
         for each in readings(len(rows)):
-            # What the file calls wheel k is, so read, what the map calls wheel order[k].
+            # With this reading, wheel k of the file is wheel order[k] of the map.
             as_read = self.alike[list(each.order), rows] * each.signs
             changed = each.changed & self.moving[list(each.order)]
             least = ALIKE if min(each.signs) < 0 else SURELY
@@ -245,7 +245,7 @@ class _Follows:
         return [f"the duty cycle of wheel {names[k]} is always 0 while it turns" for k in np.flatnonzero(never)]
 
     def one_other(self, names: list[str]) -> list[str]:
-        """Report a wheel that turns more, or less, than the others for what is commanded."""
+        """Report a wheel that turns more, or less, than the other wheels for its command."""
         sizes = np.sqrt(np.mean(self.lagged**2, axis=0))
         sure = np.flatnonzero(self.moving & (np.diag(self.alike) > ALIKE) & (sizes > DRIVEN * sizes.max()))
         if len(sure) < 3:
@@ -299,7 +299,7 @@ def _follows(measured_rad_s: Floats, commanded: Floats, period_s: float) -> _Fol
 
 
 class Tried(NamedTuple):
-    """How two signals correlate, -1 to 1, with the first so many parts late; and what of them is needed then."""
+    """Correlation of two signals, -1 to 1, with the first delayed by this many parts; and the rows that this uses."""
 
     alike: float
     late: int
@@ -307,7 +307,7 @@ class Tried(NamedTuple):
 
 
 def most_alike(tried: list[Tried], usual: range) -> tuple[Tried, bool]:
-    """The clocks with which two signals are most alike, and whether they are others than usual: only if far better."""
+    """The clock offset with the highest correlation of two signals, and whether it is unusual: only if far better."""
     best, own = (
         max(some, key=lambda each: abs(each.alike)) for some in (tried, [each for each in tried if each.late in usual])
     )
@@ -317,14 +317,14 @@ def most_alike(tried: list[Tried], usual: range) -> tuple[Tried, bool]:
 
 
 def _alike(of: Floats, what: Floats, moving: Flags) -> Floats:
-    """Correlations of columns with columns, 0 where one does not move."""
+    """Correlations of columns with columns, 0 if one does not move."""
     of, what = of - of.mean(axis=0), what - what.mean(axis=0)
     sizes = np.sqrt(np.outer((of**2).sum(axis=0), (what**2).sum(axis=0)))
     return np.asarray(np.where(np.outer(moving, moving) & (sizes > 0.0), of.T @ what / np.maximum(sizes, 1e-300), 0.0))
 
 
 def parts(columns: Floats, period_s: float) -> Floats:
-    """Means of columns over parts of the time that are compared, NaN where one is unknown."""
+    """Means of columns over the compared parts of the time, NaN if one is unknown."""
     return means(columns, period_s, OVER_S)
 
 

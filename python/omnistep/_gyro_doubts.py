@@ -1,4 +1,4 @@
-"""Plausibility checks of a gyro against the yaw rate from wheels: sign, factor, clock, and whether it fits at all."""
+"""Plausibility checks of a gyro against the yaw rate from wheels: sign, factor, clock, agreement."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ LEAST, MOST_TIMES = 0.7, 1.4
 TURNS, TURNS_PART = 0.04, 0.25
 #: A gyro turns while wheels stand beyond this [rad/s].
 TURNED = 0.1
-#: Wheels and gyro have the same clock if one is so many parts late.
+#: Wheels and gyro share a clock if one lags by this many parts.
 SAME = range(-2, 3)
 
 
@@ -83,7 +83,7 @@ class _Yaw:
         (self.alike, self.late, (self.of, self.what)), self.differ = most_alike(found, SAME)
 
     def doubts(self) -> list[str]:
-        """Report clock, sign and factor, where both are of the same motion."""
+        """Report clock, sign and factor, if both measure the same motion."""
         if abs(self.alike) < ALIKE or max(np.std(self.of), np.std(self.what)) < STILL:
             return []
         doubts = []

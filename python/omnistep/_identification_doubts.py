@@ -1,4 +1,4 @@
-"""Lines that doubt an identification: numbers far from the file, noise that the log does not have, sampling."""
+"""Warnings of an identification: numbers far from the file, noise beyond the log's noise, sampling."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ LATE_S = 0.1
 SMALL = 0.01
 #: Simulated speeds that are off by this part refute the model.
 OFF = 0.25
-#: Bridges that coast within each PWM period explain the speeds where these are so many times less off with them.
+#: Bridges that coast within each PWM period explain the speeds if they reduce the error by this factor.
 BENT = 1.5
 NO_DUTY = (
     "this log cannot tell slope_n_m_s_rad and stall_torque_n_m: its torques are commanded ones, which do not show"
@@ -31,7 +31,7 @@ NO_DUTY = (
 
 
 def too_fast(motions: Sequence[Motion], p: Mapping[str, float]) -> tuple[str, ...]:
-    """Report where the motion follows the motors within few periods of the log, so that counts hide it."""
+    """Report motion that follows the motors within few periods of the log, which encoder counts mask."""
     for motion in motions:
         constant_s = motion.time_constant_s(p)
         if constant_s < FEW * motion.period:
@@ -47,7 +47,7 @@ def too_fast(motions: Sequence[Motion], p: Mapping[str, float]) -> tuple[str, ..
 
 
 def far_off(estimates: Sequence[Estimate]) -> tuple[str, ...]:
-    """Report results that are far from the file's, and delays that no vehicle has."""
+    """Report results that are far from the file's values, and implausible delays."""
     said = []
     for each in estimates:
         if each.note == "fixed" or not each.before or not each.value or each.name in ("delay_s", "lag_s"):
@@ -73,8 +73,8 @@ class Noises:
     """Noise of the wheels' speeds, standard deviation of a row [rad/s]: of the log that fits worst.
 
     Attributes:
-        fit_rad_s: what the fit needs.
-        shown_rad_s: what the readings show where speed is nearly constant.
+        fit_rad_s: noise that the fit needs.
+        shown_rad_s: noise of the readings at nearly constant speed.
         speed_rad_s: root mean square of the speeds.
     """
 
@@ -105,10 +105,11 @@ def noises(motions: Sequence[Motion], residual: Floats) -> Noises:
 
 
 def bent_line(lines: Sequence[float], chopped: float) -> str:
-    """Why no line of the motor fits: speeds are those of bridges that coast within each PWM period.
+    """Reason why no motor line fits: speeds match bridges that coast within each PWM period.
 
-    These brake a motor only while they drive it, so that little duty gives nearly the speed of full duty. ``lines`` are
-    parts by which speeds are off with bridges that brake or coast at zero duty, ``chopped`` that of such bridges.
+    These brake a motor only while they drive it, so that a small duty cycle produces nearly the speed of full duty.
+    ``lines`` are parts by which speeds are off with bridges that brake or coast at zero duty, ``chopped`` that of such
+    bridges.
     """
     if not chopped * BENT < min(lines):
         return ""

@@ -1,4 +1,4 @@
-"""Parameters of an identification: where each begins, its range, and what would determine it."""
+"""Parameters of an identification: start value, range, and the drive that would determine each."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from omnistep._toml_files import unknown_key
 from omnistep._vehicle_masses import Masses
 from omnistep.errors import ConfigError
 
-#: Where the search begins, if not at the file's.
+#: Start of the search, if not the file's value.
 BEGINS = {"delay_s": 0.005, "lag_s": 0.01}
-#: What a held parameter may be off by, to say what that does to the others.
+#: Error of a held parameter, to report its effect on the other parameters.
 OFF = 0.1
-#: What would tell each parameter.
+#: The drive that would determine each parameter.
 MANOEUVRES = {
     "mass_kg": "accelerate and brake, forward and sideways, or weigh the vehicle: fix mass_kg",
     "yaw_inertia_kg_m2": "turn on the spot, accelerating and braking",

@@ -19,7 +19,7 @@ def identify(arguments: list[str]) -> int:
     """Run ``omnistep identify`` and return its exit code."""
     parser = Parser(
         prog="omnistep identify",
-        description="Find masses, friction, delay and lag from logs of torques and velocities, with intervals.",
+        description="Estimate masses, friction, delay and lag from logs of torques and velocities, with intervals.",
     )
     parser.add_argument(
         "logs", nargs="*", type=Path, metavar="LOG", help=".mcap, .csv or .parquet of a drive on flat ground"
@@ -33,12 +33,12 @@ def identify(arguments: list[str]) -> int:
         action="append",
         default=[],
         metavar="NAME=VALUE",
-        help="a value measured otherwise, such as mass_kg=3.2; may be repeated",
+        help="a value from another measurement, such as mass_kg=3.2; may be repeated",
     )
     parser.add_argument(
         "--zero-duty",
         choices=("brake", "coast"),
-        help="what the bridges do at a duty cycle of 0; that of the log, or the better one, if left out",
+        help="state of the bridges at a duty cycle of 0; from the log, or the better fit, if left out",
     )
     parser.add_argument("-o", "--out", type=Path, help="the vehicle file to write, with the results and gains")
     _may_write_doubtful(parser)
@@ -76,10 +76,10 @@ def calibrate(arguments: list[str]) -> int:
     """Run ``omnistep calibrate`` and return its exit code."""
     parser = Parser(
         prog="omnistep calibrate",
-        description="Find wheel radii, positions and directions from runs with measured end positions, with intervals.",
+        description="Estimate wheel radii, positions and directions from runs with measured ends, with intervals.",
     )
     parser.add_argument(
-        "runs", type=Path, metavar="RUNS.toml", help="names the logs and what was measured at their ends"
+        "runs", type=Path, metavar="RUNS.toml", help="names the logs and the measurements at their ends"
     )
     parser.add_argument("--vehicle", required=True, help="the vehicle as drawn: a .toml file or a built-in name")
     parser.add_argument("-o", "--out", type=Path, help="the vehicle file to write, with the results")
@@ -115,7 +115,7 @@ def _fixed(text: str) -> tuple[str, float]:
 
 def _may_write_doubtful(parser: Parser) -> None:
     parser.add_argument(
-        "--write-doubtful", action="store_true", help="write the file of -o also where the results are refuted"
+        "--write-doubtful", action="store_true", help="write the file of -o even if the results are refuted"
     )
 
 

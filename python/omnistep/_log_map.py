@@ -1,4 +1,4 @@
-"""The map of a foreign log: which column or topic is which signal, in what units."""
+"""The map of a foreign log: columns or topics of the signals, and their units."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ class Signal:
     wrap: float | None
     at_wheel: bool
     max_gap_s: float | None
-    #: What the bridges do at a duty cycle of zero, where the map says it.
+    #: State of the bridges at a duty cycle of zero, if the map states it.
     zero: str | None = None
 
 
@@ -101,7 +101,7 @@ class LogMap:
     clock: str
     from_s: float | None
     until_s: float | None
-    #: The files of its vehicle and scenario, and those that the scenario names, where they are not built in.
+    #: The files of its vehicle and scenario, and files that the scenario names, unless they are built in.
     files: tuple[Path, ...] = ()
     names_vehicle: bool = True
     signals: dict[str, Signal] = field(default_factory=dict)
@@ -166,7 +166,7 @@ def read_map(path: str | PathLike[str]) -> LogMap:
 
 def _scenario(file: str, folder: Path, keys: Mapping[str, Any]) -> Scenario:
     period_us = round(_number(file, "period_s", keys.get("period_s"), 1e-6, 0.1) * 1e6)
-    # The longest step of the physics that the control period is a multiple of; physics.md has what the default is.
+    # The longest physics step that divides the control period; physics.md states the default.
     step_us = max(step for step in range(1, min(period_us, 500) + 1) if period_us % step == 0)
     base = _reference(file, folder, keys, "scenario", "flat") or "flat"
     vehicle = _reference(file, folder, keys, "vehicle", None)
@@ -198,7 +198,7 @@ def _signal(made: LogMap, table: str, kind: Kind, keys: dict[str, Any], gap: flo
     if what and not made.names_vehicle:
         what += f" of {vehicle.name}, because the map names no vehicle"
     names = _names(file, f"{table}.names", keys.get("names", []), allowed, what)
-    # Messages of commands, IMUs and poses say themselves where their numbers are.
+    # Messages of commands, IMUs and poses have fixed fields for their numbers.
     count = len(names) or allowed[-1]
     unit = _choice(file, f"{table}.unit", keys.get("unit", next(iter(kind.units))), kind.units)
     factor = kind.units[unit]
@@ -285,7 +285,7 @@ def _number(file: str, key: str, given: Any, least: float, most: float = math.in
 
 
 def _gap(file: str, key: str, given: Any) -> float:
-    """The longest gap that is bridged: infinite where a signal is known between any two samples."""
+    """The longest gap that is bridged: infinite if a signal is known between any two samples."""
     if given == math.inf:
         return math.inf
     return _number(file, key, given, 1e-6, 1e7)

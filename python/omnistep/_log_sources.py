@@ -33,15 +33,15 @@ from omnistep._tables import (
 from omnistep._toml_files import no_file
 from omnistep.errors import LogError
 
-#: So many columns are all named where one is missing; of more of them the nearest.
+#: Up to this many columns are all named if one is missing; of more, the nearest.
 FEW_COLUMNS = 20
-#: Longest time between samples of a log: beyond, nanoseconds get coarse [s].
+#: Longest time between samples of a log: beyond it, nanoseconds become coarse [s].
 MOST_APART_S = 1e7
 #: Most control periods: an hour at 1 kHz.
 MOST_ROWS = 3_600_000
-#: Most control periods for each sample, where there are more than a few: more of them say nothing that is in the log.
+#: Most control periods per sample, beyond a minimum: more periods would add no information from the log.
 ROWS_PER_SAMPLE, FEW_ROWS = 100, 100_000
-#: Where messages of these types have what a signal needs; ``yaw(...)`` is the heading of a quaternion.
+#: Fields of these message types for each signal; ``yaw(...)`` is the heading of a quaternion.
 _POSE = ("position.x", "position.y", "yaw(orientation)")
 _TWIST = ("linear.x", "linear.y", "angular.z")
 _PLACES = {
@@ -65,7 +65,7 @@ MOST_JOINTS = 1000
 
 Nanoseconds = NDArray[np.int64]
 
-#: So many columns are all named where one is missing; of more the nearest.
+#: Up to this many columns are all named if one is missing; of more, the nearest.
 FEW_COLUMNS = 20
 
 
@@ -80,7 +80,7 @@ class Samples:
 def read_samples(
     path: Path, log_map: LogMap, progress: Callable[[float], None], skipped: Skipped | None = None
 ) -> tuple[dict[str, Samples], str]:
-    """Read every signal that a map names, and what is missing of the log, in words.
+    """Read every signal that a map names, and describe the missing part of the log.
 
     With ``skipped`` the lines of a CSV file that cannot be read are left out.
     """
@@ -188,7 +188,7 @@ def _is_number(text: str) -> bool:
 
 
 def _times(path: Path, column: Any, log_map: LogMap) -> Nanoseconds:
-    """Times since the first one [ns]; a row without a time gets one before all others, and is left out with them."""
+    """Times since the first one [ns]; a row without a time is sorted before all others, and left out."""
     pyarrow = module("pyarrow")
     unit_s = log_map.time_unit_s
     if pyarrow.types.is_timestamp(column.type):
@@ -208,7 +208,7 @@ def _times(path: Path, column: Any, log_map: LogMap) -> Nanoseconds:
     apart_s = (times.max().item() - times.min().item()) * unit_s
     if apart_s > MOST_APART_S:
         refuse(f"times {apart_s:g} s apart, allowed: {MOST_APART_S:g} s; its unit may be another than {unit_s:g} s")
-    # Nanoseconds since 1970 are more than a double holds: differences are taken before.
+    # Nanoseconds since 1970 exceed the precision of a double: differences are formed first.
     since = times - times.min()
     return np.asarray(np.rint(since.astype(np.float64) * (unit_s * 1e9)), dtype=np.int64)
 
@@ -268,7 +268,7 @@ def _of_bag(path: Path, file: Path, log_map: LogMap, progress: Callable[[float],
 
 
 def _is_cut_off(path: Path) -> bool:
-    """Is it an MCAP file without its end, which has the index? So is that of a recorder whose battery was flat."""
+    """Whether it is an MCAP file without its end and index, as from a recorder with a flat battery."""
     if path.suffix.lower() != ".mcap" or not path.is_file():
         return False
     with path.open("rb") as file:
@@ -283,7 +283,7 @@ def _of_one_clock(
 ) -> dict[str, Nanoseconds]:
     """Times of every topic since the first message [ns], all of the clock of the map."""
     times = arrivals
-    # A simulated clock may begin with 0: a topic is without stamps where all of them are.
+    # A simulated clock may begin with 0: a topic has no stamps only if all stamps are 0.
     stamped = [topic for topic, of_topic in stamps.items() if any(of_topic)]
     if log_map.clock == "header" and stamped:
         times = stamps
@@ -311,7 +311,7 @@ def _most(path: Path, number: int) -> None:
 
 
 def _stamp(message: Any) -> int:
-    """The time stamp of a message [ns]; 0 where it has none."""
+    """The time stamp of a message [ns]; 0 if it has none."""
     stamp = getattr(getattr(message, "header", None), "stamp", None)
     return int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec) if stamp is not None else 0
 

@@ -64,7 +64,7 @@ def margins(
 def loops(
     vehicle: Vehicle, *, period_s: float, matrix: Floats, delay_s: float, lag_s: float, viscous_n_m_s_rad: float
 ) -> Loops:
-    """The derived gains of a vehicle, reduced where its delay and lag require it.
+    """The derived gains of a vehicle, reduced if its delay and lag require it.
 
     Args:
         vehicle: the vehicle; its own gains are not used.
@@ -117,6 +117,6 @@ def derived_kp(vehicle: Vehicle, period_s: float) -> float:
         "command.vx_m_s": 0.0,
     }
     scenario = Scenario("flat", vehicle=bare, overrides=keys)
-    # So slow that no limit is near: the term of k_p over the error is k_p.
+    # Slow enough to stay away from every limit: the proportional term over the error is k_p.
     sample = Controller(scenario).step([0.0, 0.0, 0.0], [-1e-6] * len(vehicle.wheel_names))
     return float(sample.p_n_m[0] / 1e-6)

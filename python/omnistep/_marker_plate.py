@@ -1,4 +1,4 @@
-"""The marker plate and the clock of a recorded pose: where the plate is, how late poses are; from wheels and poses."""
+"""The marker plate and the clock of a recorded pose: their position and delay, from wheels and poses."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ FARTHEST_M, TURNED_RAD = 10.0, 7.0
 
 
 class MarkerPlate(NamedTuple):
-    """Where the plate is in the vehicle's axes.
+    """Pose of the plate in the vehicle's axes.
 
     Attributes:
-        x_m: ahead of the vehicle's origin [m].
+        x_m: forward from the vehicle's origin [m].
         y_m: to the left of it [m].
         yaw_rad: its heading, counter-clockwise from the vehicle's [rad].
         source: how that is known, in words.
@@ -53,7 +53,7 @@ class MarkerPlate(NamedTuple):
         )
 
     def of(self, pose: Floats) -> Floats:
-        """The plate's poses for those of a vehicle, (T, 3)."""
+        """The plate's poses for given poses of the vehicle, (T, 3)."""
         c, s = np.cos(pose[:, 2]), np.sin(pose[:, 2])
         x = pose[:, 0] + c * self.x_m - s * self.y_m
         y = pose[:, 1] + s * self.x_m + c * self.y_m
@@ -93,8 +93,8 @@ def found(
     """The plate with which short motions by the wheels, (T, N), are those of the pose, (T, 3), by least squares.
 
     The motion of the plate is turned by its yaw, and has a part of the vehicle's turn times its place (of a camera on
-    an arm: Tsai and Lenz, 1989). Pieces are short, so that errors of the whole path stay in the path. What a drive
-    without turns, or without a way, does not tell is 0.
+    an arm: Tsai and Lenz, 1989). Pieces are short, so that errors of the whole path stay in the path. Values that a
+    drive without turns, or without translation, does not determine are 0.
     """
     ways, turns, seen = _moving(_odometry(vehicle, measured_rad_s, period_s, sideways), pose, period_s)
     lever = 1.0 - np.exp(1j * turns)
@@ -112,7 +112,7 @@ def found(
 def late_s(vehicle: Vehicle, measured_rad_s: Floats, pose: Floats, period_s: float, sideways: float = 1.0) -> float:
     """How late poses are [s], in whole control periods: motions agree best then, wherever the plate is.
 
-    Only changes of the speed tell it. It is 0 where these are too few, and of poses that are early.
+    Only changes of the speed tell it. It is 0 if there are too few, or if poses are early.
     """
     most, apart = round(LATE_S / period_s), max(1, round(APART_S / period_s))
     odometry = _odometry(vehicle, measured_rad_s, period_s, sideways)
@@ -141,14 +141,14 @@ def late_s(vehicle: Vehicle, measured_rad_s: Floats, pose: Floats, period_s: flo
 
 
 def earlier(pose: Floats, rows: int) -> Floats:
-    """Poses so many rows earlier, (T, 3); NaN where there is none."""
+    """Poses this many rows earlier, (T, 3); NaN if there is none."""
     moved, count = np.full_like(pose, np.nan), max(0, len(pose) - abs(rows))
     moved[max(0, -rows) :][:count] = pose[max(0, rows) :][:count]
     return moved
 
 
 class Odometry(NamedTuple):
-    """Where the vehicle is by its wheels at the start of each period.
+    """Pose by odometry at the start of each period.
 
     Attributes:
         at_m: x + i y [m].

@@ -17,7 +17,7 @@ LEAST, MOST = 1e-6, 1e4
 
 
 class Noise:
-    """Independent errors of angles, and a random walk whose steps have ``ratio`` of their variance.
+    """Independent errors of angles, and a random walk whose steps have ``ratio`` times their variance.
 
     Each stretch has its own straight line, and the residual of a reading is relative to it.
     """
@@ -68,7 +68,7 @@ def implied_rad_s(sd: float, ratio: float, rows: int, period_s: float) -> float:
 
 
 def shown_rad_s(speeds_rad_s: Floats, period_s: float) -> float:
-    """The same that velocities, (T, N), show about a straight line where speed is nearly constant [rad/s]."""
+    """The same noise from velocities, (T, N), about a straight line at nearly constant speed [rad/s]."""
     rows = max(FEWEST_ROWS, round(STEADY_S / period_s))
     parts = speeds_rad_s[: len(speeds_rad_s) // rows * rows].reshape(-1, rows, speeds_rad_s.shape[1])
     size = np.nan_to_num(np.abs(parts.mean(axis=1)).max(axis=1))

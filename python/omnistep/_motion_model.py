@@ -45,14 +45,15 @@ class Motion:
         self.known: NDArray[np.bool_] = np.asarray(np.isfinite(both).all(axis=1))
         inputs = np.nan_to_num(inputs)
         #: At a duty cycle of zero the bridge is open: no torque, and no braking by the motor either.
-        #: One that chops is open in the rest of each PWM period too: a motor brakes for that part of it that is driven.
+        #: A chopping bridge is also open in the remaining part of each PWM period: a motor brakes for that part of it
+        #: that is driven.
         self.coasts = coasts or chops
         self.driven = np.abs(inputs) if chops else _driven(inputs)
         if efficiency < 1.0:
             driving = inputs * np.nan_to_num(stretches.log.measured) > 0.0
             inputs = inputs * np.where(driving, efficiency, 1.0 / efficiency)
         self.inputs = inputs
-        # Integrals at each row of what is held between rows: once, and twice.
+        # Single and double integrals, at each row, of a signal that is held between rows.
         start = np.zeros((1, inputs.shape[1]))
         self.once = np.concatenate([start, np.cumsum(inputs, axis=0)])[:-1] * self.period
         steps = self.once * self.period + 0.5 * self.period**2 * inputs
@@ -67,11 +68,11 @@ class Motion:
         clock: Floats = np.arange(len(inputs), dtype=np.float64)[:, None] * self.period
         signs = stretches.signs[stretches.stretch]
         self.turned, self.since = stretches.binned(0.5 * clock**2) * signs, stretches.binned(clock) * signs
-        # What all wheels together say of the motion, as angles of the wheels.
+        # The motion from all wheels together, as angles of the wheels.
         if not stretches.lifted:
             self.measured = self.measured @ masses.back.T @ self.map.T
             self.speeds = self.speeds @ masses.back.T @ self.map.T
-        #: What makes errors of readings independent: none for errors of angles that are.
+        #: Transformation that makes errors of readings independent: none if errors of angles already are.
         self.noise: Noise | None = None
         self.swerve = None if stretches.lifted else self._swerve()
         self._shifted = lru_cache(maxsize=KEPT)(self._shift)
@@ -86,7 +87,7 @@ class Motion:
         self.kind = self.kind_of[stretches.stretch]
 
     def residual(self, p: Mapping[str, float]) -> Floats:
-        """Measured angles of the wheels less those of the model with these parameters, (B * N,) [rad]."""
+        """Measured angles of the wheels minus the model's angles with these parameters, (B * N,) [rad]."""
         masses = self.masses
         torque, pushed = (part * p.get("stall_torque_n_m", 1.0) for part in self._torque(p["delay_s"], p["lag_s"]))
         dry = self.dry(p)
@@ -118,7 +119,7 @@ class Motion:
     def _moves(self, matrix: Floats) -> list[Floats]:
         """Rotation of wheels by an integral of force, for each kind of stretch.
 
-        A wheel that stands is held by as much friction as it takes: it says nothing of torque.
+        A wheel at rest is held by static friction of any size, so that it yields no information about torque.
         """
         return [
             self.map @ way @ np.linalg.solve(way.T @ matrix @ way, way.T)
@@ -156,7 +157,7 @@ class Motion:
         return np.asarray(dry * masses.gear)
 
     def friction(self, p: Mapping[str, float]) -> Floats:
-        """Torque that friction takes per actuator speed [N.m.s/rad], (N,)."""
+        """Friction torque per actuator speed [N.m.s/rad], (N,)."""
         return np.asarray(p["viscous_n_m_s_rad"] * self.masses.gear**2)
 
     def _brake(self, p: Mapping[str, float]) -> Floats:
@@ -164,7 +165,7 @@ class Motion:
         return self.friction(p) + p.get("slope_n_m_s_rad", 0.0)
 
     def doubts(self) -> list[str]:
-        """Implausible signs and wheel order of the log, a line each."""
+        """Implausible signs and wheel order of the log, one line each."""
         if self.stretches.lifted:
             return []
         log, vehicle = self.stretches.log, self.masses.vehicle
@@ -206,7 +207,7 @@ class Motion:
         twice = twice + since * (once + 0.5 * since * held)
         once = once + since * held
         if lag > 1e-6:
-            # Of x' = (torque - x) / lag the integral of x is that of the torque less lag times x.
+            # Of x' = (torque - x) / lag the integral of x is the integral of the torque minus lag times x.
             slow = held + (self._lagged(lag, rows) - held) * np.exp(-since / lag)
             once = once - lag * slow
             twice = twice - lag * once
@@ -230,7 +231,7 @@ class Motion:
         return self.stretches.binned(_late(at, rows))
 
     def _while_driven(self, delay: float) -> tuple[Floats, Floats, Floats]:
-        """Angles while bridges drive, their integrals, and the part of each bin in which they do."""
+        """Angles while bridges drive, their integrals, and the fraction of each bin in which bridges drive."""
         rows, since = self._rows_late(delay)
         part = since / self.period
         # The period that ends with a row is partly of the command before the last one.
@@ -267,7 +268,7 @@ def _late(series: Floats, rows: int) -> Floats:
 def _bend(period: float, rate: Floats) -> Floats:
     """Integral of an angle over a period less than the trapezoid's, per change of the speed [s^2].
 
-    For a wheel whose speed follows with this rate [1/s]; period^2 / 12 where it is slow.
+    For a wheel whose speed follows with this rate [1/s]; period^2 / 12 if it is slow.
     """
     part = 0.5 * period * rate
     slow = part < 1e-2

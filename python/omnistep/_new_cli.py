@@ -34,22 +34,25 @@ def new(arguments: list[str]) -> int:
         usage=USAGE,
     )
     parser.add_argument("kind", choices=["vehicle"], help="the kind of file")
-    parser.add_argument("name", metavar="NAME", help="of the vehicle: letters, digits, _ or -")
+    parser.add_argument("name", metavar="NAME", help="name of the vehicle: letters, digits, _ or -")
     parser.add_argument("--from-urdf", required=True, type=Path, metavar="ROBOT.urdf", help="the robot, without xacro")
     parser.add_argument(
         "--wheels",
         choices=["mecanum", "omni"],
-        help="their kind; if left out, mecanum where all axles are parallel",
+        help="kind of wheels; if left out, mecanum if all axles are parallel",
     )
     parser.add_argument(
-        "--radius", type=float, metavar="M", help="radius of all wheels [m]; their cylinders' or spheres' if left out"
+        "--radius",
+        type=float,
+        metavar="M",
+        help="radius of all wheels [m]; from their cylinders or spheres if left out",
     )
     parser.add_argument(
         "--not-wheel",
         action="append",
         default=[],
         metavar="NAME",
-        help="a link or a joint that is no wheel, though it is round and turns; repeatable",
+        help="a link or a joint that is round and turns, but is not a wheel; repeatable",
     )
     given = parser.parse_args(arguments)
 
@@ -124,7 +127,7 @@ _REMARKS = {
 
 
 def _limits(kinematics: Kinematics, no_load_rad_s: float) -> Table:
-    """Return limits of the twist: a share of what the motors reach along each axis alone."""
+    """Return limits of the twist: a fraction of the motors' highest speed along each axis alone."""
     keys = {}
     for key, twist in {"vx_m_s": [1.0, 0.0, 0.0], "vy_m_s": [0.0, 1.0, 0.0], "wz_rad_s": [0.0, 0.0, 1.0]}.items():
         fastest = float(np.abs(kinematics.inverse(twist)).max())
@@ -133,7 +136,7 @@ def _limits(kinematics: Kinematics, no_load_rad_s: float) -> Table:
 
 
 def _schema_line() -> str:
-    """Return the first line: the schema where it lies beside, else how to get it."""
+    """Return the first line: the schema if it is in the same folder, otherwise the command that writes it."""
     schema = Path("vehicle.schema.json")
     if schema.is_file() and schema.stat().st_size > 0:
         return f"#:schema ./{schema}"

@@ -120,7 +120,7 @@ def run_external(
     policy: PolicyLike | None = None,
     on_progress: Callable[[float], object] | None = None,
 ) -> Trace:
-    """Run a scenario from start to end on physics that are stepped in Python, for :func:`omnistep.mujoco.run`.
+    """Run a scenario from start to end on a physics engine that Python steps, for :func:`omnistep.mujoco.run`.
 
     Args:
         physics: an object with ``start(x_m, yaw_rad)``; ``step(torques_n_m, dampers_n_m_s_rad, holds_n_m)``, which
@@ -147,7 +147,7 @@ def run_motor_bench(
         experiment: the built-in ``motor_bench``, the default, or the path of a .toml file.
 
     Returns:
-        A row every 0.1 s, or every control period where that is longer.
+        One row every 0.1 s, or every control period if that is longer.
 
     Raises:
         ConfigError: a name, key or value is wrong.
@@ -164,8 +164,9 @@ def climb_limits(
 ) -> ClimbLimits:
     """Least torque and run-up for the step of a scenario, from the balance of forces, without a simulation.
 
-    The torque is that of the scenario's motors at rest. The speed is the fastest forward command, and every row of
-    wheels is assumed to meet the edge with it. docs/derivations.md, What a climb takes at least, lists the assumptions.
+    The torque is the stall torque of the scenario's motors. The speed is the fastest forward command, and every row of
+    wheels is assumed to meet the edge at this speed. docs/derivations.md, What a climb takes at least, lists the
+    assumptions.
 
     Args:
         scenario: a built-in name (see :func:`list_scenarios`), the path of a .toml file or a :class:`Scenario`; the
@@ -173,7 +174,7 @@ def climb_limits(
         overrides: keys to replace, as in :func:`omnistep.run`.
 
     Returns:
-        Torque and run-up that each row of wheels needs, and whether the vehicle has them.
+        Torque and run-up that each row of wheels needs, and whether the vehicle reaches them.
 
     Raises:
         ConfigError: a name, key or value is wrong; the ground is not a plain step with one friction, met head-on; or
@@ -219,7 +220,7 @@ def cli(argv: Sequence[str]) -> int:
     """Run the command line ``argv`` (the program's name first); return the exit code."""
 
 def discretize(twists: _Rows, *, dt_s: float) -> _Floats:
-    """Twists that, held for a period, end where a straight line along the given twists would.
+    """Twists that, held for a period, reach the end of a straight line along the given twists.
 
     A vehicle that turns while it moves drifts off the commanded line. This function corrects commands that are held for
     a period.
@@ -330,10 +331,10 @@ def to_body(twists: _Rows, yaw_rad: float | _Row, /) -> _Floats:
 def disturbed_ratio(
     reference_rad_s: float | _Row, velocity_rad_s: float | _Row, *, floor_rad_s: float = 0.1, literal: bool = False
 ) -> _Floats:
-    """How far wheels lag behind their references: eq. (14) of the paper, in a form that is defined at rest.
+    """Relative speed error of wheels: eq. (14) of the paper, in a form that is defined at rest.
 
-    ``(reference - velocity) / max(|reference|, |velocity|, floor)``, with the other sign where the reference is below 0
-    (the velocity, where the reference is 0): positive where the wheel lags, forwards and backwards; within -2 to 2.
+    ``(reference - velocity) / max(|reference|, |velocity|, floor)``, with the sign inverted if the reference is below 0
+    (the velocity, if the reference is 0): positive if the wheel lags, forwards and backwards; within -2 to 2.
 
     Args:
         reference_rad_s: reference [rad/s], a number or (T,).
@@ -405,7 +406,7 @@ def shape_error(reference_rad_s: _Rows, velocity_rad_s: _Rows, /) -> _Floats:
     """
 
 def speed_ratio_spread(reference_rad_s: _Rows, velocity_rad_s: _Rows, *, floor_rad_s: float = 0.1) -> _Floats:
-    """Standard deviation of velocity over reference, over the wheels that have a reference: 0 where they keep together.
+    """Standard deviation of velocity over reference, over the wheels that have a reference: 0 if they keep together.
 
     Args:
         reference_rad_s: references [rad/s], (N,) or (T, N) of 3 to 8 wheels.
@@ -576,10 +577,10 @@ class Wheel:
 
 @final
 class Layout:
-    """Wheels that together can move the vehicle in every direction: 3 to 8 wheels, N below.
+    """A set of wheels that can move the vehicle in every direction: 3 to 8 wheels, N below.
 
     Args:
-        wheels: the wheels; their order is that of every array over wheels.
+        wheels: the wheels, in the order of every array over wheels.
 
     Raises:
         ConfigError: a number of a wheel is out of range, the wheels cannot move the vehicle in three directions, or
@@ -638,9 +639,9 @@ class Layout:
         """The wheels, in order."""
     @property
     def condition_number(self) -> float:
-        """How much more wheel noise is amplified in the worst direction of motion than in the best, 1 to 100.
+        """Ratio of noise amplification in the worst direction of motion to that in the best direction, 1 to 100.
 
-        Yaw is measured at the wheels' mean lever, so that metres and radians compare.
+        Yaw is measured at the wheels' mean lever arm, so that metres and radians are comparable.
         """
     def __len__(self) -> int: ...
     def __eq__(self, other: object, /) -> bool: ...
@@ -656,8 +657,8 @@ class Kinematics:
 
     Args:
         layout: the wheels.
-        forward: how a twist is estimated from more wheels than a body has motions: the twist with the smallest sum of
-            squared wheel errors, or the average over the wheels, eq. (7) of the paper.
+        forward: method that estimates the twist from more wheels than degrees of freedom: the twist with the smallest
+            sum of squared wheel errors, or the average over the wheels, eq. (7) of the paper.
         weights: least squares by the sum of weight times squared error, (N,), each 0 to 1000000: the inverse variance
             of each wheel's measurement. A wheel of weight 0 is ignored.
 
@@ -685,10 +686,10 @@ class Kinematics:
         """The wheels."""
     @property
     def inverse_matrix(self) -> _Floats:
-        """The inverse map A, one row [1/m, 1/m, 1] a wheel, (N, 3): ``inverse(x)`` is ``A @ x``."""
+        """The inverse map A, one row [1/m, 1/m, 1] per wheel, (N, 3): ``inverse(x)`` is ``A @ x``."""
     @property
     def forward_matrix(self) -> _Floats:
-        """The forward map, a left inverse of A, one row a motion, (3, N)."""
+        """The forward map, a left inverse of A, one row per degree of freedom, (3, N)."""
     def inverse(self, twists: _Rows) -> _Floats:
         """Actuator velocities that move the vehicle with the twists.
 
@@ -716,7 +717,7 @@ class Kinematics:
             TypeError: not numbers.
         """
     def residual(self, velocities: _Rows) -> _Floats:
-        """The part of actuator velocities that no motion of the vehicle explains: zero where no wheel slips.
+        """The part of actuator velocities that no motion of the vehicle explains: zero if no wheel slips.
 
         Args:
             velocities: actuator velocities [rad/s], (N,) or (T, N).
@@ -735,17 +736,17 @@ class Kinematics:
         limits_rad_s: float | _Row,
         gives_way: Literal["uniform", "yaw", "translation"] = "uniform",
     ) -> Desaturated:
-        """Slower wheels for twists that no wheel can turn fast enough for.
+        """Scale twists down to the wheels' speed limits.
 
         Args:
             twists: (3,) or (T, 3).
             limits_rad_s: highest speed of every actuator [rad/s], or of each, (N,); above 0, to 1e6.
             gives_way: ``uniform`` scales the whole twist, so that the path stays the same; ``yaw`` keeps translation
-                and ``translation`` keeps the yaw rate as far as it is possible alone, also where the two together
-                would have been possible.
+                and ``translation`` keeps the yaw rate as far as each is possible alone, even if the two together would
+                have been possible.
 
         Returns:
-            What every wheel can follow.
+            The scaled twists, which every wheel can follow.
 
         Raises:
             ConfigError: a shape is wrong, a number is not finite, a limit is out of range, or ``gives_way`` is
@@ -754,7 +755,7 @@ class Kinematics:
         """
     def __reduce__(self) -> tuple[Any, tuple[()]]: ...
     def scale_velocities(self, velocities: _Rows, *, limits_rad_s: float | _Row) -> Desaturated:
-        """Wheel velocities scaled by one factor into their limits, also where no twist gives them.
+        """Wheel velocities scaled into their limits by one factor, even if they correspond to no twist.
 
         Args:
             velocities: actuator velocities [rad/s], (N,) or (T, N).
@@ -784,7 +785,7 @@ class Desaturated:
 
     @property
     def twist(self) -> _Floats:
-        """The twists as reduced, (3,) or (T, 3)."""
+        """The reduced twists, (3,) or (T, 3)."""
     @property
     def velocities(self) -> _Floats:
         """The actuator velocities [rad/s] that belong to them, within the limits, (N,) or (T, N)."""
@@ -796,32 +797,32 @@ class Desaturated:
         """Factor on the yaw rate, 0 to 1, () or (T,)."""
     @property
     def limiting(self) -> _Integers:
-        """Index of the wheel that set the smallest factor, -1 where nothing was reduced, () or (T,)."""
+        """Index of the wheel that set the smallest factor, -1 if nothing was reduced, () or (T,)."""
 
 @final
 class Estimator:
-    """The pose from wheels, gyro and accelerometer, also while wheels slip; with its covariance.
+    """Estimates the pose and its covariance from wheels, gyro and accelerometer, also while wheels slip.
 
     An extended Kalman filter with the common slip of all wheels as a state. Redundancy cannot detect that slip, but an
-    accelerometer can. Wheels that disagree get less weight. A vehicle at rest with a command of rest has no velocity,
-    and the filter then estimates the gyro's bias. NaN is a missing reading and is left out.
+    accelerometer can. Wheels that disagree are weighted less. If the vehicle is commanded to rest and is at rest, its
+    velocity is 0, and the filter then estimates the gyro bias. NaN marks a missing reading, which is left out.
 
     Args:
         kinematics: the map from wheel velocities to the vehicle's motion.
         period_s: time between two steps [s], 1e-6 to 10.
-        wheel_rad_s: noise of a wheel's velocity, a standard deviation as all that follow [rad/s]; 0.1.
+        wheel_rad_s: noise of a wheel's velocity [rad/s], a standard deviation like every noise below; 0.1.
         gyro_rad_s: noise of the yaw rate [rad/s]; 0.01.
         accelerometer_m_s2: noise of each acceleration [m/s^2]; 0.05.
         wander_m_s_per_sqrt_s: random walk of the velocity without an acceleration reading [m/s per root of s]; 0.3.
-        bias_rad_s: of the gyro's bias at the start [rad/s]; 0.02.
+        bias_rad_s: standard deviation of the gyro bias at the start [rad/s]; 0.02.
         bias_walk_rad_s_per_sqrt_s: random walk of the bias [rad/s per root of s]; 1e-4.
         slip_m_s: slip of the whole vehicle while its wheels agree [m/s]; 0.001.
         slip_s: correlation time of the slip [s]; 0.3.
-        still_wheel_rad_s: with a command of rest the vehicle counts as at rest where its wheels turn no faster than
-            this, beyond noise, on average over 50 ms [rad/s], 0 to 1000; 0.05.
-        still_gyro_rad_s: and the gyro is within that about its own average, which may be any within four deviations of
-            the bias as it is known [rad/s], 0 to 1000; 0.05.
-        still_m_s2: and each acceleration is no more, on average [m/s^2], 0 to 1000; 0.1.
+        still_wheel_rad_s: commanded to rest, the vehicle counts as at rest if its wheels turn no faster than this,
+            beyond noise, on average over 50 ms [rad/s], 0 to 1000; 0.05.
+        still_gyro_rad_s: and if the gyro stays within this range of its own average, which may lie anywhere within four
+            deviations of the estimated bias [rad/s], 0 to 1000; 0.05.
+        still_m_s2: and if each acceleration is at most this, on average [m/s^2], 0 to 1000; 0.1.
 
     Raises:
         ConfigError: a value is out of range.
@@ -858,10 +859,10 @@ class Estimator:
         """The pose now, (3,)."""
     @property
     def twist(self) -> _Floats:
-        """The vehicle's motion now, not that of its wheels, (3,)."""
+        """The vehicle's estimated twist now, not the twist of its wheels, (3,)."""
     @property
     def slip(self) -> _Floats:
-        """Common slip of all wheels: their twist less that motion, (3,)."""
+        """Common slip of all wheels: their twist less the vehicle's twist, (3,)."""
     @property
     def covariance(self) -> _Floats:
         """Covariance of the pose, (3, 3), in x [m], y [m] and yaw [rad]."""
@@ -870,10 +871,7 @@ class Estimator:
         """Estimated reading of the gyro at rest [rad/s]."""
     @property
     def nis(self) -> _Floats:
-        """Normalised squared innovation of each row of the last step, by the wheels taken in: 1 on average.
-
-        NaN where none was.
-        """
+        """Normalised squared innovation per row of the last step, over the wheels used: 1 on average; NaN if none."""
     def step(
         self,
         wheels: _Rows,
@@ -882,14 +880,14 @@ class Estimator:
         accelerations: _Rows | None = None,
         commanded_rest: bool | Sequence[bool] | _Bools | None = None,
     ) -> _Floats:
-        """One period a row.
+        """Process one period per row.
 
         Args:
             wheels: actuator velocities [rad/s], (N,) or (T, N).
-            yaw_rates: of the heading by the gyro [rad/s], one or (T,); none by default.
-            accelerations: along the heading and to its left, level and without gravity [m/s^2], (2,) or (T, 2);
-                none by default.
-            commanded_rest: the command is rest, one or (T,); False by default.
+            yaw_rates: yaw rate from the gyro [rad/s], one or (T,); none by default.
+            accelerations: horizontal accelerations without gravity, along the heading and to its left [m/s^2], (2,) or
+                (T, 2); none by default.
+            commanded_rest: the vehicle is commanded to rest, one or (T,); False by default.
 
         Returns:
             The pose after each, (3,) or (T, 3).
@@ -899,14 +897,14 @@ class Estimator:
             TypeError: not numbers.
         """
     def reset(self, pose: _Row, *, pose_deviations: _Row | None = None) -> None:
-        """Set the pose and how well it is known; the yaw is wrapped.
+        """Set the pose and its uncertainty; the yaw is wrapped.
 
         Args:
             pose: x [m], y [m], yaw [rad].
-            pose_deviations: standard deviations of the three; known exactly by default.
+            pose_deviations: standard deviations of x, y and yaw; 0 (known exactly) by default.
 
         Raises:
-            ConfigError: not three finite numbers, or a deviation that is none.
+            ConfigError: not three finite numbers, or a deviation that is not valid.
             TypeError: not numbers.
         """
 
@@ -914,9 +912,9 @@ class Estimator:
 class Odometry:
     """Dead reckoning from wheels, with its pose: exact for twists that stay constant over a period.
 
-    Steps take one row, or T rows at once, and give the pose after each: x [m] and y [m] in the world, yaw [rad],
-    counter-clockwise positive, in (-pi, pi]. A row with NaN or an infinity is ignored; with positions the next row
-    includes its motion.
+    Steps accept one row, or T rows at once, and return the pose after each: x [m] and y [m] in the world, yaw [rad],
+    counter-clockwise positive, in (-pi, pi]. A row with NaN or an infinity is ignored; if rows are positions, the next
+    row includes its motion.
 
     Args:
         kinematics: the map from wheel velocities to the vehicle's motion.
@@ -948,7 +946,7 @@ class Odometry:
     def pose(self) -> _Floats:
         """The pose now, (3,)."""
     def step_velocities(self, velocities: _Rows) -> _Floats:
-        """One period at each row of actuator velocities, held constant over it.
+        """Integrate one period per row of actuator velocities, each held constant over its period.
 
         Args:
             velocities: [rad/s], (N,) or (T, N).
@@ -961,7 +959,7 @@ class Odometry:
             TypeError: not numbers.
         """
     def step_positions(self, positions: _Rows) -> _Floats:
-        """Rotation of the actuators since the row before; the very first row only initialises.
+        """Integrate the rotation of the actuators since the previous row; the very first row only initialises.
 
         Args:
             positions: actuator positions [rad], unwrapped, (N,) or (T, N).
@@ -974,7 +972,7 @@ class Odometry:
             TypeError: not numbers.
         """
     def step_displacements(self, displacements: _Rows) -> _Floats:
-        """Displacements along arcs in the body's frame, from another source.
+        """Integrate displacements along arcs in the body frame, from another source.
 
         Args:
             displacements: forward [m], left [m], turn [rad], (3,) or (T, 3).
@@ -987,30 +985,31 @@ class Odometry:
             TypeError: not numbers.
         """
     def reset(self, pose: _Row) -> None:
-        """Set the pose; the yaw is wrapped. Positions stay known: the next row adds what turned since the last.
+        """Set the pose; the yaw is wrapped. Positions are kept: the next row adds the rotation since the last row.
 
         Raises:
             ConfigError: not three finite numbers.
             TypeError: not numbers.
         """
     def forget_positions(self) -> None:
-        """Let the next positions only start, as the first did: for encoders that were set to zero."""
+        """Use the next positions only to initialise, as the first: for encoders that were set to zero."""
 
 @final
 class Waypoint:
-    """A place of a path, with what shall hold there. Its numbers are checked when a path is planned.
+    """A waypoint of a path with optional constraints. Its numbers are checked when a path is planned.
 
     Args:
         x_m: world x [m], -10000 to 10000.
         y_m: world y [m], -10000 to 10000.
-        kind: how the path comes here from the waypoint before: ``line``, ``arc`` (with ``sweep_rad``), or ``spline``,
-            smooth through this waypoint and its neighbours. On a line from a waypoint at the same place the vehicle
-            turns there to the heading, or waits for the time.
+        kind: shape of the path from the previous waypoint: ``line``, ``arc`` (with ``sweep_rad``), or ``spline``,
+            smooth through this waypoint and its neighbours. On a line from a waypoint at the same position the vehicle
+            turns on the spot to the heading, or waits for the time.
         sweep_rad: turn of the direction of travel on an arc [rad]: left is +, 0.01 to 6.2 or as much to the right.
-        heading_rad: heading here [rad], reached by the shorter turn; left out, the turn goes on to the next waypoint
-            that has one. Of the first waypoint none is 0.
-        speed_m_s: fastest on the way here [m/s], above 0 and up to 1000; as fast as limits let it if left out.
-        time_s: when the vehicle is here [s] from the start, up to 100000; as soon as limits let it if left out.
+        heading_rad: heading at this waypoint [rad], reached by the shorter turn; if left out, the turn continues to the
+            next waypoint with a heading. The default of the first waypoint is 0.
+        speed_m_s: highest speed on the segment to this waypoint [m/s], above 0 and up to 1000; only the planner's
+            limits apply if left out.
+        time_s: time of arrival [s] from the start, up to 100000; as early as the limits allow if left out.
 
     Raises:
         ConfigError: an unknown ``kind``, or ``sweep_rad`` without an arc or an arc without it.
@@ -1044,48 +1043,48 @@ class Waypoint:
         """World y [m]."""
     @property
     def kind(self) -> str:
-        """How the path comes here: line, arc or spline."""
+        """Shape of the path from the previous waypoint: line, arc or spline."""
     @property
     def sweep_rad(self) -> float | None:
-        """Turn of the direction of travel on an arc [rad]; None of the other kinds."""
+        """Turn of the direction of travel on an arc [rad]; None for lines and splines."""
     @property
     def heading_rad(self) -> float | None:
-        """Heading here [rad]."""
+        """Heading at this waypoint [rad]."""
     @property
     def speed_m_s(self) -> float | None:
-        """Fastest on the way here [m/s]."""
+        """Highest speed on the segment to this waypoint [m/s]."""
     @property
     def time_s(self) -> float | None:
-        """When the vehicle is here [s]."""
+        """Time of arrival [s]."""
 
 @final
 class TrajectoryPlanner:
     """Plans trajectories through waypoints, within the wheels' speeds and torques; firmware's code in float64.
 
-    No wheel turns faster than ``share`` of its speed; curves and accelerations use no more than ``share`` of the
-    motors' torque at that speed; velocity, acceleration and jerk along the path and of the heading stay within their
-    limits. The planner does not know the ground's friction: limit ``acceleration`` for it.
+    No wheel turns faster than ``share`` of its highest speed; curves and accelerations use no more than ``share`` of
+    the motors' torque at their speed; velocity, acceleration and jerk along the path and of the heading stay within
+    their limits. The planner does not model ground friction, so limit ``acceleration`` accordingly.
 
     Args:
         kinematics: the wheels.
-        velocity: highest speed along the path [m/s] and of the heading [rad/s], two numbers, as the three that follow:
-            0, or 0.001 or more.
-        acceleration: change of it while it grows [m/s^2, rad/s^2], 0.001 or more, finite.
-        deceleration: the same while it shrinks; as ``acceleration`` if left out.
-        jerk: change of the acceleration [m/s^3, rad/s^3], 0.001 or more; no limit if left out.
+        velocity: highest speed along the path [m/s] and of the heading [rad/s], two numbers, like the next three
+            arguments: 0, or 0.001 or more.
+        acceleration: highest acceleration while the speed grows [m/s^2, rad/s^2], 0.001 or more, finite.
+        deceleration: highest deceleration while the speed shrinks; ``acceleration`` if left out.
+        jerk: highest rate of change of the acceleration [m/s^3, rad/s^3], 0.001 or more; no limit if left out.
         mass_kg: mass of the whole vehicle [kg], above 0.
-        yaw_kg_m2: moment of inertia about the vertical through the centre of mass [kg.m^2], above 0.
+        yaw_kg_m2: yaw moment of inertia about the centre of mass [kg.m^2], above 0.
         centre_m: centre of mass from the vehicle's origin, forward and to the left [m]; the origin if left out.
-        speeds_rad_s: fastest that actuators turn [rad/s], 0.001 or more: a number, or one a wheel, as the three that
-            follow.
+        speeds_rad_s: highest speed of actuators [rad/s], 0.001 or more: one number, or one per wheel, like the next
+            three arguments.
         stall_torque_n_m: torque of actuators at rest [N.m], above 0.
         slope_n_m_s_rad: torque lost per speed [N.m per rad/s], 0 or more; 0 if left out.
-        wheel_kg_m2: inertia of a wheel and rotor, as its actuator feels it [kg.m^2], 0 or more; 0 if left out.
-        fastest: largest vx, vy [m/s], wz [rad/s] of the body twist, either way, 0, or 0.001 or more; no limit if left
+        wheel_kg_m2: inertia of wheel and rotor, referred to the actuator [kg.m^2], 0 or more; 0 if left out.
+        fastest: largest magnitude of vx, vy [m/s], wz [rad/s] of the body twist, 0, or 0.001 or more; no limit if left
             out.
         quickest: largest change of each [m/s^2, m/s^2, rad/s^2], 0.001 or more; no limit if left out.
-        share: part of the wheels' speeds and torques that a trajectory may use, 0.05 to 1: the rest is a reserve for
-            the follower.
+        share: fraction of the wheels' speeds and torques that a trajectory may use, 0.05 to 1: the remaining fraction
+            is a reserve for the follower.
 
     Raises:
         ConfigError: an argument is out of range, or has the wrong length.
@@ -1128,21 +1127,21 @@ class TrajectoryPlanner:
             waypoints: 2 to 1000 of them; a pair of x and y [m] is a waypoint that is reached on a line.
 
         Raises:
-            ConfigError: too few or too many; a value of one is out of range; one repeats the waypoint before; or
+            ConfigError: too few or too many waypoints; a value is out of range; a waypoint repeats the previous one; or
                 the limits do not allow its time.
             TypeError: not waypoints.
         """
     def velocities(self, sample: TrajectorySample, /) -> _Floats:
         """Actuator velocities [rad/s] of a vehicle that follows a sample exactly, (N,) or (T, N)."""
     def torques(self, sample: TrajectorySample, /) -> _Floats:
-        """Actuator torques [N.m] that a sample's acceleration takes, (N,) or (T, N); friction is not in them.
+        """Actuator torques [N.m] that a sample's acceleration requires, (N,) or (T, N), without friction.
 
-        Of all that give it, those of the smallest sum of squares.
+        Of all torques that produce the acceleration, the set with the smallest sum of squares.
         """
 
 @final
 class Trajectory:
-    """Where a vehicle shall be when: by a :class:`TrajectoryPlanner`, or ``Scenario.trajectory``.
+    """A reference trajectory, from :class:`TrajectoryPlanner` or ``Scenario.trajectory``.
 
     Example:
         >>> import omnistep
@@ -1153,7 +1152,7 @@ class Trajectory:
 
     @property
     def duration_s(self) -> float:
-        """When its end is reached [s]."""
+        """Duration [s]."""
     @property
     def starts_s(self) -> _Floats:
         """Start time of the segment to each waypoint after the first [s], (K,)."""
@@ -1164,8 +1163,8 @@ class Trajectory:
         """The trajectory at given times.
 
         Args:
-            time_s: since its start [s], a number or (T,). Before 0, and of NaN, the first pose, at rest; from
-                ``duration_s`` on the last one.
+            time_s: since its start [s], a number or (T,). Before 0, and for NaN, the sample is the first pose, at rest;
+                from ``duration_s`` on, the last pose.
 
         Raises:
             ConfigError: the shape is wrong.
@@ -1200,14 +1199,14 @@ class TrajectorySample:
 
 @final
 class HolonomicFollower:
-    """Follows a trajectory: its velocity in the vehicle's axes, and a correction in proportion to the distance from it.
+    """Follows a trajectory: commands its velocity in the body frame plus a correction proportional to the pose error.
 
-    It has no state. The correction of the velocity is limited as a vector, that of the yaw rate takes the shorter turn.
-    The code is that of firmware, in float64.
+    It is stateless. The velocity correction is limited as a vector; the yaw rate correction follows the shorter turn.
+    The firmware's code, in float64.
 
     Args:
         gain_per_s: commanded velocity per distance [m/s per m], 0 to 1000. Its inverse, the time constant of the
-            return, should be several times that of the wheels' loops.
+            return, should be several times the time constant of the wheels' loops.
         heading_gain_per_s: commanded yaw rate per heading error [rad/s per rad], 0 to 1000.
         limit_m_s: largest correction of the velocity [m/s], 0 to 1000.
         limit_rad_s: largest correction of the yaw rate [rad/s], 0 to 1000.
@@ -1232,8 +1231,8 @@ class HolonomicFollower:
 
         Args:
             sample: of one time or of T.
-            pose: pose of the vehicle (x [m], y [m], yaw [rad]), (3,) or (T, 3). With a pose that is not finite there is
-                no correction: the result is the trajectory's own twist.
+            pose: pose of the vehicle (x [m], y [m], yaw [rad]), (3,) or (T, 3). If the pose is not finite, there is no
+                correction: the result is the trajectory's own twist.
 
         Raises:
             ConfigError: a shape is wrong, or the lengths differ.
@@ -1242,27 +1241,27 @@ class HolonomicFollower:
 
 @final
 class Follow:
-    """What a :class:`HolonomicFollower` found and asks for, once or T times."""
+    """Result of :meth:`HolonomicFollower.step`: the errors and the command, once or T times."""
 
     @property
     def twist(self) -> _Floats:
         """The body twist to command (vx, vy [m/s], wz [rad/s]), (3,) or (T, 3)."""
     @property
     def error_m(self) -> _Floats:
-        """The way to where the vehicle should be, forward and to the left [m], (2,) or (T, 2)."""
+        """Position error in the vehicle frame, forward and left [m], (2,) or (T, 2)."""
     @property
     def error_rad(self) -> _Floats:
-        """The turn to where it should look [rad], () or (T,)."""
+        """Heading error [rad], () or (T,)."""
 
 @final
 class EncoderCounter:
-    """Incremental encoders on hardware counters that wrap around, whatever their width; with what they counted.
+    """Decodes incremental encoders whose hardware counters wrap around, at any width, and accumulates the counts.
 
     Args:
-        counts_per_turn: edges a turn of what shall be measured, 1 to 1e9, all of them counted (four a line of a
-            quadrature encoder), times the gear's ratio where it sits before the gear.
-        bits: of the counter, 2 to 32.
-        wheels: so many encoders beside each other, 1 to 1000; if left out a single one, with numbers instead of rows.
+        counts_per_turn: counted edges per turn of the measured shaft, 1 to 1e9 (four per line of a quadrature encoder),
+            times the gear ratio if the encoder sits before the gear.
+        bits: width of the counter, 2 to 32.
+        wheels: number of encoders side by side, 1 to 1000; if left out, a single encoder, with numbers instead of rows.
 
     Raises:
         ConfigError: an argument is out of range.
@@ -1276,13 +1275,13 @@ class EncoderCounter:
 
     def __new__(cls, *, counts_per_turn: float, bits: int, wheels: int | None = None) -> EncoderCounter: ...
     def update(self, readings: float | _Rows) -> _Integers:
-        """Takes in readings, one after the other: the counts since the one before, positive forwards; 0 for the first.
+        """Process readings in order; return the counts since the previous reading, positive forwards, 0 for the first.
 
-        The way round is the shorter one: a counter is to be read at least once in half its range.
+        A wrap-around counts in the shorter direction, so read a counter at least once per half of its range.
 
         Args:
             readings: whole numbers, -2147483648 to 4294967295, a number or (T,); of several encoders (N,) or (T, N).
-                Bits that the counter does not have are ignored.
+                Bits beyond the counter's width are ignored.
 
         Returns:
             Counts in the shape of ``readings``.
@@ -1301,15 +1300,15 @@ class EncoderCounter:
     def count_rad(self) -> float:
         """Angle of one count [rad]."""
     def reset(self) -> None:
-        """Be as before the first reading."""
+        """Reset to the initial state, before the first reading."""
 
 @final
 class VelocityEstimator:
-    """Velocities out of the whole counts of coarse encoders. The code is that of firmware, in float64.
+    """Estimates velocities from the integer counts of coarse encoders. The firmware's code, in float64.
 
-    Once no count comes any more the velocity falls: it is at most one count over the time without. With a count of
-    angle d, a period T and a wheel that turns steadily, a window of n periods is off by at most d / (n T) and lags
-    n T / 2; an observer d bandwidth / e and 2 / bandwidth.
+    When counts stop, the velocity falls: it is at most one count over the time without counts. With a count of angle d,
+    a period T and a wheel that turns steadily, a window of n periods is off by at most d / (n T) and lags by n T / 2;
+    an observer is off by at most d bandwidth / e and lags by 2 / bandwidth.
 
     Args:
         count_rad: angle of one count [rad], 1e-9 to 7.
@@ -1317,12 +1316,12 @@ class VelocityEstimator:
         method: ``window``, the counts of the last ``periods`` over their time; ``edges``, the counts between the last
             edges of two periods over the time between them (the M/T method); or ``observer``, which follows the
             counted angle with both poles at ``bandwidth_rad_s``.
-        periods: of a window, 1 to 32; 1 if left out.
-        bandwidth_rad_s: of an observer [rad/s], 0.001 to 1 over the period.
-        wheels: so many wheels beside each other, 1 to 1000; if left out a single one, with numbers instead of rows.
+        periods: length of a window in periods, 1 to 32; 1 if left out.
+        bandwidth_rad_s: bandwidth of an observer [rad/s], 0.001 to 1 over the period.
+        wheels: number of wheels side by side, 1 to 1000; if left out, a single wheel, with numbers instead of rows.
 
     Raises:
-        ConfigError: an argument is out of range, unknown, or does not go with another.
+        ConfigError: an argument is out of range, unknown, or not compatible with another.
 
     Example:
         >>> import math, omnistep
@@ -1347,8 +1346,8 @@ class VelocityEstimator:
         Args:
             counts: counts of each period, whole numbers, positive forwards, a number or (T,); of several wheels (N,) or
                 (T, N).
-            since_edge_s: time from the last edge to the end of the period [s], in that shape, which ``edges`` makes use
-                of. Where it is NaN, or not within the period, it is taken for 0, as if left out.
+            since_edge_s: time from the last edge to the end of the period [s], in that shape, which ``edges`` uses. If
+                it is NaN, or not within the period, it counts as 0, as if left out.
 
         Returns:
             Velocities [rad/s] in the shape of ``counts``; always finite.
@@ -1364,21 +1363,21 @@ class VelocityEstimator:
     def period_s(self) -> float:
         """Control period [s]."""
     def reset(self) -> None:
-        """Be as before the first count: at rest."""
+        """Reset to the initial state: at rest."""
 
 @final
 class DcMotor:
-    """A DC motor by its data sheet: what it gives at a speed, and what a bridge is to do for a torque.
+    """A DC motor by its data sheet: its torque range at a speed, and the duty cycle for a torque.
 
-    Torques and velocities are at the shaft, behind no gear; positive is forwards. Arrays of any shape; a single number
-    goes with every shape. Steady state: the winding's inductance is left out.
+    Torques and velocities are at the motor shaft, before any gear; positive is forwards. Arrays of any shape; a single
+    number is compatible with every shape. The model is steady-state, without winding inductance.
 
     Args:
         torque_constant_n_m_a: torque per current, and voltage per velocity [N.m/A], above 0.
-        resistance_ohm: of the winding and what is in series with it [ohm], above 0.
-        no_load_current_a: current that overcomes friction [A], 0 or more and below that at rest.
+        resistance_ohm: resistance of the winding and everything in series with it [ohm], above 0.
+        no_load_current_a: current that overcomes friction [A], 0 or more and below the stall current.
         supply_v: voltage of the supply [V], above 0.
-        current_limit_a: that of the driver [A], above the no-load current; none if left out.
+        current_limit_a: current limit of the driver [A], above the no-load current; none if left out.
 
     Raises:
         ConfigError: an argument is out of range.
@@ -1407,7 +1406,7 @@ class DcMotor:
         """Speed without load [rad/s]."""
     @property
     def stall_torque_n_m(self) -> float:
-        """Torque at rest [N.m], within the driver's current."""
+        """Stall torque [N.m], within the driver's current limit."""
     def torque_range(self, velocity_rad_s: float | _Array) -> tuple[_Floats, _Floats]:
         """Lowest (0 or less) and highest (0 or more) torque [N.m] at velocities [rad/s], each in their shape.
 
@@ -1415,9 +1414,9 @@ class DcMotor:
             TypeError: not numbers.
         """
     def duty(self, torque_n_m: float | _Array, velocity_rad_s: float | _Array, /) -> MotorDuty:
-        """What a bridge without a current loop is to do for a torque [N.m] at a velocity [rad/s].
+        """Duty cycle of a bridge without a current loop, for a torque [N.m] at a velocity [rad/s].
 
-        For what is not finite the duty is 0, which counts as limited.
+        For values that are not finite the duty cycle is 0, which counts as limited.
 
         Raises:
             ConfigError: the shapes differ.
@@ -1461,13 +1460,13 @@ class MotorDuty:
         """Part of the supply's voltage at the terminals, -1 to 1; 0 shorts the motor, which brakes."""
     @property
     def current_a(self) -> _Floats:
-        """Current that flows with it [A], positive forwards."""
+        """Resulting current [A], positive forwards."""
     @property
     def torque_n_m(self) -> _Floats:
-        """Torque at the shaft with it [N.m]: the requested torque, unless limited."""
+        """Resulting torque at the shaft [N.m]: the requested torque, unless limited."""
     @property
     def limited(self) -> _Bools:
-        """The supply or the driver's current limit gives no more than this."""
+        """The supply voltage or the driver's current limit restricts the torque."""
 
 def torque_duty(
     torque_n_m: float | _Array,
@@ -1478,8 +1477,8 @@ def torque_duty(
 ) -> _Floats:
     """Duty cycle of a bridge without a current loop, from a motor's stall torque and its decrease with speed.
 
-    The line of :func:`torque_range` at part of the supply's voltage, solved for the part. It needs only a data sheet's
-    stall torque and no-load speed; :class:`DcMotor` also gives the current.
+    The line of :func:`torque_range` at a fraction of the supply voltage, solved for the fraction. It needs only a data
+    sheet's stall torque and no-load speed; :class:`DcMotor` also yields the current.
 
     Args:
         torque_n_m: torque at the actuator [N.m], an array of any shape or a number.
@@ -1505,7 +1504,7 @@ class Pid:
     """A PID loop on an actuator's velocity, eq. (10) of the paper, with its state.
 
     ``u = kp e + ki (integral of e) + kd e'`` with ``e = reference - measured``; integrals and derivatives are backward
-    differences. The code is that of firmware, in float64.
+    differences. The firmware's code, in float64.
 
     Args:
         kp_n_m_s_rad: proportional gain [N.m per rad/s], 0 to 1e6.
@@ -1519,17 +1518,17 @@ class Pid:
         static_friction_n_m: feed-forward in the direction of the reference [N.m], 0 to 1e6.
         viscous_friction_n_m_s_rad: feed-forward by the reference [N.m per rad/s], 0 to 1e6.
         inertia_n_m_s2_rad: feed-forward by the reference's change [N.m per rad/s^2], 0 to 1e6.
-        order: does the integral take in the error before the output is formed, or after.
-        anti_windup: what the integral does while the output is limited: ``"conditioned"`` (the default),
+        order: whether the integral includes the present error before or after the output is formed.
+        anti_windup: treatment of the integral while the output is limited: ``"conditioned"`` (the default),
             ``"conditional"``, ``"none"``, ``{"clamp": {"limit_n_m": 1.0}}`` with the largest integral term [N.m], 0 to
             1e9, or ``{"back_calculation": {"tracking_time_s": 0.1}}`` with a time constant [s], the period to 1e6.
-        integral_zone_rad_s: the integral takes in errors of at most this [rad/s], 0 or more, and is set to 0 by larger
-            ones (WPILib's ``IZone``).
+        integral_zone_rad_s: the integral accumulates errors of at most this [rad/s], 0 or more; a larger error resets
+            it to 0 (WPILib's ``IZone``).
         proportional_limit_n_m: largest proportional term [N.m], 0 or more.
         output_n_m: lowest (<= 0) and highest (>= 0) output [N.m].
 
     Raises:
-        ConfigError: an argument is out of range, unknown, or does not go with another.
+        ConfigError: an argument is out of range, unknown, or not compatible with another.
 
     Example:
         >>> import omnistep
@@ -1585,14 +1584,14 @@ class Pid:
         """Return to the initial state."""
     @property
     def integral_n_m(self) -> float:
-        """What the integral holds [N.m]."""
+        """State of the integral [N.m]."""
     @property
     def period_s(self) -> float:
         """Control period [s]."""
 
 @final
 class PidSample:
-    """What one step of a :class:`Pid` did, arrays (), or each of many, (T,)."""
+    """Result of :meth:`Pid.step`: arrays () for one step, (T,) for many."""
 
     @property
     def output_n_m(self) -> _Floats:
@@ -1617,19 +1616,21 @@ class PidSample:
 class CommandShaper:
     """Conditions commands before they reach a vehicle's controller: limits, a time-out, an emergency stop.
 
-    The code is that of firmware, in float64. It has a state; a call with T rows is the same as T calls with one.
+    The firmware's code, in float64. It is stateful; a call with T rows is the same as T calls with one row.
 
     Args:
         period_s: control period [s], 1e-6 to 10.
-        velocity: highest speeds of vx, vy [m/s] and wz [rad/s], 0 or more; with ``keeps_direction`` of the motion along
-            its direction and of the yaw rate. No limit if left out, as with the others.
+        velocity: highest speeds of vx, vy [m/s] and wz [rad/s], 0 or more; with ``keeps_direction``, of the speed along
+            the direction of motion and of the yaw rate. No limit if left out, as for the other limits.
         acceleration: change of velocity while the speed grows, above 0, likewise [m/s^2, rad/s^2].
         deceleration: change of velocity while the speed shrinks, above 0, likewise.
         jerk: change of the acceleration, above 0, likewise [m/s^3, rad/s^3].
-        keeps_direction: limits along the motion, two numbers each (linear, yaw), so that its direction is kept while it
-            grows; else axis by axis, three numbers each, and the path bends where an axis lags.
-        timeout_s: greatest age of a command [s], 0 or more; after that the command is rest. No time-out if left out.
-        emergency_deceleration: (linear [m/s^2], yaw [rad/s^2]), above 0, of an emergency stop; at once if left out.
+        keeps_direction: limits along the motion, two numbers each (linear, yaw), so that the direction is kept while
+            the speed grows; otherwise per axis, three numbers each, and the path bends while an axis lags.
+        timeout_s: greatest age of a command [s], 0 or more; an older command is replaced by rest. No time-out if left
+            out.
+        emergency_deceleration: deceleration of an emergency stop (linear [m/s^2], yaw [rad/s^2]), above 0; an immediate
+            stop if left out.
 
     Raises:
         ConfigError: an argument is out of range, or has the wrong length.
@@ -1660,9 +1661,9 @@ class CommandShaper:
         """One control period, or T of them, one after the other.
 
         Args:
-            twists: body twists that are commanded (vx [m/s], vy [m/s], wz [rad/s]), (3,) or (T, 3). One that is not a
-                number is rejected, and the last one stays.
-            arrived: did a command arrive in the period, (T,)? Where none did, the row is not read. In every period if
+            twists: commanded body twists (vx [m/s], vy [m/s], wz [rad/s]), (3,) or (T, 3). A command that is not a
+                number is rejected, and the last command remains.
+            arrived: whether a command arrived in the period, (T,); if none did, the row is not read. Every period if
                 left out.
 
         Returns:
@@ -1673,21 +1674,21 @@ class CommandShaper:
             TypeError: not numbers, or ``arrived`` is not true or false.
         """
     def emergency_stop(self) -> None:
-        """Stop, whatever is commanded, until :meth:`release`."""
+        """Stop, regardless of commands, until :meth:`release`."""
     def release(self) -> None:
-        """End an emergency stop; commands from before it are forgotten."""
+        """End an emergency stop; earlier commands are discarded."""
     def reset(self) -> None:
-        """Be as freshly started: at rest, with no command."""
+        """Reset to the initial state: at rest, without a command."""
     @property
     def stopped(self) -> bool:
-        """Is it in an emergency stop?"""
+        """An emergency stop is active."""
     @property
     def period_s(self) -> float:
         """Control period [s]."""
 
 @final
 class ShapedCommands:
-    """What a :class:`CommandShaper` made of one command, or of each of many."""
+    """Result of :meth:`CommandShaper.step`, for one command or for T commands."""
 
     @property
     def twist(self) -> _Floats:
@@ -1703,22 +1704,24 @@ class ShapedCommands:
 class Controller:
     """The controller of a scenario, as firmware runs it.
 
-    It limits the command, maps it to the wheels, runs a PID loop a wheel within the motors' limits, and coordinates
-    them. It has a state; a call with T rows is the same as T calls with one. Several threads may use one: their calls
-    wait for each other.
+    It limits the command, maps it to the wheels, runs one PID loop per wheel within the motors' limits, and coordinates
+    the loops. It is stateful; a call with T rows is the same as T calls with one row. Several threads may share a
+    controller: their calls wait for each other.
 
     Args:
-        scenario: a built-in name, the path of a .toml file or a :class:`Scenario`; its vehicle and ``[control]`` count.
-            "flat" if left out.
+        scenario: a built-in name, the path of a .toml file or a :class:`Scenario`; only its vehicle and ``[control]``
+            are used. "flat" if left out.
         policy: coordination policy instead of the scenario's.
-        overrides: keys to replace, as in :func:`omnistep.run`; ``{"control.precision": "f32"}`` gives firmware's bits.
+        overrides: keys to replace, as in :func:`omnistep.run`; ``{"control.precision": "f32"}`` is bit-identical to
+            firmware.
 
     Raises:
-        ConfigError: a name, key or value is wrong, or the policy is ``traction`` or ``traction_runup``, which read
-            hinges and an inertial unit too: step them in a :class:`Simulation`.
+        ConfigError: a name, key or value is wrong, or the policy is ``traction`` or ``traction_runup``, which also read
+            hinges and an inertial unit: step them in a :class:`Simulation`.
 
     Warns:
-        UserWarning: one encoder count reads as a velocity of which the gains make more torque than the motor has.
+        UserWarning: one encoder count reads as a velocity for which the gains request more torque than the motor
+            provides.
 
     Example:
         >>> import omnistep
@@ -1741,9 +1744,9 @@ class Controller:
         """One control step, or T of them, one after the other; Ctrl-C stops it.
 
         Args:
-            commands: body twists (vx [m/s], vy [m/s], wz [rad/s]), (3,) or (T, 3); (3,) stays the same for every row of
-                the other.
-            measured_rad_s: actuator velocities [rad/s], (N,) or (T, N), likewise. NaN is a wheel without an encoder
+            commands: body twists (vx [m/s], vy [m/s], wz [rad/s]), (3,) or (T, 3); (3,) applies to every row of
+                ``measured_rad_s``.
+            measured_rad_s: actuator velocities [rad/s], (N,) or (T, N), likewise. NaN marks a wheel without an encoder
                 reading.
 
         Returns:
@@ -1767,7 +1770,7 @@ class Controller:
 
 @final
 class ControlSample:
-    """Signals of one step of a :class:`Controller`, or of T steps: then every shape below begins with T."""
+    """Signals of one step of a :class:`Controller`, or of T steps; every shape below then begins with T."""
 
     @property
     def command(self) -> _Floats:
@@ -1811,7 +1814,7 @@ class ControlSample:
 
 @final
 class Vehicle:
-    """A vehicle as its file describes it, checked. It does not change; two with the same numbers are equal; it pickles.
+    """A vehicle as its file describes it, checked; immutable, compared by value, and can be pickled.
 
     ``vehicle["motor.stall_torque_n_m"]`` and ``vehicle["wheel.0.radius_m"]`` are values of the file.
 
@@ -1820,8 +1823,8 @@ class Vehicle:
         overrides: keys to replace, ``{"motor.stall_torque_n_m": 1.0}``.
 
     Raises:
-        ConfigError: a name, key or value is wrong; the message names it and what is allowed.
-        TypeError: a value is none of what a key can hold.
+        ConfigError: a name, key or value is wrong; the message names the key and the allowed values.
+        TypeError: a value is of a type that no key can hold.
 
     Example:
         >>> import omnistep
@@ -1842,11 +1845,11 @@ class Vehicle:
         """
     @staticmethod
     def from_dict(keys: Mapping[str, Any]) -> Vehicle:
-        """The vehicle that a file with these keys would describe; None is a key that is not there.
+        """The vehicle that a file with these keys would describe; None marks an absent key.
 
         Raises:
             ConfigError: a key or value is wrong.
-            TypeError: a value is none of what a key can hold.
+            TypeError: a value is of a type that no key can hold.
         """
     def replace(self, overrides: Mapping[str, Any] | None = None) -> Vehicle:
         """The same vehicle with other keys.
@@ -1862,7 +1865,7 @@ class Vehicle:
         """The value at a dotted key; elements of lists count from 0.
 
         Raises:
-            KeyError: there is none; the message names the existing keys.
+            KeyError: there is no such key; the message names the existing keys.
         """
     @property
     def name(self) -> str:
@@ -1881,15 +1884,15 @@ class Vehicle:
         """Centre of mass of the vehicle at rest on flat ground [m], (3,)."""
     @property
     def no_load_rad_s(self) -> float | None:
-        """Velocity at which the motors have no torque left [rad/s]; None where the limit is constant."""
+        """Velocity at which the motors' torque falls to 0 [rad/s]; None if the limit is constant."""
     def static_loads_n(self, *, gravity_m_s2: float = 9.81) -> _Floats | None:
-        """Load of each wheel on flat ground [N], (N,); None where moment balance alone does not determine it.
+        """Load of each wheel on flat ground [N], (N,); None if moment balance alone does not determine it.
 
         Raises:
             ConfigError: gravity is not above 0.
         """
     def speeds_at(self, actuator_rad_s: float) -> _Floats:
-        """Speeds along x, y [m/s] and about z [rad/s], each alone, at which the fastest actuator turns that fast, (3,).
+        """Speeds along x, y [m/s] and yaw rate [rad/s], each alone, for this speed of the fastest actuator, (3,).
 
         Raises:
             ConfigError: not a finite number.
@@ -1910,10 +1913,10 @@ class Vehicle:
             4
         """
     def ros2_controllers(self) -> str:
-        """The yaml of ros2_control, for ``omni_wheel_drive_controller`` or ``mecanum_drive_controller``.
+        """The ros2_control YAML file, for ``omni_wheel_drive_controller`` or ``mecanum_drive_controller``.
 
         Raises:
-            ConfigError: neither controller would drive the vehicle as its kinematics do; the message names the wheel.
+            ConfigError: neither controller matches the vehicle's kinematics; the message names the wheel.
 
         Example:
             >>> import omnistep
@@ -1927,7 +1930,7 @@ class Vehicle:
 
 @final
 class Scenario:
-    """A vehicle, its ground and its commands, checked. It is immutable, and it pickles.
+    """A vehicle, its ground and its commands, checked. It is immutable and can be pickled.
 
     ``scenario["terrain.height_m"]`` and ``scenario["vehicle.wheel.0.radius_m"]`` are values of the file.
 
@@ -1939,8 +1942,8 @@ class Scenario:
         seed: seed of perturbation and noise, 0 to 2**63 - 1.
 
     Raises:
-        ConfigError: a name, key or value is wrong; the message names it and what is allowed.
-        TypeError: a value is none of what a key can hold.
+        ConfigError: a name, key or value is wrong; the message names the key and the allowed values.
+        TypeError: a value is of a type that no key can hold.
 
     Example:
         >>> import omnistep
@@ -1969,11 +1972,11 @@ class Scenario:
         """
     @staticmethod
     def from_dict(keys: Mapping[str, Any]) -> Scenario:
-        """The scenario that a file with these keys would describe; None is a key that is not there.
+        """The scenario that a file with these keys would describe; None marks an absent key.
 
         Raises:
             ConfigError: a key or value is wrong.
-            TypeError: a value is none of what a key can hold.
+            TypeError: a value is of a type that no key can hold.
         """
     def replace(
         self,
@@ -1991,18 +1994,18 @@ class Scenario:
     def to_toml(self) -> str:
         """The scenario as a file, with its vehicle; derived gains are left out."""
     def mjcf(self) -> str:
-        """Vehicle and ground as MJCF, for MuJoCo: every roller a body of its own.
+        """Vehicle and ground as MJCF, for MuJoCo: every roller is a separate body.
 
         Raises:
-            ConfigError: a wheel without rollers, or patches of friction on ground that is not level.
+            ConfigError: a wheel without rollers, or friction patches on ground that is not level.
         """
     def to_dict(self) -> dict[str, Any]:
-        """Every key of that file, the vehicle's under ``vehicle``."""
+        """Every key of the file, the vehicle's keys under ``vehicle``."""
     def __getitem__(self, key: str, /) -> Any:
         """The value at a dotted key; elements of lists count from 0.
 
         Raises:
-            KeyError: there is none; the message names the existing keys.
+            KeyError: there is no such key; the message names the existing keys.
         """
     @property
     def name(self) -> str:
@@ -2018,16 +2021,16 @@ class Scenario:
         """Control period [s]."""
     @property
     def duration_s(self) -> float:
-        """Length of a run at most [s]."""
+        """Time limit of a run [s]."""
     @property
     def trajectory(self) -> Trajectory | None:
-        """The path of its command, planned for its vehicle from where that starts; None of a command without a path."""
+        """The path of its command, planned for its vehicle from the start pose; None if the command is not a path."""
     @property
     def follower(self) -> HolonomicFollower | None:
-        """Who follows that path, with the gains of the file; None of a command without a path."""
+        """The follower of the path, with the gains of the file; None if the command is not a path."""
     @property
     def wheel_models(self) -> list[Literal["ball", "rollers"]]:
-        """How each wheel is simulated, ``"ball"`` or ``"rollers"``: what ``physics.wheel_model`` is on this ground.
+        """Model of each wheel, ``"ball"`` or ``"rollers"``: the effect of ``physics.wheel_model`` on this ground.
 
         Example:
             >>> import omnistep
@@ -2048,19 +2051,20 @@ def read_mcap(path: str | PathLike[str], *, on_progress: Callable[[float], objec
     """Read an MCAP log: :func:`omnistep.read_mcap` without a progress bar.
 
     Args:
-        path: as there.
-        on_progress: called with the part done, 0 to 1, every few milliseconds; what it raises ends the reading.
+        path: as in :func:`omnistep.read_mcap`.
+        on_progress: called with the completed part, 0 to 1, every few milliseconds; an exception in it ends the
+            reading.
     """
 
 def recover(path: str | PathLike[str], out: str | PathLike[str]) -> float:
-    """Write what is there of an MCAP file that was cut off, of any program, as a whole one; gives its length [s].
+    """Write the intact part of a truncated MCAP file of any program as a complete file; return its length [s].
 
     Args:
-        path: the file whose end is missing.
+        path: the truncated file.
         out: the file to write.
 
     Raises:
-        LogError: it cannot be read or written, or is damaged otherwise.
+        LogError: the file cannot be read or written, or is damaged in another way.
     """
 
 def write_recording(
@@ -2075,12 +2079,12 @@ def write_recording(
     Args:
         path: the log.
         scenario: vehicle, control period, and the commands for a simulation.
-        columns: one number for each control period, NaN where unknown, by the column names of a trace.
+        columns: one number for each control period, NaN if unknown, by the column names of a trace.
         facts: metadata of the log, by name.
-        map: how it was read, a text in TOML.
+        map: the column map, as TOML text.
 
     Raises:
-        LogError: columns have different lengths or a name that cannot be, or the file cannot be written.
+        LogError: columns differ in length or have a name that is not valid, or the file cannot be written.
     """
 
 @final
@@ -2100,36 +2104,36 @@ class Log:
 
     @property
     def path(self) -> Path:
-        """Where it was read."""
+        """Path of the log."""
     @property
     def run(self) -> dict[str, str]:
         """Program version, scenario, vehicle, policy and seed by name."""
     @property
     def complete(self) -> bool:
-        """Was it finished? Else its last chunk, at most a simulated second, may be missing."""
+        """The log is complete; otherwise its last chunk, at most one simulated second, may be missing."""
     @property
     def recorded(self) -> bool:
-        """Was it measured on a vehicle (:func:`omnistep.import_log`)? Unmeasured values are NaN then.
+        """The log was measured on a vehicle (:func:`omnistep.import_log`); unmeasured values are NaN.
 
         There is no outcome, and the scenario holds the recorded commands for a simulation.
         """
     @property
     def scenario_toml(self) -> str:
-        """The scenario as it was run, its vehicle inside, as a scenario file has it; derived gains are written out."""
+        """The scenario of the run as a scenario file that includes the vehicle; derived gains are written out."""
     @property
     def trace(self) -> Trace:
-        """Every control period: the columns of the run's trace that its log has, and the commands before limits.
+        """Every control period: the columns of the run's trace that its log holds, and the commands before limits.
 
         These are the controller's inputs, estimates and outputs, and the torques and forces at the wheels; ``asked_*``
-        are there in addition. A log does not hold, and so this trace lacks: ``command_*``,
-        ``twist_*``, ``pose_*``, ``body_*``, ``hinge_*``, ``row_*``, ``force_*_n``, the energies (``*_j``) and
-        ``newton_residual_n``; of the wheels ``residual_rad_s``, ``rim_m_s``, ``along_m_s``, ``normal_*``, ``contact_*``
-        and their positions ``x_m``, ``y_m``, ``z_m``. Poses are in :attr:`frames`; figures that show positions take the
-        log itself. ``omnistep.run(omnistep.Scenario.from_toml(log.scenario_toml))`` gives every column again.
+        are additional columns. A log, and therefore this trace, lacks these columns: ``command_*``, ``twist_*``,
+        ``pose_*``, ``body_*``, ``hinge_*``, ``row_*``, ``force_*_n``, the energies (``*_j``) and ``newton_residual_n``;
+        for each wheel ``residual_rad_s``, ``rim_m_s``, ``along_m_s``, ``normal_*``, ``contact_*`` and their positions
+        ``x_m``, ``y_m``, ``z_m``. Poses are in :attr:`frames`; plots that show positions require the log itself.
+        ``omnistep.run(omnistep.Scenario.from_toml(log.scenario_toml))`` recomputes every column.
         """
     @property
     def outcome(self) -> Outcome | None:
-        """The figures; None where the run was killed before its end, or was none of the simulation's."""
+        """The figures; None if the run was killed before its end, or was not simulated."""
     @property
     def frame_time_s(self) -> _Floats:
         """Times of the frames [s], (F,)."""
@@ -2138,13 +2142,13 @@ class Log:
         """Frames in the world by name, (F, 7): x, y, z [m] and the unit quaternion x, y, z, w."""
     @property
     def odometry(self) -> dict[str, _Floats]:
-        """Where the wheels have the vehicle, from ``/odom``, each (O,).
+        """Odometry pose from ``/odom``; each array has shape (O,).
 
         ``time_s``, and the columns ``odom_*`` of a run's trace.
         """
     @property
     def ground_truth(self) -> dict[str, _Floats]:
-        """Where the vehicle was, from ``/ground_truth/odom``, each (O,).
+        """True pose from ``/ground_truth/odom``; each array has shape (O,).
 
         ``time_s``, ``pose_x_m``, ``pose_y_m``, ``pose_yaw_rad``.
         """
@@ -2155,10 +2159,10 @@ class Log:
     def terrain_urdf(self) -> str:
         """The ground as URDF."""
     def scene(self) -> dict[str, Any]:
-        """The vehicle and the ground around the run's way, as the player of ``web/player`` shows them.
+        """The vehicle and the ground around the run's path, for the player in ``web/player``.
 
-        ``bodies``, ``wheels``, ``ground`` and ``patches`` are those of ``web/player/README.md``, in metres and radians.
-        ``frames`` has the name of each frame by its number. All comes from the scenario in the log.
+        ``web/player/README.md`` describes ``bodies``, ``wheels``, ``ground`` and ``patches``, in metres and radians.
+        ``frames`` maps numbers to frame names. Everything is derived from the scenario in the log.
 
         >>> import omnistep, pathlib, tempfile
         >>> with tempfile.TemporaryDirectory() as folder:
@@ -2174,7 +2178,7 @@ class Log:
 
 @final
 class Trace:
-    """A finished run: named columns of float64, one row a control period.
+    """A finished run: named columns of float64, one row per control period.
 
     ``trace["time_s"]`` and ``trace.wheels("measured_rad_s")`` are read-only NumPy arrays on the trace's own memory:
     nothing is copied, and the arrays keep the trace alive. ``docs/columns.md`` lists the columns.
@@ -2188,7 +2192,7 @@ class Trace:
         """Names of the N wheels, in the order of every array over wheels."""
     @property
     def wheel_signals(self) -> list[str]:
-        """Names that :meth:`wheels` takes."""
+        """Names that :meth:`wheels` accepts."""
     @property
     def wheel_radius_m(self) -> _Floats:
         """Rolling radii of the wheels [m], (N,)."""
@@ -2196,7 +2200,7 @@ class Trace:
     def terrain(self) -> dict[str, str | float]:
         """The ground: ``kind``, ``friction``, and for a step ``height_m`` and ``start_x_m``."""
     def ground_m(self, x_m: Sequence[float] | _Floats, *, y_m: float = ...) -> _Floats:
-        """Height of the ground [m] at places x_m [m], (M,), along the line y_m [m]."""
+        """Height of the ground [m] at positions x_m [m], (M,), along the line y_m [m]."""
     @property
     def scenario(self) -> str:
         """Name of the scenario."""
@@ -2205,7 +2209,7 @@ class Trace:
         """Name of the vehicle."""
     @property
     def policy(self) -> str:
-        """Name of the coordination policy, with what is chosen instead of its parts, or of a controller of your own."""
+        """Name of the coordination policy, with its replaced parts, or of a controller of your own."""
     @property
     def seed(self) -> int:
         """Seed of the perturbation."""
@@ -2233,13 +2237,13 @@ class Trace:
         True
 
         Raises:
-            ImportError: polars is not there.
+            ImportError: polars is not installed.
         """
     def to_pandas(self) -> Any:
-        """A ``pandas.DataFrame``: a copy, as pandas keeps its own memory.
+        """A ``pandas.DataFrame``: a copy, because pandas keeps its own memory.
 
         Raises:
-            ImportError: pandas is not there.
+            ImportError: pandas is not installed.
         """
     def __arrow_c_stream__(self, requested_schema: object | None = None) -> object:
         """The columns as an Arrow stream without a copy: ``pyarrow.table(trace)``, ``duckdb.sql("from trace")``."""
@@ -2260,7 +2264,7 @@ class Trace:
 class Outcome:
     """Figures of a run; where there is an obstacle, over the crossing (docs/metrics.md).
 
-    A figure that was not measured, because nothing crossed or the run was killed, is NaN, or None where documented.
+    A figure that was not measured, because nothing crossed or the run was killed, is NaN, or None if documented.
     """
 
     @property
@@ -2285,7 +2289,7 @@ class Outcome:
         "gained_energy",
         "diverged",
     ]:
-        """Result of the run; `completed` on flat ground, `unfinished` where `duration_s` cut it off.
+        """Result of the run; `completed` on flat ground, `unfinished` if `duration_s` ended it.
 
         docs/metrics.md defines each of them.
         """
@@ -2309,22 +2313,22 @@ class Outcome:
         """World x of the base where it stalled [m]; None unless stalled."""
     @property
     def stalled_row(self) -> int | None:
-        """The foremost row that had not passed the obstacle then, 1 is the front row; None unless stalled."""
+        """The foremost row that had not passed the obstacle at the stall, 1 is the front row; None unless stalled."""
     @property
     def limited_by(self) -> Literal["torque", "friction", "time"] | None:
-        """What kept it from its way: `torque`, `friction` or `time`; None unless stalled or unfinished.
+        """Limiting factor: `torque`, `friction` or `time`; None unless stalled or unfinished.
 
         docs/metrics.md, What limited a stalled run.
         """
     @property
     def limited_wheels(self) -> int | None:
-        """Wheels that slipped, or stood while their motors were at their limit; None where it was neither."""
+        """Wheels that slipped, or stood still while their motors were at their limit; None if neither happened."""
     @property
     def touched_body(self) -> str | None:
-        """The body that was the first to be more than 2 mm below the ground; None if none was."""
+        """The first body that was more than 2 mm below the ground; None if none was."""
     @property
     def touched_s(self) -> float | None:
-        """When that was, from the start of the run [s]; None if it never was."""
+        """Time when that happened, from the start of the run [s]; None if there was none."""
     @property
     def touched_x_m(self) -> float | None:
         """World x of the deepest point then [m]."""
@@ -2333,16 +2337,16 @@ class Outcome:
         """World y of that point [m]."""
     @property
     def touched_depth_m(self) -> float | None:
-        """How far that point was below the ground [m]."""
+        """Depth of that point below the ground [m]."""
     @property
     def retries(self) -> int | None:
-        """Times that traction control backed off for another try; None of policies that have none."""
+        """Number of retries of traction control; None for policies without retries."""
     @property
     def stall_s(self) -> float:
-        """Longest time in which a motor gave 90 % of its stall torque or more while the vehicle stood [s]."""
+        """Longest time that a motor applied 90 % of its stall torque or more while the vehicle stood still [s]."""
     @property
     def stall_from_s(self) -> float | None:
-        """When that began, from the start of the run [s]; None if it never did."""
+        """Start of that time, from the start of the run [s]; None if there was none."""
     @property
     def pitch_peak_deg(self) -> float:
         """Largest nose-up angle of any body [deg]."""
@@ -2351,7 +2355,7 @@ class Outcome:
         """Largest nose-down angle of any body, positive [deg]."""
     @property
     def yaw_error_deg(self) -> float:
-        """Heading less the heading commanded, at the end of the crossing [deg]; left is positive."""
+        """Heading minus commanded heading, at the end of the crossing [deg]; left is positive."""
     @property
     def slip_rms(self) -> float:
         """Root mean square of the slip ratio over driven wheels that touch the ground."""
@@ -2360,13 +2364,13 @@ class Outcome:
         """Root mean square of the relative speed error (the disturbed ratio) over driven wheels."""
     @property
     def speed_error_realised_rms(self) -> float:
-        """The same against the reference as the policy reduced it."""
+        """Root mean square of the speed error relative to the reference after the policy's reduction."""
     @property
     def speed_ratio_std(self) -> float:
         """Standard deviation over driven wheels of velocity over reference, root mean square over time."""
     @property
     def slip_speed_std(self) -> float:
-        """Standard deviation over driven wheels of slip speed, over commanded speed: 0 where all roll."""
+        """Standard deviation over driven wheels of slip speed, over commanded speed: 0 if all wheels roll."""
     @property
     def shape_error_rms_rad_s(self) -> float:
         """Root mean square of the part of the velocities that no common factor on the references explains [rad/s]."""
@@ -2378,25 +2382,25 @@ class Outcome:
         """Work of the motors [J]."""
     @property
     def cost_of_transport(self) -> float | None:
-        """That work over weight times distance; None for less than 1 cm."""
+        """Work of the motors over weight times distance; None for less than 1 cm."""
     @property
     def e_over_mgh(self) -> float | None:
-        """That work over weight times height gained; None unless climbed to a higher place."""
+        """Work of the motors over weight times height gained; None unless climbed to a greater height."""
     @property
     def required_friction(self) -> float:
-        """Friction that the wheels needed in 95 of 100 averages of 10 ms."""
+        """Friction coefficient that sufficed in 95 of 100 averages of 10 ms."""
     @property
     def energy_residual(self) -> float:
-        """Energy that the balance does not explain, over all that went through the motors."""
+        """Energy that the balance does not explain, over the total energy through the motors."""
     @property
     def path_error_rms_m(self) -> float | None:
         """Root mean square over time of the distance of the base from its reference pose [m]; None without a path."""
     @property
     def path_error_peak_m(self) -> float | None:
-        """Largest such distance [m]; None without a path."""
+        """Largest distance of the base from its reference pose [m]; None without a path."""
     @property
     def arrived_s(self) -> float | None:
-        """Time since which the base was at the end of its path [s]; None where it was not there at the run's end."""
+        """Time since which the base was at the end of its path [s]; None if it was elsewhere when the run ended."""
     @property
     def odometry_error_m(self) -> float:
         """Distance of the base's origin from its position by odometry [m], at the end of the crossing or run."""
@@ -2417,14 +2421,14 @@ class Outcome:
     @staticmethod
     def _of_state(state: str) -> Outcome: ...
     def _rows(self) -> dict[str, tuple[str | None, bool]]:
-        """Each figure's value as tables write it, and whether the command's tables have it of this run, by key."""
+        """Each figure's value as tables format it, and whether the command's tables show it for this run, by key."""
 
 @final
 class Simulation:
     """A scenario being simulated, one control period at a time.
 
-    Several threads may use one: their calls wait for each other, without the interpreter's lock. It pickles, with a
-    controller of your own and the recorded periods: the copy continues bit for bit.
+    Several threads may share a simulation: their calls wait for each other, without the interpreter's lock. It can be
+    pickled with a controller of your own and the recorded periods; the copy's continuation is bit-identical.
 
     Args:
         scenario: a built-in name, the path of a .toml file or a :class:`Scenario`; the step by default.
@@ -2439,7 +2443,7 @@ class Simulation:
 
     Warns:
         UserWarning: one encoder count reads as a velocity for which the gains request more torque than the motor has;
-            or ``traction`` or ``traction_runup`` lacks sensors or motor speed that it uses.
+            or ``traction`` or ``traction_runup`` lacks sensors or motor speed that it requires.
 
     Example:
         >>> import omnistep
@@ -2489,9 +2493,9 @@ class Simulation:
             SimulationError: the physics diverged (a value is not finite).
         """
     def save(self) -> bytes:
-        """All data that :meth:`resume` needs to continue from here, bit for bit.
+        """All data that :meth:`resume` needs for a bit-identical continuation.
 
-        It does not include recorded periods and the state of a policy of your own: a pickle includes both.
+        It excludes recorded periods and the state of a policy of your own; a pickle includes both.
 
         Raises:
             SimulationError: the controller's state cannot be read.
@@ -2513,7 +2517,7 @@ class Simulation:
         overrides: Mapping[str, Any] | None = None,
         seed: int | None = None,
     ) -> Simulation:
-        """A simulation of the same scenario as it was when ``state`` was saved; its trace begins there.
+        """A simulation of the same scenario at the time when ``state`` was saved; its trace begins there.
 
         Args:
             scenario: the same scenario: a built-in name, the path of a .toml file or a :class:`Scenario`.
@@ -2587,7 +2591,7 @@ class Episodes:
         task: ``"step_climb"`` or ``"drive"``.
         scenario, policy, overrides: as in :class:`Simulation`. ranges: new ranges of the random values of episodes, by
         name. frame_skip: number of control periods for which an action is held, 1 to 1000. num_envs: number of
-        environments, 1 to 65536. threads: threads; 0 for one a core.
+        environments, 1 to 65536. threads: number of threads; 0 for one per core.
 
     Raises:
         ConfigError: a name, key or value is wrong.
@@ -2640,13 +2644,13 @@ class Episodes:
         """
     @property
     def actions(self) -> int:
-        """Numbers in an action."""
+        """Size of an action."""
     @property
     def observations(self) -> int:
-        """Numbers in an observation."""
+        """Size of an observation."""
     @property
     def action_s(self) -> float:
-        """Time that an action is held [s]."""
+        """Duration for which an action is held [s]."""
     @property
     def engine(self) -> str:
         """The physics engine."""
@@ -2698,13 +2702,13 @@ class Observation:
         """
     @property
     def new_command(self) -> bool:
-        """The command arrived since the period before."""
+        """The command arrived since the previous period."""
     @property
     def wheels_rad_s(self) -> _Floats:
-        """Actuator velocities by the encoders [rad/s], (N,); NaN where no reading arrived."""
+        """Actuator velocities by the encoders [rad/s], (N,); NaN if no reading arrived."""
     @property
     def torques_n_m(self) -> _Floats:
-        """Torques that were applied in the period before [N.m], (N,); 0 in the first."""
+        """Torques that were applied in the previous period [N.m], (N,); 0 in the first."""
     @property
     def hinges_rad(self) -> _Floats:
         """Angles of the hinges [rad], (H,)."""
@@ -2713,10 +2717,10 @@ class Observation:
         """Rates of the hinges [rad/s], (H,)."""
     @property
     def rate_rad_s(self) -> _Floats:
-        """Turning rates of the base about its x, y and z axes by the gyro [rad/s], (3,)."""
+        """Angular velocity of the base about its x, y and z axes by the gyro [rad/s], (3,)."""
     @property
     def specific_force_m_s2(self) -> _Floats:
-        """Acceleration of the base less gravity along its axes [m/s^2], (3,): 9.81 upwards at rest."""
+        """Acceleration of the base minus gravity along its axes [m/s^2], (3,): 9.81 upwards at rest."""
     @property
     def roll_rad(self) -> float:
         """Angle of the base's y axis above the horizon [rad]: left side up is positive."""
@@ -2835,20 +2839,20 @@ class Sample:
         """Torque that acted on the actuator [N.m], averaged over the period."""
     @property
     def contact_x_m(self) -> _Floats:
-        """Where the ground pushes [m], x in the world, the mean weighted by the normal force; zero in the air."""
+        """Point of contact in the world [m], x, the mean weighted by the normal force; zero in the air."""
     @property
     def contact_y_m(self) -> _Floats:
-        """Where the ground pushes [m], y in the world."""
+        """Point of contact in the world [m], y."""
     @property
     def contact_z_m(self) -> _Floats:
-        """Where the ground pushes [m], z in the world."""
+        """Point of contact in the world [m], z."""
     @property
     def touches(self) -> _Bools:
         """The wheel touched the ground during the period."""
 
 @final
 class MotorBenchTrace:
-    """Speeds and loads of wheels A, B and C, a row every 0.1 s."""
+    """Speeds and loads of wheels A, B and C, one row every 0.1 s."""
 
     @property
     def policy(self) -> str:
@@ -2872,7 +2876,7 @@ class MotorBenchTrace:
 
 @final
 class ClimbLimits:
-    """Torque and run-up that a step needs, and those of the vehicle. Arrays over rows are (3,), the front row first."""
+    """Torque and run-up: required by a step, and available. Arrays over rows are (3,), the front row first."""
 
     @property
     def vehicle(self) -> str:
@@ -2894,7 +2898,7 @@ class ClimbLimits:
         """The climb is not excluded: no verdict is `impossible`."""
     @property
     def decisive(self) -> Literal["front", "middle", "rear"]:
-        """The row that needs the most run-up; where none needs any, the most torque."""
+        """The row that needs the most run-up; if no row needs any, the row that needs the most torque."""
     @property
     def rows(self) -> list[str]:
         """`front`, `middle`, `rear`."""
@@ -2909,13 +2913,13 @@ class ClimbLimits:
         """
     @property
     def least_torque_n_m(self) -> _Floats:
-        """Least torque of an actuator that lifts each row, however slowly [N.m]; infinite where none does."""
+        """Least torque of an actuator that lifts each row, however slowly [N.m]; infinite if no torque does."""
     @property
     def deficit_j(self) -> _Floats:
-        """Energy that the torque lacks, up to the worst point of each row's path [J]; 0 where it suffices."""
+        """Energy that the torque lacks, up to the worst point of each row's path [J]; 0 if it suffices."""
     @property
     def path_mass_kg(self) -> _Floats:
-        """Inertia of the motion up the edge right after the impact, over the square of the hinge's way [kg]."""
+        """Inertia of the motion up the edge right after the impact, over the square of the hinge's distance [kg]."""
     @property
     def kept_at_most(self) -> _Floats:
         """Part of the run-up's kinetic energy that the impact leaves at most, 0 to 1."""
@@ -2927,7 +2931,7 @@ class ClimbLimits:
         """Below this run-up each row does not climb, whatever the impact leaves [m/s]."""
     @property
     def path_run_up_m_s(self) -> _Floats:
-        """From this run-up on the energy suffices where the impact leaves the motion along the path [m/s]."""
+        """From this run-up on, the energy suffices if the impact leaves the motion along the path [m/s]."""
     def __eq__(self, other: object, /) -> bool: ...
     def __ne__(self, other: object, /) -> bool: ...
     def __reduce__(self) -> tuple[Any, tuple[str]]: ...
@@ -2996,7 +3000,7 @@ class ChartRuns:
         starts: int,
         overrides: Mapping[str, Any] | None,
     ) -> ChartRuns:
-        """The runs of a chart; the arguments are those of :func:`omnistep.climb_chart`.
+        """The runs of a chart; the arguments are as in :func:`omnistep.climb_chart`.
 
         Raises:
             ConfigError: a name, key or value is wrong.
@@ -3014,12 +3018,12 @@ class ChartRuns:
         """The scenario of one run of the chart, as a file with its vehicle.
 
         Args:
-            edge: what is climbed.
+            edge: the obstacle.
             size_m: its size [m].
             side_deg: direction of travel in the vehicle's axes [deg].
             skew_deg: direction of travel off the edge's normal [deg].
-            x_m: where the run starts, world x [m].
-            heading_deg: heading beside that of the approach [deg].
+            x_m: start of the run, world x [m].
+            heading_deg: heading relative to the approach [deg].
 
         Raises:
             ConfigError: a value is out of range.
@@ -3041,21 +3045,21 @@ class ChartRuns:
             keep: called with the text after each cell.
 
         Raises:
-            ConfigError: the chart that was begun is of other runs.
+            ConfigError: the chart that was begun holds other runs.
         """
     @classmethod
     def check(cls, file: str, text: str) -> None:
         """Check the text of a chart's file.
 
         Raises:
-            ConfigError: it is no chart; the message names file, key and value.
+            ConfigError: the text is not a chart; the message names file, key and value.
         """
 
 @final
 class Plan:
     """The runs of a study or a sweep, every scenario checked, for :mod:`omnistep.ensembles`."""
 
-    #: Points of a study or a sweep at most.
+    #: Largest number of points of a study or a sweep.
     MOST_POINTS: Final[int]
 
     @staticmethod
@@ -3087,8 +3091,8 @@ class Plan:
             scenario: as in :func:`omnistep.sweep`.
             policy: a coordination policy instead of the scenario's.
             overrides: keys to replace in every run.
-            seeds: how many, or which.
-            own: a controller of your own instead: its name, the identifier of its law, its pickle.
+            seeds: number of seeds, or a list of them.
+            own: a controller of your own instead: its name, the identifier of its control law, its pickle.
 
         Raises:
             ConfigError: a name, key or value is wrong; the message names the point.
@@ -3101,9 +3105,9 @@ class Plan:
         """Varied keys."""
     @property
     def figures(self) -> list[str]:
-        """Names of the figures of a row that are numbers, or yes and no."""
+        """Names of the figures of a row that are numbers or booleans."""
     def policy_notes(self) -> list[str]:
-        """What traction control lacks in some runs, and where one that names no policy has another, a line each."""
+        """Notes, one per line: inputs that traction control lacks, and runs whose policy is not the usual default."""
     def __len__(self) -> int: ...
 
 @final
@@ -3130,7 +3134,7 @@ class Store:
         Args:
             rows: the existing rows.
             jobs: threads; as many as there are cores by default.
-            watch: called some times a second with how many rows are done and how many of them failed.
+            watch: called a few times per second with the number of completed rows and the number of failed ones.
 
         Returns:
             Both numbers at the end.
@@ -3156,9 +3160,9 @@ class Rows:
     def batches(self, size: int) -> list[str]:
         """The runs without a row as texts for :func:`compute_batch`, at most ``size`` runs each."""
     def to_dicts(self) -> list[dict[str, Any]]:
-        """One dictionary a row; None where nothing was measured."""
+        """One dictionary per row; None if nothing was measured."""
     def cells(self, figures: Sequence[str] | None = None) -> list[dict[str, Any]]:
-        """One dictionary a combination: each axis by its column, counts of runs, mean and interval of each figure.
+        """One dictionary per combination: each axis by its column, counts of runs, mean and interval of each figure.
 
         Args:
             figures: names of figures; the map's by default.
@@ -3167,7 +3171,7 @@ class Rows:
             ConfigError: a name is not a figure.
         """
     def paired(self, key: str, baseline: object, figure: str) -> list[dict[str, Any]]:
-        """One dictionary for each combination with another value: its figure less the given value's, seed by seed.
+        """One dictionary per combination with another value: its figure minus the given value's figure, seed by seed.
 
         Raises:
             ConfigError: the key does not vary, no run has the value, or the name is not a figure.
@@ -3183,13 +3187,13 @@ def policy_name(policy: PolicyLike) -> str:
     """Name of a policy in tables and traces."""
 
 def did_you_mean_file(path: str | PathLike[str]) -> str:
-    """Name the file beside a missing one that is much like it, to be put behind its name; or nothing."""
+    """Suggest a similarly named file next to a missing one, as a suffix for the name in a message, or nothing."""
 
 def shortened(message: str) -> str:
     """A message with its values cut at 200 characters; the allowed values are kept."""
 
 def wilson(yes: int, runs: int) -> tuple[float, float] | None:
-    """Return the 95 % interval of a rate by Wilson's score; None without a run."""
+    """Return the 95 % Wilson score interval of a rate; None without a run."""
 
 def mean_interval(measured: Sequence[float]) -> tuple[float, tuple[float, float] | None] | None:
     """Return the mean and its 95 % interval by Student's t; no interval for one measurement, None for none."""
@@ -3213,16 +3217,16 @@ def compute_batch(
     """Compute the missing rows of a batch in the folder, each row written as soon as it is done.
 
     Args:
-        batch: of :meth:`Rows.batches`.
+        batch: one text of :meth:`Rows.batches`.
         folder: the folder of results, which a :class:`Store` holds open.
         jobs: threads; as many as there are cores by default.
-        own: the controller of your own of its plan.
+        own: the plan's own controller.
 
     Returns:
         Number of computed rows, and number of these that failed.
 
     Raises:
-        ConfigError: the folder is not the study's, or the batch is of another version of omnistep.
+        ConfigError: the folder belongs to another study, or the batch to another version of omnistep.
         StudyError: the folder cannot be written.
         KeyboardInterrupt: Ctrl-C was pressed; finished rows are written.
     """

@@ -1,4 +1,4 @@
-"""Files that commands write: complete or not at all, and never in place of what they read."""
+"""Files that commands write: complete or not at all, and never over their own inputs."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from omnistep._omnistep import list_vehicles
 from omnistep._toml_files import read_toml
 from omnistep.errors import ConfigError
 
-#: The largest scenario file that is looked into: one with a picture inside has less.
+#: The largest scenario file that is examined: a file with an embedded picture is smaller.
 MOST_SCENARIO_BYTES = 16_000_000
-#: Where a scenario names other files than its vehicle.
+#: Keys with which a scenario names files other than its vehicle.
 REFERENCES = (("terrain", "image"), ("command", "file"))
 
 
@@ -93,7 +93,7 @@ def _named(out: Path) -> Iterator[None]:
 
 @contextmanager
 def replaced(out: Path, inputs: Iterable[Path] = ()) -> Iterator[Path]:
-    """A temporary file beside a path, which takes its place once it is complete; its file name extension is the same.
+    """A temporary file in the folder of a path, with the same extension, which replaces the path when complete.
 
     Raises:
         ConfigError: as :func:`check_output`.

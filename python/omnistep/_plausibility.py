@@ -1,4 +1,4 @@
-"""Plausibility checks of a log of wheels: signs, order, units; a finding is one line, and no log is refused for it."""
+"""Plausibility checks of a log of wheels: signs, order, units; a finding is one line, and no log is rejected for it."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from omnistep._wheel_logs import CLOSEST_S, FARTHEST_S
 
 Floats = NDArray[np.float64]
 
-#: Wheels that roll agree but for this part of what they turn; one that turns the other way is far beyond it.
+#: Rolling wheels agree within this fraction of their rotation; a wheel with the wrong sign is far beyond it.
 DISAGREE = 0.2
-#: Two rates are of the same thing where they correlate so.
+#: Two rates measure the same motion if they correlate this well.
 ALIKE = 0.7
-#: What turns less than this on the average says nothing [rad/s, m/s].
+#: Signals with a smaller average are not evaluated [rad/s, m/s].
 STILL = 0.02
-#: Wheels are compared by what they turn in this time [s]: a count more or less is then none to speak of.
+#: Wheels are compared by their rotation in this time [s], so that single counts are negligible.
 OVER_S = 0.2
-#: Signals of motors, and the part of their rows that may be beyond what motors can do.
+#: Signals of motors, and the fraction of their rows that may exceed the motors' limits.
 MOTOR, BEYOND = ("wheels", "references", "torques", "commanded_torques"), 0.05
 #: A step of a counter this many times the usual ones is a jump; up to so many, or one in a thousand, are single ones.
 JUMP, MOST_JUMPS = 20.0, 10
 #: A counter that goes round goes on within so many usual steps of those beside.
 ROUND = 4.0
-#: A reading fits that leaves so much of what is apart.
+#: A reading fits if it leaves this fraction of the difference.
 FITS = 0.4
-#: Axes of a pose or a command as combinations of what was read, and by how much its heading is off [rad].
+#: Axes of a pose or a command as combinations of the read columns, and the error of its heading [rad].
 AXES_READ = (
     (np.array([[0.0, 1, 0], [1, 0, 0], [0, 0, 1]]), 0.0, "x and y {of} look exchanged"),
     (np.diag([-1.0, 1, 1]), 0.0, "x {of} looks reversed"),
@@ -59,7 +59,7 @@ def of_wheels(vehicle: Vehicle, measured_rad_s: Floats, period_s: float) -> list
 
 
 def of_parts(vehicle: Vehicle, turned: Floats) -> list[str]:
-    """Report the same for rotations of wheels, (P, N), in parts of a drive long against one count; rates or angles."""
+    """Report the same for rotations of wheels, (P, N), in parts that far exceed one count; rates or angles."""
     known = turned[np.isfinite(turned).all(axis=1)]
     if not known.size or np.sqrt(np.mean(known**2)) < STILL:
         return []
@@ -73,14 +73,14 @@ def of_parts(vehicle: Vehicle, turned: Floats) -> list[str]:
 
 
 def means(columns: Floats, period_s: float, over_s: float) -> Floats:
-    """Means of columns over parts of the time, NaN where one is unknown."""
+    """Means of columns over parts of the time, NaN if one is unknown."""
     rows = max(1, round(over_s / period_s))
     whole = len(columns) // rows
     return np.asarray(columns[: whole * rows].reshape(whole, rows, columns.shape[1]).mean(axis=1))
 
 
 def unexplained(kinematics: Kinematics, turned: Floats) -> float:
-    """Which part of what wheels turn, (P, N), fits no motion of the vehicle; 0 of three wheels, which fit any."""
+    """Fraction of wheel rotations, (P, N), that no motion of the vehicle explains; 0 for three wheels."""
     if turned.shape[1] <= 3:
         return 0.0
     left = np.asarray(kinematics.residual(turned))
@@ -98,7 +98,7 @@ def orders(wheels: int) -> list[tuple[int, ...]]:
 
 
 def of_motors(signals: Iterable[tuple[str, str, int, int]], no_load_rad_s: float) -> list[str]:
-    """Report signals, by table and name, of which too many of the known rows are beyond what motors can do."""
+    """Report signals, by table and name, in which too many of the known rows exceed the motors' limits."""
     beyond: dict[str, list[str]] = {}
     for table, name, rows, known in signals:
         if table in MOTOR and rows > BEYOND * known:
@@ -117,7 +117,7 @@ def of_motors(signals: Iterable[tuple[str, str, int, int]], no_load_rad_s: float
 def of_counter(name: str, time_s: Floats, counts: Floats, most_per_s: float) -> list[str]:
     """Report steps of a counter that no motor makes: it began again, went round, or was not read.
 
-    ``most_per_s`` is what the motor can turn in counts a second; infinite where that is unknown.
+    ``most_per_s`` is the motor's highest speed in counts per second; infinite if unknown.
     """
     steps, times = np.diff(counts), np.diff(time_s)
     turns = np.abs(steps[steps != 0.0])
@@ -148,7 +148,7 @@ def of_counter(name: str, time_s: Floats, counts: Floats, most_per_s: float) -> 
 
 
 def of_steps(median_s: float) -> list[str]:
-    """Report rows that are closer or farther apart than those of a robot."""
+    """Report rows whose spacing is implausible for a robot."""
     if CLOSEST_S <= median_s <= FARTHEST_S:
         return []
     return [f"samples are {median_s:.3g} s apart: check the unit of time"]

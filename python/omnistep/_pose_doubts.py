@@ -18,15 +18,15 @@ Flags = NDArray[np.bool_]
 Integers = NDArray[np.int64]
 
 #: Wheels and a measured pose are compared over parts of a drive of this time [s] and way [m] or more, if there are so
-#: many of them. What wheels turn is summed over this time [s].
+#: many of them. Wheel rotations are summed over this time [s].
 OVER_S, MOVES_M, FEWEST, STEP_S = 0.5, 0.05, 10, 0.02
-#: Poses bend by their noise where they are closer in time [s], or wheels roll less [m], than this; a part is so many
-#: times the noise or more.
+#: Noise dominates poses that are closer in time [s], or in rolled distance [m], than this; a part is at least this
+#: multiple of the noise.
 CLOSE_S, IDLE_M, NOISY = 0.05, 0.002, 10.0
-#: Beyond this turn from one pose to the next, poses do not say by how much a vehicle turned [rad].
+#: Beyond this turn from one pose to the next, the turn of the vehicle is ambiguous [rad].
 BLIND = 2.0
-#: Readings within so much of the best one are as likely. What is apart by less than `DISAGREE` but more than the second
-#: is said only where a reading fits.
+#: Readings within so much of the best one are as likely. A difference below `DISAGREE` but above the second limit is
+#: reported only if a reading fits.
 ALSO, SLIGHT = 0.01, 0.07
 #: A pose stands in a part of which it moves less than this; it is said of so many parts in sequence, or more.
 STANDS, STANDING = 0.1, 10
@@ -37,7 +37,7 @@ JUMPS, JUMPS_TIMES = (0.1, 0.5), 3.0
 ABOUT = (0.3, 0.3, 1.0)
 #: A pose is repeated that is the same while wheels roll more than so many of its smallest steps.
 COARSE = 3.0
-#: What is said of wheels and poses that do not fit each other.
+#: Message for wheels and poses that do not agree.
 APART = "the wheels move the vehicle otherwise than the pose"
 AXES = ("x", "y", "the heading")
 #: Clocks are tried so much late, and early [s]; of a pose that agrees so much is none to speak of.
@@ -63,7 +63,7 @@ def of_pose(vehicle: Vehicle, measured_rad_s: Floats, period_s: float, pose: Flo
     rolled = seen.rolled()
     likely, exact = seen.adjusted(rolled, way), seen.exchanged(rolled, way)
     if before < DISAGREE:
-        # Little ones are said only where one reading explains them all.
+        # Small differences are reported only if one reading explains them all.
         likely, exact = likely if before > SLIGHT else [], []
         if not likely or min(likely)[0] > FITS * before:
             return doubts
@@ -92,7 +92,7 @@ class _Seen:
         pose, known = pose.copy(), np.asarray(np.isfinite(pose).all(axis=1))
         there = np.asarray(np.isfinite(measured_rad_s))
         pose[known, 2] = np.unwrap(pose[known, 2])
-        # A row's pose is at the end of its period: what wheels turn from the next row on leads to the next pose.
+        # A row's pose is at the end of its period: wheel rotations from the next row on lead to the next pose.
         last, step = len(pose) - 2, max(1, round(STEP_S / period_s))
         rows = sampled[(sampled <= last) & known[np.minimum(sampled, last)]]
         self.rows = rows[np.unique(rows // step, return_index=True)[1]]
@@ -115,7 +115,7 @@ class _Seen:
         self.ends = self.ends[blind[begin] == blind[end]]
 
     def _path(self, read: Floats) -> Floats:
-        """Odometry at the nodes, of wheels whose readings are these combinations of what was read."""
+        """Odometry at the nodes, for wheels whose readings are these combinations of the read columns."""
         twist = self.turned @ read.T @ self.back.T
         heading = np.cumsum(twist[:, 2])
         steps = (twist[:, 0] + 1j * twist[:, 1]) * np.exp(1j * (heading - 0.5 * twist[:, 2]))
@@ -123,7 +123,7 @@ class _Seen:
         return np.column_stack([at.real, at.imag, heading])
 
     def _sigma(self) -> Floats:
-        """Noise of the pose by how much it bends from sample to sample."""
+        """Noise of the pose from its curvature between samples."""
         bends = np.diff(self.poses, n=2, axis=0)
         rolls = np.abs(np.diff(self.odometry * self.scaled, axis=0)).max(axis=1, initial=0.0)
         idle = np.maximum(rolls[1:], rolls[:-1]) < IDLE_M
@@ -133,7 +133,7 @@ class _Seen:
         return _noise(bends) if close else np.zeros(3)
 
     def _parts(self) -> Integers:
-        """Cut between samples where either has moved by enough."""
+        """Cut between samples when either has moved far enough."""
         least = max(MOVES_M, NOISY * float(np.linalg.norm(self.sigma * self.scaled)))
         tracks = np.column_stack([self.odometry * self.scaled, self.poses * self.scaled]).tolist()
         rows, ends = self.rows.tolist(), [0]
@@ -146,7 +146,7 @@ class _Seen:
         return np.column_stack([ends[:-1], ends[1:]]).astype(np.int64).reshape(-1, 2)
 
     def _ways(self, begin: Floats, end: Floats) -> Floats:
-        """Ways from one pose to another, ahead and left as half-way between their headings; turns at the wheels [m]."""
+        """Displacements between poses, forward and left at the mean of their headings; turns at the wheels [m]."""
         turn = end[:, 2] - begin[:, 2]
         way = (end[:, 0] - begin[:, 0] + 1j * (end[:, 1] - begin[:, 1])) * np.exp(-1j * (begin[:, 2] + 0.5 * turn))
         return np.column_stack([way.real, way.imag, self.lever * turn])
@@ -161,7 +161,7 @@ class _Seen:
         return self._ways(begin, end)
 
     def way(self, axes: Floats, heading: float = 0.0) -> Floats:
-        """Ways of the parts by the pose, whose axes are these combinations of what was read, and heading is off."""
+        """Displacements of the parts by the pose, for these combinations of the read columns and a heading error."""
         poses = self.poses @ axes.T + [0.0, 0.0, heading]
         if abs(axes[2, 2]) > 1.0:
             # What was unwrapped in larger units was not.
@@ -234,7 +234,7 @@ class _Seen:
 
     def repeats(self) -> list[str]:
         """Report poses that are the last one again; these parts, and those next to them, are left out."""
-        # A pose in coarse steps is the same for a while too.
+        # A pose in coarse steps is also constant for a while.
         steps = np.abs(np.diff(self.poses * self.scaled, axis=0))
         coarse = float(
             np.min(steps, axis=0, initial=np.inf, where=steps > 0.0).max(initial=0.0, where=steps.any(axis=0))
@@ -287,10 +287,10 @@ class _Seen:
         found = [min(found)]
         turn = float(np.angle(((rolled[:, 0] - 1j * rolled[:, 1]) * (way[:, 0] + 1j * way[:, 1])).sum()))
         ahead = (rolled[:, 0] + 1j * rolled[:, 1]) * np.exp(1j * turn)
-        # A marker that is turned to the left has ways turned to the right in its axes.
+        # Displacements in the axes of a marker that is rotated to the left are rotated to the right.
         said = f"the pose's heading looks {np.degrees(-turn):.1f} degrees to the left of the vehicle's"
         found.append((self.apart(np.column_stack([ahead.real, ahead.imag, rolled[:, 2]]), way), said))
-        # A marker beside the vehicle's middle moves aside as it turns.
+        # A marker off the vehicle's centre moves laterally as the vehicle turns.
         turns = 2.0 * np.sin(0.5 * way[:, 2] / self.lever)
         place = [float((off * turns).sum() / max((turns**2).sum(), 1e-300))
                  for off in (way[:, 1] - rolled[:, 1], rolled[:, 0] - way[:, 0])]  # fmt: skip
@@ -330,5 +330,5 @@ def _noise(bends: Floats) -> Floats:
 
 
 def _constant(poses: Floats) -> Flags:
-    """Which columns only vary as noise does, which bends from sample to sample as much as it spreads."""
+    """Columns that vary only as noise does, whose change from sample to sample is as large as its spread."""
     return np.asarray(np.ptp(poses, axis=0) < NOISY * _noise(np.diff(poses, n=2, axis=0)) + 1e-3)

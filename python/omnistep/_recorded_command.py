@@ -22,7 +22,7 @@ AXES = ("vx_m_s", "vy_m_s", "wz_rad_s")
 
 
 def recorded_scenario(log_map: LogMap, source: Path, columns: Mapping[str, Floats], rows: int) -> tuple[Scenario, int]:
-    """The scenario with the recorded command, held where it is unknown, over the length of the log.
+    """The scenario with the recorded command, held while it is unknown, over the length of the log.
 
     Also returns how many of its changes exceed the table's limit.
     """
@@ -42,7 +42,7 @@ def recorded_scenario(log_map: LogMap, source: Path, columns: Mapping[str, Float
 
 
 def held(asked: Floats) -> tuple[Floats, int]:
-    """Rows with each unknown one replaced by the last known one, rest before the first; and how many were unknown."""
+    """Rows with each unknown one replaced by the last known row, rest before the first; and the unknown rows' count."""
     known = np.isfinite(asked).all(axis=1)
     last = np.maximum.accumulate(np.where(known, np.arange(len(asked)), -1))
     filled = np.where((last >= 0)[:, None], asked[np.maximum(last, 0)], 0.0)
@@ -62,7 +62,7 @@ def _beyond(log_map: LogMap, asked: Floats, said: str) -> str:
 
 
 def _command(log_map: LogMap, asked: Floats) -> tuple[dict[str, object], int]:
-    """The table of a command, and how many of its changes exceed the table's limit."""
+    """The table of a command, and the number of its changes beyond the table's limit."""
     changed = np.ones(len(asked), dtype=bool)
     changed[1:] = (asked[1:] != asked[:-1]).any(axis=1)
     at = np.flatnonzero(changed)

@@ -18,7 +18,7 @@ from omnistep.errors import LogError
 
 #: A signal is known between samples that are no further apart than this many times their median distance.
 GAP_IN_PERIODS = 3.0
-#: So many samples stay behind the time before them where a clock was set back; fewer have come late.
+#: If at least this many samples stay behind the preceding time, the clock was set back; fewer arrived late.
 LATE = 5
 #: Times that go back by more than this are another recording [ns].
 _BACK_NS = 1_000_000_000
@@ -49,7 +49,7 @@ class Channel:
     set_back: tuple[int, ...] = ()
 
     def over(self, starts_ns: Nanoseconds, period_ns: int) -> Floats:
-        """The signal in the periods that start at these times, in sequence; NaN where it is unknown.
+        """The signal in the periods that start at these times, in sequence; NaN while it is unknown.
 
         For a held signal this is the mean over the period, if it is known in half of the period or more: a sample that
         comes a little after the start, because clocks jitter, belongs to the period. For other signals it is the value
@@ -70,13 +70,13 @@ class Channel:
         total = np.bincount(row, weights=np.nan_to_num(held) * lasts)
         with np.errstate(invalid="ignore", divide="ignore"):
             mean = np.where(known_ns >= 0.5 * period_ns, total / known_ns, np.nan)
-        # Where nothing changes the value itself, in every bit.
+        # If nothing changes, the value itself, bit-identical.
         alone = np.bincount(row) == 1
         mean[alone] = held[np.searchsorted(begins, starts_ns[alone])]
         return mean
 
     def at(self, grid_ns: Nanoseconds) -> Floats:
-        """The signal at these times, NaN where it is not known."""
+        """The signal at these times, NaN while it is unknown."""
         found = np.full(grid_ns.shape, np.nan)
         if self.time_ns.size == 0:
             return found
@@ -123,7 +123,7 @@ def set_back(time_ns: Nanoseconds) -> list[int]:
 
 
 def clock_doubts(clock: str, time_ns: Nanoseconds) -> list[str]:
-    """Report where a clock goes back; ``clock`` names its column or topic."""
+    """Report times at which a clock goes back; ``clock`` names its column or topic."""
     back = set_back(time_ns)
     if not back:
         return []

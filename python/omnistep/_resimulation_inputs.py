@@ -16,9 +16,9 @@ from omnistep.errors import ConfigError
 from omnistep.recordings import estimated
 
 Floats = NDArray[np.float64]
-#: What a simulation may be driven by.
+#: Inputs that may drive a simulation.
 BYS: tuple[Literal["commands", "torques", "wheels", "duty"], ...] = ("commands", "torques", "wheels", "duty")
-#: Columns of each, as messages have them.
+#: Columns of each, in the order of messages.
 COLUMNS = {
     "commands": "commands (asked_*)",
     "torques": "torques of every wheel (torque_n_m or applied_n_m)",
@@ -33,7 +33,7 @@ def twists_of(trace: Trace, of: str) -> Floats:
 
 
 def inputs_of(recorded: Trace, vehicle: Vehicle, by: str) -> tuple[Floats, int, bool]:
-    """Inputs of a vehicle's simulation in every period, how many are unknown, and whether torques were measured."""
+    """A vehicle's simulation inputs in every period, the number of unknown ones, and whether torques were measured."""
     given = _given(recorded, vehicle, by)
     if given is None:
         others = [each for each in BYS if _given(recorded, vehicle, each) is not None]
@@ -44,7 +44,7 @@ def inputs_of(recorded: Trace, vehicle: Vehicle, by: str) -> tuple[Floats, int, 
 
 
 def _given(recorded: Trace, vehicle: Vehicle, by: str) -> Floats | None:
-    """What a log has of an input, if it has any."""
+    """Columns of an input in a log, if it has any."""
     if by == "commands":
         return _known(twists_of(recorded, "asked"))
     if by == "wheels":
@@ -54,7 +54,7 @@ def _given(recorded: Trace, vehicle: Vehicle, by: str) -> Floats | None:
         names = [f"commanded_duty_{name}" for name in recorded.wheel_names]
         there = all(name in recorded for name in names)
         return _known(np.column_stack([recorded[name] for name in names])) if there else None
-    # One or the other throughout: where torques that acted are not known, those commanded are not what acts.
+    # One kind throughout: if the applied torques are unknown, the commanded torques are no substitute.
     acted, commanded = (_known(np.asarray(recorded.wheels(signal))) for signal in ("torque_n_m", "applied_n_m"))
     return commanded if acted is None else acted
 

@@ -12,11 +12,11 @@ _Floats = NDArray[np.float64]
 
 
 class Place(NamedTuple):
-    """Where a frame is in another.
+    """Pose of a frame in another.
 
     Attributes:
-        turn: turns the frame's vectors into the other's, (3, 3).
-        at_m: its origin in the other, (3,).
+        turn: rotation of vectors from the frame into the other frame, (3, 3).
+        at_m: its origin in the other frame, (3,).
     """
 
     turn: _Floats
@@ -28,7 +28,7 @@ class Place(NamedTuple):
         return Place(np.eye(3), np.zeros(3))
 
     def point(self, point_m: _Floats) -> _Floats:
-        """A point of the frame in the other, (3,)."""
+        """A point of the frame in the other frame, (3,)."""
         return self.turn @ point_m + self.at_m
 
     def then(self, inner: Place) -> Place:
@@ -83,7 +83,7 @@ class Mass(NamedTuple):
         return float(axis @ whole @ axis)
 
     def box_squares_m2(self) -> _Floats:
-        """Squares of the edges of the solid box with these moments [m^2], (3,): below 0 where there is none."""
+        """Squares of the edges of the solid box with these moments [m^2], (3,): below 0 if there is none."""
         moments = np.diag(self.inertia_kg_m2)
         return np.asarray(6.0 * (moments.sum() - 2.0 * moments) / self.mass_kg)
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from omnistep._omnistep import Log, Scenario
 
-#: Settings that a report always has: heading, and where the log's scenario has it.
+#: Settings that a report always shows: heading, and key of the log's scenario.
 _ALWAYS = {
     "height [m]": ("terrain", "height_m"),
     "depth [m]": ("terrain", "depth_m"),
@@ -14,7 +14,7 @@ _ALWAYS = {
     "friction": ("terrain", "friction"),
     "torque limit [N.m]": ("vehicle", "motor", "stall_torque_n_m"),
 }
-#: Keys of the ground that have a heading of their own, or are the scenario's name.
+#: Keys of the ground with a separate heading, or equivalent to the scenario's name.
 _NAMED = ("kind", *(path[-1] for path in _ALWAYS.values()))
 _UNITS = {"_m": "m", "_rad": "rad"}
 
@@ -22,8 +22,8 @@ _UNITS = {"_m": "m", "_rad": "rad"}
 def of_runs(logs: Sequence[Log]) -> tuple[dict[str, str], dict[str, list[str]]]:
     """Return the settings that all runs share, and those that differ, with a text for each run.
 
-    Other numbers of the ground are there only where they differ between runs on the same kind of ground. What a run
-    does not have is "-". A recording was not simulated: it has none.
+    Other numbers of the ground are listed only if they differ between runs on the same kind of ground. A missing
+    setting is "-". A recording was not simulated, so it has no settings.
     """
     scenarios = [{} if log.recorded else tomllib.loads(log.scenario_toml) for log in logs]
     one_kind = len({scenario.get("terrain", {}).get("kind") for scenario in scenarios}) == 1

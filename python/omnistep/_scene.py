@@ -1,4 +1,4 @@
-"""A log in the player of web/player: what each of its frames shows of the log's scene (web/player/README.md)."""
+"""A log in the player of web/player: the log's scene at each frame (web/player/README.md)."""
 
 import tomllib
 from typing import Any
@@ -28,7 +28,7 @@ def extent_m(parts: list[dict[str, Any]]) -> float:
 def poses(log: Log, frames: list[str]) -> _Floats:
     """Return the poses of frames at the times of a log's frames, (F, frames, 7)."""
     placed = log.frames
-    # A frame that the log lacks, as that of odometry in a recording without it, is drawn at the base.
+    # A frame that the log lacks, such as odometry in a recording without odometry, is drawn at the base.
     return np.stack([placed.get(name, placed["base_link"]) for name in frames], axis=1)
 
 
@@ -38,10 +38,10 @@ def reach_m(placed: _Floats, wheel: dict[str, Any]) -> float:
 
 
 def pushes(log: Log, shown: dict[str, Any], placed: _Floats, parts: list[dict[str, Any]]) -> _Floats:
-    """Return the force of the ground on each wheel [N] and where it acts [m], (F, N, 6); zero in the air.
+    """Return the ground force on each wheel [N] and its point of contact [m], (F, N, 6); zero in the air.
 
-    A log has the size of a force along the normal of the contact and along the push, but not the normal. That is taken
-    from the ground nearest to the wheel's centre. What little acts across the push is not in it.
+    A log contains the force along the contact normal and along the push, but not the normal itself, which is derived
+    from the ground nearest to the wheel's centre. The small force transverse to the push is omitted.
     """
     trace = log.trace
     rows = np.clip(np.searchsorted(trace["time_s"], log.frame_time_s - 1e-9), 0, len(trace) - 1)

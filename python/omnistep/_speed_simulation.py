@@ -1,4 +1,4 @@
-"""Wheel speeds that follow from a log's torques and identified numbers alone, beside those of the log."""
+"""Wheel speeds that follow from a log's torques and identified numbers alone, next to the logged speeds."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ OVER_S = 0.1
 
 @dataclass(frozen=True)
 class SpeedSimulation:
-    """Speeds of wheels in logs, and simulated from their torques or duty cycles; NaN where unknown.
+    """Speeds of wheels in logs, and simulated from their torques or duty cycles; NaN if unknown.
 
     Attributes:
         names: the logs.
         wheels: the wheels.
         time_s: times of each log [s], (T,).
         recorded: speeds of the wheels' actuators by each log [rad/s], (T, N), as means over 0.1 s.
-        simulated: the same of the simulation, which starts with the log's speeds and takes no other reading after that.
-        off: root mean square of the differences of all, as a part of that of the recorded speeds.
+        simulated: speeds of the simulation, which starts with the log's speeds and uses no later reading.
+        off: root mean square of all differences, as a fraction of the root mean square of the recorded speeds.
     """
 
     names: tuple[str, ...]
@@ -99,7 +99,7 @@ def _means(speeds: Floats, rows: int) -> Floats:
 
 
 def _speeds(motion: Motion, p: Mapping[str, float]) -> Floats:
-    """Mean speeds of actuators over the periods that end with each row [rad/s], (T, N); NaN where torques are unknown.
+    """Mean speeds of actuators over the periods that end with each row [rad/s], (T, N); NaN if torques are unknown.
 
     Implicit steps of Euler's: friction stops a wheel and does not push it back.
     """
@@ -137,7 +137,7 @@ def _inputs(motion: Motion, p: Mapping[str, float], parts: int) -> tuple[Floats,
     number = np.arange(rows + 1)
 
     def held(series: Floats) -> Floats:
-        """Means over steps of what is held between rows."""
+        """Means over steps of a signal that is held between rows."""
         sums = np.concatenate([np.zeros((1, series.shape[1])), np.cumsum(series, axis=0)])
         return parts * np.stack([np.diff(np.interp(at, number, column)) for column in sums.T], axis=1)
 

@@ -1,4 +1,4 @@
-"""Stretches of a log in which no wheel reverses, and their bins: what identification fits."""
+"""Stretches of a log in which no wheel reverses, and their bins, which identification fits."""
 
 from __future__ import annotations
 
@@ -14,10 +14,11 @@ from omnistep._wheel_logs import WheelLog, spans
 
 Integers = NDArray[np.int64]
 
-#: Readings are averaged over this time: shorter than what moves a vehicle, and few numbers to fit.
+#: Readings are averaged over this time, which is shorter than a vehicle's time constants and leaves few numbers to fit.
 BIN_S = 0.02
-#: What lasts longer is cut into stretches of about this time, none over 1.5 times as long: long ones tell friction,
-#: short ones do not drift. Cut to no more than this, intervals of friction held the truth in 86 % instead of 95 %.
+#: A longer drive is cut into stretches of about this time, none over 1.5 times as long: long stretches determine
+#: friction, short stretches do not drift. Cut to no more than this, intervals of friction held the truth in 86 %
+#: instead of 95 %.
 LONG_S = 0.8
 SHORTEST_S = 0.15
 #: Fewest bins of a stretch: a line goes through two.
@@ -39,14 +40,14 @@ class Stretches:
     """A log, cut into stretches; the bins of all stretches in sequence."""
 
     log: WheelLog
-    #: Are the wheels in the air?
+    #: The wheels are in the air.
     lifted: bool
-    #: Rows of the log at which each bin begins, (B,), and how many rows it has.
+    #: First row of each bin in the log, (B,), and its number of rows.
     first: Integers
     rows: int
     #: Stretch of each bin, from 0, (B,).
     stretch: Integers
-    #: Which way each wheel turns in each stretch: -1, 0 where it stands, 1, (S, N).
+    #: Direction of rotation of each wheel in each stretch: -1, 0 at rest, 1, (S, N).
     signs: Integers
     #: Part of the log's rows that are in stretches.
     used: float
@@ -77,12 +78,12 @@ class Stretches:
 
 
 def cut(log: WheelLog, masses: Masses, inputs: Floats, *, lifted: bool) -> Stretches | None:
-    """Cut a log into stretches; None where there are none."""
+    """Cut a log into stretches; None if there are none."""
     rows = max(1, round(BIN_S / log.period_s))
     there = np.isfinite(log.measured).all(axis=1) & np.isfinite(inputs).all(axis=1)
     velocity = log.measured
     if not lifted:
-        # The motion of the whole: what single wheels read besides is noise or slip.
+        # The motion of the whole vehicle: further readings of single wheels are noise or slip.
         velocity = velocity @ masses.back.T @ masses.map.T
     slow = smooth(np.nan_to_num(velocity), max(1, round(SMOOTH_S / log.period_s)))
     signs = np.sign(slow).astype(np.int64)

@@ -1,8 +1,8 @@
 """CSV and Parquet tables from other programs: the one reader of import, identify and calibrate.
 
-A CSV file is UTF-8, with or without a byte order mark. Its first line has the columns' names, quoted or not, separated
-by commas, semicolons or tabs, whichever gives most names. Numbers have a decimal point. An empty cell, NaN, null, None
-and NA are missing values. Empty lines are skipped.
+A CSV file is UTF-8, with or without a byte order mark. Its first line lists the columns' names, quoted or not,
+separated by commas, semicolons or tabs, whichever yields most names. Numbers have a decimal point. An empty cell, NaN,
+null, None and NA are missing values. Empty lines are skipped.
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ MOST_SAMPLES = 36_000_000
 MOST_CELLS, CELLS_PER_BYTE = 20_000_000, 8
 #: Longest first line of a table [bytes].
 MOST_HEADER = 2**20
-#: Lines that may come before the names, and what is a number.
+#: Largest number of lines before the names, and the pattern of a number.
 MOST_BEFORE, NUMBER = 1000, r"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*$"
 #: Suffixes of tables.
 SUFFIXES = (".csv", ".parquet")
-#: What parts cells.
+#: Separators of cells.
 SEPARATORS = (",", ";", "\t")
 #: Cells that are no number.
 NOTHING = ["", "nan", "NaN", "NAN", "null", "NULL", "None", "NA", "N/A"]
@@ -42,7 +42,7 @@ NOTHING = ["", "nan", "NaN", "NAN", "null", "NULL", "None", "NA", "N/A"]
 
 @dataclass
 class Skipped:
-    """Lines of a CSV file that are left out instead of refused."""
+    """Lines of a CSV file that are left out instead of rejected."""
 
     count: int = 0
     #: The number of the first one.
@@ -54,7 +54,7 @@ class Skipped:
 
 
 def needs(package: str, needed_by: str, extra: str) -> ImportError:
-    """The error to raise where a reader is not installed."""
+    """The error to raise if a reader is not installed."""
     return ImportError(f'{needed_by} needs {package}: install omnistep with its extra "{extra}"')
 
 
@@ -85,7 +85,7 @@ def names_of(path: Path, wanted: Sequence[str] = ()) -> list[str]:
 def columns_of(
     path: Path, wanted: Sequence[str], *, time: str | None = None, skipped: Skipped | None = None
 ) -> dict[str, Any]:
-    """Columns of a table, each present once, as pyarrow has them: all numbers, except times of any type."""
+    """Columns of a table, each present once, as pyarrow arrays: all numbers, except times of any type."""
     if path.suffix.lower() == ".parquet":
         return _parquet(path, list(wanted), time)
     return _csv(path, list(wanted), time) if skipped is None else _csv_lines(path, list(wanted), time, skipped)
@@ -99,7 +99,7 @@ def floats(path: Path, name: str, column: Any) -> Floats:
 
 
 def _before(path: Path, wanted: Sequence[str]) -> int:
-    """How many lines come before the one with the names of these columns; none where there is none."""
+    """Number of lines before the line with the names of these columns; 0 if there is no such line."""
     with path.open("rb") as file:
         for number in range(MOST_BEFORE):
             line = file.readline(MOST_HEADER).decode("utf-8-sig", "replace").strip()
@@ -132,7 +132,7 @@ def _csv(path: Path, wanted: list[str], time: str | None) -> dict[str, Any]:
     try:
         table = reader.read_csv(
             path,
-            # In one thread it knows the rows of what is wrong.
+            # In one thread it reports the rows of errors.
             read_options=reader.ReadOptions(column_names=names, skip_rows=1, use_threads=False),
             parse_options=reader.ParseOptions(delimiter=separator),
             convert_options=reader.ConvertOptions(include_columns=wanted, column_types=numbers, null_values=NOTHING),
@@ -235,12 +235,12 @@ def _count(path: Path, rows: int) -> None:
 
 
 def check_packed(path: Path, wanted: Sequence[str], time: str | None = None) -> None:
-    """Refuse columns of a packed table by what it says of itself, before anything is unpacked."""
+    """Reject columns of a packed table by its metadata, before anything is unpacked."""
     if path.suffix.lower() != ".parquet":
         return
     file = module("pyarrow.parquet").ParquetFile(path)
     timestamp = module("pyarrow").types.is_timestamp
-    # A text of a million letters takes a few bytes of a file, as often as it is there.
+    # A text of a million letters occupies a few bytes of a file each time it occurs.
     for name in wanted:
         kind = file.schema_arrow.field(name).type
         if not (name == time and timestamp(kind)):

@@ -14,11 +14,11 @@ from omnistep.errors import ConfigError
 
 #: The largest that is read; ten thousand runs are less.
 MOST_BYTES = 2**20
-#: Most parts of a dotted key: what reads it takes time as their square.
+#: Most parts of a dotted key: the reader's time grows with their square.
 MOST_PARTS = 100
 #: Strings that end, and comments.
 STRINGS = re.compile(r'"(?:\\.|[^"\\\n])*"|\'[^\'\n]*\'|#[^\n]*')
-#: The longest whole number: Python prints none of over 4300 digits. What is too large for a key is said there.
+#: The longest whole number: Python prints none of over 4300 digits. Values too large for a key are reported there.
 MOST_BITS = 8192
 
 

@@ -17,12 +17,12 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
-# Colours that no policy has: Okabe and Ito's.
+# Colours of Okabe and Ito that no policy uses.
 _TRUTH, _ODOMETRY, _COMMAND = "#000000", "#E69F00", "0.45"
 # Ellipses of a run unless a time is given.
 _ELLIPSES = 10
 _VARIANCES = ("odom_var_x_m2", "odom_cov_xy_m2", "odom_var_y_m2")
-# What a log says of odometry whose uncertainty is unknown [m^2]; earlier logs said 0.
+# Variance in a log if the uncertainty of odometry is unknown [m^2]; earlier logs used 0.
 _UNKNOWN_M2 = 1e6
 # Corners of one.
 _CORNERS = 48
@@ -36,9 +36,9 @@ class Seen:
         trace: its columns.
         time_s: times of odometry [s], (T,).
         odometry_m: x and y by odometry [m], (T, 2).
-        variances_m2: variance of x, covariance of x and y, variance of y [m^2], (T, 3); None where unknown.
-        truth_time_s: times of the truth [s], (S,); they may differ from those of odometry.
-        truth_m: true x and y at these times [m], (S, 2); None where a log has none.
+        variances_m2: variance of x, covariance of x and y, variance of y [m^2], (T, 3); None if unknown.
+        truth_time_s: times of the truth [s], (S,); they may differ from the times of odometry.
+        truth_m: true x and y at these times [m], (S, 2); None if a log has none.
         command_m: x and y of the reference path [m], (K, 2); None without one.
     """
 

@@ -28,7 +28,7 @@ def note_contradictions(robot: Robot, wheels: list[Wheel], *, parallel: bool) ->
 
     Args:
         robot: the robot.
-        wheels: its wheels, which get the notes.
+        wheels: its wheels, to which notes are added.
         parallel: all axles are, as of mecanum wheels; omni wheels roll in every direction.
     """
     middle_m = np.mean([wheel.middle_m for wheel in wheels], axis=0)
@@ -44,13 +44,13 @@ def note_contradictions(robot: Robot, wheels: list[Wheel], *, parallel: bool) ->
 
 
 def _words(wheel: Wheel) -> list[str]:
-    """Return where the name of a wheel, or else that of its joint, places it; front or rear first."""
+    """Return the position that the name of a wheel, or of its joint, implies; front or rear first."""
     for name in (wheel.name, wheel.joint.name):
         found = set(_WORD.findall(name.lower()))
         if not found:
             tokens = re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])", name)
             found = {word for token in tokens for word in _LETTERS.get(token.lower(), ())}
-        # A name that has both ends, or both sides, names the parts that carry the wheel too.
+        # A name with both ends, or both sides, includes the parts that carry the wheel.
         sure = [word for word in _WORDS if word in found and not found & _against(word)]
         if sure:
             return sure

@@ -14,7 +14,7 @@ _Floats = NDArray[np.float64]
 
 # The standard parser: yourdfpy (200 MB with what it needs) repairs damaged files, lost masses and NaN in silence.
 def parsed(text: str) -> ElementTree.Element:
-    """Return the root element of a URDF; a ValueError where the text is no XML or declares a document type."""
+    """Return the root element of a URDF; a ValueError if the text is not XML or declares a document type."""
     # Such files are from elsewhere: nothing in them may name other files or grow when it is read.
     if re.search(r"<!(DOCTYPE|ENTITY)", text):
         raise ValueError("the URDF declares entities, allowed: plain elements")
@@ -25,7 +25,7 @@ def parsed(text: str) -> ElementTree.Element:
 
 
 def numbers(element: Any, name: str, default: str) -> _Floats:
-    """Return an attribute's numbers, as many as its default has; a ValueError where they are others or not finite."""
+    """Return an attribute's numbers, as many as in its default; a ValueError for another count, NaN or infinity."""
     text = default if element is None else element.get(name, default)
     try:
         found = np.array([float(word) for word in text.split()])
@@ -37,7 +37,7 @@ def numbers(element: Any, name: str, default: str) -> _Floats:
 
 
 def sizes(element: Any, name: str, default: str) -> _Floats:
-    """Return an attribute's numbers, as :func:`numbers`; a ValueError where one is not above 0."""
+    """Return an attribute's numbers, as :func:`numbers`; a ValueError if one is not above 0."""
     found = numbers(element, name, default)
     if not (found > 0.0).all():
         raise ValueError(f"{name} = {element.get(name)!r}")
@@ -45,7 +45,7 @@ def sizes(element: Any, name: str, default: str) -> _Floats:
 
 
 def turned(rpy: _Floats) -> _Floats:
-    """Return the rotation about x, then y, then z, all fixed, as URDF has it."""
+    """Return the rotation about x, then y, then z, all fixed axes, as in URDF."""
     (sr, sp, sy), (cr, cp, cy) = np.sin(rpy), np.cos(rpy)
     return np.array(
         [

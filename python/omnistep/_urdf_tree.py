@@ -50,7 +50,7 @@ class Link(NamedTuple):
 
 
 class Joint(NamedTuple):
-    """A joint; what the file leaves out is None.
+    """A joint; missing values are None.
 
     Attributes:
         axis: unit vector in the child's frame, (3,).
@@ -120,7 +120,7 @@ class Robot(NamedTuple):
 
 
 def shown(name: str) -> str:
-    """A name as messages and comments have it: in one line, and not too long."""
+    """A name for messages and comments: in one line, and not too long."""
     text = "".join(letter if letter.isprintable() else "?" for letter in name)
     return text if len(text) <= 40 else f"{text[:37]}..."
 

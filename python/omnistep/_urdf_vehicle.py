@@ -20,9 +20,9 @@ _DAMPING_N_M_S_RAD = 0.3
 _MOST_LIMIT_RAD = 3.0
 _MOST_HINGES = 15
 _LEAST_INERTIA_KG_M2 = 1e-10
-#: Edges of a box [m] that a vehicle file takes.
+#: Edges of a box [m] that a vehicle file accepts.
 _EDGES_M = (0.001, 100.0)
-#: Thrust of all wheels over the weight, and top speed [m/s]: of mecanum4, and the range that limits of joints may give.
+#: Thrust of all wheels over the weight, and top speed [m/s]: of mecanum4, and the allowed range from joint limits.
 _THRUST, _TOP_M_S = 2 / 3, 2.3
 _THRUSTS, _TOPS_M_S = (0.02, 8.0), (0.05, 20.0)
 
@@ -43,7 +43,7 @@ def vehicle_tables(
     Args:
         robot: the robot.
         kind: of its wheels, ``mecanum`` or ``omni``; None decides by their axles.
-        radius_m: radius of all wheels; None takes it from their shapes.
+        radius_m: radius of all wheels; None derives it from their shapes.
         not_wheels: links or joints that are no wheels.
 
     Raises:
@@ -86,13 +86,13 @@ def _is_hinge(joint: Joint) -> bool:
 
 
 def _owners(robot: Robot, wheels: list[Wheel], hinges: list[Joint]) -> dict[str, str]:
-    """Return the link of the body that each link belongs to; links of wheels have none."""
+    """Return the link of the body that each link belongs to; wheel links belong to no body."""
     cut = {wheel.joint.name for wheel in wheels} | {hinge.name for hinge in hinges}
     return {name: body for body in (robot.root, *(h.child for h in hinges)) for name in robot.carried(body, past=cut)}
 
 
 def _names(robot: Robot, names: list[str]) -> dict[str, str]:
-    """Return names that a vehicle file takes, each of them once."""
+    """Return names that a vehicle file accepts, each of them once."""
     found: dict[str, str] = {}
     for name in names:
         plain = re.sub(r"[^A-Za-z0-9_-]", "_", name)[:40]
@@ -105,7 +105,7 @@ def _names(robot: Robot, names: list[str]) -> dict[str, str]:
 
 
 def _short_names(robot: Robot, names: list[str]) -> dict[str, str]:
-    """Return the names of wheels without what all have in common, as far as each stays a name of its own."""
+    """Return the names of wheels without their common parts, as far as each name remains unique."""
     short = [re.sub(r"(^|[_-])(wheel|link|joint)(?=$|[_-])", "", name).strip("_-") for name in names]
     if all(short) and len(set(short)) == len(short):
         return dict(zip(names, _names(robot, short).values(), strict=True))
@@ -180,7 +180,7 @@ def _hinge(robot: Robot, joint: Joint, name: str, ends: tuple[str, str], ground_
 
 
 def _limit(robot: Robot, joint: Joint, notes: dict[str, str]) -> float:
-    """Return the stop of a hinge, the same to both sides."""
+    """Return the stop of a hinge, equal on both sides."""
     if joint.range_rad is None or turns(joint):
         notes["limit_rad"] = "none in the URDF"
         return _MOST_LIMIT_RAD
@@ -209,7 +209,7 @@ def _couplings(robot: Robot, hinges: list[Joint], names: dict[str, str]) -> list
 
 
 def _roller_angles(robot: Robot, wheels: list[Wheel], kind: str | None) -> tuple[list[float], dict[str, str]]:
-    """Return the angle of each wheel's rollers, and what was guessed for it; of mecanum wheels they form an O."""
+    """Return the angle of each wheel's rollers, and the guess behind it; rollers of mecanum wheels form an O."""
     first = wheels[0].axis
     parallel = all(abs(float(np.cross(first, wheel.axis)[2])) < 0.02 for wheel in wheels)
     chosen = kind or ("mecanum" if parallel else "omni")
@@ -235,7 +235,7 @@ def _roller_angles(robot: Robot, wheels: list[Wheel], kind: str | None) -> tuple
 
 
 def _motor(wheels: list[Wheel], bodies_kg: float) -> Table:
-    """Return the motor: the limits of the wheels' joints where all are alike and plausible, else that of mecanum4."""
+    """Return the motor: the limits of the wheels' joints if all are alike and plausible, otherwise mecanum4's motor."""
     weight_n = 9.81 * (bodies_kg + sum(wheel.mass.mass_kg for wheel in wheels))
     radius_m = wheels[0].radius_m
     limits = {(wheel.joint.effort_n_m, wheel.joint.velocity_rad_s) for wheel in wheels}
@@ -258,7 +258,7 @@ def _motor(wheels: list[Wheel], bodies_kg: float) -> Table:
 
 
 def _rollers(wheels: list[Wheel], angles: Iterable[float]) -> Table:
-    """Return the rollers, as many and as thick as those of the built-in vehicles."""
+    """Return the rollers, equal in number and thickness to the built-in vehicles' rollers."""
     keys: dict[str, Any] = {"count": 9} if any(angles) else {"count": 6, "rows": 2}
     keys["radius_m"] = _digits(min(wheel.radius_m for wheel in wheels) / 5.0)
     return Table("rollers", keys, dict.fromkeys(keys, "look at yours") | {"radius_m": "a fifth of the wheel's"})

@@ -24,11 +24,11 @@ _LEVEL = 0.1
 RADII_M = (0.001, 2.0)
 #: Radii of wheels that are sold [m]: others are of a file in inches, decimetres or the like.
 _USUAL_RADII_M = (0.01, 0.5)
-#: Masses of a body or a wheel [kg] that a vehicle file takes.
+#: Masses of a body or a wheel [kg] that a vehicle file accepts.
 _MASSES_KG = (0.001, 10000.0)
-#: Farthest from the origin, in radii: what a file with radii in metres and places in millimetres exceeds.
+#: Largest distance from the origin, in radii: a file with radii in metres and positions in millimetres exceeds it.
 _FAR = 200.0
-#: Largest height of a wheel above the lowest, in radii: of what is named a wheel, and of other round parts.
+#: Largest height of a wheel above the lowest, in radii: of parts named as wheels, and of other round parts.
 _HIGH_WHEEL, _HIGH_PART = 0.25, 0.1
 
 
@@ -67,11 +67,11 @@ def find_wheels(
 
     Args:
         robot: the robot.
-        radius_m: radius of all wheels; None takes it from their shapes.
+        radius_m: radius of all wheels; None derives it from their shapes.
         not_wheels: links or joints that are no wheels.
 
     Raises:
-        ConfigError: there are none, or one has no radius, no mass, or is off the ground.
+        ConfigError: there are no wheels, or one lacks a radius or a mass, or is off the ground.
     """
     joints = [joint for joint in _left(robot, not_wheels) if _is_wheel(robot, joint)]
     wheels, others = _standing(robot, [_wheel(robot, joint, radius_m) for joint in joints])
@@ -103,7 +103,7 @@ def noted(notes: dict[str, str], key: str, note: str) -> None:
 
 
 def leave_out(name: str) -> str:
-    """Return the words with which a refusal names the option for a part that is no wheel."""
+    """Return the text with which an error names the option for a part that is not a wheel."""
     return f"; --not-wheel {shown(name)} leaves it out"
 
 
@@ -219,7 +219,7 @@ def _check(robot: Robot, wheel: Wheel) -> None:
 
 
 def check_mass(robot: Robot, what: str, mass: Mass) -> None:
-    """Refuse a part that weighs less or more than a vehicle file takes."""
+    """Reject a part that is lighter or heavier than a vehicle file accepts."""
     low, high = _MASSES_KG
     if not low <= mass.mass_kg <= high:
         allowed = f"{low} to {high:g}: an inertial with its mass"
@@ -241,7 +241,7 @@ def _radius(robot: Robot, joint: Joint, shape: Round | None, notes: dict[str, st
 def _standing(robot: Robot, wheels: list[Wheel]) -> tuple[list[Wheel], list[Joint]]:
     """Return the wheels that stand on the ground, and the joints of other round parts on it.
 
-    Where some are named wheels, what is named otherwise is none: a support ball, a brush, a drum.
+    If some parts are named wheels, other parts are not wheels: a support ball, a brush, a drum.
     """
     if not wheels:
         return [], []

@@ -12,12 +12,12 @@ from omnistep._estimates import Estimate
 from omnistep._omnistep import Vehicle
 from omnistep._wheel_forms import Number, form_of, of_form
 
-#: Where a number is in the file: keys, and places in lists.
+#: Path of a number in the file: keys, and indices of lists.
 Path = tuple[str | int, ...]
 
 #: Digits of a half width that its number is written with, and the most and the fewest of the number itself.
 DIGITS, MOST, FEWEST = 2, 6, 2
-#: Numbers that differ by no more than this part of them are the same.
+#: Numbers with a relative difference of at most this are the same.
 SAME = 1e-9
 #: The stall torque in other units [N.m].
 TORQUES = {"stall_torque_kg_cm": 0.0980665, "stall_torque_oz_in": 0.0070615518}
@@ -33,7 +33,7 @@ class Changes:
 
     Attributes:
         vehicle: the vehicle, with the same parts.
-        halves: half widths of intervals, by the place in :meth:`Vehicle.to_dict`; a list has one for all its numbers.
+        halves: half widths of intervals, by the path in :meth:`Vehicle.to_dict`; a list has one for all its numbers.
     """
 
     vehicle: Vehicle
@@ -57,7 +57,7 @@ def written(value: float, half: float | None = None, size: float | None = None) 
 
 
 def edited(text: str, drawn: Vehicle, found: Changes) -> tuple[str, list[str]]:
-    """The text of a vehicle's file with its changes, and what had to be written in another way.
+    """The text of a vehicle's file with its changes, and the keys that had to be written in another form.
 
     Raises:
         ImportError: tomlkit is not installed.
@@ -96,7 +96,7 @@ def tomlkit() -> Any:
 
 
 def _differences(before: Any, after: Any, path: Path) -> Iterator[tuple[Path, float | None]]:
-    """The numbers that differ; None where there is none any more."""
+    """The numbers that differ; None for a removed number."""
     if isinstance(after, dict):
         for key in after:
             yield from _differences((before or {}).get(key), after[key], (*path, key))
@@ -110,7 +110,7 @@ def _differences(before: Any, after: Any, path: Path) -> Iterator[tuple[Path, fl
 
 
 def _put(file: Any, path: Path, change: Number | None, after: dict[str, Any]) -> None:
-    """Replace one number, or take it out."""
+    """Replace one number, or remove it."""
     *parents, last = path
     at = file
     for part in parents:
@@ -142,7 +142,7 @@ def _motor(file: Any, changes: dict[Path, Number | None], motor: dict[str, Any])
         if motor.get("slope_n_m_s_rad") and slope in changes:
             del changes[slope]
             speed = motor["stall_torque_n_m"] / motor["slope_n_m_s_rad"]
-            # As little known as the less known of the two that it is made of.
+            # As uncertain as the less certain of its two components.
             parts = [each[1] / each[0] for each in line if each and each[0] and each[1]]
             changes["motor", key] = _times((speed, speed * max(parts) if parts else None), 1.0 / unit)
         elif slope in changes:
@@ -155,7 +155,7 @@ def _times(change: Number, factor: float) -> Number:
 
 
 def _total_mass(file: Any, changes: dict[Path, Number | None], mass_kg: float, half: float | None) -> None:
-    """The mass of the whole, from which the base has what is left."""
+    """The total mass; the base has the remaining mass."""
     base: Path = ("body", 0, "mass_kg")
     if "total_mass_kg" in file and base in changes:
         del changes[base]
@@ -165,7 +165,7 @@ def _total_mass(file: Any, changes: dict[Path, Number | None], mass_kg: float, h
 def _rotor(
     file: Any, changes: dict[Path, Number | None], wheels: list[dict[str, Any]], form: str | None, notes: list[str]
 ) -> None:
-    """Inertias of wheels that a motor's rotor gives: its own gives their mean, which is all that was found."""
+    """Inertias of wheels from a motor's rotor: the rotor's inertia determines their mean, the only identified value."""
     motor, inertias = file["motor"], [path for path in changes if path[0] == "wheel" and path[-1] == "inertia_kg_m2"]
     if "rotor_inertia_kg_m2" not in motor or not inertias:
         return
@@ -190,7 +190,7 @@ def _wheels(
     wheels: tuple[list[dict[str, Any]], list[dict[str, Any]]],
     notes: list[str],
 ) -> None:
-    """The numbers of wheels in a short form, or the wheels written out where it cannot hold them."""
+    """The numbers of wheels in a short form, or the wheels written out if the form cannot hold them."""
     moved = {path: changes.pop(path) for path in list(changes) if path[0] == "wheel"}
     if not moved:
         return
@@ -226,7 +226,7 @@ def _wheels(
 def calibrated_halves(vehicle: Vehicle, estimates: Sequence[Estimate]) -> dict[Path, float]:
     """Half widths of the numbers of wheels, from a calibration's estimates.
 
-    Each kind has that of its narrowest interval: wheels that are alike have the same digits.
+    Each kind has the digits of its narrowest interval, so that equal wheels have equal digits.
     """
     keys = vehicle.to_dict()["wheel"]
     radius = max(wheel["radius_m"] for wheel in keys)

@@ -30,7 +30,7 @@ class Masses:
         self.away = float(
             self.wheel_mass @ (self.wheel_places**2).sum(axis=1) + self.body_mass @ (self.body_places**2).sum(axis=1)
         )
-        # A wheel is a disc: about the vertical it has half of what it has about its axle.
+        # A wheel is a disc: its moment of inertia about the vertical is half the moment about its axle.
         self.discs = 0.5 * float(self.wheel_inertias.sum())
         self.yaw_inertia = self.own + self.away + self.discs
         self.map = Kinematics(layout=vehicle.layout).inverse_matrix

@@ -1,4 +1,4 @@
-"""Wheels of a vehicle file in a short form: its own keys where they can hold the result, else ``[[wheel]]``."""
+"""Wheels of a vehicle file in a short form: the form's keys if they can hold the result, otherwise ``[[wheel]]``."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from typing import Any
 
 #: Forms that describe all wheels.
 FORMS = ("mecanum4", "omni3")
-#: Keys of a form, and those of a wheel that they stand for.
+#: Keys of a form, and the keys of a wheel that they represent.
 ALIKE = {"radius_m": "radius_m", "inertia_kg_m2": "wheel_inertia_kg_m2"}
 #: A turn of all wheels that a form may leave out: 5 mm on a metre.
 TURN_RAD = 0.005
 
 Wheels = Sequence[Mapping[str, Any]]
-#: A number, and the half width of its interval; None where it has none.
+#: A number, and the half width of its interval; None if it has none.
 Number = tuple[float, float | None]
 
 
@@ -26,7 +26,7 @@ def form_of(file: Mapping[str, Any]) -> str | None:
 def of_form(
     form: str, before: Wheels, after: Wheels, halves: Mapping[str, float | None], notes: list[str]
 ) -> dict[str, Number] | None:
-    """The keys of a form that hold the wheels after a change; None where it cannot hold them.
+    """The keys of a form that hold the wheels after a change; None if it cannot hold them.
 
     Args:
         form: its name.
@@ -65,12 +65,12 @@ def of_form(
 
 
 def alike(values: Sequence[float]) -> bool:
-    """Whether numbers are the same but for rounding."""
+    """Whether numbers are equal except for rounding."""
     return all(isclose(each, values[0], rel_tol=1e-6) for each in values)
 
 
 def _turn(before: Wheels, after: Wheels) -> float | None:
-    """By how much all wheels are turned; None where they are turned differently."""
+    """Common rotation of all wheels; None if the rotations differ."""
     turns = []
     for old, new in zip(before, after, strict=True):
         (x, y), (u, v) = old["rolling_direction"], new["rolling_direction"]

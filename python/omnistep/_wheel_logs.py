@@ -20,16 +20,16 @@ Floats = NDArray[np.float64]
 #: A trace, a log, the path of an MCAP, CSV or Parquet file, or columns by name.
 LogLike: TypeAlias = Trace | Log | str | PathLike[str] | Mapping[str, Any]
 
-#: What a bridge does with its motor at a duty cycle of zero: short it, or leave it open.
+#: State of a bridge at a duty cycle of zero: motor shorted, or left open.
 ZERO_DUTIES = ("brake", "coast")
-#: Fact of a recording that has it.
+#: Fact of a recording that states it.
 ZERO_DUTY_FACT = "duty_zero"
 
 #: Rows may come this much too early or too late, in periods; others are left out, up to a part of them.
 JITTER, MOST_OFF = 0.35, 0.1
 #: Part of the steps in which one period may be missing.
 MOST_LOST = 0.2
-#: How far the phase of the periods follows each row.
+#: Rate at which the phase of the periods follows each row.
 FOLLOWS = 0.05
 #: A step of more periods than this is a gap; the clock may go on at another phase after it.
 GAP = 2.5
@@ -61,19 +61,19 @@ class WheelLog:
     period_s: float
     #: Actuator velocities as measured [rad/s], (T, N).
     measured: Floats
-    #: Actuator angles [rad], (T, N), where the log has them.
+    #: Actuator angles [rad], (T, N), if the log contains them.
     positions: Floats | None
-    #: Torques as commanded [N.m], (T, N), where the log has them.
+    #: Commanded torques [N.m], (T, N), if the log contains them.
     torques: Floats | None
-    #: Duty cycles, -1 to 1, (T, N), where the log has them.
+    #: Duty cycles, -1 to 1, (T, N), if the log contains them.
     duty: Floats | None
-    #: Yaw rate by a gyro [rad/s], (T,), where the log has it.
+    #: Yaw rate by a gyro [rad/s], (T,), if the log contains it.
     yaw_rate: Floats | None
-    #: What the bridges do at a duty cycle of zero, where the log has it.
+    #: State of the bridges at a duty cycle of zero, if the log states it.
     zero_duty: str | None = None
-    #: Measured poses at the times of the angles: x [m], y [m], yaw [rad], (T, 3), where they were asked for.
+    #: Measured poses at the times of the angles: x [m], y [m], yaw [rad], (T, 3), if they were requested.
     pose: Floats | None = None
-    #: What is said of a file without its end, else empty.
+    #: Message about a truncated file, otherwise empty.
     cut_off: str = ""
 
     def rows(self, first: int, last: int) -> WheelLog:
@@ -126,7 +126,7 @@ def read(data: LogLike, vehicle: Vehicle, *, pose: bool = False) -> WheelLog:
         if not any(key in columns for key in keys):
             return None
         read = np.stack([_column(name, columns, key, len(time)) for key in keys], axis=1)
-        # Every trace has columns of torques: of a recording without them they are empty.
+        # Every trace has torque columns, which are empty for a recording without torques.
         return read if np.isfinite(read).any() else None
 
     positions, measured = wheels("wheel_{}_position_rad"), wheels("wheel_{}_measured_rad_s")
@@ -136,7 +136,7 @@ def read(data: LogLike, vehicle: Vehicle, *, pose: bool = False) -> WheelLog:
         positions = wheels("sensed_wheel_rad_{}")  # of a recording
         trace |= positions is not None
     if positions is not None:
-        # The velocity over the periods that end with the row. Velocities as logged may be filtered, or have noise.
+        # The velocity over the periods that end with the row. Logged velocities may be filtered or noisy.
         measured = np.full_like(positions, np.nan)
         turned = np.diff(positions[kept], axis=0, prepend=positions[kept[:1]])
         measured[kept] = turned / (period * np.diff(slots, prepend=-1)[:, None])
@@ -267,7 +267,7 @@ def _is_table(data: LogLike) -> bool:
 
 
 def _columns(data: LogLike, vehicle: Vehicle, more: tuple[str, ...]) -> tuple[str, Mapping[str, Any], str | None, bool]:
-    """Name, columns, what bridges do at zero duty where it is known, and whether the file has its end."""
+    """Name, columns, state of the bridges at zero duty if known, and whether the file is complete."""
     if isinstance(data, Trace):
         return data.scenario, data.columns(), None, True
     if isinstance(data, Mapping):

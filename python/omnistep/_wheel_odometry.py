@@ -23,9 +23,9 @@ def reckoned(
 ) -> Floats:
     """The pose x [m], y [m], yaw [rad] by wheel odometry, at the end of each control period, (T, 3).
 
-    Where a pose was measured from outside, it equals the first of these at that time; else it begins at the origin.
-    Over a gap the pose moves by the measured rotation of the wheels where the log has positions; where it has
-    velocities the pose stays.
+    If an external pose was measured, odometry equals the first measured pose at its time; otherwise it begins at the
+    origin. Over a gap the pose moves by the measured rotation of the wheels if the log has positions; if it has
+    velocities, the pose stays.
     """
     layout = log_map.scenario.vehicle.layout
     odometry = Odometry(kinematics=Kinematics(layout=layout), period_s=period_ns * 1e-9)

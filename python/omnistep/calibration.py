@@ -20,7 +20,7 @@ from omnistep._pose_doubts import APART
 from omnistep._wheel_logs import read
 from omnistep.errors import ConfigError
 
-#: How much farther a vehicle goes where something is taken for something else.
+#: Ratio of distances if one quantity is mistaken for another.
 MISTAKEN = {
     2.0: "diameters for radii",
     0.5: "radii for diameters",
@@ -31,16 +31,16 @@ MISTAKEN = {
 }
 #: A run is wrong that fits so badly by chance in fewer than so many calibrations.
 BY_CHANCE = 0.02
-#: It is named only where the others fit so many times as well without it, and of longer runs more: slip is not the same
-#: in all runs.
+#: It is named only if the other runs fit this many times better without it, and longer runs need a larger factor,
+#: because slip differs between runs.
 TWICE = 2.0
 #: Part of the pieces of recorded poses that may be left out because they do not fit the others.
 LEFT_OUT = 0.1
-#: Radii in a file are not wrong by more than this part: something else is. Less sideways slip is not spoken of.
+#: Radii in a file are not wrong by more than this part: something else is. A smaller lateral slip is not reported.
 RADIUS_OFF, SLIPS_ASIDE = 0.08, 0.01
 #: Paths that differ by less are as far off [m].
 LEAST_PATH_M = 1e-6
-#: Odometry that fits ends no farther off than this [m, rad]: what is, was measured or written down wrong.
+#: Largest final error of odometry that fits [m, rad]: a larger error is a mistake of measurement or notation.
 OFF_M, OFF_RAD = 0.1, 0.2
 
 
@@ -50,11 +50,11 @@ class PathError:
 
     Attributes:
         run: the run, as messages name it.
-        pieces: how many pieces it was cut into.
-        piece_m: how far the wheels turn in each [m].
-        before_m: with the file's values, root mean square over the path [m]; where the plate is is as estimated.
-        after_m: with the estimates, as the file that is written has them [m].
-        sideways_m: with ``all.sideways`` too, which a file does not have [m]; as ``after_m`` where it is 1.
+        pieces: number of pieces into which it was cut.
+        piece_m: rolled distance of the wheels in each piece [m].
+        before_m: with the file's values, root mean square over the path [m]; the plate's position is the estimated one.
+        after_m: with the estimates as in the written file [m].
+        sideways_m: also with ``all.sideways``, which a file cannot hold [m]; equal to ``after_m`` if it is 1.
     """
 
     run: str
@@ -77,22 +77,23 @@ class Calibration:
     """Result of :func:`calibrate`.
 
     Attributes:
-        common: what all wheels have in common: ``all.radius`` and ``all.lever``, factors on the radii and lever arms of
-            the file, and ``all.turn_rad``, the rotation of the whole vehicle, counter-clockwise. With oblique rollers
-            ``all.sideways`` too, how far it goes sideways of what the wheels say: rollers tilt, slip and bind. That is
+        common: common parameters: ``all.radius`` and ``all.lever``, factors on the radii and lever arms of the file,
+            and ``all.turn_rad``, the rotation of the whole vehicle, counter-clockwise. With oblique rollers also
+            ``all.sideways``, the ratio of lateral motion to the wheels' readings: rollers tilt, slip and bind. That is
             no size of a wheel, and not in ``vehicle``.
         estimates: for every wheel ``NAME.radius_m``, ``NAME.shift_m`` (shift of its position across its push direction,
             to the right of it) and ``NAME.turn_rad`` (rotation of its rolling direction, counter-clockwise).
         cannot_tell: parameters that the runs do not determine, and runs that would; a line each. Logs that were cut off
             come first.
         vehicle: the vehicle with the estimates.
-        plates: of recorded poses where the marker plate is on the vehicle, ``NAME.plate_x_m``, ``NAME.plate_y_m`` and
-            ``NAME.plate_yaw_rad``, and how late they are, ``NAME.delay_s``. NAME is the log's, or ``plate`` of the run.
+        plates: for recorded poses, the position of the marker plate on the vehicle, ``NAME.plate_x_m``,
+            ``NAME.plate_y_m`` and ``NAME.plate_yaw_rad``, and the poses' delay, ``NAME.delay_s``. NAME is the log's, or
+            ``plate`` of the run.
         paths: of recorded poses how far odometry is off the path.
-        doubted: why the numbers are none to be used: what is left of the errors refutes what was stated, or a number
-            ended as far from the file as is searched. Empty where nothing of that is the case.
-        position_rms_m: residual of the measured positions, root mean square [m]; NaN where none was measured.
-        yaw_rms_rad: residual of the measured headings [rad]; NaN where none was measured.
+        doubted: reason why the numbers should not be used: the residuals refute the stated errors, or a number ended at
+            the limit of the search. Otherwise empty.
+        position_rms_m: residual of the measured positions, root mean square [m]; NaN if none was measured.
+        yaw_rms_rad: residual of the measured headings [rad]; NaN if none was measured.
     """
 
     common: tuple[Estimate, ...]
@@ -135,27 +136,27 @@ def calibrate(
 ) -> Calibration:
     """Find wheel radii, positions and directions from runs with measured ends or recorded poses.
 
-    Odometry of every run is compared with the measurement at its end, by least squares over all runs. With more than
-    three wheels the wheels are compared with each other too. First comes what all wheels have in common; single wheels
-    differ from that only where the measurements are more probable then. What the runs do not determine is named and
-    keeps the file's value, without an interval; nothing has one where the ends are much farther off than was stated. A
-    wheel determines only its rolling distance, its push direction, and the lever arm of its push: its position along
-    the push, and a roller angle separate from the radius, keep their values.
+    Odometry of every run is compared with the measurement at its end, by least squares over all runs. More than three
+    wheels are also compared with each other. The common parameters come first; single wheels deviate from them only if
+    this makes the measurements more probable. Parameters that the runs do not determine are named and keep the file's
+    value, without an interval; no parameter has an interval if the final errors are much larger than stated. A wheel
+    determines only its rolling distance, its push direction, and the lever arm of its push: its position along the
+    push, and a roller angle separate from the radius, keep their values.
 
     A run with recorded poses is cut into pieces of some three seconds of motion, each as long as the others. The place
-    and the yaw of the marker plate on the vehicle, and a delay of the poses, are estimated too. Pieces that do not fit
+    and the yaw of the marker plate on the vehicle, and a delay of the poses, are also estimated. Pieces that do not fit
     the others are left out, up to a tenth of them.
 
     Args:
-        runs: squares both ways, straight lines forward and sideways, turns on the spot; with recorded poses any drive
-            that has all of these.
+        runs: squares in both directions, straight lines forward and lateral, turns on the spot; with recorded poses any
+            drive that contains all of these.
         vehicle: the vehicle as designed: a built-in name, the path of a .toml file or a :class:`Vehicle`.
         position_sd_m: standard deviation of measured positions and distances [m], slip on the way included: their
             weight against headings. 2 mm by default, and 1 % of the mean way of the runs, or of a piece of recorded
             poses. With enough runs, intervals follow from the residuals instead; residuals that are three times as
             large refute the number.
-        yaw_sd_rad: the same for measured headings [rad]; 0.005 by default, and 1 % of the way over the wheels' distance
-            from the middle.
+        yaw_sd_rad: standard deviation of measured headings [rad]; 0.005 by default, and 1 % of the distance over the
+            wheels' distance from the middle.
 
     Raises:
         ConfigError: a run has no measurement, a column is missing, there are too few runs, or a number is out of range.
@@ -191,7 +192,7 @@ def calibrate(
         common, parts, plates = withheld(common), withheld(parts), withheld(plates)
     recordings = recordings_of(drives)
     far, doubts = [] if refuted else problem.far(found), _doubtful(drawn, problem, found, bool(refuted))
-    # What may explain errors says more than how large they are.
+    # A possible cause of errors is more informative than their size.
     why = next((doubt for doubt in doubts if refuted and APART in doubt), refuted)
     return Calibration(
         common=common,
@@ -215,7 +216,7 @@ def calibrate(
 
 
 def _prepared(runs: Sequence[CalibrationRun], drawn: Vehicle) -> tuple[list[Drive | Piece], list[str]]:
-    """Runs with a measured end, and the pieces of runs with recorded poses; and what is said of logs cut off."""
+    """Runs with a measured end, and the pieces of runs with recorded poses; and messages about truncated logs."""
     drives: list[Drive | Piece] = []
     cut_off: dict[str, None] = {}
     for index, run in enumerate(runs):
@@ -233,7 +234,7 @@ def _prepared(runs: Sequence[CalibrationRun], drawn: Vehicle) -> tuple[list[Driv
 def _solved(
     drawn: Vehicle, drives: list[Drive | Piece], position_sd: float | None, yaw_sd: float | None
 ) -> tuple[Problem, Found, Found, list[str]]:
-    """The fit without the pieces that do not fit, and what is said of these."""
+    """The fit without the pieces that do not fit, and messages about these pieces."""
     said: list[str] = []
     left = LEFT_OUT * sum(isinstance(drive, Piece) for drive in drives)
     while True:
@@ -248,7 +249,7 @@ def _solved(
 
 
 def _misfit(found: Found) -> tuple[int, float] | None:
-    """The run that fits the others so badly by chance in few calibrations, and how many times as well they fit."""
+    """The run whose misfit is improbable by chance, and the factor by which the other runs fit better."""
     f, chances = scipy_part("stats", NEEDED_BY).f, []
     for less, numbers, _ in found.left_out:
         rest, left = max(found.ends_left - less, 1e-3 * found.ends_left), found.ends_freedom - numbers
@@ -296,7 +297,7 @@ def _wrong(problem: Problem, found: Found) -> str:
         return ""
     worst, times = misfit
     drive = problem.drives[worst]
-    # An end is wrong also where slip might have led there, if no other one slipped so far.
+    # An end also counts as wrong if slip might explain it but no other run slipped as far.
     allowed = problem.stated if isinstance(drive, Piece) else np.r_[problem.tape, problem.stated[2:]]
     ends = [each.way_rad for each in problem.drives if isinstance(each, Drive)]
     # A longer run slips more.
@@ -321,7 +322,7 @@ def _doubtful(vehicle: Vehicle, problem: Problem, found: Found, refuted: bool) -
         doubts = [*_times(vehicle, problem.drives), *doubts]
     if not ends:
         return doubts
-    # By the best fit: what keeps the file's value is no mistake of a measurement.
+    # By the best fit: a parameter that keeps the file's value is not a mistake of a measurement.
     kinematics = Kinematics(layout=problem.layout(found.u))
     errors = [drive.errors(kinematics) for drive in ends]
     for kind, unit, most, why in (
@@ -394,7 +395,7 @@ def _cannot_tell(common: Sequence[Estimate], single: Sequence[Estimate], poses: 
         "turn": ("turn_rad", "straight lines forward and sideways with end_x_m and end_y_m"),
     }
     if poses:
-        # A plate that is turned and a vehicle that is turned below it have the same poses.
+        # A rotated plate and a vehicle that is rotated below the plate have the same poses.
         drives = {
             "radius": ("radius", "longer"),
             "lever": ("shift_m", "turns on the spot and arcs"),

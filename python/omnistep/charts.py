@@ -128,7 +128,7 @@ class ClimbChart:
         """Size to plan with [m]: the smallest of the cells around a side and a skew.
 
         Args:
-            side_deg: direction of travel in the vehicle's axes [deg], counter-clockwise; 0 is ahead.
+            side_deg: direction of travel in the vehicle's axes [deg], counter-clockwise; 0 is forward.
             skew_deg: direction of travel off the edge's normal [deg].
             edge: ``step``, ``drop``, ``sill``, ``slope`` or ``gap``.
 
@@ -154,7 +154,7 @@ class ClimbChart:
 
 
 def _around(wanted: float, known: Sequence[float], *, turn: bool = False) -> list[float]:
-    """The known numbers next to one, or itself; none where it is not between any. With ``turn`` they go round.
+    """The known numbers around a number, or the number itself; none if it is outside. With ``turn`` they wrap around.
 
     >>> from omnistep.charts import _around
     >>> _around(10.0, [0.0, 15.0]), _around(15.0, [0.0, 15.0]), _around(16.0, [0.0, 15.0])
@@ -192,22 +192,22 @@ def climb_chart(
 ) -> ClimbChart:
     """Find the greatest edge that a vehicle climbs, by direction of travel.
 
-    Sizes rise from below, from several starts each, until one is not climbed: as ``omnistep chart`` does.
+    Sizes increase until one is not climbed, each from several starts, as in ``omnistep chart``.
 
     Args:
         vehicle: a built-in name (see :func:`omnistep.list_vehicles`), the path of a .toml file or a
             :class:`omnistep.Vehicle`.
         policy: a coordination policy; the best that the vehicle allows by default.
-        edges: what is climbed: steps up, steps down (``drop``), half-round bars (``sill``), slopes, gaps.
+        edges: kinds of obstacle: steps up, steps down (``drop``), half-round bars (``sill``), slopes, gaps.
         sides_deg: directions of travel in the vehicle's axes [deg], -180 to 180; every 15 degrees by default.
         skews_deg: directions of travel off the edge's normal [deg], -80 to 80, each for every side.
         friction: Coulomb coefficient between wheels and ground, 0 to 2.
         speed_m_s: commanded speed [m/s], 0.01 to 10.
         margin: part of the limit to plan with, 0.1 to 1.
-        starts: starts from which each size has to be climbed, 3 to 100.
+        starts: number of starts from which each size has to be climbed, 3 to 100.
         overrides: keys to replace in every run, as in :func:`omnistep.run`.
         out: the chart's file, kept after each cell; none by default.
-        resume: keep the cells that the file ``out`` has, and add what it lacks.
+        resume: keep the cells of the file ``out``, and add the missing cells.
         jobs: runs at the same time; one for each core by default.
 
     Returns:

@@ -22,7 +22,7 @@ from omnistep.runs import SHORT_S
 
 #: Tasks that a sweep is cut into at least, as far as there are runs: so that no worker waits long for the last one.
 _TASKS = 64
-#: Runs of a task at most for each thread, where the caller does not say: some seconds of work.
+#: Most runs of a task per thread by default: some seconds of work.
 _RUNS_PER_THREAD = 16
 
 #: One point more than there may be: none is asked for after it.
@@ -74,8 +74,8 @@ class StudyResult:
 
         ``runs`` is their number, ``errors`` the number that failed, ``unfinished`` the number of the others that
         ``duration_s`` cut off, ``beyond_balls`` the number with ``wheel_model_valid`` false. Means are of the figures
-        that the study's ``[map]`` names, ``climbed`` by default, over the runs that did not fail; yes counts 1; None
-        where nothing was measured. ``climbed_low`` and ``climbed_high`` (likewise for other figures) are the ends of
+        that the study's ``[map]`` names, ``climbed`` by default, over the runs that did not fail; True counts as 1;
+        None if nothing was measured. ``climbed_low`` and ``climbed_high`` (likewise for other figures) are the ends of
         the 95 % interval: Wilson's score for yes and no, Student's t for a mean of two runs or more.
         """
         return self._rows.cells()
@@ -132,7 +132,7 @@ class StudyResult:
         return self._rows.paired(key, baseline, figure)
 
     def rows(self) -> list[dict[str, Any]]:
-        """Return a dictionary for each run, by column; None where nothing was measured."""
+        """Return a dictionary for each run, by column; None if nothing was measured."""
         return self._rows.to_dicts()
 
     def to_arrow(self) -> Any:
@@ -152,7 +152,7 @@ class StudyResult:
         return extra("polars", "polars").DataFrame(self)
 
     def to_pandas(self) -> Any:
-        """Return a pandas data frame, of pandas' nullable types where yes and no or an integer may be missing.
+        """Return a pandas data frame, of pandas' nullable types if a boolean or an integer may be missing.
 
         Raises:
             ImportError: pandas is not installed: ``pip install pandas``.
@@ -195,11 +195,11 @@ def run_study(
         study: a built-in name (``climb_map``, ``ensemble``, ``wheel_models``, ``traction``, ``traction_runup``) or the
             path of a .toml file.
         overrides: keys to replace in every run, as in :func:`omnistep.run`; not an axis of the study, and not the seed.
-        seeds: how many seeds, counted from 0, or which; the study's own by default.
+        seeds: number of seeds, counted from 0, or a list of them; the study's own by default.
         out: the folder of results; ``out/NAME`` by default.
         jobs: threads, 1 or more; as many as there are cores by default.
         retry_errors: run failed runs again.
-        progress: show a bar on standard error when it takes more than a second.
+        progress: show a bar on standard error if it takes more than one second.
 
     Returns:
         A row for each run of the study; a run that failed is a row with an ``error``.
@@ -240,13 +240,13 @@ def sweep(
 ) -> StudyResult:
     """Run the missing runs of a scenario at many points, each with every seed.
 
-    Rows, keys and files are those of :func:`run_study`. With an executor the runs go to its workers in batches, as
+    Rows, keys and files are as in :func:`run_study`. With an executor the runs go to its workers in batches, as
     text: each point's scenario once, 4 to 35 kB with its vehicle. A worker adds each row to the folder as soon as it is
-    done. So every worker must see ``out`` under the same path and have the same version of omnistep, and a killed
+    done. Therefore every worker must see ``out`` under the same path and run the same version of omnistep. A killed
     worker loses no row: the same call computes only the missing rows.
 
     Executors: ``concurrent.futures.ProcessPoolExecutor``, ``dask.distributed``'s ``Client.get_executor(pure=False)``,
-    ``mpi4py.futures.MPIPoolExecutor``. Where the executor itself fails, its exception is raised.
+    ``mpi4py.futures.MPIPoolExecutor``. If the executor itself fails, its exception is raised.
 
     Args:
         points: a dictionary of keys to replace for each point; or one dictionary of a list of values for each key: then
@@ -254,19 +254,18 @@ def sweep(
             :func:`omnistep.run`. At most 100000 points.
         scenario: a built-in name, the path of a .toml file or an :class:`omnistep.Scenario`.
         policy: coordination policy instead of the scenario's, or a controller of your own (see :class:`Policy`). Every
-            run gets its own copy from a pickle; rows then have the column ``control_policy`` with its name. Rows of
+            run receives its own copy from a pickle; rows then have the column ``control_policy`` with its name. Rows of
             different laws are never mixed: a string ``version`` of the controller distinguishes laws, else its pickle
             and the source of its class. Threads share one interpreter, so processes are faster.
         overrides: keys to replace in every run; not one that a point replaces, and not the seed.
-        seeds: how many seeds, counted from 0, or which. They differ only where the scenario has a perturbation or
-            noise.
+        seeds: number of seeds, counted from 0, or a list of them. They differ only if the scenario has a perturbation
+            or noise.
         out: the folder of results.
         executor: the executor that computes; by default this process, on all cores.
-        batch: runs of a task, 1 or more; by default 16 for each of its threads, or fewer where there are few.
+        batch: runs per task, 1 or more; by default 16 for each of its threads, or fewer if there are few runs.
         jobs: threads; by default all cores without an executor, and one a task with one.
         retry_errors: run failed runs again.
-        progress: show a bar on standard error when it takes more than a second; with an executor it moves
-            by batches.
+        progress: show a bar on standard error if it takes more than one second; with an executor it moves by batches.
 
     Returns:
         A row for each point and seed; a run that failed is a row with an ``error``.
@@ -279,7 +278,7 @@ def sweep(
             pickled; or the folder is another study's.
         StudyError: the folder cannot be read or written, or workers do not share it.
         TypeError: points are neither dictionary nor list, or the policy is not a policy.
-        KeyboardInterrupt: Ctrl-C was pressed. Batches that an executor has begun are computed to their end.
+        KeyboardInterrupt: Ctrl-C was pressed. Batches that an executor has started are completed.
 
     >>> import omnistep, tempfile
     >>> with tempfile.TemporaryDirectory() as out:
@@ -370,12 +369,12 @@ def points_of(points: Mapping[str, Iterable[Any]] | Iterable[Mapping[str, Any]])
 
 
 def listed(seeds: int | Sequence[int]) -> int | list[int]:
-    """Return seeds as a list, also those of a range or a generator; a count as it is."""
+    """Return seeds as a list, also from a range or a generator; a count unchanged."""
     return list(seeds) if isinstance(seeds, Iterable) and not isinstance(seeds, str) else seeds
 
 
 def positive(name: str, value: int | None) -> int | None:
-    """Return a count as Python's own number, also one of NumPy; refuse one below 1."""
+    """Return a count as a Python integer, also from NumPy; reject a count below 1."""
     if value is None:
         return None
     if isinstance(value, SupportsIndex) and not isinstance(value, bool) and (count := operator.index(value)) >= 1:

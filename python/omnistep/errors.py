@@ -2,7 +2,8 @@
 
 from omnistep._omnistep import shortened
 
-# Longer messages hold a value too long to be read to its end. What the compiled part says is cut there, value by value.
+# Longer messages hold a value too long to be read to its end. Messages of the compiled part are cut there, value by
+# value.
 _MOST = 400
 
 
@@ -10,8 +11,8 @@ class OmnistepError(Exception):
     """Base class of all exceptions of omnistep.
 
     Attributes:
-        key: the key or argument concerned, such as ``wheel[2].radius_m``; None where there is none.
-        file: the file concerned, or ``built-in NAME``; None where there is none.
+        key: the key or argument concerned, such as ``wheel[2].radius_m``; None if there is none.
+        file: the file concerned, or ``built-in NAME``; None if there is none.
     """
 
     def __init__(self, message: str, *, key: str | None = None, file: str | None = None) -> None:

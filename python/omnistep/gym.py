@@ -1,8 +1,8 @@
 """Environments for reinforcement learning, for Gymnasium.
 
 They need Gymnasium (extra ``learn``). Importing this module registers ``omnistep/StepClimb-v0`` and
-``omnistep/Drive-v0``; ``gymnasium.make("omnistep.gym:omnistep/StepClimb-v0")`` does both at once. docs/learning.md has
-actions, observations and rewards in tables.
+``omnistep/Drive-v0``; ``gymnasium.make("omnistep.gym:omnistep/StepClimb-v0")`` does both at once. docs/learning.md
+lists actions, observations and rewards in tables.
 
 >>> import gymnasium
 >>> import omnistep.gym
@@ -51,7 +51,7 @@ class StepClimbEnv(_StepClimb, Single):
     """Climb a step; its height and friction differ from episode to episode and are not observed.
 
     An action is the forward command, the yaw command and a torque added to each row of wheels, on top of the
-    controller. docs/learning.md has the tables.
+    controller. docs/learning.md contains the tables.
 
     Args:
         height_m: range of the random height of the step [m]; (0.02, 0.06) by default.
@@ -91,7 +91,7 @@ class StepClimbEnv(_StepClimb, Single):
 
 
 class StepClimbVectorEnv(_StepClimb, Many):
-    """Many :class:`StepClimbEnv`, stepped by threads: environment k gives the bits of a single one.
+    """Many :class:`StepClimbEnv`, stepped by threads: environment k is bit-identical to a single one.
 
     Args:
         num_envs: number of environments.
@@ -178,7 +178,7 @@ class DriveEnv(_Drive, Single):
 
 
 class DriveVectorEnv(_Drive, Many):
-    """Many :class:`DriveEnv`, stepped by threads: environment k gives the bits of a single one.
+    """Many :class:`DriveEnv`, stepped by threads: environment k is bit-identical to a single one.
 
     Args:
         num_envs: number of environments.

@@ -37,11 +37,12 @@ from omnistep.runs import bar
 
 NEEDED_BY = "omnistep.identify"
 
-#: What a bridge does at zero duty matters where it is zero in this part of the rows in which a wheel turns.
+#: The state of a bridge at zero duty matters if the duty cycle is zero in this fraction of the rows in which a wheel
+#: turns.
 AT_ZERO = 0.01
-#: Two behaviours of a bridge fit about equally where the errors of one are less than this many times the other's.
+#: Two behaviours of a bridge fit about equally if their errors differ by less than this factor.
 ALIKE = 1.2
-#: Speeds that are off by more than this part may be those of bridges that coast within each PWM period.
+#: Speeds with a larger relative error than this may come from bridges that coast within each PWM period.
 LINE = 0.05
 #: The way of these bridges, for `Problem.solve`.
 CHOPS = "chops"
@@ -60,14 +61,14 @@ class Identification:
         vehicle: the vehicle with the estimates, and gains for them. A vehicle file has no rolling resistance, so
             ``motor.gear_friction_n_m`` includes it.
         simulation: the wheels' speeds, simulated from the logs' torques or duty cycles with the estimates.
-        zero_duty: what the bridges do at a duty cycle of zero: ``brake`` or ``coast``; None of torques.
+        zero_duty: state of the bridges at a duty cycle of zero: ``brake`` or ``coast``; None for torques.
         noises: the noise of the wheels' speeds that the fit needs, and that they show.
         loops: the gains, with their margins.
         overrides: delay and lag as keys of a scenario, for a simulation with the estimates.
         residual_rad: residual of the wheels' angles, root mean square [rad].
         used: part of the logs' rows that could be used.
-        doubted: why the numbers are none to be used: what is left of the errors refutes the model, or a number ended at
-            a bound of its range. Empty where nothing of that is the case.
+        doubted: reason why the numbers should not be used: the residuals refute the model, or a number ended at a bound
+            of its range. Otherwise empty.
     """
 
     estimates: tuple[Estimate, ...]
@@ -121,11 +122,11 @@ def identify(
     without a wheel reversal, and compared with the readings by least squares. Errors of readings are whole counts and a
     random walk, the sum of noise on velocities; the residuals show the share of each (restricted maximum likelihood). A
     controller reacts to such errors, but later: with the right weights of past readings they cause no bias. Intervals
-    are those of least squares, combined with the scatter between whole stretches. Parameters that the logs do not
-    determine keep the values of the file, and are named. No interval is given where the residuals contradict the model.
+    come from least squares, combined with the scatter between whole stretches. Parameters that the logs do not
+    determine keep the values of the file, and are named. No interval is reported if the residuals contradict the model.
 
-    A bridge brakes or coasts at a duty cycle of zero: coasting, a motor neither drives nor brakes. Where it is not
-    known, both are tried.
+    A bridge brakes or coasts at a duty cycle of zero: coasting, a motor neither drives nor brakes. If it is not known,
+    both are tried.
 
     A delay of readings and a delay of torques have the same effect: ``delay_s`` is their sum, for readings that are
     counts over the period that ends with their row. For instantaneous readings it is half a period less.
@@ -138,9 +139,9 @@ def identify(
         vehicle: the vehicle as far as it is known: a built-in name, the path of a .toml file or a :class:`Vehicle`.
         wheels_off_ground: logs with all wheels in the air.
         fix: values that were measured otherwise, ``{"mass_kg": 3.2}``; they are not estimated.
-        zero_duty: what the bridges do at a duty cycle of zero, instead of what the logs say
-            (``[duty] zero`` of an import's map).
-        progress: show a bar on standard error when it takes more than a second.
+        zero_duty: state of the bridges at a duty cycle of zero, overriding the logs (``[duty] zero`` of an import's
+            map).
+        progress: show a bar on standard error if it takes more than one second.
 
     Raises:
         ConfigError: a column is missing, the logs are too short or have no motion, or a number is out of range.
@@ -194,7 +195,7 @@ class Answer:
 
 
 class Problem:
-    """Logs of a vehicle, and what is known of it."""
+    """Logs of a vehicle, and its known parameters."""
 
     def __init__(
         self,
@@ -235,7 +236,7 @@ class Problem:
         return [] if None in given else [way for way in ZERO_DUTIES if way not in given]
 
     def solve(self, way: str | None, progress: Callable[[float], None], *, stated: bool = True) -> Answer:
-        """The parameters that fit best, with what was stated of bridges or, without it, with what is tried."""
+        """The best-fitting parameters, for the stated behaviour of the bridges or, if unstated, for the tried one."""
         motions = [
             self._motion(log, in_air, (self.zero_duty or log.zero_duty or way) if stated else way)
             for log, in_air in self.logs
@@ -251,7 +252,7 @@ class Problem:
             values = dict(zip(names, x, strict=True))
             return np.concatenate([motion.residual(values) for motion in motions])
 
-        # Without any delay or lag the two look the same: the search begins elsewhere.
+        # Without any delay or lag the two are indistinguishable, so that the search begins elsewhere.
         begin = np.array([p.start if p.fixed else BEGINS.get(p.name, p.start) for p in parameters])
         found = _search(residual, parameters, motions, begin)
         _estimate_noise(motions, found.residual)
@@ -339,7 +340,7 @@ def _better(answers: Sequence[Answer]) -> Answer:
 
 
 def _which_way(best: Answer, answers: Sequence[Answer]) -> list[str]:
-    """Report what the bridges seem to do at zero duty, where both were tried."""
+    """Report the likely behaviour of the bridges at zero duty, if both were tried."""
     others = [answer for answer in answers if answer is not best]
     if not others:
         return []

@@ -59,7 +59,7 @@ def of_urdf(text: str) -> Mesh:
     """Turn the visuals of a URDF into triangles.
 
     Args:
-        text: the URDF, as ``/robot_description`` has it.
+        text: the URDF, as in ``/robot_description``.
 
     Returns:
         The triangles, link by link.

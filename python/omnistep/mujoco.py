@@ -1,8 +1,8 @@
 """Scenarios in MuJoCo, an independent reference, under our controller; the only module that names MuJoCo.
 
 MuJoCo simulates the vehicle that :meth:`Scenario.mjcf` writes, with every roller a body of its own. Controller,
-sensors, actuators, command, trace and figures are the simulation's; only the physics are MuJoCo's. It needs the extra
-``mujoco``. docs/mujoco.md has the measured figures.
+sensors, actuators, command, trace and figures are the simulation's; only the physics is MuJoCo's. It needs the extra
+``mujoco``. docs/mujoco.md lists the measured figures.
 
 >>> import omnistep.mujoco
 >>> trace = omnistep.mujoco.run("flat", overrides={"duration_s": 0.1})
@@ -77,7 +77,7 @@ def run(
     """Run a scenario from start to end in MuJoCo.
 
     ``physics.engine``, ``physics.wheel_model`` and ``physics.solver_iterations`` have no effect. Masses that are added
-    to a body during the run (``load_added``) are refused.
+    to a body during the run (``load_added``) are an error.
 
     Args:
         scenario: as in :func:`omnistep.run`.
@@ -88,11 +88,11 @@ def run(
             its time step.
         watch: called after every control period with the ``mujoco.MjModel`` and its ``mujoco.MjData``, to draw or to
             measure.
-        progress: show a bar on standard error when it takes more than a second.
+        progress: show a bar on standard error if it takes more than one second.
 
     Returns:
-        Every signal of every control period, as in :func:`omnistep.run`. The energy that contacts and joints take is
-        not known: ``friction_loss_j``, ``impact_loss_j``, ``joint_loss_j``, ``energy_residual_j`` and the outcome's
+        Every signal of every control period, as in :func:`omnistep.run`. The energy that contacts and joints dissipate
+        is unknown: ``friction_loss_j``, ``impact_loss_j``, ``joint_loss_j``, ``energy_residual_j`` and the outcome's
         ``energy_residual`` are NaN.
 
     Raises:

@@ -18,7 +18,7 @@ Torques: TypeAlias = NDArray[np.floating[Any]] | Sequence[float]
 
 @dataclass(frozen=True, eq=False)
 class PolicyInfo:
-    """Information that a controller of your own gets once, in ``reset(info)``.
+    """Information that a controller of your own receives once, in ``reset(info)``.
 
     Attributes:
         scenario: the scenario of the run.
@@ -56,7 +56,7 @@ class PolicyInfo:
         vehicle = scenario.vehicle
         keys = vehicle.to_dict()
         motor = keys["motor"]
-        # A file gives either the slope or where the line ends.
+        # A file states either the slope or the end of the line.
         no_load = vehicle.no_load_rad_s
         slope = motor.get("slope_n_m_s_rad", motor["stall_torque_n_m"] / no_load if no_load else 0.0)
         return cls(
@@ -78,7 +78,7 @@ class PolicyInfo:
 
 
 class Policy(Protocol):
-    """A controller of your own: any object with these two methods; a function of the observation works too.
+    """A controller of your own: any object with these two methods; a function of the observation also works.
 
     Three attributes are optional: ``name`` (a string; else the class's), ``signals`` (names of numeric attributes that
     are read after every step: columns of traces and logs), ``version`` (a string for :func:`omnistep.sweep`; change it
@@ -102,10 +102,10 @@ class Policy(Protocol):
         """Return to the initial state, for this vehicle: called once before a run."""
 
     def step(self, observation: Observation, /) -> Torques:
-        """Return a torque for every actuator [N.m], (N,), finite; the torques are limited to those of the motors."""
+        """Return a torque for every actuator [N.m], (N,), finite; the torques are limited to the motors' range."""
 
 
-#: What ``policy`` may be: the name of a coordination policy, or a controller of your own.
+#: Type of ``policy``: the name of a coordination policy, or a controller of your own.
 PolicyLike: TypeAlias = str | Policy | Callable[[Observation], Torques]
 
 #: A controller of your own on its way to a worker: name, identity, pickle.
@@ -113,9 +113,9 @@ Packed: TypeAlias = tuple[str, str, bytes]
 
 
 def packed(policy: Policy | Callable[[Observation], Torques]) -> Packed:
-    """Return a policy as workers get it, with an identifier of its law.
+    """Return a policy in the form for workers, with an identifier of its control law.
 
-    The identifier is its ``version`` where it has one, else a digest of its pickle and of the source of its class.
+    The identifier is its ``version`` if it has one, otherwise a digest of its pickle and of the source of its class.
     """
     name = policy_name(policy)
     try:
@@ -137,7 +137,7 @@ def packed(policy: Policy | Callable[[Observation], Torques]) -> Packed:
 
 
 def _source(policy: object) -> str:
-    """Return the source text of a policy's function or class; empty where there is none."""
+    """Return the source text of a policy's function or class; empty if there is none."""
     thing = policy if inspect.isroutine(policy) else type(policy)
     try:
         return inspect.getsource(thing)

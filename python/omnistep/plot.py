@@ -75,7 +75,7 @@ class Sheet(dict[str, "NDArray[Any]"]):
         self.figure = figure
 
     def savefig(self, *args: Any, **kwargs: Any) -> None:
-        """Write the sheet to a file; arguments are those of matplotlib's ``Figure.savefig``."""
+        """Write the sheet to a file; arguments are as in matplotlib's ``Figure.savefig``."""
         self.figure.savefig(*args, **kwargs)
 
 
@@ -225,7 +225,7 @@ def side_views(
     every_s: float = 0.3,
     axes: Sequence[Axes] | NDArray[Any] | None = None,
 ) -> NDArray[Any]:
-    """Draw several climbs from the side, one below the other on the same scale: figure 9 (a, b) of the paper.
+    """Draw several climbs from the side, stacked on the same scale: figure 9 (a, b) of the paper.
 
     The paper's (a) is its own controller, (b) the general one: here ``scale_references`` and ``independent``.
 
@@ -271,7 +271,7 @@ def write_side_view(log: str | PathLike[str], out: str | PathLike[str], *, every
 
     Raises:
         LogError: the log cannot be read.
-        ValueError: the time is not positive, or the file name extension is not that of a picture.
+        ValueError: the time is not positive, or the file name extension is not a picture's extension.
         ImportError: matplotlib is not installed; install the extra ``plot``.
     """
     ax = side_view(_omnistep.read_mcap(log), every_s=every_s)
@@ -422,7 +422,7 @@ def paper(
     sides = climbs(both, axes=bottom.subplots(3, 2, sharex=True))
     whole: Any = figure.get_figure(root=True)
     for part in parts:
-        # A part of a figure cannot be saved alone: what is asked of one is done with the whole.
+        # A part of a figure cannot be saved alone: calls on a part apply to the whole figure.
         part.savefig = whole.savefig
     drawn = {
         "8": motor_bench(wheel_runs, axes=top.subplots(4, 1, sharex=True)),
@@ -458,7 +458,7 @@ def _direction(trace: Trace, wheel: int) -> float:
 def _front_middle_rear(run: Trace | Log) -> list[tuple[str, int]]:
     """Choose one driven wheel at the front, in the middle and at the rear; of two in one row the right one.
 
-    No wheel is chosen twice: two rows have no middle, and of one row a right and a left wheel are chosen.
+    No wheel is chosen twice: two rows have no middle, and from a single row a right and a left wheel are chosen.
     """
     trace = trace_of(run)
     reference = np.abs(trace.wheels("reference_rad_s")).max(axis=0)
@@ -481,6 +481,6 @@ def _front_middle_rear(run: Trace | Log) -> list[tuple[str, int]]:
     if row.max() > 1:
         between = (row > 0) & (row < row.max())
         places = {"front": places["front"], "middle": (0.5 * (x.max() + x.min()), between), "rear": places["rear"]}
-    # lexsort: the nearest to the place, of those the rightmost; what is in another row last.
+    # lexsort: nearest to the position, then rightmost; wheels of another row last.
     nearest = {name: np.lexsort((y, np.abs(x - at).round(3), ~within))[0] for name, (at, within) in places.items()}
     return [(name, int(driven[k])) for name, k in nearest.items()]

@@ -1,4 +1,4 @@
-"""Import of real logs: measurements on a vehicle become a log like that of a run."""
+"""Import of real logs: converts measurements on a vehicle into a log like a run's log."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class ImportedSignal:
         signal: the table of the map.
         name: column, joint or field.
         samples: number of samples that were used, over the whole log.
-        rate_hz: samples a second, by the median distance.
+        rate_hz: samples per second, by the median distance.
         missing: cells that were empty, not a number or infinite; left out.
         unordered: samples left out so that times ascend, as few as possible; of two at one time the second.
         gaps: number of times that two samples are too far apart for interpolation.
@@ -77,9 +77,10 @@ class ImportSummary:
         start_s: start of the first control period, after the first sample of the foreign log [s].
         signals: its columns, one by one.
         commands_left_out: changes of the command that are missing in the embedded scenario, because its table is
-            limited to 100000; the log's columns have them.
-        doubts: implausible findings, a line each: signs, the order of wheels, units; first whether the log was cut off.
-        skipped: the lines of a CSV file that were left out (``count``, ``first``), where that was asked for.
+            limited to 100000; the log's columns contain them.
+        doubts: implausible findings, one line each: signs, the order of wheels, units; first whether the log was cut
+            off.
+        skipped: the lines of a CSV file that were left out (``count``, ``first``), if requested.
     """
 
     source: Path
@@ -154,9 +155,9 @@ def import_log(
 
     Args:
         log: a CSV or Parquet file, a rosbag2 (its folder, .mcap or .db3).
-        map: the map in TOML: which columns or topics are which signals, in what units.
+        map: the map in TOML: columns or topics of the signals, and their units.
         out: the log to write.
-        progress: show a bar on standard error when it takes more than a second.
+        progress: show a bar on standard error if it takes more than one second.
         skip_bad_lines: leave out lines of a CSV file that cannot be read, and those before the columns' names.
 
     Returns:
@@ -189,7 +190,7 @@ def import_log(
     with bar("import", shown=progress) as advance:
         skipped = Skipped() if skip_bad_lines else None
         samples, missing = read_samples(source, log_map, advance, skipped)
-    # Numbers of absurd size end as infinite or NaN, which no log has as known.
+    # Numbers of absurd size become infinite or NaN, which a log never marks as known.
     with np.errstate(over="ignore", invalid="ignore"):
         read = {
             table: channels(source, signal, samples[table], clock=_clock(log_map, table), turning=_turning(table))
@@ -213,7 +214,7 @@ def import_log(
 
 
 def _clock(log_map: LogMap, table: str) -> str:
-    """What has the times of a signal, in words."""
+    """Description of the source of a signal's times."""
     topic = log_map.signals[table].topic
     return f"column {log_map.time_column}" if topic is None else f"topic {topic}"
 
@@ -263,7 +264,7 @@ def _columns(log_map: LogMap, read: Mapping[str, list[Channel]], starts_ns: int,
                 # With a gear the wheel turns as many times as fast, and pushes that much less hard.
                 columns[name] *= gears[number] ** (1 if table in ("torques", "commanded_torques") else -1)
     if positions:
-        # Their differences are coarse; who fits a model wants the angles themselves.
+        # Their differences are coarse; a model is fitted to the angles themselves.
         for name, gear, channel in zip(vehicle.wheel_names, gears, read["wheels"], strict=True):
             columns[f"sensed_wheel_rad_{name}"] = there(channel) / (gear if log_map.signals["wheels"].at_wheel else 1.0)
     if "gyro" in read:
@@ -314,7 +315,7 @@ def _doubtful(
         gears = [wheel.gear if wheels.at_wheel else 1.0 for wheel in vehicle.layout.wheels]
         no_load = vehicle.no_load_rad_s or math.inf
         for channel, factor, gear in zip(read["wheels"], wheels.factors, gears, strict=True):
-            # Where a clock goes back, rows are left out: the counter goes on after it.
+            # If a clock goes back, rows are left out; the counter continues after them.
             pieces = (np.split(column, channel.set_back) for column in (channel.time_ns * 1e-9, channel.value / factor))
             for time_s, counts in zip(*pieces, strict=True):
                 doubts += _plausibility.of_counter(channel.name, time_s, counts, no_load * gear / abs(factor))
@@ -338,12 +339,12 @@ def _doubtful(
     if "duty" in log_map.signals:
         duty = np.column_stack([columns[f"commanded_duty_{name}"] for name in vehicle.wheel_names])
         doubts += _followed.of_duty(vehicle, measured, duty, log_map.scenario.period_s)
-    # Command and duty cycles may say the same of a wheel.
+    # Command and duty cycles may indicate the same finding for a wheel.
     return tuple(dict.fromkeys(doubts))
 
 
 def estimated(vehicle: Vehicle, measured_rad_s: Floats) -> Floats:
-    """The twists from velocities of all wheels, (T, 3); NaN where one of them is unknown."""
+    """The twists from velocities of all wheels, (T, 3); NaN if one of them is unknown."""
     twists = np.full((len(measured_rad_s), 3), np.nan)
     known = np.isfinite(measured_rad_s).all(axis=1)
     if known.any():
@@ -371,7 +372,7 @@ def _signals(
             column = columns[name]
             most = np.full(len(column), limit)
             if table in ("torques", "commanded_torques"):
-                # Along its motion a motor has less the faster it turns; what it brakes with is not less.
+                # The driving torque of a motor falls with its speed; its braking torque does not.
                 wheel = np.nan_to_num(columns[_names(log_map, "wheels")[number]])
                 most = limit * (1.0 - np.maximum(wheel * np.sign(np.nan_to_num(column)), 0.0) / no_load_rad_s)
             beyond = int(np.count_nonzero(np.abs(column) > np.maximum(most, 0.0) + 1e-6 * limit))

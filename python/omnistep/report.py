@@ -33,13 +33,13 @@ _SERIES = {
 }
 #: Standard deviations from the middle of an ellipse of odometry to its rim.
 _SIGMAS = 2.0
-#: Where a line has a gap: further away than any vehicle goes, and exact as a single.
+#: Marks a gap of a line: farther away than any vehicle drives, and exact in single precision.
 _GAP = float(2**60)
 #: Facts that differ from run to run: they are in the runs' names.
 _OF_A_RUN = ("policy", "seed")
-#: Figures that the command's tables have no row for.
+#: Figures without a row in the command's tables.
 _MORE = ("required_friction",)
-#: Mark of a run whose balls are not a valid model of its wheels, and what it means; the command has the same mark.
+#: Mark of a run whose balls are not a valid model of its wheels, and its meaning; the command uses the same mark.
 _BEYOND_BALLS = (
     " *",
     "* Balls are not a valid model of this vehicle's wheels on this ground. Run with physics.wheel_model=rollers.",
@@ -53,7 +53,7 @@ _SHARE_LONG = 0.35
 def page(logs: Sequence[Log]) -> str:
     """Make one HTML page of several runs.
 
-    It has a player of the runs over each other, a table of their figures, plots of wheel speeds with their references,
+    It contains a player with the runs overlaid, a table of their figures, plots of wheel speeds with their references,
     torques with their limits, slip, disturbed ratio and load, the paths from above (as :func:`omnistep.plot.path` draws
     them), and one cursor in time for all of them. It holds everything it needs.
 
@@ -75,7 +75,7 @@ def page(logs: Sequence[Log]) -> str:
         raise ImportError('omnistep.report needs plotly: install omnistep with its extra "view"') from error
     assets = files("omnistep") / "assets"
     names, runs = _names(logs), [_run(log) for log in logs]
-    # Runs of the same vehicle on the same ground share a scene: the one that shows most of the ground.
+    # Runs of the same vehicle on the same ground share a scene: the scene that shows most of the ground.
     grounds = [_scene.ground_key(log) for log in logs]
     scenes: list[dict[str, Any]] = []
     kept: list[tuple[Any, Any]] = []
@@ -141,7 +141,7 @@ def _title(logs: Sequence[Log]) -> str:
 
 
 def _is_valid(log: Log) -> bool:
-    """Do the run's wheels stand for those of the vehicle?"""
+    """Whether the run's wheel model represents the vehicle's wheels."""
     return log.outcome is None or log.outcome.wheel_model_valid
 
 
@@ -162,9 +162,9 @@ def _shared(logs: Sequence[Log]) -> dict[str, str]:
 
 
 def _names(logs: Sequence[Log]) -> list[str]:
-    """Return a name for each run: what differs from run to run, and its policy.
+    """Return a name for each run: its policy and its differences from the other runs.
 
-    Where others have the same, its settings, seed, file or number too.
+    If names coincide, also its settings, seed, file or number.
     """
     shared = _shared(logs)
     differing = [key for key in sorted({key for log in logs for key in log.run}) if key not in (*shared, *_OF_A_RUN)]
@@ -176,7 +176,7 @@ def _names(logs: Sequence[Log]) -> list[str]:
         [str(number) for number in range(1, len(logs) + 1)],
     ):
         same = [k for k, name in enumerate(names) if names.count(name) > 1]
-        # What all of them share says nothing.
+        # Common settings are omitted.
         if len({more[k] for k in same}) > 1:
             names = [f"{name}, {more[k]}" if k in same else name for k, name in enumerate(names)]
     return names
@@ -206,12 +206,12 @@ def _file(name: str, log: Log) -> str:
 
 
 def _file_name(log: Log) -> str:
-    """Return the name of a log's file as text; what of it is no UTF-8 is replaced, because a page is UTF-8."""
+    """Return the name of a log's file as text; bytes that are not UTF-8 are replaced, because a page is UTF-8."""
     return os.fsencode(log.path.name).decode("utf-8", "replace")
 
 
 def _verdict(log: Log) -> str:
-    """Return what the run amounts to, with a mark where its balls are not a valid model of its wheels."""
+    """Return the verdict of the run, with a mark if its balls are not a valid model of its wheels."""
     if log.outcome is None:
         return "recorded" if log.recorded else "ended early"
     return log.outcome.verdict + ("" if _is_valid(log) else _BEYOND_BALLS[0])
@@ -279,7 +279,7 @@ def _run(log: Log) -> dict[str, Any]:
 
 
 def _above(log: Log) -> dict[str, Any] | None:
-    """Return the top view of the run; None where the log has no odometry."""
+    """Return the top view of the run; None if the log has no odometry."""
     if len(log.odometry["time_s"]) == 0:
         return None
     seen = _top_view.seen(log)
@@ -307,7 +307,7 @@ def _packed(values: NDArray[np.float64]) -> str:
 
 
 def _measured(values: NDArray[np.float64]) -> str:
-    """Return numbers as :func:`_packed`; NaN where nothing was measured or there is no limit."""
+    """Return numbers as :func:`_packed`; NaN if nothing was measured or there is no limit."""
     return _singles(np.where(np.isfinite(values), values, np.nan))
 
 

@@ -29,11 +29,11 @@ Floats = NDArray[np.float64]
 #: Control periods between two looks at the progress bar.
 _PERIODS_PER_LOOK = 256
 _POSE = ("pose_x_m", "pose_y_m", "pose_yaw_rad")
-#: What lies between a torque commanded and one that acts: a torque that acted has it already.
+#: Actuator effects between a commanded and an applied torque; an applied torque already includes them.
 _ON_THE_WAY = ("actuators.torque_lag_s", "actuators.voltage_sag")
 #: Wheels that are driven along recorded ones follow them if they are off by less than this part of these.
 _NOT_FOLLOWED = 0.12
-#: How far a vehicle may go sideways of what its wheels say.
+#: Allowed ratio of lateral motion to the wheels' readings.
 _SIDEWAYS = (0.5, 1.5)
 
 
@@ -85,15 +85,15 @@ class Resimulation:
 
     Attributes:
         recorded: the log's columns.
-        simulated: the simulation's, as many rows at the same times.
+        simulated: signals of the simulation, with equal rows and times.
         by: the input of the simulation: ``commands``, ``torques``, ``wheels`` or ``duty``.
         unknown: control periods in which the log lacks that input: the last one was held, rest before the first.
         zeroed: keys of the scenario that were set to 0, because measured torques include their effect.
         differences: by name: ``wheel_NAME_measured_rad_s`` of each wheel, ``wheels`` (all of them), the twist from the
             wheels ``estimated_*``, ``gyro_rad_s`` and ``path`` (in the plane, from the start of the log; by ``pose_*``
-            where the log has it, else by the wheels, until the first gap).
-        plate: where the marker plate of the log's pose is on the vehicle, ``x_m``, ``y_m`` and ``yaw_rad``; the paths
-            are those of the plate. None where the pose is the vehicle's own, of a run, or there is none.
+            if the log has it, otherwise by the wheels, until the first gap).
+        plate: position of the marker plate of the log's pose on the vehicle, ``x_m``, ``y_m`` and ``yaw_rad``; the
+            paths are the plate's paths. None if the pose is the vehicle's own, from a run, or if there is none.
         late_s: how late the log's poses are behind its wheels [s], found from both; the paths are compared without it.
         repeated_s: from when to when the log's pose is the last one again while the wheels move [s]; not compared.
         complete: False of a log that was cut off: its end is missing.
@@ -146,7 +146,7 @@ class Resimulation:
         return "\n".join([f"{title}simulated minus recorded:", *lines, *plate, *poses, *lag, *cut_off])
 
     def _not_followed(self) -> tuple[str, ...]:
-        """Why the path says nothing of radii and lever arms, where simulated wheels are too slow to test them."""
+        """Reason why the path does not test radii and lever arms, if simulated wheels are too slow."""
         wheels = self.differences["wheels"]
         if self.by != "wheels" or not wheels.rms > _NOT_FOLLOWED * wheels.recorded_rms:
             return ()
@@ -204,28 +204,28 @@ def resimulate(
     sideways: float = 1.0,
     progress: bool = True,
 ) -> Resimulation:
-    """Drive a simulation with what a log has: commands, torques, wheels or duty cycles; compare their measurements.
+    """Drive a simulation with the commands, torques, wheels or duty cycles of a log; compare the measurements.
 
     The simulation begins at rest at the scenario's start, so begin the log before the vehicle moves.
 
     Args:
         log: a log, of a vehicle (:func:`omnistep.import_log`) or of a run.
         scenario: ground, vehicle and controller of the simulation; the log's own by default. Its control period and its
-            wheels must be those of the log. Its own command is not used.
+            wheels must match the log. Its own command is not used.
         by: ``commands``: the recorded commands go to the scenario's controller. ``torques``: the measured torques of
             the actuators (from their currents), or without these the commanded torques, go to the motors; in gaps the
             last one is held. With measured torques the scenario's ``actuators.torque_lag_s`` and
             ``actuators.voltage_sag`` are set to 0, because these torques include both effects. ``wheels``: the twist of
             the measured wheels, by the scenario's vehicle, goes to its controller as a command. ``duty``: the duty
             cycles go to the motors, whose torque follows from the vehicle's line (stall torque, slope) at the simulated
-            velocity; at a duty cycle of zero they brake, or have no torque where the log says ``coast``.
+            velocity; at a duty cycle of zero they brake, or have no torque if the log states ``coast``.
         overrides: keys of the scenario to replace, as in :func:`omnistep.run`.
-        plate: x [m], y [m] and yaw [rad] of the marker plate in the vehicle's axes, where the log's pose is that of a
-            plate (:attr:`Calibration.plates`). Of a vehicle's log it is found from wheels and poses if left out.
-        sideways: how far the vehicle goes sideways of what its wheels say, 0.5 to 1.5: ``all.sideways`` of
-            :func:`omnistep.calibrate`. So far the simulated path goes sideways of what the simulation does, where a log
-            of a vehicle has poses.
-        progress: show a bar on standard error when it takes more than a second.
+        plate: x [m], y [m] and yaw [rad] of the marker plate in the vehicle's axes, if the log's pose is a plate's pose
+            (:attr:`Calibration.plates`). Of a vehicle's log it is found from wheels and poses if left out.
+        sideways: ratio of the vehicle's lateral motion to its wheels' readings, 0.5 to 1.5: ``all.sideways`` of
+            :func:`omnistep.calibrate`. The lateral motion of the simulated path is scaled by it if a log of a vehicle
+            has poses.
+        progress: show a bar on standard error if it takes more than one second.
 
     Returns:
         The log, the simulation, and their differences.
@@ -271,7 +271,7 @@ def resimulate(
     read_rad_s = np.empty((len(inputs), len(recorded.wheel_names)))
     with bar("resimulate", shown=progress) as advance:
         for row, each in enumerate(inputs):
-            # As the controller reads them, at the start of a period; a simulation by torques has none.
+            # As read by the controller at the start of a period; a simulation driven by torques has none.
             read_rad_s[row] = simulation.measured_rad_s
             step(each if line is None else line(each, read_rad_s[row]))
             if row % _PERIODS_PER_LOOK == 0:
@@ -346,13 +346,13 @@ def _paths(
             plate = plate or found(scenario.vehicle, wheels[0], seen, period_s, sideways)
             own = slipping(own, sideways)
         own = own if plate is None else plate.of(own)
-        # The simulation's frame is laid over the log's where that begins.
+        # The simulation's frame is aligned with the log's frame at the start.
         at = np.flatnonzero(np.isfinite(seen).all(axis=1))[0]
         turn = seen[at, 2] - own[at, 2]
         rotation = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
         again = tuple((begin * period_s, end * period_s) for begin, end in spans)
         return again, plate, late, (seen[:, :2], (own[:, :2] - own[at, :2]) @ rotation + seen[at, :2])
-    # By the wheels, of both: where they are not known, the position is unknown from then on.
+    # From the wheels, for both: once they are unknown, so is the position.
     unknown = np.flatnonzero(~np.isfinite(wheels[0][1:]).all(axis=1))
     first = int(np.isnan(wheels[0][0]).any())  # velocities from counts begin with the second row
     end = int(unknown[0]) + 1 if unknown.size else len(recorded)

@@ -62,15 +62,15 @@ def run(
             them. A path is relative to the working directory; one in a file is relative to that file.
         seed: seed of the scenario's perturbation, 0 to 2**63 - 1.
         mcap: path of an MCAP log to write; the file gets that name only when the run has ended regularly.
-        progress: show a bar on standard error when it takes more than a second.
+        progress: show a bar on standard error if it takes more than one second.
 
     Returns:
-        Every signal of every control period. Where the physics gained energy, the verdict ``gained_energy`` and a
+        Every signal of every control period. If the physics gained energy, the verdict ``gained_energy`` and a
         ``RuntimeWarning`` mark the result as invalid.
 
     Warns:
         UserWarning: one encoder count reads as a velocity for which the gains request more torque than the motor has;
-            or ``traction`` or ``traction_runup`` lacks sensors or motor speed that it uses.
+            or ``traction`` or ``traction_runup`` lacks sensors or motor speed that it requires.
 
     Raises:
         ConfigError: a name, key or value is wrong, or a file cannot be read; the message names it and the allowed
@@ -127,12 +127,12 @@ def compare(
 
     Args:
         scenario: a built-in name, the path of a .toml file or a :class:`Scenario`.
-        policies: names of coordination policies and controllers of your own, as :func:`run` takes them, mixed; all
+        policies: names of coordination policies and controllers of your own, as in :func:`run`, in any combination; all
             coordination policies by default.
         engines: ``"rapier"``, ``"articulated"`` or both; the scenario's by default.
         overrides: keys to replace, as in :func:`run`.
         seed: seed of the scenario's perturbation.
-        progress: show a bar on standard error when it takes more than a second.
+        progress: show a bar on standard error if it takes more than one second.
 
     Returns:
         The trace of each policy by name, in the order given; with ``engines`` by name and engine.
@@ -209,7 +209,7 @@ def read_mcap(path: str | PathLike[str], *, progress: bool = True) -> Log:
 
     Args:
         path: the log; the log of a killed run ends with ``.mcap.part``.
-        progress: show a bar on standard error when it takes more than a second.
+        progress: show a bar on standard error if it takes more than one second.
 
     Returns:
         The run.

@@ -17,7 +17,7 @@ from omnistep.ensembles import complete, listed, points_of, positive
 from omnistep.errors import ConfigError, StudyError
 from omnistep.runs import SHORT_S
 
-#: From, to, and ``"log"`` where the logarithm is to be searched; or a list of values.
+#: From, to, and ``"log"`` for a search over the logarithm; or a list of values.
 Range: TypeAlias = tuple[float, float] | tuple[float, float, Literal["log"]] | Sequence[Any]
 
 
@@ -29,9 +29,9 @@ class TuneResult:
         overrides: the best values, for ``overrides`` of :func:`omnistep.run`.
         value: the objective at the best values.
         study: the ``optuna.Study`` with every trial, for Optuna's plots and analyses. A trial's
-            ``user_attrs["failed"]`` is the number of its runs that failed or have no such figure.
+            ``user_attrs["failed"]`` is the number of its runs that failed or lack the figure.
         folder: the folder of the rows of all runs; None if they were not kept.
-        failed: how many runs of the best trial failed or have no such figure.
+        failed: number of runs of the best trial that failed or lack the figure.
     """
 
     overrides: dict[str, Any]
@@ -61,30 +61,30 @@ def tune(
     """Search for the values of keys that optimise an objective.
 
     Each trial is a small study: its values are run at every point with every seed, on all cores. Optuna's TPE chooses
-    the next values from those before. The same arguments give the same trials. So with ``out`` an interrupted search
-    continues where it stopped, and a search with more trials begins with the existing ones.
+    the next values from those before. Equal arguments produce equal trials, so that with ``out`` an interrupted search
+    continues from its last trial, and a search with more trials begins with the existing trials.
 
-    A run that failed, or has no such figure because it did not climb, counts as ``worst``. So fewer failures are always
-    better, and among trials with equally many the figure decides. Seeds differ only where the scenario has a
-    perturbation or noise: set some in ``overrides``, or the values fit a single run only.
+    A run that failed, or lacks the figure because it did not climb, counts as ``worst``. Therefore fewer failures are
+    always better, and the figure ranks trials with equally many failures. Seeds differ only if the scenario has a
+    perturbation or noise: set some in ``overrides``, because otherwise the values fit only a single run.
 
     Args:
         scenario: a built-in name, the path of a .toml file or an :class:`omnistep.Scenario`.
         space: for each key, as in ``overrides`` of :func:`omnistep.run`, the values to search: ``(0.1, 10.0)``, ``(0.1,
             10.0, "log")``, two integers for whole numbers, or a list of values.
-        objective: a figure of :class:`omnistep.Outcome`, of which the mean over all runs is taken; or a function of
-            the rows (a dictionary a run, by column), none of which failed then.
+        objective: a figure of :class:`omnistep.Outcome`, averaged over all runs; or a function of the rows (one
+            dictionary per run, by column), called only if no run failed.
         direction: ``minimize`` or ``maximize``.
         points: the points of each trial, as in :func:`omnistep.sweep`; the unchanged scenario by default.
         policy: coordination policy instead of the scenario's.
         overrides: keys to replace in every run.
-        trials: how many, 1 or more.
-        seeds: how many seeds for each trial, counted from 0, or which.
+        trials: number of trials, 1 or more.
+        seeds: number of seeds per trial, counted from 0, or a list of them.
         seed: seed of the search.
         worst: the value of a failed run, above 0: more than any figure.
         out: a folder to keep the rows in.
         jobs: threads; as many as there are cores by default.
-        progress: show a bar on standard error when it takes more than a second.
+        progress: show a bar on standard error if it takes more than one second.
 
     Returns:
         The best values and Optuna's study.

@@ -23,11 +23,11 @@ from omnistep._omnistep import Log, read_mcap
 from omnistep._output_files import check_output, replaced
 from omnistep.errors import VideoError
 
-#: Time that the viewer has to start, and to end once it fails [s].
+#: Time limit for the viewer to start, and to end after a failure [s].
 _START_S, _END_S = 60.0, 10.0
 #: Opening of Rerun's eye, from below to above [rad], its view's width over its height, and room around what is seen.
 _OPENING_RAD, _ASPECT, _ROOM = np.deg2rad(55.0), 1.7, 1.15
-#: What the viewer says of a machine that it cannot draw on.
+#: Messages of the viewer on a machine without usable graphics.
 _NO_RENDERER = ("render context", "graphics adapter")
 #: Rerun's name for the times of a log's messages.
 _TIMELINE = "message_log_time"
@@ -37,8 +37,8 @@ def write(path: str | PathLike[str], out: str | PathLike[str], *, fps: float = 1
     """Make a video or a picture of a logged run with Rerun, without a window.
 
     Rerun reads the log itself. On a machine without a graphics card it needs a software renderer of Vulkan (Debian's
-    ``mesa-vulkan-drivers``), and then takes some half a second for each picture. A picture shows the vehicle, a video
-    its whole path.
+    ``mesa-vulkan-drivers``), and then needs about half a second per picture. A picture shows the vehicle, a video its
+    whole path.
 
     Args:
         path: an MCAP log.
@@ -116,14 +116,14 @@ def _eye(log: Log, moments: Sequence[float]) -> tuple[NDArray[np.float64], NDArr
     rows = np.unique(np.clip(np.searchsorted(times, moments), 0, len(times) - 1))
     places = np.concatenate([poses[rows, :3] for poses in log.frames.values()])
     near, far = places.min(axis=0) - reach, places.max(axis=0) + reach
-    # From the right and above: away from what is seen, along the picture's lower edge, along its left one.
+    # From the right and above: away from the scene, along the picture's lower edge, along its left edge.
     away = np.array([-0.25, -1.0, 0.5]) / np.linalg.norm([-0.25, -1.0, 0.5])
     across = np.cross([0.0, 0.0, 1.0], away) / np.linalg.norm(np.cross([0.0, 0.0, 1.0], away))
     up = np.cross(away, across)
     target = (near + far) / 2.0
     corners = np.array([[x, y, z] for x in (near[0], far[0]) for y in (near[1], far[1]) for z in (near[2], far[2])])
     corners -= target
-    # A corner is in the picture where its way from the middle is no more than the opening's share of its depth.
+    # A corner is in the picture if its distance from the middle is at most the opening's share of its depth.
     openings = (_ASPECT * np.tan(_OPENING_RAD / 2.0), np.tan(_OPENING_RAD / 2.0))
     needs = [
         corners @ away + np.abs(corners @ axis) / opening for axis, opening in zip((across, up), openings, strict=True)
@@ -133,8 +133,8 @@ def _eye(log: Log, moments: Sequence[float]) -> tuple[NDArray[np.float64], NDArr
 
 def _extra(module: str) -> Any:
     """Import a package of the extra ``view``."""
-    # Rerun's own lines on standard error are about its connection; what went wrong is said once, by us. It reads this
-    # when it is imported.
+    # Rerun's own lines on standard error are about its connection; omnistep itself reports a failure, once. It reads
+    # this when it is imported.
     own = "RUST_LOG" in os.environ
     os.environ.setdefault("RUST_LOG", "off")
     try:
@@ -153,7 +153,7 @@ def _loaded(client: Any, until_s: float) -> Any:
         state = client.get_state()
         views = [view.view_id for view in state.views if view.view_class == "3D"]
         ends = [line.end for one in state.recordings for line in one.timelines if line.name == _TIMELINE]
-        # What was logged last, not later than half a period of the poses before the end.
+        # The last logged message, not later than half a period of the poses before the end.
         if views and ends and max(ends) >= 1e9 * until_s - 2e7:
             return views[0]
         time.sleep(0.1)
@@ -184,7 +184,7 @@ def _viewer() -> Iterator[Any]:
         except VideoError:
             raise
         except Exception as error:
-            # Whatever its client says of a viewer that has gone, and when: the reason is the viewer's end.
+            # Whichever error its client raises about a viewer that has ended: the reason is the viewer's end.
             with contextlib.suppress(subprocess.TimeoutExpired):
                 process.wait(_END_S)
             if process.poll() is None:

@@ -54,7 +54,7 @@ def _records(whole):
 
 
 def _zeros(name, size):
-    """So many zeros, compressed, made a piece at a time."""
+    """This many zeros, compressed, made a piece at a time."""
     piece = b"\0" * 2**24
     if name == "lz4":
         packer = lz4.frame.LZ4FrameCompressor()

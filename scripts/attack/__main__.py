@@ -1,4 +1,4 @@
-"""Attacks the built program and the installed package, prints one table, and ends with 1 where anything failed.
+"""Attacks the built program and the installed package, prints one table, and ends with 1 if anything failed.
 
 `make attack` is quick; `make attack-long` tries more, from another seed. `--only toml,mcap` runs some campaigns.
 Every failure names what makes it fail again: an input file in out/attack, or the command.

@@ -1,4 +1,4 @@
-"""Small logs that unpack to gigabytes: `import` refuses each in one line, and unpacks none."""
+"""Small logs that unpack to gigabytes: `import` rejects each in one line, and unpacks none."""
 
 import random
 import sqlite3
@@ -33,7 +33,7 @@ def bag(folder: Path, plugin: StoragePlugin) -> Path:
 
 
 def zeros(name: str, size: int) -> bytes:
-    """So many zeros, compressed, made a piece at a time."""
+    """This many zeros, compressed, made a piece at a time."""
     packed = pa.BufferOutputStream()
     with pa.CompressedOutputStream(packed, name) as stream:
         for _ in range(size >> 24):

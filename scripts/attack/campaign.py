@@ -46,7 +46,7 @@ class Setting:
     long: bool
 
     def count(self, quick: int) -> int:
-        """So many in the quick campaign, ten times as many in the long one."""
+        """This many in the quick campaign, ten times as many in the long one."""
         return 10 * quick if self.long else quick
 
     def random(self, name: str) -> random.Random:

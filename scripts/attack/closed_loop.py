@@ -45,7 +45,7 @@ for number, (keys, ended_s) in enumerate(json.load(open(sys.argv[1]))):
 
 
 def measured(folder: Path, runs: list[Keys], ended_s: float) -> tuple[list[dict[str, Any] | None], list[str]]:
-    """What is said of each run, and what failed: some runs a process, which takes a second to start."""
+    """Report of each run, and failures: several runs per process, which takes one second to start."""
     said: list[dict[str, Any] | None] = [None] * len(runs)
     share = -(-len(runs) // (os.cpu_count() or 1))
 
@@ -86,7 +86,7 @@ def toml(value: Any) -> str:
 def sensors(setting: Setting) -> list[Campaign]:
     """Every vehicle and policy keeps its speed with sensors that are a little wrong.
 
-    A zero offset of 3 degrees a second is what cheap gyros have by their datasheets.
+    Cheap gyros have a zero offset of 3 degrees per second by their datasheets.
     """
     wrong = {"gyro_bias_rad_s": 0.05, "gyro_noise_rad_s": 0.3, "encoder_noise_rad_s": 1.5}
     runs: list[Keys] = []

@@ -185,7 +185,7 @@ def by_hand(setting: Setting, folder: Path) -> Campaign:
         return f"by_hand, {name}: {'; '.join(wrong)}" if wrong else None
 
     checked: list[tuple[str, list[object]]] = [(path.name, ["check", path.name]) for path in [*paths, special]]
-    # The longest word that Linux takes.
+    # The longest word that Linux accepts.
     checked.append(("long-option", ["run", "flat", "--set", "a." * 65_000 + "a=1"]))
     return Campaign("TOML by hand", *_with_unit(in_parallel(check, checked), "files"))
 

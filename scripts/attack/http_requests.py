@@ -32,7 +32,7 @@ WRONG = [
 
 
 def answered(port: int, request: bytes, seconds: float) -> int | None:
-    """The status of the answer to a request; 0 where it is closed without one, None where neither happens."""
+    """The status of the answer to a request; 0 if it is closed without one, None if neither happens."""
     with socket.create_connection(("127.0.0.1", port), timeout=seconds) as wire:
         received = b""
         try:

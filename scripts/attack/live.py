@@ -210,7 +210,7 @@ def half_open(setting: Setting) -> str | None:
 
 
 def pages(setting: Setting) -> str | None:
-    """Who comes from a foreign page, or by a foreign name, is refused; who comes from a viewer is not."""
+    """Who comes from a foreign page, or by a foreign name, is rejected; who comes from a viewer is not."""
     wrong = []
     with serving(setting) as (_, port, _):
         for allowed, headers in (
@@ -233,7 +233,7 @@ def pages(setting: Setting) -> str | None:
 
 
 def requests(setting: Setting) -> str | None:
-    """Requests that are none, too long or never read: each is refused or closed, and others are served still."""
+    """Requests that are none, too long or never read: each is rejected or closed, and others are served still."""
     taken = []
     with serving(setting) as (process, port, _):
         for request in http_requests.WRONG:

@@ -1,6 +1,6 @@
 """Logs, maps and lists of runs of others: `import`, `identify`, `calibrate` and `resimulate` under hostile files.
 
-Each ends with 0, or with one line that names a file and exit code 2. Many in a process, which takes a second to start:
+Each ends with 0, or with one line that names a file and exit code 2. Many per process, which takes one second to start:
 memory is limited for all of them, time for each.
 """
 

@@ -1,4 +1,4 @@
-"""States of `Simulation.save` with flipped bits, cut or turned: each is refused, and none panics."""
+"""States of `Simulation.save` with flipped bits, cut or turned: each is rejected, and none panics."""
 
 from campaign import Campaign, Setting, in_python
 

@@ -57,7 +57,7 @@ def wide(name: str, text: str) -> list[int]:
 
 
 def self_test() -> None:
-    """Prove that wide comments are found, and nothing else is taken for one."""
+    """Prove that wide comments are found, and nothing else is mistaken for one."""
     words, short = "word " * 24, "word " * 20
     code = f'fn f() {{ g("{"x" * 120} // {words}"); }}'
     for name, text, expected in [

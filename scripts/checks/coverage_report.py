@@ -61,7 +61,7 @@ def ranges(numbers: list[int]) -> str:
 
 
 def main() -> int:
-    """Prints the table; 1 where too little ran."""
+    """Prints the table; 1 if too little ran."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("report", type=Path)
     parser.add_argument("--minimum", type=float, required=True)

@@ -1,4 +1,4 @@
-"""Opens a log with independent readers and exits with 1 where one of them finds a fault.
+"""Opens a log with independent readers and exits with 1 if one of them finds a fault.
 
 usage: python scripts/checks/log.py LOG.mcap [--require TOPIC ...]
 """

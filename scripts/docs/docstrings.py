@@ -29,7 +29,7 @@ def stub_docs() -> Docs:
 
 
 def above(lines: list[str], at: int) -> tuple[int, int, str]:
-    """Where the doc comment above a line begins and ends, and the attributes in between."""
+    """First and last line of the doc comment above a line, and the attributes in between."""
     start = at
     while start:
         line = lines[start - 1].strip()

@@ -15,7 +15,7 @@ STUB = ROOT / "python" / "omnistep" / "_omnistep.pyi"
 PAGE = ROOT / "docs" / "columns.md"
 #: A row: its doc, its name, and where it is.
 ROW = re.compile(r"^ +/// (.+)\n +(\w+): (log|trace) =", re.MULTILINE)
-#: Where the signals stand, behind what stays: the fields behind the wheel's name, and the attributes before `touches`.
+#: Position of the signals: the fields after the wheel's name, and the attributes before `touches`.
 FIELDS = re.compile(r"(^string name\n)(?:# .+\nfloat64 \w+\n)+", re.MULTILINE)
 ATTRIBUTES = re.compile(
     r"(\nclass Sample:\n.*?)    @property\n    def reference_rad_s\(.*?(?=    @property\n    def touches\()",

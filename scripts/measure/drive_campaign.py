@@ -1,6 +1,6 @@
 """Writes the table of docs/drive.md: runs of the firmware's drive with random faults, judged by laws.
 
-Half a minute once the example is built. The exit code is 1 where a law is broken.
+Half a minute once the example is built. The exit code is 1 if a law is broken.
 """
 
 import argparse

@@ -1,7 +1,7 @@
-"""Writes the table of docs/own-robot.md: how often intervals of `omnistep identify` hold the truth, 200 seeds a row.
+"""Writes the table of docs/own-robot.md: how often intervals of `omnistep identify` hold the truth, 200 seeds per row.
 
-Some ten minutes on two cores. The exit code is 1 where a share is below 90 %, or above 99 % by more than one log, or
-where the mean of a row is above 99 %.
+Some ten minutes on two cores. The exit code is 1 if a share is below 90 %, or above 99 % by more than one log, or where
+the mean of a row is above 99 %.
 """
 
 import argparse
@@ -37,7 +37,7 @@ NAMES = {
 GAINS = {"kp": 0.3, "ki": 0.8, "top": (0.8, 0.6, 1.6)}
 #: The motor of logs of duty cycles; its slope is most of the plant's viscous friction.
 STALL_N_M, SLOPE, VISCOUS = 4.0, 0.003, 0.001
-#: What is logged, counts a turn, noise on velocities [rad/s].
+#: What is logged, counts per turn, noise on velocities [rad/s].
 ROWS = [
     *(("velocities", counts, noise) for noise in (0.0, 0.1, 0.3) for counts in (360, 1024, 4096)),
     *(("angles", counts, 0.3) for counts in (360, 1024, 4096)),

@@ -1,7 +1,7 @@
 """Prints how often 95 % intervals hold the truth, of plants unlike the simulator.
 
-200 logs a row: recorded poses and ends by hand for `omnistep calibrate`, hobby bridges for `omnistep identify`;
-the plants are those of python/tests. Some twenty minutes on two cores. The exit code is 1 where a share is below 90 %.
+200 logs per row: recorded poses and ends by hand for `omnistep calibrate`, hobby bridges for `omnistep identify`; the
+plants are those of python/tests. Some twenty minutes on two cores. The exit code is 1 if a share is below 90 %.
 """
 
 import argparse

@@ -3,7 +3,7 @@
     python scripts/mujoco/gate.py          # loads, acceleration, twists, crossings: some minutes
     python scripts/mujoco/gate.py --map    # and the 60 cells of the study `engines`, three starts each
 
-Both simulate every roller, ours with the articulated engine. The exit code is 1 where a gate is missed.
+Both simulate every roller, ours with the articulated engine. The exit code is 1 if a gate is missed.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ OURS = {"physics.engine": "articulated", "physics.wheel_model": "rollers"}
 AHEAD, SIDEWAYS, ABOUT = (0.3, 0.0, 0.0), (0.0, 0.3, 0.0), (0.0, 0.0, 0.5)
 LOAD_N, ACCELERATION, TWIST, CROSSING, AGREEMENT = 0.01, 0.005, 0.001, 0.03, 0.95
 #: Where much slides MuJoCo is another model: its friction lifts what slides, by friction times slip times damper over
-#: spring of the contact (docs/mujoco.md). So these have bounds of their own, which are what was measured, rounded up.
-#: About the vertical one of two rollers of a wheel, apart along its axle, slides whenever both touch: 0.26 %.
+#: spring of the contact (docs/mujoco.md). Therefore these have separate bounds: the measured values, rounded up. About
+#: the vertical one of two rollers of a wheel, apart along its axle, slides whenever both touch: 0.26 %.
 SLIDING, SLIDING_TWIST = (("omni3", ABOUT),), 0.003
 #: `scale_references` slows all wheels down for one that spins: 3.6 % at a friction of 0.7. With 0.9 little spins.
 SPINNING, SPINNING_CROSSING, GRIP = ("scale_references",), 0.045, 0.9
@@ -58,7 +58,7 @@ def loads_n(run: Callable[..., omnistep.Trace], vehicle: str) -> list[float]:
 
 
 def torques_ahead(vehicle: str) -> np.ndarray[Any, Any]:
-    """Torques that push ahead with six tenths of what friction holds under a wheel's mean load [N.m].
+    """Torques that push forward with six tenths of the friction limit under a wheel's mean load [N.m].
 
     Less would say more of what rollers take, some tenths of a newton (docs/validation.md), than of masses; with more,
     wheels begin to slide.
@@ -82,8 +82,8 @@ def acceleration_m_s2(run: Callable[..., omnistep.Trace], vehicle: str) -> float
 def twist(run: Callable[..., omnistep.Trace], vehicle: str, command: tuple[float, float, float]) -> float:
     """The commanded component of the twist that a vehicle settles at [m/s, rad/s].
 
-    It swings as one roller after the other carries a wheel, of `omni3` in yaw by 5 %. So the mean is over as many whole
-    pitches of rollers as the fastest wheel turns in the last three of five seconds.
+    It swings as one roller after the other carries a wheel, of `omni3` in yaw by 5 %. Therefore the mean is over as
+    many whole pitches of rollers as the fastest wheel turns in the last three of five seconds.
     """
     keys = {"vehicle": vehicle, "duration_s": 5.0}
     keys |= {f"command.{name}": value for name, value in zip(("vx_m_s", "vy_m_s", "wz_rad_s"), command, strict=True)}

@@ -99,7 +99,7 @@ def capsules(spec: Any) -> None:
 
 
 def spheres(spec: Any) -> None:
-    """A ball a roller, the way omni wheels are often made."""
+    """One ball per roller, as omni wheels are often modelled."""
     for body in rollers(spec):
         for extra in body.geoms[1:]:
             spec.delete(extra)

@@ -42,7 +42,7 @@ def compile_for(rows: list[dict], folder: Path, toolchain: list[str]) -> None:
     """Compile the library for the targets of these rows, in parallel."""
     drop = ("RUSTFLAGS", "CARGO_ENCODED_RUSTFLAGS", "CARGO_BUILD_RUSTFLAGS", "CARGO_BUILD_TARGET")
     environment = {name: value for name, value in os.environ.items() if name not in drop}
-    # What build scripts and macros need is compiled once, for the images of scripts/firmware.sh too.
+    # Dependencies of build scripts and macros are compiled once, also for the images of scripts/firmware.sh.
     environment |= {"CARGO_TARGET_DIR": str(folder), "CARGO_BUILD_BUILD_DIR": str(FIRMWARE / "target" / "build")}
     environment["CARGO_PROFILE_RELEASE_DEBUG"] = "false"
     for row in rows:
@@ -96,7 +96,7 @@ def check(archive: dict, packed: Path) -> None:
         sys.exit(f"{archive['name']} lacks functions of the header: {' '.join(sorted(lacking))}")
     if folder := named_in(packed.read_bytes()):
         sys.exit(f"{archive['name']} contains the path {folder}")
-    # Many floating-point units have single precision only.
+    # Many floating-point units support only single precision.
     if ".f64" in said(f"{tool}objdump", "--disassemble", packed):
         sys.exit(f"{archive['name']} computes in double precision")
     print(f"{packed.stat().st_size:8} bytes, {len(defined)} functions: {archive['name']}, {archive['target']}")

@@ -3,7 +3,7 @@
 python scripts/release/packages.py CONSTANTS LINE [FOLDER]: writes omnistep-KIND-VERSION.zip and SHA256SUMS into FOLDER,
 by default out/archives. CONSTANTS is the header of the example's scenario, and LINE what the example prints. A package
 is the folder firmware/packages/KIND, with the header, the archives, the example and the licences. A file that ends in
-.in is filled from archives.toml and Cargo.toml. The same content gives the same bytes.
+.in is filled from archives.toml and Cargo.toml. Equal content produces equal bytes.
 """
 
 import hashlib

@@ -15,7 +15,7 @@ done < <(sed -n '/^\[workspace.dependencies\]/,/^\[/p' Cargo.toml | grep 'path =
 # The C and C++ package has the version of the firmware's workspace.
 [ "$(of_workspace firmware/Cargo.toml)" = "$version" ] ||
     wrong+=("firmware/Cargo.toml has another version than Cargo.toml, $version")
-# A lock file with another version is refused by --locked.
+# A lock file with another version is rejected by --locked.
 for lock in Cargo.lock */Cargo.lock examples/*/Cargo.lock; do
     other=$(awk -v wanted="\"$version\"" '/^name = "omni(step|-)/ { name = $3 } /^version = / && name { if ($3 != wanted && $3 != "\"0.0.0\"") print name; name = "" }' "$lock")
     [ -z "$other" ] || wrong+=("$lock has another version than $version of ${other//$'\n'/, }")

@@ -39,7 +39,7 @@ SITUATION_CLIMBS, SITUATION_RUNS = 190, 276
 
 @dataclass(frozen=True)
 class Gate:
-    """One demand; ``held`` is None where a figure is reported without a requirement."""
+    """One demand; ``held`` is None if a figure is reported without a requirement."""
 
     group: str
     name: str

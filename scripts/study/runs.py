@@ -74,11 +74,11 @@ PERTURBED: dict[str, dict[str, Any]] = {
     "gyro bias 0.02 rad/s": {"sensors.gyro_bias_rad_s": 0.02},
 }
 BIASES = [case for case in PERTURBED if case.startswith("gyro")]
-#: Counts a turn of the wheels' encoders; as fine as one likes in the grid.
+#: Counts per turn of the wheels' encoders; as fine as one likes in the grid.
 COARSE: dict[str, dict[str, Any]] = {
     f"{counts} counts": {"sensors.encoder_counts": counts} for counts in (4096, 1024, 256, 128, 64, 32)
 }
-#: The built-in step, met askew: commanded aside as well as ahead, or standing turned at the start.
+#: The built-in step, met askew: with a lateral as well as a forward command, or with a rotated start pose.
 ASKEW: dict[str, dict[str, Any]] = {
     **{f"{vy:g} m/s aside": {"command.vy_m_s": vy} for vy in (0.05, 0.1, 0.15, 0.2, 0.3)},
     **{f"heading {heading:g} rad": {"start.heading_rad": heading} for heading in (0.05, 0.1, 0.15, 0.2, 0.3)},

@@ -2,8 +2,8 @@
 
 Every draw has its sensors' noise, bias, delay and counts, its motors' lag, perhaps a broken encoder, a vehicle, a
 ground and a command, and is stopped on the way. ``PYTHONPATH=scripts python -m study.safety DRAWS [FIRST]`` says which
-runs went beyond which limit; the exit code is 1 where one left a torque after the stop, gave what is no number, or
-ended with an error.
+runs went beyond which limit; the exit code is 1 if one left a torque after the stop, gave what is no number, or ended
+with an error.
 """
 
 import argparse

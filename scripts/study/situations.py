@@ -33,7 +33,7 @@ def motor(kind: str, wheel: str, **more: Any) -> dict[str, Any]:
 
 
 def then(*changes: tuple[float, float]) -> dict[str, Any]:
-    """Other speeds ahead from these times on."""
+    """Other forward speeds from these times on."""
     return {"command.then": [{"at_s": at_s, "vx_m_s": vx, "vy_m_s": 0.0, "wz_rad_s": 0.0} for at_s, vx in changes]}
 
 

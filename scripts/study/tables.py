@@ -232,7 +232,7 @@ def losses(rows: pd.DataFrame) -> str:
 
 
 def failures(rows: pd.DataFrame) -> str:
-    """Runs that an engine gave up."""
+    """Runs in which an engine diverged."""
     gone = rows[rows["error"].notna()]
     if gone.empty:
         return "No engine ended a run with an error."

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Prints the folder of node and npm to put before PATH; nothing where those of PATH are there and
-# version 20 or newer. They are PyPI's (python/requirements-node.txt, by hash), put into
-# out/tools/node. Debian 12 has node 18: too old for playwright-core.
+# Prints the folder of node and npm to put before PATH; nothing if those of PATH are there and version 20 or newer. They
+# are PyPI's (python/requirements-node.txt, by hash), put into out/tools/node. Debian 12 has node 18: too old for
+# playwright-core.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 if command -v npm >/dev/null && node -e 'process.exit(process.versions.node.split(".")[0] < 20 ? 1 : 0)' 2>/dev/null; then

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Makes the virtual environment .venv with the extension built from this tree and everything the Python
-# tests need. Prints nothing but errors and one line a step. PYTHON chooses the interpreter, 3.11 or
-# newer; EXTRA=docs installs what the site needs instead of what the tests need. What the wheel is made
-# of is summed up in .venv: while nothing of it has changed, nothing is built or installed again.
+# tests need. Prints only errors and one line per step. PYTHON chooses the interpreter, 3.11 or newer; EXTRA=docs
+# installs what the site needs instead of what the tests need. What the wheel is made of is summed up in .venv: while
+# nothing of it has changed, nothing is built or installed again.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 python=${PYTHON:-python3}
@@ -27,7 +27,7 @@ $built && [ "$(cat ".venv/tools-$extra" 2>/dev/null)" = "$tools" ] && exit 0
 echo "building the extension and installing the tools (the first time takes some minutes)"
 rm -f ".venv/tools-$extra"
 if .venv/bin/python scripts/tools/lock_fits.py; then
-    # Exactly these files: versions and hashes, of what builds the wheel too.
+    # Exactly these files: versions and hashes, also of the wheel's build tools.
     pip install --require-hashes --requirement "$lock"
     build=(--no-build-isolation)
 else

@@ -16,8 +16,7 @@ pub(crate) enum Ask {
     Acceleration(f64),
 }
 
-/// The best that contact forces can do at a point of the path of a row; none where no forces keep
-/// all rows on the ground.
+/// The best that contact forces can do at a point of the path of a row; none if no forces keep all rows on the ground.
 ///
 /// Unknown are a normal force and a force along the way for each row, and what is asked for. Four equations: the
 /// vehicle's forces forward and up, and the moment of each frame about the hinge, where the hinge's own force has none.
@@ -28,7 +27,8 @@ pub(crate) fn best(
     posture: &Posture,
     ask: Ask,
 ) -> Result<Option<f64>, Error> {
-    // Forces in weights, lengths in radii, accelerations in those of a fall: numbers near 1, however large the vehicle.
+    // Forces in weights, lengths in radii, accelerations in units of gravity: numbers near 1, however large the
+    // vehicle.
     let (length, fall) = (linkage.rows[row].radius_m, step.gravity_m_s2);
     let weight_n = linkage.mass_kg() * fall;
     let unit = match ask {

@@ -1,4 +1,4 @@
-//! The verdict for each row: what a climb takes, and whether the vehicle has it.
+//! The verdict for each row: torque and run-up of a climb, and whether the vehicle reaches them.
 
 use omni_config::{Scenario, Terrain};
 use serde::Serialize;
@@ -25,10 +25,10 @@ const NO_DEFICIT: f64 = 1e-9;
 pub enum Verdict {
     /// The torque suffices at any speed, as slow as one likes.
     Torque,
-    /// The torque does not suffice, the run-up makes up for it even where the impact leaves no more
-    /// than the motion along the path.
+    /// The torque does not suffice; the run-up compensates for it even if the impact leaves only the motion along the
+    /// path.
     RunUp,
-    /// Not excluded: it depends on what the impact leaves.
+    /// Not excluded: it depends on the energy that the impact leaves.
     Open,
     /// Whatever the impact leaves: the energy does not suffice.
     Impossible,
@@ -51,7 +51,7 @@ impl Verdict {
     }
 }
 
-/// What the climb of one row takes.
+/// Requirements of the climb of one row.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct RowLimits {
@@ -59,27 +59,27 @@ pub struct RowLimits {
     pub row: &'static str,
     /// Names of its wheels, in the vehicle's order.
     pub wheels: Vec<String>,
-    /// Least torque of an actuator that lifts it as slowly as one likes \[N.m\]; infinite where
-    /// none does, and null in JSON.
+    /// Least torque of an actuator that lifts it as slowly as one likes \[N.m\]; infinite if none does, and null in
+    /// JSON.
     pub least_torque_n_m: f64,
-    /// Energy that the torque given lacks, from first touch to the worst point of the path \[J\]; 0 where it suffices.
+    /// Energy that the torque given lacks, from first touch to the worst point of the path \[J\]; 0 if it suffices.
     pub deficit_j: f64,
     /// Inertia of the motion along the path right after the impact, over the square of the hinge's way \[kg\].
     pub path_mass_kg: f64,
     /// Part of the run-up's kinetic energy that the impact leaves at most, 0 to 1.
     pub kept_at_most: f64,
-    /// The part that it leaves where all of it has to go along the path, 0 to `kept_at_most`.
+    /// The part that it leaves if all motion has to follow the path, 0 to `kept_at_most`.
     pub kept_on_path: f64,
     /// Below this run-up the row does not climb, whatever the impact leaves \[m/s\].
     pub run_up_m_s: f64,
-    /// From this run-up on the energy suffices where the impact leaves the motion along the path
-    /// \[m/s\]; infinite where it leaves none.
+    /// From this run-up on, the energy suffices if the impact leaves the motion along the path \[m/s\]; infinite if it
+    /// leaves none.
     pub path_run_up_m_s: f64,
     /// With the torque and at the speed given.
     pub verdict: Verdict,
 }
 
-/// What the climb of a vehicle takes, beside what it has.
+/// Requirements of a vehicle's climb, next to its capabilities.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct ClimbLimits {
@@ -96,7 +96,7 @@ pub struct ClimbLimits {
 }
 
 impl ClimbLimits {
-    /// Is the climb not excluded?
+    /// Whether the climb is not excluded.
     ///
     /// ```
     /// let step = omni_config::Scenario::load("step", &[])?;
@@ -108,8 +108,8 @@ impl ClimbLimits {
         self.rows.iter().all(|row| row.verdict != Verdict::Impossible)
     }
 
-    /// Index of the row that decides, from 0 at the front: the one that needs the most run-up;
-    /// where none needs any, the most torque.
+    /// Index of the decisive row, from 0 at the front: the row that needs the most run-up; if no row needs any, the row
+    /// that needs the most torque.
     ///
     /// ```
     /// let step = omni_config::Scenario::load("step", &[])?;
@@ -128,12 +128,11 @@ impl ClimbLimits {
         most
     }
 
-    /// The limits of a scenario: its vehicle, its step, its motors' torque at rest, and the fastest
-    /// that it is commanded to drive ahead.
+    /// The limits of a scenario: its vehicle, its step, its motors' torque at rest, and its fastest forward command.
     ///
     /// # Errors
-    /// [`Error::Config`] for a scenario without a plain step, with patches of other friction, that meets it
-    /// with another heading than 0, or is commanded to go aside or to turn; and as [`Linkage::climb_limits`].
+    /// [`Error::Config`] for a scenario without a plain step, with patches of other friction, that meets it with
+    /// another heading than 0, or has a lateral or yaw command; and as [`Linkage::climb_limits`].
     ///
     /// ```
     /// use omni_config::{Override, Scenario};
@@ -225,13 +224,13 @@ impl ClimbLimits {
 }
 
 impl Linkage {
-    /// What the climb of a step takes, beside the torque of each actuator \[N.m\], 0 or more, and
-    /// the speed at which each row meets the edge \[m/s\], 0 or more.
+    /// Requirements of the climb of a step, for the torque of each actuator \[N.m\], 0 or more, and the speed at which
+    /// each row meets the edge \[m/s\], 0 or more.
     ///
     /// # Errors
     /// [`Error::Argument`] for a torque or speed that is negative or not finite, and a step as high
-    /// as a wheel's radius or higher; [`Error::Vehicle`] where the linkage does not reach so high,
-    /// meets its stop, or another row is at the edge meanwhile.
+    /// as a wheel's radius or higher; [`Error::Vehicle`] if the linkage does not reach so high, meets its stop, or
+    /// another row is at the edge meanwhile.
     ///
     /// ```
     /// use omni_bound::{Linkage, Step, Verdict};
@@ -321,7 +320,7 @@ impl Linkage {
         })
     }
 
-    /// How far the best that the torque can do falls behind what the path takes, at worst \[J\].
+    /// Largest energy deficit of the torque along the path \[J\].
     fn deficit_j(
         &self,
         row: usize,
@@ -332,8 +331,8 @@ impl Linkage {
     ) -> Result<f64, Error> {
         let (mut energy, mut lowest, mut before) = (0.0_f64, 0.0_f64, None::<f64>);
         for posture in path {
-            // Where no forces keep all rows on the ground the vehicle goes another way: that bit of
-            // the path is given away.
+            // If no forces keep all rows on the ground, the vehicle takes another path: that part of the path is
+            // neglected.
             let fastest = best(self, step, row, posture, Ask::Acceleration(torque))?;
             let gain = self.path_inertia(posture) * fastest.unwrap_or(0.0);
             if let Some(before) = before {

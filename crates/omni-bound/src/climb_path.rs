@@ -151,7 +151,7 @@ impl Linkage {
         })
     }
 
-    /// What has to be moved along the path \[kg.m^2\], turning wheels included.
+    /// Inertia along the path \[kg.m^2\], turning wheels included.
     pub(crate) fn path_inertia(&self, posture: &Posture) -> f64 {
         let mut sum = 0.0;
         for (frame, (centre, nose)) in self.frames.iter().zip(posture.centres.iter().zip(posture.noses)) {

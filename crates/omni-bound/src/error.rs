@@ -26,7 +26,7 @@ pub enum Error {
     Vehicle {
         /// Its name.
         vehicle: String,
-        /// What of it is not described.
+        /// The part of it that is not described.
         reason: String,
     },
     /// An argument is out of range.
@@ -44,13 +44,13 @@ pub enum Error {
     Solver {
         /// The row that climbs, from 0 at the front.
         row: usize,
-        /// What the library says.
+        /// The library's message.
         reason: String,
     },
 }
 
 impl Error {
-    /// Is the request at fault (exit code 2), or did the computation fail (exit code 1)?
+    /// Whether the request is at fault (exit code 2) or the computation failed (exit code 1).
     ///
     /// ```
     /// let error = omni_bound::Step::new(-1.0, 0.7).unwrap_err();

@@ -7,19 +7,19 @@ use crate::{Error, Step};
 /// Push of a wheel \[N per N at its rim\] below which it comes of the rounding of an angle.
 const ROUNDING: f64 = 1e-9;
 
-/// What a row of wheels needs to lift off where it touches the edge.
+/// Torque that a row of wheels needs to lift off at the edge.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct RowTouch {
     /// Names of its wheels, in the vehicle's order.
     pub wheels: Vec<String>,
-    /// Least torque of each actuator \[N.m\], all of them equal; infinite where none lifts it.
+    /// Least torque of each actuator \[N.m\], all of them equal; infinite if none lifts it.
     pub torque_n_m: f64,
 }
 
 /// The least torque with which each row of wheels of a rigid vehicle leaves the ground where it
 /// touches a step, the front row first. `None` for a vehicle with hinges or another number of rows
-/// than two, and where a wheel is no higher than the step.
+/// than two, and if a wheel is no higher than the step.
 ///
 /// Plane statics (docs/derivations.md): the row's load is held about the axle by its own actuators
 /// and by the push of the other row, which friction limits; the push lowers the load of the front
@@ -71,8 +71,8 @@ pub fn touch(vehicle: &Vehicle, step: &Step) -> Result<Option<Vec<RowTouch>>, Er
         } else {
             (other.x_m - centre_m, apart_m - ahead, 0.0)
         };
-        // N ahead = T own + P down, with P = T others or what friction holds of the other row's load.
-        // A wheel that rolls across the way gives no push but for the rounding of its angle.
+        // N forward = T own + P down, with P = T others or what friction holds of the other row's load. A transverse
+        // wheel applies no push, except for the rounding of its angle.
         let own = push(row) * radius;
         let own = if own.abs() < ROUNDING { 0.0 } else { own };
         let others = push(other);

@@ -10,12 +10,12 @@ use crate::linkage::Linkage;
 pub(crate) struct Kept {
     /// At most: nothing but the edge pushes, along its normal, and the climbing row alone has to give way.
     pub(crate) at_most: f64,
-    /// Where every row stays on the ground and every wheel rolls at once: the motion along the path.
+    /// If every row stays on the ground and every wheel rolls at once: the motion along the path.
     pub(crate) on_path: f64,
 }
 
 impl Linkage {
-    /// What is left right after a row's first touch, with the vehicle driving at one speed until then.
+    /// The state right after a row's first touch, with the vehicle driving at one speed until then.
     pub(crate) fn kept(&self, row: usize, posture: &Posture) -> Kept {
         let driving = self.driving_mass_kg();
         let normal = posture.normals[row];

@@ -2,8 +2,8 @@
 //!
 //! # In this crate
 //!
-//! A [`Linkage`] is a vehicle in the plane of its climb, a [`Step`] what it climbs; [`Linkage::climb_limits`] gives a
-//! [`ClimbLimits`], with a [`RowLimits`] for each row of wheels. [`ClimbLimits::of`] takes all of it from a scenario.
+//! A [`Linkage`] is a vehicle in the plane of its climb, a [`Step`] its obstacle; [`Linkage::climb_limits`] returns a
+//! [`ClimbLimits`], with a [`RowLimits`] for each row of wheels. [`ClimbLimits::of`] reads all of it from a scenario.
 
 #![forbid(unsafe_code)]
 

@@ -39,12 +39,13 @@ pub(crate) struct WheelRow {
     pub(crate) spin_kg_m2: f64,
 }
 
-/// A vehicle in the plane of its climb: two frames on one hinge across the way, three rows of
-/// wheels, two rows on one frame and one on the other.
+/// A vehicle in the plane of its climb: two frames on one transverse hinge, three rows of wheels, two rows on one frame
+/// and one on the other.
 ///
-/// Masses, centres of mass, inertias, places, radii and gears are the vehicle file's. Bodies that only hinges along
-/// the way or upright join are one frame: straight ahead these do not turn. Hinges have no dampers here, which makes
-/// climbs easier. Wheels of a row that stands on level ground share its load by the stiffness of their contacts.
+/// Masses, centres of mass, inertias, places, radii and gears are the vehicle file's. Bodies that are joined only by
+/// longitudinal or vertical hinges are one frame: on a straight approach these hinges do not turn. Hinges have no
+/// dampers here, which makes climbs easier. Wheels of a row that stands on level ground share its load by the stiffness
+/// of their contacts.
 ///
 /// ```
 /// use omni_bound::{Linkage, Step};
@@ -61,7 +62,7 @@ pub struct Linkage {
     pub(crate) frames: [Frame; 2],
     /// The front row first.
     pub(crate) rows: [WheelRow; 3],
-    /// How far the hinge turns \[rad\].
+    /// Range of the hinge \[rad\].
     pub(crate) stop_rad: f64,
     /// Height of the hinge on flat ground \[m\].
     pub(crate) hinge_m: f64,
@@ -71,9 +72,9 @@ impl Linkage {
     /// The linkage of a vehicle.
     ///
     /// # Errors
-    /// [`Error::Vehicle`] for a vehicle that is no such linkage: not exactly one hinge across the way, hinges
-    /// that are oblique, couplings, other than three rows, a row on two frames or of unlike radii, three rows
-    /// on one frame, wheels that roll neither along nor across the way, rows without a wheel along it.
+    /// [`Error::Vehicle`] for a vehicle that is no such linkage: not exactly one transverse hinge, oblique hinges,
+    /// couplings, other than three rows, a row on two frames or with unequal radii, three rows on one frame, wheels
+    /// that are neither longitudinal nor transverse, rows without a longitudinal wheel.
     ///
     /// ```
     /// let mecanum4 = omni_config::Vehicle::load("mecanum4")?;
@@ -163,8 +164,8 @@ impl Linkage {
         self.frames.iter().map(|frame| frame.mass_kg).sum()
     }
 
-    /// What has to be moved where it drives on level ground \[kg\]: its mass, and that of turning
-    /// wheels at their rims, I / r^2.
+    /// Effective mass on level ground \[kg\]: its mass, and the equivalent mass of turning wheels at their rims, I /
+    /// r^2.
     #[must_use]
     pub fn driving_mass_kg(&self) -> f64 {
         let rims = self.rows.iter().map(|row| row.spin_kg_m2 / row.radius_m.powi(2));
@@ -282,7 +283,8 @@ fn wheel_row(
         }
         all_n_m += wheel.contact_stiffness_n_m(CONTACT_HZ);
     }
-    // What preloads take from crosswise wheels is not in a share: they carry nothing then, which is easiest.
+    // Load that preloads remove from transverse wheels is not included in a share: they then carry nothing, the easiest
+    // case.
     if wheels.iter().all(|wheel| wheel.preload_n == 0.0) {
         row.crosswise = across_n_m / all_n_m;
     }

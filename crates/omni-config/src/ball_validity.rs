@@ -1,9 +1,9 @@
-//! Where a ball represents a wheel with rollers, and where it does not.
+//! Validity of a ball as the model of a wheel with rollers.
 //!
-//! A ball of the wheel's radius is the wheel where the ground's normal is at right angles to two axes: the axle,
-//! because only there does the rim reach as far as the ball, and the ball's driven axis, because a ball is free to
-//! spin about a normal that leans towards it: the motor then turns the ball on the spot instead of pushing. For an
-//! omni wheel the two are one, so a ball is the wheel wherever the normal lies in the wheel's own plane: over any edge
+//! A ball of the wheel's radius represents the wheel if the ground's normal is at right angles to two axes: the axle,
+//! because only there does the rim reach as far as the ball, and the ball's driven axis, because a ball is free to spin
+//! about a normal that leans towards it, so that the motor turns the ball on the spot instead of pushing. For an omni
+//! wheel the two are one, so a ball is the wheel wherever the normal lies in the wheel's own plane: over any edge
 //! straight ahead. For a mecanum wheel they are a roller angle apart, and only what is level under the wheel is at
 //! right angles to both. A ball of a roller's radius is the wheel across its push, as long as nothing asks it to push.
 
@@ -15,8 +15,8 @@ use std::fmt;
 
 use crate::{CommandFrame, Scenario, Terrain, Vehicle, WheelContact, WheelModel, WheelSpec};
 
-/// How far the ground's normal may lean out of the plane in which a ball is a wheel \[rad\]: 10 degrees. Of a blocked
-/// ball's torque 98.5 % still push then, and the ball turns with 3 % of what the torque would give a free one.
+/// Largest lean of the ground's normal out of the plane in which a ball represents a wheel \[rad\]: 10 degrees. At this
+/// angle, 98.5 % of a blocked ball's torque still push, and the ball turns with 3 % of a free ball's acceleration.
 pub const BALL_LEAN_RAD: f64 = 10.0 * PI / 180.0;
 
 /// A wheel whose ball is not the wheel it stands for.
@@ -25,8 +25,8 @@ pub const BALL_LEAN_RAD: f64 = 10.0 * PI / 180.0;
 pub struct BeyondBall {
     /// Its name.
     pub wheel: String,
-    /// How far the ground's normal leans there out of the plane in which the ball is the wheel
-    /// \[rad\], more than [`BALL_LEAN_RAD`].
+    /// Lean of the ground's normal there out of the plane in which the ball represents the wheel \[rad\], more than
+    /// [`BALL_LEAN_RAD`].
     pub lean_rad: f64,
 }
 
@@ -64,12 +64,12 @@ impl Fan {
 
 impl Scenario {
     /// The wheel whose ball stands least for it on this ground, where one does not: the normal
-    /// leans by more than [`BALL_LEAN_RAD`] out of the plane in which that ball is the wheel. None
-    /// where all balls do, and for wheels of rollers.
+    /// leans by more than [`BALL_LEAN_RAD`] out of the plane in which that ball is the wheel. None if all balls do, and
+    /// for wheels of rollers.
     ///
     /// From the wheels' directions and roller angles, the directions in which the vehicle looks and
     /// is commanded to go, and the ground's steepest normal; a command that turns meets an obstacle
-    /// at any angle. How a run went is not looked at.
+    /// at any angle. The course of a run is not considered.
     ///
     /// ```
     /// use omni_config::{Override, Scenario};
@@ -147,8 +147,8 @@ impl Scenario {
 }
 
 impl Vehicle {
-    /// The wheel whose ball stands least for it at an upright edge straight ahead, driven forward, where one
-    /// does not: see [`Scenario::beyond_balls`]. None too where wheels are rollers by their own `contact`.
+    /// The wheel that its ball represents worst at a vertical edge in front, driven forward, if one is not represented:
+    /// see [`Scenario::beyond_balls`]. None too where wheels are rollers by their own `contact`.
     ///
     /// ```
     /// use omni_config::Vehicle;

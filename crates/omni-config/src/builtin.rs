@@ -55,7 +55,7 @@ pub(crate) const STUDIES: Builtin = &[
 ];
 
 impl FileKind {
-    /// What messages call built-in things of this kind, and what there is.
+    /// Name of built-in items of this kind in messages, and the items.
     fn builtin(self) -> (&'static str, Builtin) {
         match self {
             Self::Vehicle => ("vehicle", VEHICLES),
@@ -65,7 +65,7 @@ impl FileKind {
         }
     }
 
-    /// The built-in text of that name: what a file of one's own starts from.
+    /// The built-in text of that name, as a template of a new file.
     ///
     /// # Errors
     /// [`Error::UnknownName`].

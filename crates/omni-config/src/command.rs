@@ -12,7 +12,7 @@ use crate::command_file::CommandFile;
 use crate::path::{PathChoice, PathFollow, PathPlan};
 use crate::ranges::{self, LENGTH_M, PLACE_M, TIME_S, TURN_RAD, VELOCITY_M_S, VELOCITY_RAD_S};
 
-/// Where the vehicle stands at the start.
+/// Start pose of the vehicle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
@@ -86,7 +86,7 @@ pub struct Command {
     #[serde(default, skip_serializing_if = "is_default")]
     #[garde(dive)]
     pub plan: PathPlan,
-    /// How the path is followed.
+    /// Controller that follows the path.
     #[serde(default, skip_serializing_if = "is_default")]
     #[garde(dive)]
     pub follow: PathFollow,
@@ -146,14 +146,14 @@ impl Command {
         }
     }
 
-    /// Does it have a path or a table of twists?
+    /// Whether it has a path or a table of twists.
     pub(crate) fn comes_by_itself(&self) -> bool {
         self.path.is_some() || self.file.is_some()
     }
 
     /// The twist commanded at a time \[s\], in the command's own frame: at rest up to 0, the whole
-    /// of it from `ramp_s` on, then the others, each from where the one before was; or what the
-    /// table of twists says. None of a path: what follows it depends on where the vehicle is.
+    /// of it from `ramp_s` on, then the others, each from where the one before was; or the row of the table of twists.
+    /// None for a path, whose command depends on the vehicle's pose.
     ///
     /// ```
     /// use omni_config::{Override, Scenario};
@@ -244,8 +244,7 @@ impl Command {
         later.fold(own, f64::max)
     }
 
-    /// Largest parts that are ever commanded, forward, sideways \[m/s\] and about \[rad/s\], in
-    /// either direction; of a path 0.
+    /// Largest commanded components, forward, lateral \[m/s\] and yaw \[rad/s\], in either direction; 0 for a path.
     pub(crate) fn largest(&self) -> [f64; 3] {
         self.twists().fold([0.0; 3], |most, twist| {
             [0, 1, 2].map(|axis| twist[axis].abs().max(most[axis]))
@@ -267,8 +266,8 @@ impl Command {
             .chain([[self.vx_m_s, self.vy_m_s, self.wz_rad_s]])
     }
 
-    /// The key and what is wrong with it, where the times do not ascend, or where there is more
-    /// than one of a twist, a path and a table.
+    /// The key and what is wrong with it, where the times do not ascend, or if there is more than one of a twist, a
+    /// path and a table.
     pub(crate) fn refusal(&self) -> Option<(String, String)> {
         if self.path.is_some() && self.file.is_some() {
             let message = "a table of twists, allowed: only without command.path".to_owned();

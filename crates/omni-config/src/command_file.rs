@@ -43,7 +43,7 @@ impl CommandFile {
     /// to 100000 rows whose times \[s\] ascend. What a row says holds until the next one's time.
     ///
     /// # Errors
-    /// What is wrong with it, with the line.
+    /// Its first error, with the line.
     ///
     /// ```
     /// use omni_config::CommandFile;
@@ -141,7 +141,7 @@ impl CommandFile {
     }
 }
 
-/// What the reader says, in one line.
+/// The reader's message, in one line.
 fn said(error: &csv::Error) -> String {
     let line = error.position().map_or(1, csv::Position::line);
     match error.kind() {

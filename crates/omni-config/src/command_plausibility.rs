@@ -9,8 +9,8 @@ const SLACK: f64 = 1.001;
 const AXES: [&str; 3] = ["m/s forward", "m/s sideways", "rad/s in yaw"];
 
 impl Scenario {
-    /// What is doubtful of the command, a line each: that it asks for more than the motors reach or
-    /// the vehicle's `[limits]` let through, and that rows of its table come when the run is over.
+    /// Doubts about the command, one line each: a request beyond the motors' speed or the vehicle's `[limits]`, and
+    /// rows of its table after the end of the run.
     ///
     /// # Errors
     /// As [`Vehicle::speeds_at`](crate::Vehicle::speeds_at); a loaded scenario has been checked.

@@ -1,7 +1,6 @@
 //! A scenario's controller as source code for firmware: Rust for a build script, a C header.
 //!
-//! The numbers are those that the simulator's controller has in `f32`, every bit of them: what was simulated is what is
-//! flashed.
+//! The numbers are bit-identical to the simulator's controller in `f32`: firmware runs the simulated controller.
 
 mod c;
 mod rust;
@@ -43,11 +42,11 @@ impl Scenario {
     /// The controller's constants in `f32`, as source.
     ///
     /// In Rust: `VEHICLE`, `POLICY`, `WHEELS`, `HINGES`, `PERIOD_US`, [`Scenario::constants_digest`] as `DIGEST`, and
-    /// `CONTROLLER`, `LIMITER`, `ODOMETRY`, `MOTORS`, to be used as any other, `DRIVE` where the scenario has a
-    /// `[drive]` (under traction control an [`omni_core::drive::TractionDrive`]), `TRACTION` and `SUPERVISOR` where
-    /// its policy is traction control, `ENCODER` where it has `sensors.encoder_counts`, `TRAJECTORY` and `FOLLOWER`
-    /// where its command is a path. In C the same in `OMNI_...`, but for the odometry by itself. Traction control is
-    /// in `OMNI_DRIVE` only, which is then there without a `[drive]` too. [`Scenario::estimator`] is `OMNI_ESTIMATOR`.
+    /// `CONTROLLER`, `LIMITER`, `ODOMETRY`, `MOTORS`, to be used as any other, `DRIVE` if the scenario has a `[drive]`
+    /// (under traction control an [`omni_core::drive::TractionDrive`]), `TRACTION` and `SUPERVISOR` if its policy is
+    /// traction control, `ENCODER` if it has `sensors.encoder_counts`, `TRAJECTORY` and `FOLLOWER` if its command is a
+    /// path. In C the same as `OMNI_...`, except for the separate odometry. Traction control is only in `OMNI_DRIVE`,
+    /// which then also exists without a `[drive]`. [`Scenario::estimator`] is `OMNI_ESTIMATOR`.
     ///
     /// # Errors
     /// As [`Scenario::controller`].
@@ -68,8 +67,8 @@ impl Scenario {
         }
     }
 
-    /// CRC-32 of the constants: two controllers with the same digest do the same. Firmware says it
-    /// when it is asked whose controller it has.
+    /// CRC-32 of the constants: two controllers with the same digest behave identically. Firmware reports it on
+    /// request.
     ///
     /// # Errors
     /// As [`Scenario::controller`].

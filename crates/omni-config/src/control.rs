@@ -59,7 +59,7 @@ pub enum IntegralLaw {
 
 /// Anti-windup of the integrals: [`AntiWindup`].
 ///
-/// In files a name, as `"conditional"`, or a name with its keys, as `{ clamp = { limit_n_m = 1.0 } }`.
+/// In files a name, such as `"conditional"`, or a name with its keys, such as `{ clamp = { limit_n_m = 1.0 } }`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
@@ -159,17 +159,17 @@ fn check(
 #[serde(deny_unknown_fields, default)]
 #[non_exhaustive]
 pub struct Control {
-    /// Name of a policy, one of [`POLICIES`]. If left out, or `"auto"`: traction control with the
-    /// sensors that there are, or `scale_references` where that would be refused; a scenario that
-    /// was read has the name of what was chosen, and [`crate::Scenario::auto_policy`] says why.
+    /// Name of a policy, one of [`POLICIES`]. If left out, or `"auto"`: traction control with the available sensors, or
+    /// `scale_references` if traction control would be rejected; a loaded scenario contains the chosen policy's name,
+    /// and [`crate::Scenario::auto_policy`] states the reason.
     #[garde(custom(known_policy))]
     #[cfg_attr(feature = "schema", schemars(extend("enum" = [&[AUTO], &POLICIES[..]].concat())))]
     pub policy: String,
-    /// How torques are brought within limits; that of the policy if left out.
+    /// Method that brings torques within limits; the policy's own method if left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[garde(dive)]
     pub saturation: Option<SaturationLaw>,
-    /// Which error is integrated; that of the policy if left out.
+    /// The error that is integrated; the policy's own choice if left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[garde(skip)]
     pub integral: Option<IntegralLaw>,
@@ -230,7 +230,7 @@ impl Default for Control {
     }
 }
 
-/// Names of every policy: the presets of [`Coordination`], then those of traction control
+/// Names of every policy: the presets of [`Coordination`], then the presets of traction control
 /// ([`omni_core::traction::Traction`]), the best last.
 ///
 /// ```
@@ -261,9 +261,9 @@ pub(crate) const LOOPS: &str = "scale_references";
 pub struct AutoPolicy {
     /// Its name.
     pub policy: &'static str,
-    /// Why it is not traction control, in a clause; none where it is.
+    /// Why it is not traction control, in a clause; none if it is.
     pub because: Option<String>,
-    /// What traction control does without, a line each, as of
+    /// Inputs that traction control lacks, one line each, as in
     /// [`Scenario::traction_notes`](crate::Scenario::traction_notes).
     pub without: Vec<String>,
 }
@@ -293,7 +293,7 @@ pub(crate) enum TractionPreset {
     TractionRunup,
 }
 
-/// What a policy does, in a line.
+/// Description of a policy, in one line.
 ///
 /// ```
 /// for policy in omni_config::POLICIES {
@@ -342,7 +342,7 @@ const RETRIES: &str = "max_retries";
 type Refusal = (&'static str, String);
 
 impl Control {
-    /// The policy's name with everything that is chosen instead of its parts: what rows, tables and logs call it.
+    /// The policy's name with all replaced parts, as in rows, tables and logs.
     #[must_use]
     pub fn law(&self) -> String {
         let parts = self.parts().into_iter();
@@ -371,7 +371,7 @@ impl Control {
         name.is_some_and(|name| name == "policy" || PARTS.contains(&name))
     }
 
-    /// What is chosen instead of the policy's parts, as it is written.
+    /// The replaced parts of the policy, as written.
     fn parts(&self) -> Vec<(&'static str, String)> {
         // A table of numbers and names, which can be written.
         let Ok(Value::Table(table)) = Value::try_from(self) else {
@@ -381,7 +381,7 @@ impl Control {
         PARTS.into_iter().filter_map(of).collect()
     }
 
-    /// The first key that is a part of the wheels' loops, which traction control has not.
+    /// The first key of the wheels' loops, which traction control lacks.
     pub(crate) fn part_of_loops(&self) -> Option<&'static str> {
         let mut keys = self.parts().into_iter().map(|(key, _)| key);
         keys.find(|key| *key != RETRIES)
@@ -398,7 +398,7 @@ impl Control {
         };
     }
 
-    /// The preset of traction control; none where the wheels have loops of their own.
+    /// The preset of traction control; none if the wheels have loops of their own.
     pub(crate) fn traction(&self) -> Option<TractionPreset> {
         match self.policy.as_str() {
             TRACTION => Some(TractionPreset::Traction),
@@ -407,7 +407,7 @@ impl Control {
         }
     }
 
-    /// What the wheels' loops do together; none where the policy is unknown. Traction control has no such
+    /// Coordination of the wheels' loops; none if the policy is unknown. Traction control has no such
     /// loops: asked for them all the same, for their kinematics, it yields loops that are each on their own.
     pub(crate) fn coordination<R: Real>(&self) -> Option<Coordination<R>> {
         if self.traction().is_some() {
@@ -502,7 +502,7 @@ fn known_policy(value: &str, _: &()) -> garde::Result {
     )))
 }
 
-/// What a policy may be called, in a line.
+/// Allowed names of a policy, in one line.
 pub(crate) fn known_policies() -> String {
     format!("{AUTO}, {}", POLICIES.join(", "))
 }

@@ -46,7 +46,7 @@ impl Scenario {
     /// [`EstimatorConfig::new`], in the scalar `R`.
     ///
     /// # Errors
-    /// [`Error::Key`] where the control period is longer than 0.3 s, or where `N` is not the number of wheels.
+    /// [`Error::Key`] if the control period is longer than 0.3 s, or if `N` is not the number of wheels.
     ///
     /// ```
     /// use omni_config::Scenario;
@@ -67,7 +67,7 @@ impl Scenario {
     /// The controller of the scenario's vehicle, in the scalar `R`, whatever precision the scenario names.
     ///
     /// # Errors
-    /// [`Error::Key`] where the vehicle and the control cannot be combined, or where `N` is not the number of wheels.
+    /// [`Error::Key`] if the vehicle and the control cannot be combined, or if `N` is not the number of wheels.
     ///
     /// ```
     /// use omni_config::Scenario;
@@ -85,8 +85,7 @@ impl Scenario {
         build().map_err(|error| self.vehicle().refuse(&error))
     }
 
-    /// What a controller of the scenario's vehicle is configured with, to be put into a
-    /// [`omni_core::DriveConfig`], say.
+    /// The configuration of a controller of the scenario's vehicle, for example for an [`omni_core::DriveConfig`].
     ///
     /// # Errors
     /// As [`Scenario::controller`].
@@ -117,10 +116,10 @@ impl Scenario {
         })
     }
 
-    /// What the command goes through before the controller: the vehicle's limits, in the scalar `R`.
+    /// The limiter of commands before the controller: the vehicle's limits, in the scalar `R`.
     ///
     /// # Errors
-    /// [`Error::Key`] where they cannot be used with the control period; a loaded scenario has been checked.
+    /// [`Error::Key`] if they cannot be used with the control period; a loaded scenario has been checked.
     ///
     /// ```
     /// use omni_config::Scenario;
@@ -152,8 +151,8 @@ impl Scenario {
         self.control.period_us as f64 * 1e-6
     }
 
-    /// What one count of the encoders makes of a reading, where that is more than the motor can
-    /// give: at such a resolution the torques jump from limit to limit.
+    /// Effect of one encoder count on a reading, if the resulting torque exceeds the motor's: at such a resolution the
+    /// torques jump from limit to limit.
     ///
     /// # Errors
     /// As [`Scenario::wheel_control`].
@@ -177,7 +176,7 @@ impl Scenario {
             .pid
             .encoder_step(counts)
             .map_err(|error| self.vehicle().refuse(&error))?;
-        // What a way of reading velocities leaves of a whole count.
+        // Remaining fraction of a whole count for a method of velocity estimation.
         let left = match self.sensors.encoder_velocity {
             None => 1.0,
             Some(_) => self.encoder_step_rad_s().unwrap_or(0.0) / whole.velocity_rad_s,
@@ -193,7 +192,7 @@ impl Scenario {
         }))
     }
 
-    /// What the wheels do together.
+    /// Coordination of the wheels.
     ///
     /// # Errors
     /// [`Error::UnknownName`] for a policy that is no preset; a loaded scenario has been checked.
@@ -206,7 +205,7 @@ impl Scenario {
     }
 }
 
-/// Can these wheels move a vehicle in three directions?
+/// Whether these wheels can move a vehicle in three directions.
 pub(crate) fn check_layout(vehicle: &Vehicle) -> Result<(), ConfigError> {
     for_wheel_count!(vehicle.wheel.len(), check_sized[](vehicle), |count| Err(
         wheel_count_refused(count)

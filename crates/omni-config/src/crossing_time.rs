@@ -3,9 +3,9 @@
 use crate::{Command, Scenario};
 
 impl Command {
-    /// The earliest time \[s\] at which a vehicle that does what is commanded has gone `way_m`
-    /// \[m\]; none where the command never takes it so far. On a ramp between two directions it is
-    /// taken to be as fast as on one between their speeds, which it never is: no vehicle is earlier.
+    /// The earliest time \[s\] at which a vehicle that follows the command has covered `way_m` \[m\]; none if the
+    /// command never covers this distance. On a ramp between two directions it is taken to be as fast as on one between
+    /// their speeds, which it never is: no vehicle is earlier.
     ///
     /// ```
     /// let command = omni_config::Scenario::load("step", &[])?.command; // 0.3 m/s after a ramp of 0.3 s
@@ -49,16 +49,16 @@ impl Command {
         None
     }
 
-    /// Is it ever commanded to turn?
+    /// Whether it is ever commanded to turn.
     pub(crate) fn turns(&self) -> bool {
         self.comes_by_itself() || self.wz_rad_s != 0.0 || self.then.iter().any(|then| then.wz_rad_s != 0.0)
     }
 }
 
 impl Scenario {
-    /// What is wrong where `duration_s` cannot suffice: even a vehicle that does all that is commanded
-    /// would not have every wheel beyond the obstacle by then. One line; none where it may suffice, on
-    /// flat ground, and of a table of twists. Of a path, that the run ends before it does.
+    /// Error message if `duration_s` cannot suffice: even a vehicle that follows the command exactly would not have
+    /// every wheel beyond the obstacle by then. One line; none if it may suffice, on flat ground, and of a table of
+    /// twists. Of a path, that the run ends before it does.
     ///
     /// ```
     /// use omni_config::{Override, Scenario};
@@ -99,9 +99,9 @@ impl Scenario {
         })
     }
 
-    /// Place of the rearmost wheel along the way at the start, as far ahead as the perturbation may
-    /// bring it, seen from the origin \[m\]. Where the vehicle is commanded to turn, the mean of the
-    /// wheels at its furthest ahead: whatever the heading, some wheel is no further ahead than that.
+    /// Position of the rearmost wheel along the path at the start, as far forward as the perturbation may move it, from
+    /// the origin \[m\]. If the vehicle is commanded to turn, the foremost position of the wheels'
+    /// mean: at any heading, some wheel is no further forward.
     fn rearmost_m(&self) -> f64 {
         let wheels = || self.vehicle().wheel.iter().map(|wheel| wheel.position_m);
         let spread_rad = self.perturbation.yaw_rad;

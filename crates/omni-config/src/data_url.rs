@@ -9,7 +9,7 @@ pub(crate) fn data_url(prefix: &str, bytes: &[u8]) -> String {
     format!("{prefix}{}", STANDARD.encode(bytes))
 }
 
-/// What [`data_url`] wrote.
+/// Decodes the result of [`data_url`].
 pub(crate) fn bytes_of<'de, D: Deserializer<'de>>(
     prefix: &str,
     deserializer: D,

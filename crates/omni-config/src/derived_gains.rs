@@ -12,10 +12,11 @@ const SHORTEST_S: f64 = 0.1;
 /// Control periods of the shortest time constant: the loop's delay of one and a half periods then
 /// costs 9 degrees of phase.
 const PERIODS: f64 = 10.0;
-/// Stall torques that an error of the whole speed asks for at most: beyond one it is clipped
-/// anyway, and two is reached by the kick at the start only.
+/// Largest request for an error of the whole speed, in stall torques: beyond one it is clipped anyway, and two is
+/// reached only at the start.
 const STALL_TORQUES: f64 = 2.0;
-/// Of the speed error of a wheel in the air, how much a control period may take away at most: above 1 it would swing.
+/// Largest fraction of the speed error of a wheel in the air that a control period may remove: above 1 it would
+/// oscillate.
 const SHARE_OF_A_FREE_WHEEL: f64 = 0.5;
 
 /// Gains that were derived, and from what.
@@ -44,7 +45,7 @@ impl std::fmt::Display for DerivedGains {
 }
 
 impl Vehicle {
-    /// The gains of its file or, where they are left out, the derived ones for this control period \[s\].
+    /// The gains of its file or, if they are left out, the derived gains for this control period \[s\].
     ///
     /// # Errors
     /// As [`Vehicle::derived_gains`].
@@ -55,7 +56,8 @@ impl Vehicle {
         }
     }
 
-    /// Gains from masses, motor and control period \[s\], whatever the file gives (docs/physics.md derives them).
+    /// Gains from masses, motor and control period \[s\], regardless of the file's gains (docs/physics.md derives
+    /// them).
     ///
     /// With the wheels' velocities `A x` for a twist `x` and the same loop C on every wheel, the vehicle
     /// obeys `M x' = A^T C A (u - x)`: three loops, each with an inertia J that is an eigenvalue of
@@ -63,7 +65,7 @@ impl Vehicle {
     /// damped more. T is 0.1 s, or longer if the control period, the motor or a wheel in the air wants it.
     ///
     /// # Errors
-    /// As [`Vehicle::condition_number`]; [`Error::Key`] where kp would be beyond 1e6.
+    /// As [`Vehicle::condition_number`]; [`Error::Key`] if kp would exceed 1e6.
     ///
     /// ```
     /// let vehicle = omni_config::Vehicle::load("omni3")?;
@@ -115,7 +117,7 @@ impl Vehicle {
         Ok(self.of_motors_s(inertia_kg_m2, &self.actuators()?.0))
     }
 
-    /// The same, `rows` being the actuators' velocities per unit of twist; 0 where nothing limits the speed.
+    /// The same, `rows` being the actuators' velocities per unit of twist; 0 if nothing limits the speed.
     fn of_motors_s(&self, inertia_kg_m2: f64, rows: &[[f64; 3]]) -> f64 {
         let full_rad_s = self.full_speed_rad_s(rows).unwrap_or(0.0);
         inertia_kg_m2 * full_rad_s / (STALL_TORQUES * self.motor.peak_torque_n_m())
@@ -146,7 +148,7 @@ impl Vehicle {
         whole.symmetric_eigenvalues().max()
     }
 
-    /// The fastest that an actuator is meant to turn \[rad/s\]; none where nothing limits it.
+    /// The fastest that an actuator is meant to turn \[rad/s\]; none if nothing limits it.
     pub(crate) fn top_rad_s(&self) -> Result<Option<f64>, Error> {
         Ok(self.full_speed_rad_s(&self.actuators()?.0))
     }

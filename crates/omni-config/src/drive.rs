@@ -10,8 +10,8 @@ use crate::ranges::{
     RESIDUAL_GAIN, STALL_TORQUE_N_M, THRESHOLD_RAD_S, TIME_S, WHEEL_NOISE,
 };
 
-/// omni-core's `Drive` in the loop: what firmware runs instead of the bare loops. A table without
-/// keys has every default.
+/// omni-core's `Drive` in the loop, which firmware runs instead of the bare loops. A table without keys selects every
+/// default.
 ///
 /// ```
 /// use omni_config::{Override, Scenario};
@@ -92,7 +92,7 @@ impl Default for Drive {
     }
 }
 
-/// When a vehicle that has come to rest by itself moves again: [`omni_core::shaping::Restart`].
+/// Condition for motion after an automatic stop: [`omni_core::shaping::Restart`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(rename_all = "snake_case")]
@@ -117,14 +117,14 @@ pub struct DriveSlip {
     /// Slip below which it is no longer suspected \[rad/s\], 1e-9 to `enter_rad_s`; 1 by default.
     #[garde(adapt(ranges), range(min = THRESHOLD_RAD_S.min, max = THRESHOLD_RAD_S.max))]
     pub leave_rad_s: f64,
-    /// Periods in a row that it must be suspected before it is excluded, 1 to 65535. Left out: those of 10 ms.
+    /// Periods in a row that it must be suspected before it is excluded, 1 to 65535. Left out: the periods of 10 ms.
     #[serde(
         skip_serializing_if = "Option::is_none",
         deserialize_with = "crate::integers::periods"
     )]
     #[garde(adapt(ranges), range(min = PERIODS.min, max = PERIODS.max))]
     pub enter_periods: Option<u32>,
-    /// Periods in a row below `leave_rad_s` before it is included again, 1 to 65535. Left out: those of 50 ms.
+    /// Periods in a row below `leave_rad_s` before it is included again, 1 to 65535. Left out: the periods of 50 ms.
     #[serde(
         skip_serializing_if = "Option::is_none",
         deserialize_with = "crate::integers::periods"
@@ -151,7 +151,7 @@ impl Default for DriveSlip {
 #[non_exhaustive]
 pub struct DriveFaults {
     /// Largest plausible change of a reading in a period \[rad/s\], 1e-9 to 1e6. Left out: twice the
-    /// motor's no-load speed and three encoder counts; not checked where a motor has no no-load speed.
+    /// motor's no-load speed and three encoder counts; not checked if a motor has no no-load speed.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[garde(adapt(ranges), range(min = THRESHOLD_RAD_S.min, max = THRESHOLD_RAD_S.max))]
     pub jump_rad_s: Option<f64>,
@@ -163,34 +163,34 @@ pub struct DriveFaults {
     #[garde(adapt(ranges), range(min = PERIODS.min, max = PERIODS.max))]
     pub jump_periods: Option<u32>,
     /// A constant reading is stuck if the velocity expected from the other wheels changes by more than
-    /// this \[rad/s\], 1e-9 to 1e6. Left out: 1, or what two encoder counts read as where that is more.
+    /// this \[rad/s\], 1e-9 to 1e6. Left out: 1, or the reading of two encoder counts if that is more.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[garde(adapt(ranges), range(min = THRESHOLD_RAD_S.min, max = THRESHOLD_RAD_S.max))]
     pub stuck_rad_s: Option<f64>,
     /// A constant reading away from its reference is stuck if the commanded torque is at least this
     /// \[N.m\], 1e-6 to 1e6: after ten times `stuck_periods`; with three wheels after `stuck_periods`
-    /// if another wheel turns. A reading of 0 is so only once the other wheels, if they can, show
-    /// that the wheel has turned by `stuck_rad_s` in that time. Left out: half the stall torque.
+    /// if another wheel turns. A reading of 0 is stuck only once the other wheels, if they can, show that the wheel has
+    /// turned by `stuck_rad_s` in that time. Left out: half the stall torque.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[garde(adapt(ranges), range(min = STALL_TORQUE_N_M.min, max = STALL_TORQUE_N_M.max))]
     pub stuck_torque_n_m: Option<f64>,
-    /// Periods of evidence in a row that make a reading stuck, 2 to 65535. Left out: those of 0.1 s
-    /// or, where these are more, as many as it takes until an encoder is known to stand: 0.1 s or
-    /// the time of three counts at 0.25 rad/s, and three over the bandwidth of an observer.
+    /// Periods of evidence in a row that make a reading stuck, 2 to 65535. Left out: the periods of 0.1 s or, if
+    /// longer, of the time after which an encoder is known to stand: 0.1 s or the time of three counts at 0.25 rad/s,
+    /// and three over the bandwidth of an observer.
     #[serde(
         skip_serializing_if = "Option::is_none",
         deserialize_with = "crate::integers::periods_from_2"
     )]
     #[garde(adapt(ranges), range(min = PERIODS_FROM_2.min, max = PERIODS_FROM_2.max))]
     pub stuck_periods: Option<u32>,
-    /// Periods without a reading after which a wheel is faulty, 1 to 65535. Left out: those of 20 ms.
+    /// Periods without a reading after which a wheel is faulty, 1 to 65535. Left out: the periods of 20 ms.
     #[serde(
         skip_serializing_if = "Option::is_none",
         deserialize_with = "crate::integers::periods"
     )]
     #[garde(adapt(ranges), range(min = PERIODS.min, max = PERIODS.max))]
     pub silent_periods: Option<u32>,
-    /// Good readings in a row after which a faulty wheel is used again, 1 to 65535. Left out: those of 0.2 s.
+    /// Good readings in a row after which a faulty wheel is used again, 1 to 65535. Left out: the periods of 0.2 s.
     #[serde(
         skip_serializing_if = "Option::is_none",
         deserialize_with = "crate::integers::periods"
@@ -223,7 +223,7 @@ impl Default for DriveNoise {
 }
 
 impl Drive {
-    /// A key and what is wrong with it that no single key shows.
+    /// A key and its error that involves several keys.
     pub(crate) fn refusal(&self) -> Option<(&'static str, String)> {
         let slip = self.slip?;
         (slip.leave_rad_s > slip.enter_rad_s).then(|| {

@@ -81,8 +81,8 @@ impl Drive {
 }
 
 impl Scenario {
-    /// What a [`omni_core::Drive`] of the scenario's vehicle is made of, in the scalar `R`; none
-    /// where the scenario has no `[drive]`.
+    /// The configuration of an [`omni_core::Drive`] of the scenario's vehicle, in the scalar `R`; none if the scenario
+    /// has no `[drive]`.
     ///
     /// # Errors
     /// As [`Scenario::controller`].
@@ -143,11 +143,11 @@ impl Scenario {
         for_wheel_count!(vehicle.wheel.len(), unchecked[](vehicle), |_| Vec::new())
     }
 
-    /// The firmware's whole step, in the scalar `R`; none where the scenario has no `[drive]`.
-    /// Under traction control what is around the loops: the whole is [`Scenario::traction_drive`].
+    /// The firmware's whole step, in the scalar `R`; none if the scenario has no `[drive]`. Under traction control what
+    /// is around the loops: the whole is [`Scenario::traction_drive`].
     ///
     /// # Errors
-    /// As [`Scenario::controller`]; [`Error::Key`] where the drive's keys do not fit together.
+    /// As [`Scenario::controller`]; [`Error::Key`] if the drive's keys are inconsistent.
     ///
     /// ```
     /// use omni_config::{Override, Scenario};
@@ -167,8 +167,8 @@ impl Scenario {
         built.map(Some).map_err(|error| self.refuse_drive(&error))
     }
 
-    /// The firmware's whole step with traction control, in the scalar `R`; none where the scenario
-    /// has no `[drive]` or its policy is one of the wheels' loops.
+    /// The firmware's whole step with traction control, in the scalar `R`; none if the scenario has no `[drive]` or its
+    /// policy is one of the wheels' loops.
     ///
     /// # Errors
     /// As [`Scenario::drive`] and [`Scenario::traction`].

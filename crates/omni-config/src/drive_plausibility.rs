@@ -6,9 +6,9 @@ use crate::drive_config::LEAST_COUNTS;
 use crate::{EncoderVelocity, Scenario};
 
 impl Scenario {
-    /// What is doubtful of `[drive.faults]`, a line each: thresholds below what the counts of the
-    /// encoders do to readings of sound wheels, which are then called faulty; and a velocity that
-    /// no wheel reaches under the command, so that a dead encoder is found late.
+    /// Doubts about `[drive.faults]`, one line each: thresholds below the effect of encoder counts on readings of
+    /// healthy wheels, which are then declared faulty; and a velocity that no wheel reaches under the command, so that
+    /// a dead encoder is detected late.
     ///
     /// ```
     /// use omni_config::{Override, Scenario};
@@ -133,8 +133,8 @@ impl Scenario {
         ))
     }
 
-    /// The most that a loop asks for behind a reading of 0 \[N.m\]; none where its integral asks
-    /// for ever more, and where nothing limits the command.
+    /// The most that a loop asks for behind a reading of 0 \[N.m\]; none if its integral asks for ever more, and if
+    /// nothing limits the command.
     fn most_asked_n_m(&self) -> Option<f64> {
         let gains = self.vehicle().gains_at(self.period_s()).ok()?;
         let fastest_rad_s = self.fastest_rad_s()?;
@@ -144,8 +144,8 @@ impl Scenario {
         (!integrates).then(|| (gains.kp_n_m_s_rad * fastest_rad_s).min(most_n_m))
     }
 
-    /// The fastest that a wheel's actuator turns under the command \[rad/s\]; none where nothing
-    /// says so. Where commands are not the vehicle's own twists, or all rest, what its limits allow.
+    /// The fastest that a wheel's actuator turns under the command \[rad/s\]; none if nothing says so. Where commands
+    /// are not the vehicle's own twists, or all rest, what its limits allow.
     fn fastest_rad_s(&self) -> Option<f64> {
         let top_rad_s = self.vehicle().top_rad_s().ok()?;
         let largest = self.command.largest();

@@ -22,16 +22,16 @@ impl EncoderVelocity {
     }
 }
 
-/// What one count of the encoders makes of a reading, against how fast the actuators are meant to turn.
+/// Effect of one encoder count on a reading, relative to the actuators' intended speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct EncoderReading {
-    /// Counts a turn.
+    /// Counts per turn.
     pub counts: f64,
     /// Velocity that one count in a control period is \[rad/s\].
     pub count_rad_s: f64,
     /// What a reading is off by at most at a steady velocity \[rad/s\]: a count in a period or,
-    /// with `sensors.encoder_velocity`, what is left of it; 0 where edges are stamped.
+    /// with `sensors.encoder_velocity`, what is left of it; 0 if edges are stamped.
     pub step_rad_s: f64,
     /// The fastest that an actuator is meant to turn \[rad/s\]: a limit of the commanded twist, or
     /// its motor's speed without load.
@@ -71,11 +71,11 @@ impl fmt::Display for EncoderReading {
 }
 
 impl Scenario {
-    /// What makes velocities of the counts of the scenario's encoders, those of one control period
-    /// where `sensors.encoder_velocity` is left out; none where there are no counts.
+    /// The method that computes velocities from the counts of the scenario's encoders, over one control period if
+    /// `sensors.encoder_velocity` is left out; none if there are no counts.
     ///
     /// # Errors
-    /// [`Error::Key`] where the method does not go with the control period; a loaded scenario has been checked.
+    /// [`Error::Key`] if the method is not compatible with the control period; a loaded scenario has been checked.
     ///
     /// ```
     /// use omni_config::{Override, Scenario};
@@ -154,8 +154,7 @@ impl Scenario {
         })
     }
 
-    /// What one count makes of a reading against the top speed; none without counts, and where
-    /// nothing limits the speed.
+    /// What one count makes of a reading against the top speed; none without counts, and if nothing limits the speed.
     ///
     /// # Errors
     /// As [`crate::Vehicle::condition_number`].
@@ -182,7 +181,7 @@ impl Scenario {
         }))
     }
 
-    /// What is doubtful about the scenario's encoders: that a reading is off by more than a twentieth of the top speed.
+    /// Doubt about the scenario's encoders: an error of a reading above a twentieth of the top speed.
     ///
     /// # Errors
     /// As [`Scenario::encoder_reading`].

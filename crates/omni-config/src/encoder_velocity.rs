@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::kind_tables::deserialize_by_kind;
 use crate::ranges::{self, BANDWIDTH_RAD_S, WINDOW_PERIODS};
 
-/// How a velocity is computed from whole counts: one of [`omni_core::estimate::VelocityMethod`].
+/// Method that computes a velocity from whole counts: one of [`omni_core::estimate::VelocityMethod`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(tag = "kind", rename_all = "snake_case")]

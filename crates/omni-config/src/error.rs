@@ -19,7 +19,7 @@ pub enum Error {
         file: String,
         /// Line, from 1.
         line: usize,
-        /// What the parser expected.
+        /// The parser's expectation.
         message: String,
     },
     /// A key is unknown, missing, of the wrong type or out of range.
@@ -47,7 +47,7 @@ pub enum Error {
     NotText {
         /// The file.
         file: String,
-        /// What it is instead, and what to do.
+        /// Its actual kind, and the remedy.
         reason: String,
     },
     /// A file describes something else.
@@ -55,9 +55,9 @@ pub enum Error {
     OtherKind {
         /// The file.
         file: String,
-        /// What it describes.
+        /// Its content.
         found: FileKind,
-        /// What was asked for.
+        /// The request.
         wanted: FileKind,
         /// The subcommand that a scenario would be given to, as `run`.
         command: &'static str,
@@ -67,7 +67,7 @@ pub enum Error {
     Override {
         /// The text given.
         text: String,
-        /// What is wrong with it.
+        /// Its error.
         message: String,
     },
     /// There is no file of that name.
@@ -75,7 +75,7 @@ pub enum Error {
     Missing {
         /// The file.
         path: PathBuf,
-        /// The name that may have been meant, or where the names are listed, in words behind the file's.
+        /// The name that may have been meant, or the list of names, as a suffix of the file's name.
         meant: String,
         /// The system's reason.
         source: std::io::Error,

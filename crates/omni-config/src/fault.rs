@@ -62,7 +62,7 @@ lasting! {
         #[garde(custom(is_name))]
         #[cfg_attr(feature = "schema", schemars(regex(pattern = NAME)))]
         wheel: String,
-        /// What is left: of the motor's torque, or of the turning that the encoder counts, 0 to 1.
+        /// Remaining fraction of the motor's torque, or of the rotation that the encoder counts, 0 to 1.
         #[garde(adapt(ranges), range(min = PART.min, max = PART.max))]
         part: f64,
     }
@@ -82,9 +82,9 @@ lasting! {
 }
 
 lasting! {
-    /// What is left of the supply's voltage, and when.
+    /// Remaining fraction of the supply voltage, and its times.
     SupplyPart {
-        /// What is left of the voltage, 0 to 1.
+        /// Remaining fraction of the voltage, 0 to 1.
         #[garde(adapt(ranges), range(min = PART.min, max = PART.max))]
         part: f64,
     }
@@ -116,14 +116,14 @@ pub struct AddedLoad {
 #[serde(tag = "kind", rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Fault {
-    /// A motor gives no torque any more; its wheel turns freely.
+    /// A motor applies no torque any more; its wheel turns freely.
     WheelLost(WheelFault),
     /// A wheel drags, as in section 3.3 of the paper: a torque against its turning.
     WheelDrag(WheelDrag),
-    /// A motor gives only a part of its torque at every speed, also shorted. The controller does not know.
+    /// A motor applies only a fraction of its torque at every speed, also when shorted. The controller does not know.
     MotorWeak(WheelPart),
-    /// The supply has only a part of its voltage: stall torque and no-load speed of all motors fall
-    /// with it. The controller does not know.
+    /// The supply provides only a fraction of its voltage: stall torque and no-load speed of all motors fall with it.
+    /// The controller does not know.
     SupplySag(SupplyPart),
     /// The electronics of an encoder repeat its last reading: with encoder counts the count, which
     /// jumps to the shaft's at the end of the fault, without counts the velocity.
@@ -134,7 +134,7 @@ pub enum Fault {
     /// An encoder has lost one of its two channels: its count goes to and fro by one as the shaft
     /// turns. Only with encoder counts.
     EncoderToggles(WheelFault),
-    /// The coupling of an encoder slips: it turns by only a part of what the shaft turns.
+    /// The coupling of an encoder slips: the encoder turns by only a fraction of the shaft's rotation.
     EncoderSlips(WheelPart),
     /// An encoder's readings do not arrive.
     EncoderSilent(WheelFault),
@@ -203,7 +203,7 @@ impl Fault {
         self.parts().2
     }
 
-    /// The wheel that has it; none where it is no wheel's.
+    /// The wheel that has it; none if it is no wheel's.
     ///
     /// ```
     /// use omni_config::{Fault, WheelFault};
@@ -215,7 +215,7 @@ impl Fault {
         self.parts().1
     }
 
-    /// The key and what is wrong with it, where the vehicle has no such part or the fault ends before it begins.
+    /// The key and its error, if the vehicle has no such part or the fault ends before it begins.
     pub(crate) fn refusal(&self, vehicle: &Vehicle) -> Option<(&'static str, String)> {
         let known = |key, name: &str, names: Vec<&str>| {
             (!names.contains(&name)).then(|| {

@@ -18,12 +18,12 @@ pub enum File {
 }
 
 impl File {
-    /// What is built in by a name, else the file at a path, whatever it describes: a vehicle has
-    /// wheels, an experiment of section 3.3 has loads, a study has seeds or axes, anything else is
-    /// taken for a scenario. Overrides name its own keys; a study takes none here.
+    /// The built-in item of a name, or otherwise the file at a path, of any kind: a vehicle has wheels, an experiment
+    /// of section 3.3 has loads, a study has seeds or axes, and anything else counts as a scenario. Overrides name its
+    /// own keys; a study accepts none here.
     ///
     /// # Errors
-    /// What is wrong with it, in one line.
+    /// Its first error, in one line.
     ///
     /// ```
     /// let error = omni_config::File::load("nowhere.toml", &[]).unwrap_err();

@@ -17,8 +17,8 @@ pub enum FileKind {
 }
 
 impl FileKind {
-    /// What a table describes, if its keys say so: a scenario has a ground and a command, a vehicle
-    /// wheels, bodies or a motor, an experiment of section 3.3 loads, a study seeds or axes.
+    /// The kind of a table, if its keys show it: a scenario has a ground and a command, a vehicle wheels, bodies or a
+    /// motor, an experiment of section 3.3 loads, a study seeds or axes.
     pub(crate) fn of(table: &Table) -> Option<Self> {
         let has = |keys: &[&str]| keys.iter().any(|key| table.contains_key(*key));
         if has(&["terrain", "command"]) {
@@ -45,7 +45,7 @@ impl FileKind {
         }
     }
 
-    /// What it is called, as `a vehicle`; what is in a file of one's own, `a vehicle file`.
+    /// Its name, such as `a vehicle`, or `a vehicle file` for a user's file.
     pub(crate) fn called(self, file: &str) -> String {
         let what = match self {
             Self::Vehicle => "a vehicle",
@@ -61,7 +61,7 @@ impl FileKind {
         format!("{what}{own}")
     }
 
-    /// What to type for a file of this kind, where `command` is what would be done with a scenario.
+    /// Command line for a file of this kind, where `command` is the command for a scenario.
     pub(crate) fn how_to(self, command: &str, file: &str) -> String {
         match self {
             Self::Vehicle => format!("omnistep {command} flat --set vehicle={file}"),

@@ -37,7 +37,7 @@ impl HeightMap {
     /// The picture in a PNG file's bytes: grey, 8 or 16 bits, 2 x 2 to 4 million pixels.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// Its error.
     pub fn from_png(bytes: &[u8]) -> Result<Self, String> {
         let mut reader = png::Decoder::new(std::io::Cursor::new(bytes))
             .read_info()
@@ -90,7 +90,7 @@ impl HeightMap {
     /// Brightness, 0 black to 1 white; row 0 is the picture's upper edge, column 0 its left one.
     ///
     /// # Panics
-    /// Where there is no such pixel.
+    /// If there is no such pixel.
     #[must_use]
     pub fn level(&self, row: usize, column: usize) -> f64 {
         f64::from(self.levels[row * self.columns + column]) / 65535.0

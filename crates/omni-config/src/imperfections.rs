@@ -20,8 +20,8 @@ use crate::ranges::{
 pub struct Sensors {
     /// Counts of each encoder a turn of its actuator, 1 to 10 million, fractions allowed (a gear motor may have
     /// 537.7); 0: no quantisation. With counts the measured velocity is the whole counts of the last control
-    /// period over the period, unless `encoder_velocity` says otherwise; exactly 0 where the counter has stayed
-    /// within two counts for 0.1 s, or for the time of three counts at 0.25 rad/s where that is longer.
+    /// period over the period, unless `encoder_velocity` says otherwise; exactly 0 if the counter has stayed within two
+    /// counts for 0.1 s, or for the time of three counts at 0.25 rad/s if that is longer.
     #[garde(custom(is_encoder_counts))]
     #[cfg_attr(feature = "schema", schemars(range(min = 0.0, max = crate::ranges::ENCODER_COUNTS.max)))]
     pub encoder_counts: f64,
@@ -48,16 +48,16 @@ pub struct Sensors {
     /// Constant error of the gyro's rate \[rad/s\], -1 to 1.
     #[garde(adapt(ranges), range(min = BIAS_RAD_S.min, max = BIAS_RAD_S.max))]
     pub gyro_bias_rad_s: f64,
-    /// No encoders on the hinges: the controller gets none of their angles.
+    /// No encoders on the hinges: the controller receives none of their angles.
     #[garde(skip)]
     pub no_hinge_encoders: bool,
-    /// No inertial measurement unit: the controller gets no attitude and no yaw rate of the base. A
-    /// heading hold has its own gyro.
+    /// No inertial measurement unit: the controller receives no attitude and no yaw rate of the base. A heading hold
+    /// has its own gyro.
     #[garde(skip)]
     pub no_imu: bool,
 }
 
-/// What lies between the torque commanded and the torque at the wheel; nothing by default.
+/// Actuator effects between the commanded torque and the torque at the wheel; none by default.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
@@ -66,8 +66,8 @@ pub struct Actuators {
     /// Time constant of the torque, first order \[s\], 0 to 1.
     #[garde(adapt(ranges), range(min = LAG_S.min, max = LAG_S.max))]
     pub torque_lag_s: f64,
-    /// Part of the supply's voltage that is lost while every motor gives its stall torque, 0 to 0.9; in
-    /// proportion below that. The motors' torque-speed line falls with the voltage, unknown to the controller.
+    /// Fraction of the supply voltage that is lost while every motor applies its stall torque, 0 to 0.9; in proportion
+    /// below that. The motors' torque-speed line falls with the voltage, unknown to the controller.
     #[garde(adapt(ranges), range(min = SAG.min, max = SAG.max))]
     pub voltage_sag: f64,
 }
@@ -87,7 +87,7 @@ pub struct HeadingHold {
 }
 
 impl HeadingHold {
-    /// What omni-core's loop is configured with.
+    /// Configuration of omni-core's loop.
     #[must_use]
     pub fn config<R: omni_core::Real>(&self, period_s: f64) -> HeadingHoldConfig<R> {
         HeadingHoldConfig {

@@ -4,9 +4,9 @@ use serde::de::{Deserializer, Error, Visitor};
 
 use crate::ranges::{self, Range};
 
-/// What a whole number of a file becomes.
+/// Conversion of a whole number in a file.
 pub(crate) trait Whole: Sized {
-    /// None where it does not fit.
+    /// None if it does not fit.
     fn of(number: i64) -> Option<Self>;
 }
 

@@ -4,9 +4,8 @@ use toml::{Table, Value};
 
 use crate::Error;
 
-/// A refusal with what the whole file shows about it: the place of a key that is in another table,
-/// as `terrain.friction` for a `friction` at the top level, and an example of a key that is missing
-/// or whose value is of another type.
+/// An error with a hint from the whole file: the place of a key that is in another table, such as `terrain.friction`
+/// for a `friction` at the top level, and an example of a key that is missing or whose value is of another type.
 pub(crate) fn with_place(mut error: Error, whole: impl FnOnce() -> Option<Table>) -> Error {
     let Error::Key { key, message, .. } = &mut error else {
         return error;

@@ -18,13 +18,13 @@ use crate::{Error, SCHEMA_VERSION};
 /// A text and where it came from.
 #[derive(Clone, Debug)]
 pub struct Source {
-    /// The file, or `built-in NAME`: what messages call it.
+    /// The file, or `built-in NAME`, as in messages.
     pub file: String,
     /// The TOML text.
     pub text: String,
     /// Folder that relative names inside are relative to.
     folder: Option<PathBuf>,
-    /// May it name vehicles and pictures?
+    /// Whether it may name vehicles and pictures.
     refers: bool,
 }
 
@@ -83,7 +83,7 @@ impl Source {
     }
 
     /// A text out of a log, a pickle or a message: its author does not choose which files of this machine are
-    /// read. A vehicle or a picture that it names, built-in or not, is refused: what we write holds both.
+    /// read. A vehicle or a picture that it names, built-in or not, is rejected: what we write holds both.
     ///
     /// ```
     /// use omni_config::{Scenario, Source};
@@ -104,7 +104,7 @@ impl Source {
         }
     }
 
-    /// What it names, `itself` in words, under this key: refused where it may name nothing.
+    /// Checks a reference under this key, `itself` in words: rejected if this source may name nothing.
     pub(crate) fn check_reference(&self, key: &str, name: &str, itself: &str) -> Result<(), Error> {
         if self.refers {
             return Ok(());
@@ -154,7 +154,7 @@ impl Source {
         }
     }
 
-    /// The file at a path; where there is none, one beside it or what is built in may have been meant.
+    /// The file at a path; if there is none, one beside it or what is built in may have been meant.
     fn read(path: PathBuf, builtin: &[Builtin]) -> Result<Self, Error> {
         let known: Vec<_> = builtin
             .iter()
@@ -196,7 +196,7 @@ impl Source {
             return Ok(Self::text(format!("built-in {name}"), *text));
         }
         let path = relative_to.map_or_else(|| PathBuf::from(name), |folder| folder.join(name));
-        // Whatever is there: a directory or a device is refused as such.
+        // Whatever is there: a directory or a device is rejected as such.
         if path.exists() || name.ends_with(".toml") {
             return Self::read(path, &[builtin]);
         }
@@ -339,7 +339,7 @@ fn decimal_comma(text: &str, line: usize) -> &'static str {
     }
 }
 
-/// [`with_nearest`], also where the message is about a key of a table inside.
+/// [`with_nearest`], even if the message is about a key of a table inside.
 fn with_nearest_inside(message: String) -> String {
     match message
         .strip_prefix(INNER_KEY)

@@ -1,4 +1,4 @@
-//! Times that are whole numbers of microseconds; files give them in seconds.
+//! Times that are whole numbers of microseconds; files state them in seconds.
 
 use serde::de::{Deserialize, Deserializer, Error};
 use serde::ser::Serializer;

@@ -42,7 +42,7 @@ pub(crate) fn others_missing<T: DeserializeOwned>(mut value: Value) -> String {
     listed(found.get(1..).unwrap_or_default())
 }
 
-/// Puts in some value whose type fits, and says what is wrong then; nothing where none fits.
+/// Puts in some value whose type fits, and says what is wrong then; nothing if none fits.
 fn filled<T: DeserializeOwned>(value: &mut Value, place: &[Step]) -> Option<Option<Trouble>> {
     let some: [Value; 7] = [
         1.0.into(),
@@ -91,7 +91,7 @@ fn first_trouble<T: DeserializeOwned>(value: &Value) -> Option<Trouble> {
 }
 
 impl Trouble {
-    /// Where the key is missing, if that is what is wrong.
+    /// Path of the missing key, if the error is a missing key.
     fn missing(&self) -> Option<Vec<Step>> {
         let (key, _) = self.message.strip_prefix("missing field `")?.split_once('`')?;
         let key = Step::Key(key.to_owned());

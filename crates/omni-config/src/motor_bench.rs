@@ -93,7 +93,7 @@ impl MotorBench {
     /// The built-in experiment (`motor_bench`) or the file of that name, with some keys replaced.
     ///
     /// # Errors
-    /// What is wrong with it, in one line.
+    /// Its first error, in one line.
     pub fn load(name: &str, overrides: &[Override]) -> Result<Self, Error> {
         Self::from_source(&Source::wheels(name)?, overrides)
     }

@@ -20,7 +20,7 @@ pub struct Override {
 }
 
 impl Override {
-    /// `value` for `key`. A key of more than 16 parts or 200 characters is refused where it is used.
+    /// `value` for `key`. A key of more than 16 parts or 200 characters is rejected where it is used.
     pub fn new(key: impl Into<String>, value: impl Into<Value>) -> Self {
         Self {
             key: dotted(&key.into()),
@@ -28,7 +28,7 @@ impl Override {
         }
     }
 
-    /// The overrides of a table, tables inside taken apart: each replaces only the keys that it names.
+    /// The overrides of a table, with inner tables flattened: each replaces only the keys that it names.
     pub(crate) fn all_of(table: &Table) -> Vec<Self> {
         let mut all = Vec::new();
         flatten("", table, &mut all);
@@ -38,7 +38,7 @@ impl Override {
     /// `key=value`, the value as in TOML; a bare word is a string.
     ///
     /// # Errors
-    /// [`Error::Override`] where there is no `=` or no key, or a key of more than 16 parts or 200 characters.
+    /// [`Error::Override`] if there is no `=` or no key, or a key of more than 16 parts or 200 characters.
     ///
     /// ```
     /// use omni_config::Override;

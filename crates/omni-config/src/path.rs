@@ -16,7 +16,7 @@ use crate::ranges::{
 /// Names of built-in paths.
 pub(crate) const PATHS: [&str; 2] = ["square", "figure_eight"];
 
-/// Waypoints of a path at most.
+/// Largest number of waypoints of a path.
 pub(crate) const MOST_POINTS: usize = 500;
 
 /// A path: one that is built in, or waypoints.
@@ -25,8 +25,8 @@ pub(crate) const MOST_POINTS: usize = 500;
 #[serde(untagged)]
 #[non_exhaustive]
 pub enum PathChoice {
-    /// `square`: ahead, to the left, back, to the right, each by `path_size_m`. `figure_eight`: a circle of that
-    /// diameter to the left, then one to the right. Both begin at the vehicle's start and keep its heading.
+    /// `square`: forward, left, back, right, each by `path_size_m`. `figure_eight`: a circle of that diameter to the
+    /// left, then one to the right. Both begin at the vehicle's start and keep its heading.
     Name(String),
     /// From the vehicle's start through these waypoints, 1 to 500.
     Waypoints(#[cfg_attr(feature = "schema", schemars(length(min = 1, max = 500)))] Vec<PathPoint>),
@@ -113,7 +113,7 @@ pub struct PathPoint {
     #[garde(adapt(ranges), range(min = PLACE_M.min, max = PLACE_M.max))]
     pub y_m: f64,
     /// Heading there \[rad\], counter-clockwise from world x, -3.2 to 3.2, by the shorter turn;
-    /// left out: interpolated towards the next waypoint that has one, or else kept to the end.
+    /// left out: interpolated towards the next waypoint with a heading, or otherwise kept to the end.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[garde(adapt(ranges), range(min = TURN_RAD.min, max = TURN_RAD.max))]
     pub heading_rad: Option<f64>,
@@ -129,8 +129,8 @@ pub struct PathPoint {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[garde(adapt(ranges), range(min = SPEED_M_S.min, max = SPEED_M_S.max))]
     pub speed_m_s: Option<f64>,
-    /// Time of arrival \[s\], 0.001 to 3600, later than that of the waypoint before; left out: as
-    /// soon as the limits permit.
+    /// Time of arrival \[s\], 0.001 to 3600, later than the previous waypoint's time; left out: as early as the limits
+    /// allow.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[garde(adapt(ranges), range(min = PATH_TIME_S.min, max = PATH_TIME_S.max))]
     pub time_s: Option<f64>,
@@ -202,7 +202,7 @@ pub enum PoseSource {
     Truth,
 }
 
-/// How a path is followed: [`omni_core::path::HolonomicFollower`].
+/// Follower of a path: [`omni_core::path::HolonomicFollower`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]

@@ -8,7 +8,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 use crate::ranges::{self, CONTACT_DAMPING_RATIO, CONTACT_FREQUENCY_HZ, GRAVITY_M_S2, ITERATIONS, SUBSTEPS};
 use crate::rollers::WheelModel;
 
-/// What simulates the vehicle on the ground.
+/// Physics engine that simulates the vehicle on the ground.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(rename_all = "snake_case")]
@@ -63,7 +63,7 @@ fn of_file<'de, D: Deserializer<'de>>(from: D) -> Result<Engine, D::Error> {
 #[serde(deny_unknown_fields, default)]
 #[non_exhaustive]
 pub struct Physics {
-    /// What simulates; `articulated` by default.
+    /// Physics engine; `articulated` by default.
     #[serde(deserialize_with = "of_file")]
     #[garde(skip)]
     pub engine: Engine,
@@ -94,13 +94,13 @@ pub struct Physics {
     /// Gravity \[m/s^2\], downwards, 0 to 100; 9.81 if left out.
     #[garde(adapt(ranges), range(min = GRAVITY_M_S2.min, max = GRAVITY_M_S2.max))]
     pub gravity_m_s2: f64,
-    /// Wheel model: `auto` has rollers, each a body of its own, where balls do not stand for the wheels on this
-    /// ground, and else each wheel's own `contact`, mostly a ball, which is faster; `ball` and `rollers` by name.
+    /// Wheel model: `auto` uses rollers, each a separate body, if balls do not represent the wheels on this ground, and
+    /// otherwise each wheel's own `contact`, usually a ball, which is faster; `ball` and `rollers` by name.
     #[garde(skip)]
     pub wheel_model: WheelModel,
-    /// Parts into which each physics step is divided for wheels of rollers, 1 to 16. By default 1
-    /// with `engine = "articulated"`; with `engine = "rapier"`, where a part may be 250 us at most,
-    /// as many as that takes, on height maps twice as many.
+    /// Parts into which each physics step is divided for wheels of rollers, 1 to 16. By default 1 with
+    /// `engine = "articulated"`; with `engine = "rapier"`, as many as keep a part at 250 us or less, on height maps
+    /// twice as many.
     #[serde(
         skip_serializing_if = "Option::is_none",
         deserialize_with = "crate::integers::substeps"
@@ -110,7 +110,7 @@ pub struct Physics {
 }
 
 impl Default for Physics {
-    /// What every built-in scenario has: docs/physics.md says why.
+    /// Values of every built-in scenario: docs/physics.md states the reasons.
     fn default() -> Self {
         Self {
             engine: Engine::default(),
@@ -136,7 +136,7 @@ impl Physics {
         Some(("solver_iterations", message))
     }
 
-    /// Solver iterations in each of the `parts` that a physics step is taken in.
+    /// Solver iterations in each of the `parts` of a physics step.
     ///
     /// ```
     /// use omni_config::{Override, Scenario};

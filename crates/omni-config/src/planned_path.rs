@@ -13,7 +13,7 @@ use crate::{Error, Scenario, Vehicle, for_wheel_count, wheel_count_refused};
 /// A limit that nothing meets.
 const NO_LIMIT: f64 = 1e9;
 
-/// A path with its times, and who follows it.
+/// A path with its times, and its follower.
 ///
 /// ```
 /// use omni_config::Scenario;
@@ -31,7 +31,7 @@ pub struct PlannedPath {
     pub follower: HolonomicFollower<f64>,
     /// Makes the trajectory wait for the vehicle; none: it does not.
     pub progress: Option<PathProgress<f64>>,
-    /// Where the follower has its pose from.
+    /// Source of the follower's pose.
     pub pose: PoseSource,
 }
 
@@ -66,7 +66,7 @@ impl Vehicle {
 }
 
 impl PathPlan {
-    /// What a path of this vehicle is planned within.
+    /// The limits for planning a path of this vehicle.
     fn limits<const N: usize>(&self, vehicle: &Vehicle) -> Result<PathLimits<f64, N>, ConfigError> {
         let motion = |velocity, acceleration, jerk| MotionLimits {
             velocity,
@@ -146,11 +146,11 @@ impl PathWait {
 }
 
 impl Scenario {
-    /// The path of the scenario's command, planned for its vehicle from where it stands at the
-    /// start; none of a command without one.
+    /// The path of the scenario's command, planned for its vehicle from the start pose; none for a command without a
+    /// path.
     ///
     /// # Errors
-    /// [`Error::Key`] where it cannot be planned; a loaded scenario has been checked.
+    /// [`Error::Key`] if it cannot be planned; a loaded scenario has been checked.
     pub fn planned_path(&self) -> Result<Option<PlannedPath>, Error> {
         let refuse = |(key, message)| Error::Key {
             file: format!("scenario {}", self.name),
@@ -215,7 +215,7 @@ impl Scenario {
         }))
     }
 
-    /// How far from its start a vehicle that does what is commanded gets at most \[m\].
+    /// Largest distance from its start of a vehicle that follows the command \[m\].
     ///
     /// ```
     /// use omni_config::Scenario;

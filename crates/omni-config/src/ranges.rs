@@ -10,7 +10,7 @@ fn refuse(value: impl std::fmt::Display, allowed: &str) -> garde::Result {
     Err(Error::new(format!("{value}, allowed: {allowed}")))
 }
 
-/// Bounds of a number, both included: what the checks and the JSON Schemas say, so that they say the same.
+/// Bounds of a number, both included, shared by the checks and the JSON Schemas.
 #[derive(Clone, Copy)]
 pub(crate) struct Range {
     pub(crate) min: f64,
@@ -22,7 +22,7 @@ const fn range(min: f64, max: f64) -> Range {
 }
 
 // From a toy to a heavy truck; each range has room beyond what is built, and ends before what is a slip of the keyboard
-// (grams for kilograms, millimetres for metres) makes physics fail.
+// (grams for kilograms, millimetres for metres) would let the simulation fail.
 pub(crate) const MASS_KG: Range = range(1e-3, 1e4);
 pub(crate) const RADIUS_M: Range = range(1e-3, 10.0);
 /// From 1 g at 1 mm to 10 t at 10 m.
@@ -114,7 +114,7 @@ pub(crate) const WIDTH_M: Range = range(1e-3, 10.0);
 pub(crate) const BUMP_M: Range = range(1e-4, 1.0);
 pub(crate) const RMS_M: Range = range(0.0, 1.0);
 pub(crate) const WAVELENGTH_M: Range = range(0.02, 10.0);
-/// Extents of a random surface: a million cells at most.
+/// Extents of a random surface: at most a million cells.
 pub(crate) const FIELD_M: Range = range(0.1, 50.0);
 pub(crate) const PIXEL_M: Range = range(1e-4, 10.0);
 pub(crate) const LEVEL_M: Range = range(-10.0, 10.0);
@@ -160,7 +160,7 @@ pub(crate) const ROLLER_ROWS: Range = range(1.0, 2.0);
 pub(crate) const BEARING_N_M_S_RAD: Range = range(0.0, 1.0);
 /// From a needle on: what straight ones make is a polygon.
 pub(crate) const ROLLER_RADIUS_M: Range = range(1e-5, 5.0);
-/// How much thinner a roller is at its ends.
+/// Difference of a roller's radius at its ends.
 pub(crate) const CROWN_M: Range = range(0.0, 10.0);
 /// From a bead to a barrel.
 pub(crate) const ROLLER_MASS_KG: Range = range(1e-6, 1e3);
@@ -313,7 +313,7 @@ pub(crate) fn direction<const N: usize>(values: &[f64; N], context: &()) -> gard
     }
 }
 
-/// What [`is_name`] accepts, as a regular expression.
+/// Pattern of [`is_name`], as a regular expression.
 #[cfg(feature = "schema")]
 pub(crate) const NAME: &str = "^[A-Za-z0-9_-]{1,40}$";
 
@@ -355,7 +355,7 @@ pub(crate) fn is_name(value: &str, _: &()) -> garde::Result {
     }
 }
 
-/// What a ratio is where a file leaves it out.
+/// Default of a ratio that a file leaves out.
 pub(crate) fn one() -> f64 {
     1.0
 }

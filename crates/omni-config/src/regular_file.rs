@@ -4,9 +4,9 @@ use std::fs::{self, File, FileType};
 use std::io::{Error, ErrorKind, Read, Result};
 use std::path::Path;
 
-/// Largest TOML file \[bytes\]: a scenario with a picture of 4 million pixels inside has 11 million at most.
+/// Largest TOML file \[bytes\]: a scenario with an embedded picture of 4 million pixels has at most 11 million.
 pub const MOST_TOML_BYTES: u64 = 16_000_000;
-/// Largest PNG file \[bytes\]: far more than 4 million pixels of 16 bits take, compressed or not.
+/// Largest PNG file \[bytes\]: far more than 4 million pixels of 16 bits need, compressed or not.
 pub const MOST_PNG_BYTES: u64 = 64_000_000;
 
 /// Opens a file for reading, if it is a regular one: a pipe would be waited for, a device has no end.
@@ -31,7 +31,7 @@ pub fn open_regular(path: impl AsRef<Path>) -> Result<File> {
 /// its place would replace a device, or wait for who reads a pipe. A name that nothing has is fine.
 ///
 /// # Errors
-/// What it is instead, in a few words.
+/// Its actual kind, in a few words.
 ///
 /// ```
 /// assert!(omni_config::check_replaceable(std::env::temp_dir().join("omnistep-that-is-not-there")).is_ok());

@@ -22,7 +22,7 @@ pub struct Rest {
     #[garde(adapt(ranges), range(min = TIME_S.min, max = TIME_S.max))]
     pub hold_s: f64,
     /// The hold also ends when the sum over the wheels of the integral of torque squared reaches
-    /// this \[N^2.m^2.s\], 0 to 1e9; above 0 where `hold_s` is, 0 by default.
+    /// this \[N^2.m^2.s\], 0 to 1e9; above 0 if `hold_s` is, 0 by default.
     #[garde(adapt(ranges), range(min = HOLD_TORQUE_SQUARED_N2M2S.min, max = HOLD_TORQUE_SQUARED_N2M2S.max))]
     pub hold_torque_squared_n2m2s: f64,
     /// Shorts the windings of every motor when its torque has ended, so that the motors brake a vehicle that
@@ -50,7 +50,7 @@ impl Default for Rest {
 }
 
 impl Rest {
-    /// How long a torque lasts at most once every reference is 0 \[s\]: `hold_s` and `bleed_s`.
+    /// Longest duration of a torque once every reference is 0 \[s\]: `hold_s` and `bleed_s`.
     ///
     /// ```
     /// use omni_config::{Override, Scenario};

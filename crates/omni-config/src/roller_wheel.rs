@@ -20,7 +20,7 @@ pub(crate) struct Misfit {
     pub(crate) message: String,
 }
 
-/// Parts of the wheel's mass and inertia that rollers have by default, and that the hub keeps at least.
+/// Default fraction of the wheel's mass and inertia in its rollers, and minimum fraction of the hub.
 const MASS_PART: f64 = 0.3;
 const INERTIA_PART: f64 = 0.8;
 const HUB_PART: f64 = 0.1;
@@ -30,7 +30,7 @@ const SHORTEST: f64 = 0.15;
 /// Ripple of a wheel without gaps, as a part of its radius: less is not felt.
 const CLOSED: f64 = 1e-3;
 
-/// What a wheel of rollers is made of: rollers, and the wheel's radius, roller angle, mass and inertia.
+/// Parameters of a wheel of rollers: rollers, and the wheel's radius, roller angle, mass and inertia.
 type Parts = (Rollers, [f64; 4]);
 
 thread_local! {
@@ -80,8 +80,7 @@ impl Rollers {
         Ok(built)
     }
 
-    /// The largest radius of rollers that close the gaps of this wheel, with four digits; none
-    /// where thinner ones do not.
+    /// The largest radius of rollers that close the gaps of this wheel, with four digits; none if thinner ones do not.
     pub(crate) fn closing_radius_m(&self, wheel: &WheelSpec) -> Option<f64> {
         let closes = |radius_m: f64| {
             let thinner = Self {
@@ -210,7 +209,7 @@ impl Rollers {
     }
 
     /// The wheel with rollers of that size, its rows in one plane and its rollers without mass;
-    /// none where there is no such barrel.
+    /// none if there is no such barrel.
     fn sized(&self, wheel: &WheelSpec, radius_m: f64, half_length_m: f64) -> Option<RollerWheel> {
         let cos = libm::cos(wheel.roller_angle_rad);
         let barrel = Barrel::new(radius_m, half_length_m, [wheel.radius_m, cos], self.crown_m)?;
@@ -256,7 +255,7 @@ fn misfit(key: &'static str, value: f64, allowed: &str) -> Misfit {
     }
 }
 
-/// The largest value from 0 to `most` that is good, if smaller ones are good too.
+/// The largest good value from 0 to `most`, if smaller values are also good.
 fn largest(most: f64, good: impl Fn(f64) -> bool) -> f64 {
     let (mut low, mut high) = (0.0, most);
     for _ in 0..40 {
@@ -270,7 +269,7 @@ fn largest(most: f64, good: impl Fn(f64) -> bool) -> f64 {
     low
 }
 
-/// The smallest value from 0 to `most` that is good, if larger ones are good too.
+/// The smallest good value from 0 to `most`, if larger values are also good.
 fn smallest(most: f64, mut good: impl FnMut(f64) -> bool) -> f64 {
     let (mut low, mut high) = (0.0, most);
     for _ in 0..40 {

@@ -1,4 +1,4 @@
-//! The rollers of a wheel, as a file gives them.
+//! The rollers of a wheel, as in a file.
 
 use garde::Validate;
 #[cfg(feature = "schema")]
@@ -9,19 +9,19 @@ use crate::ranges::{
     self, BEARING_N_M_S_RAD, CROWN_M, ROLLER_COUNT, ROLLER_MASS_KG, ROLLER_RADIUS_M, ROLLER_ROWS, WIDTH_M,
 };
 
-/// How wheels are simulated.
+/// Simulation model of wheels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum WheelModel {
-    /// Rollers where a ball does not stand for a wheel of this vehicle on this ground, else each
-    /// wheel as its `contact` says.
+    /// Rollers if a ball does not represent a wheel of this vehicle on this ground, otherwise each wheel by its
+    /// `contact`.
     #[default]
     Auto,
     /// Every wheel is a ball, valid or not: the fastest model.
     Ball,
-    /// Every wheel has its rollers, or those of the vehicle's `[rollers]`: the reference.
+    /// Every wheel has its own rollers, or the rollers of the vehicle's `[rollers]`: the reference.
     Rollers,
 }
 
@@ -50,8 +50,8 @@ pub struct Rollers {
     #[serde(default)]
     #[garde(adapt(ranges), range(min = WIDTH_M.min, max = WIDTH_M.max))]
     pub length_m: Option<f64>,
-    /// How much thinner a roller is at its ends than in its middle \[m\], from 0, a cylinder, to
-    /// the value that follows the wheel's rim; left out: follows the rim.
+    /// Difference of a roller's radius between its middle and its ends \[m\], from 0, a cylinder, to the value that
+    /// follows the wheel's rim; left out: follows the rim.
     #[serde(default)]
     #[garde(adapt(ranges), range(min = CROWN_M.min, max = CROWN_M.max))]
     pub crown_m: Option<f64>,

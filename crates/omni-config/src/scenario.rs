@@ -48,7 +48,7 @@ pub struct Scenario {
     #[garde(custom(is_name))]
     #[cfg_attr(feature = "schema", schemars(regex(pattern = NAME)))]
     pub name: String,
-    /// The vehicle. A file gives the name of a built-in one, a path relative to itself, or the vehicle's own table.
+    /// The vehicle. In a file: the name of a built-in vehicle, a path relative to the file, or the vehicle's own table.
     #[garde(skip)] // checked with its own source, before it is put here
     #[cfg_attr(feature = "schema", schemars(with = "VehicleChoice"))]
     vehicle: Vehicle,
@@ -69,8 +69,8 @@ pub struct Scenario {
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     #[garde(skip)]
     pub stop_when_done: bool,
-    /// Longest time that a run may take on the clock \[s\], 0.01 to 1e6; it then ends with an
-    /// error. Without effect where there is no clock: in `wasm32-unknown-unknown`.
+    /// Longest real time of a run \[s\], 0.01 to 1e6; it then ends with an error. Without effect if there is no clock:
+    /// in `wasm32-unknown-unknown`.
     #[serde(default = "an_hour")]
     #[garde(adapt(ranges), range(min = TIME_LIMIT_S.min, max = TIME_LIMIT_S.max))]
     pub time_limit_s: f64,
@@ -89,7 +89,7 @@ pub struct Scenario {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[garde(adapt(ranges), length(max = 1000), dive)]
     pub friction_patch: Vec<FrictionPatch>,
-    /// Where the vehicle stands at the start.
+    /// Start pose of the vehicle.
     #[serde(default)]
     #[garde(dive)]
     pub start: Start,
@@ -133,21 +133,21 @@ pub struct Scenario {
     #[serde(default)]
     #[garde(dive)]
     pub log: LogRates,
-    /// Where the vehicle's gains come from, if not from its file.
+    /// Source of the vehicle's gains, if not its file.
     #[serde(skip)]
     #[garde(skip)]
     derived_gains: Option<DerivedGains>,
-    /// What `physics.wheel_model` is here.
+    /// The value of `physics.wheel_model` for this scenario.
     #[serde(skip)]
     #[garde(skip)]
     wheel_model: WheelModel,
-    /// What `control.policy = "auto"` is here.
+    /// The policy behind `control.policy = "auto"` for this scenario.
     #[serde(skip)]
     #[garde(skip)]
     auto_policy: Option<AutoPolicy>,
 }
 
-/// What a file may say of its vehicle.
+/// A file's keys about its vehicle.
 #[cfg(feature = "schema")]
 #[derive(JsonSchema)]
 #[schemars(untagged)]
@@ -159,7 +159,7 @@ enum VehicleChoice {
     Table(Box<Vehicle>),
 }
 
-/// How much lower than the others a wheel may be mounted, as a part of its radius.
+/// Largest height difference of a wheel's mounting below the other wheels, as a fraction of its radius.
 const LOWEST: f64 = 0.1;
 
 fn ten_seconds() -> f64 {
@@ -189,7 +189,7 @@ impl Scenario {
     /// The built-in scenario or the file of that name, with some keys replaced.
     ///
     /// # Errors
-    /// What is wrong with it, in one line that names file, key, value and allowed range.
+    /// Its first error, in one line that names file, key, value and allowed range.
     ///
     /// ```
     /// use omni_config::{Override, Scenario, Terrain};
@@ -204,7 +204,7 @@ impl Scenario {
     }
 
     /// The files that [`Scenario::load`] reads for a name, its vehicle's, its height map's and its
-    /// table of commands included; none for what is built in. A build script makes Cargo watch them.
+    /// table of commands included; none for built-in scenarios. A build script makes Cargo watch them.
     ///
     /// # Errors
     /// [`Error::UnknownName`], [`Error::Missing`], [`Error::Io`] or [`Error::Syntax`].
@@ -233,8 +233,8 @@ impl Scenario {
         Ok(files)
     }
 
-    /// The engine that a built-in scenario or a file asks for, whatever else is in it; none where
-    /// it names none that there is.
+    /// The engine that a built-in scenario or a file asks for, whatever else is in it; none if it names none that there
+    /// is.
     ///
     /// # Errors
     /// [`Error::UnknownName`], [`Error::Missing`], [`Error::Io`] or [`Error::Syntax`].
@@ -339,7 +339,7 @@ impl Scenario {
         Ok(scenario)
     }
 
-    /// What no single key shows.
+    /// Checks across several keys.
     fn check(&self, source: &Source) -> Result<(), Error> {
         let multiple = |key: &str, us: u64, of: &str, divisor_us: u64| {
             if us.is_multiple_of(divisor_us) {
@@ -439,7 +439,7 @@ impl Scenario {
         let foremost = |wheel: &crate::WheelSpec| {
             let [x, y] = wheel.position_m;
             let bearing = libm::atan2(y, x) + heading;
-            // The least angle between the wheel's bearing and straight ahead.
+            // The least angle between the wheel's bearing and the forward direction.
             let off = (bearing - core::f64::consts::TAU * (bearing / core::f64::consts::TAU).round()).abs();
             libm::hypot(x, y) * libm::cos((off - spread).max(0.0)) + wheel.radius_m
         };
@@ -515,7 +515,7 @@ impl Scenario {
         Ok(())
     }
 
-    /// Gains that the vehicle's file left out and how they were found; none where the file gives them.
+    /// Gains that the vehicle's file left out and how they were found; none if the file sets them.
     ///
     /// ```
     /// assert!(omni_config::Scenario::load("step", &[])?.derived_gains().is_none()); // chugo7 has its own
@@ -535,7 +535,7 @@ impl Scenario {
     /// The same scenario with other keys, checked as a file is; messages name it `file`.
     ///
     /// # Errors
-    /// What is wrong with a key, in one line.
+    /// The error of a key, in one line.
     ///
     /// ```
     /// use omni_config::{Override, Scenario};
@@ -548,8 +548,8 @@ impl Scenario {
         Self::from_source(&Source::text(file, self.to_toml()?), overrides)
     }
 
-    /// The scenario as a file says it, its vehicle inside. What was derived, gains or a policy, is
-    /// left out: it would be derived again.
+    /// The scenario as a file says it, its vehicle inside. Derived gains or a derived policy are left out, because they
+    /// would be derived again.
     ///
     /// # Errors
     /// [`Error::Key`] for a seed above 2^63 - 1, which TOML cannot hold.

@@ -9,8 +9,8 @@ use crate::{FileKind, MotorBench, Scenario, Study, Vehicle};
 
 impl FileKind {
     /// The JSON Schema (draft 2020-12) of files of this kind: their keys, with types, ranges and
-    /// descriptions, for completion in editors. What no single key shows (names that refer to each
-    /// other, wheels that intersect) only loading finds.
+    /// descriptions, for completion in editors. Only loading finds errors across several keys (names that refer to each
+    /// other, wheels that intersect).
     ///
     /// ```
     /// let schema = omni_config::FileKind::Vehicle.schema();
@@ -37,9 +37,9 @@ fn of<T: JsonSchema>() -> Value {
         .into()
 }
 
-/// What is Rust's own leaves the schema: links in descriptions, `null` (TOML has none), formats of
-/// numbers. No table takes keys that it does not know (the kinds of a tagged enum read theirs by
-/// way of a mirror, which the derive does not see).
+/// Details of Rust are removed from the schema: links in descriptions, `null` (TOML has none), formats of numbers. No
+/// table accepts unknown keys (the kinds of a tagged enum read theirs by way of a mirror, which the derive does not
+/// see).
 #[derive(Clone)]
 struct Plain;
 

@@ -66,13 +66,13 @@ pub struct Study {
     #[serde(default)]
     #[garde(dive)]
     pub map: MapAxes,
-    /// Where it was read.
+    /// Path of the log.
     #[serde(skip)]
     #[garde(skip)]
     origin: Origin,
 }
 
-/// What messages call the file, and the folder that names inside are relative to.
+/// Name of the file in messages, and the folder for relative names inside.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Origin {
     file: String,
@@ -80,7 +80,7 @@ struct Origin {
     points: bool,
 }
 
-/// A key of the scenario and the values it takes.
+/// A key of the scenario and its values.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -98,7 +98,7 @@ pub struct Axis {
     /// Last of them.
     #[garde(custom(is_finite))]
     to: Option<f64>,
-    /// How many, 2 to 10000.
+    /// Number of values, 2 to 10000.
     #[serde(default, deserialize_with = "crate::integers::axis_count")]
     #[garde(adapt(ranges), range(min = AXIS_COUNT.min, max = AXIS_COUNT.max))]
     count: Option<u32>,
@@ -214,8 +214,8 @@ impl Study {
     /// The built-in study or the file of that name.
     ///
     /// # Errors
-    /// What is wrong with it, in one line that names file, key, value and what is allowed. The
-    /// scenarios are not read yet: [`Study::points`] does that.
+    /// Its first error, in one line that names file, key, value and the allowed range. The scenarios are not read yet:
+    /// [`Study::points`] does that.
     pub fn load(name: &str) -> Result<Self, Error> {
         Self::from_source(&Source::study(name)?)
     }
@@ -264,7 +264,7 @@ impl Study {
         Ok(study)
     }
 
-    /// A study of points that a program lists; `axis` has the keys that differ and the values that occur.
+    /// A study of points that a program lists; `axis` lists the keys that differ and the values that occur.
     ///
     /// # Errors
     /// A name that no folder can have, or a key that is no axis', such as `seed`.
@@ -309,7 +309,8 @@ impl Study {
         Ok(study)
     }
 
-    /// Does a program list its points ([`Study::of_points`])? They need not be every combination of the axes' values.
+    /// Whether a program lists its points ([`Study::of_points`]). They need not be every combination of the axes'
+    /// values.
     #[must_use]
     pub fn lists_points(&self) -> bool {
         self.origin.points
@@ -334,13 +335,13 @@ impl Study {
         (x, y.or_else(|| other(x)))
     }
 
-    /// What messages call the file.
+    /// Name of the file in messages.
     #[must_use]
     pub fn file(&self) -> &str {
         &self.origin.file
     }
 
-    /// The overrides of `set`, tables inside taken apart.
+    /// The overrides of `set`, with inner tables flattened.
     fn settings(&self) -> Vec<Override> {
         Override::all_of(&self.set)
     }

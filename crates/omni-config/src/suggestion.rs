@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-/// What something is called here, and what others call it.
+/// Names of a quantity here, and elsewhere.
 const ALIASES: [(&str, &[&str]); 6] = [
     ("independent", &["pid"]),
     ("bumps", &["sill", "cable", "threshold", "hump", "rail"]),

@@ -1,4 +1,4 @@
-//! The ground, as a file gives it.
+//! The ground, as in a file.
 
 mod shape;
 
@@ -15,8 +15,8 @@ use crate::ranges::{
     within,
 };
 
-/// The ground ahead of the vehicle: a plane at z = 0 and, from world x = `start_x_m` on, an obstacle
-/// across the path. Every kind has `friction`, the Coulomb coefficient between wheels and ground, 0 to 2.
+/// The ground in front of the vehicle: a plane at z = 0 and, from world x = `start_x_m` on, an obstacle across the
+/// path. Every kind has `friction`, the Coulomb coefficient between wheels and ground, 0 to 2.
 ///
 /// ```
 /// use omni_config::{Scenario, Terrain};
@@ -61,7 +61,7 @@ pub enum Terrain {
         #[garde(adapt(ranges), range(min = RISER_M.min, max = RISER_M.max))]
         start_x_m: f64,
     },
-    /// Equal steps up, one after the other; the last one goes on as a plane.
+    /// Consecutive equal steps up; the last one continues as a plane.
     Stairs {
         /// Coulomb friction coefficient between wheels and ground, 0 to 2.
         #[garde(adapt(ranges), range(min = FRICTION.min, max = FRICTION.max))]
@@ -177,7 +177,7 @@ pub enum Terrain {
         #[garde(adapt(ranges), range(min = FRICTION.min, max = FRICTION.max))]
         friction: f64,
         /// A PNG, grey, of 8 or 16 bits: a path relative to this file. (A log holds it as a data URL.)
-        #[garde(skip)] // read or refused when the file is loaded
+        #[garde(skip)] // read or rejected when the file is loaded
         #[cfg_attr(feature = "schema", schemars(with = "String"))]
         image: HeightMap,
         /// Edge of a pixel \[m\], 1e-4 to 10.
@@ -270,13 +270,13 @@ enum TerrainByKind {
 }
 deserialize_by_kind!(Terrain, TerrainByKind);
 
-/// Where an obstacle lies along x \[m\]: it is passed when a wheel's centre is beyond `to_m`.
+/// Extent of an obstacle along x \[m\]: it is passed when a wheel's centre is beyond `to_m`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Obstacle {
     /// World x of its near side.
     pub from_m: f64,
-    /// World x of its far side; that of a step is its riser.
+    /// World x of its far side; for a step, its riser.
     pub to_m: f64,
 }
 
@@ -330,11 +330,11 @@ pub struct FrictionPatch {
     #[garde(custom(within(WORLD_M)), custom(interval))]
     #[cfg_attr(feature = "schema", schemars(inner(range(min = WORLD_M.min, max = WORLD_M.max))))]
     pub y_m: [f64; 2],
-    /// Coulomb friction coefficient between wheels and ground, 0 to 2. Where patches overlap the last one counts.
+    /// Coulomb friction coefficient between wheels and ground, 0 to 2. If patches overlap, the last one counts.
     #[garde(adapt(ranges), range(min = FRICTION.min, max = FRICTION.max))]
     pub friction: f64,
-    /// How it moves, world x and y \[m/s\], -100 to 100; left out: not at all. `x_m` and `y_m` are
-    /// where it is at `from_s`.
+    /// Its velocity, world x and y \[m/s\], -100 to 100; left out: it does not move. `x_m` and `y_m` are its position
+    /// at `from_s`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[garde(adapt(ranges), inner(range(min = VELOCITY_M_S.min, max = VELOCITY_M_S.max)))]
     pub velocity_m_s: Option<[f64; 2]>,
@@ -349,7 +349,7 @@ pub struct FrictionPatch {
 }
 
 impl FrictionPatch {
-    /// Is a place of the world \[m\] in it at a time \[s\]?
+    /// Whether a position in the world \[m\] is in it at a time \[s\].
     ///
     /// ```
     /// use omni_config::{Override, Scenario};

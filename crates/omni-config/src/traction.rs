@@ -14,7 +14,7 @@ use crate::{Error, Gains, Scenario, Vehicle};
 /// A supervisor and its law.
 pub(crate) type Parts<R, const N: usize> = (Supervisor<R, N>, Traction<R, N>);
 
-/// Speed of run-ups where the vehicle has no limits \[m/s\].
+/// Speed of run-ups if the vehicle has no limits \[m/s\].
 const MOST_M_S: f64 = 1.0;
 /// Part of the motors' speed without load up to which wheels are spun.
 const SPUN_PART: f64 = 0.9;
@@ -22,7 +22,7 @@ const SPUN_PART: f64 = 0.9;
 const LEAST_SPIN_M_S: f64 = 0.33;
 
 impl Scenario {
-    /// Is the controller traction control (`traction`, `traction_runup`), which has no loops of single wheels?
+    /// Whether the controller is traction control (`traction`, `traction_runup`), which has no loops of single wheels.
     ///
     /// ```
     /// use omni_config::Scenario;
@@ -35,8 +35,8 @@ impl Scenario {
         self.control.traction().is_some()
     }
 
-    /// Tries at each row of wheels that the scenario's traction control has; none where the policy
-    /// is one of the wheels' loops.
+    /// Tries at each row of wheels that the scenario's traction control has; none if the policy is one of the wheels'
+    /// loops.
     ///
     /// ```
     /// use omni_config::{Override, Scenario};
@@ -51,11 +51,11 @@ impl Scenario {
         Some(given.unwrap_or_else(|| preset.supervisor::<f64>(self.period_s()).retry.retries.into()))
     }
 
-    /// Refuses traction control where only loops of single wheels will do: `place` says where, as
-    /// "allowed {place}" in the message.
+    /// Rejects traction control if only loops of single wheels are possible: `place` states the use, as "allowed
+    /// {place}" in the message.
     ///
     /// # Errors
-    /// [`Error::Key`] where [`Scenario::has_traction`].
+    /// [`Error::Key`] if [`Scenario::has_traction`].
     ///
     /// ```
     /// use omni_config::Scenario;
@@ -76,8 +76,7 @@ impl Scenario {
         })
     }
 
-    /// Traction control of the scenario's vehicle, in the scalar `R`; none where its policy is one
-    /// of the wheels' loops.
+    /// Traction control of the scenario's vehicle, in the scalar `R`; none if its policy is one of the wheels' loops.
     ///
     /// # Errors
     /// As [`Scenario::controller`]; [`Error::Key`] for a vehicle of more than 8 hinges.
@@ -101,7 +100,7 @@ impl Scenario {
         policy.map(Some).map_err(|error| self.vehicle().refuse(&error))
     }
 
-    /// What [`Scenario::traction`] is made of, for firmware.
+    /// The configuration of [`Scenario::traction`], for firmware.
     pub(crate) fn traction_parts<R: Real, const N: usize>(&self) -> Result<Option<Parts<R, N>>, Error> {
         let Some(preset) = self.control.traction() else {
             return Ok(None);
@@ -140,7 +139,7 @@ impl Scenario {
         )))
     }
 
-    /// What traction control refuses, by the key of the files that it follows from.
+    /// Errors of traction control, by the key of the files that causes them.
     fn refuse_by_key(&self, error: &ConfigError, gains: &Gains) -> Error {
         let (key, value, allowed) = match error.parameter {
             "lag_s" => (
@@ -161,7 +160,7 @@ impl Scenario {
         }
     }
 
-    /// What the scenario knows of its sensors and motors.
+    /// The scenario's known properties of sensors and motors.
     fn traction_sensors<R: Real>(&self) -> TractionSensors<R> {
         let (given, mut sensors) = (&self.sensors, TractionSensors::perfect());
         // What is made of counts by something else is no multiple of them.
@@ -192,7 +191,7 @@ impl Scenario {
         config
     }
 
-    /// What the slowest rim can do beyond a run-up \[m/s\]; infinite where no motor's torque falls with its speed.
+    /// Speed of the slowest rim beyond a run-up \[m/s\]; infinite if no motor's torque falls with its speed.
     fn spin_to_spare_m_s(&self, run_up_m_s: f64) -> f64 {
         let Some(fastest) = self.vehicle().no_load_rad_s() else {
             return f64::INFINITY;
@@ -205,8 +204,8 @@ impl Scenario {
         rims.fold(f64::INFINITY, f64::min) * SPUN_PART * fastest - run_up_m_s
     }
 
-    /// What traction control that the file names does without, a line each: sensors that the vehicle has
-    /// not, motors that are too slow. Of a policy that was chosen, [`Scenario::auto_policy`] says it.
+    /// Notes on traction control that the file names, one line each: sensors that the vehicle lacks, motors that are
+    /// too slow. Of a policy that was chosen, [`Scenario::auto_policy`] says it.
     ///
     /// ```
     /// use omni_config::{Override, Scenario};
@@ -274,7 +273,7 @@ impl Vehicle {
     /// The tree of its bodies and what carries its wheels.
     ///
     /// # Errors
-    /// [`Error::Key`] for more than 8 hinges, or where `N` is not the number of wheels.
+    /// [`Error::Key`] for more than 8 hinges, or if `N` is not the number of wheels.
     ///
     /// ```
     /// let linkage = omni_config::Vehicle::load("chugo7")?.linkage::<f64, 7>()?;

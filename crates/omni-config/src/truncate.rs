@@ -7,7 +7,7 @@ const MOST: usize = 200;
 /// Most characters of what is allowed instead, this program's own words: with the names of a file
 /// and of a key no more than 300.
 const MOST_ALLOWED: usize = 220;
-/// Of a value that is cut this much is left at least.
+/// Minimum remaining length of a cut value.
 const LEAST: usize = 60;
 /// A value is whole up to this much: a key that there is not, and the one that was meant.
 const MEANT: usize = 90;

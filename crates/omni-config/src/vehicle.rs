@@ -36,7 +36,7 @@ pub use coupling_spring::CouplingSpring;
 pub use motor::Motor;
 
 /// A vehicle file. Lengths are in the vehicle's frame on flat ground: x forward, y left, z up from
-/// the ground. The commanded twist is that of the frame's origin.
+/// the ground. The commanded twist applies to the frame's origin.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema), schemars(transform = completion::schema::vehicle))]
 #[serde(deny_unknown_fields)]
@@ -64,8 +64,7 @@ pub struct Vehicle {
     /// Wheels, in the controller's order.
     #[garde(adapt(ranges), length(min = 3, max = 8), dive)]
     pub wheel: Vec<WheelSpec>,
-    /// Rollers of the wheels whose `contact` gives none of their own, for
-    /// `physics.wheel_model = "rollers"`.
+    /// Rollers of the wheels whose `contact` defines none, for `physics.wheel_model = "rollers"`.
     #[serde(default)]
     #[garde(dive)]
     pub rollers: Option<Rollers>,
@@ -80,11 +79,11 @@ pub struct Vehicle {
     #[serde(default)]
     #[garde(dive)]
     pub limits: Option<Limits>,
-    /// What was assumed of what the file leaves out.
+    /// Assumptions about keys that the file leaves out.
     #[serde(skip)]
     #[garde(skip)]
     pub(crate) assumed: Vec<String>,
-    /// Does the file give the motors' rotors, whose inertia wheels have besides their own?
+    /// Whether the file defines the motors' rotors, whose inertia adds to the wheels' own.
     #[serde(skip)]
     #[garde(skip)]
     pub(crate) with_rotors: bool,
@@ -112,15 +111,15 @@ pub struct Body {
     #[garde(adapt(ranges), inner(range(min = EDGE_M.min, max = EDGE_M.max)))]
     pub inertia_box_m: [f64; 3],
     /// Height of its lowest point above level ground with the vehicle at rest \[m\], 0.001 to 100.
-    /// Left out: that of the box's lower face.
+    /// Left out: the height of the box's lower face.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[garde(adapt(ranges), range(min = EDGE_M.min, max = EDGE_M.max))]
     pub clearance_m: Option<f64>,
 }
 
 impl Body {
-    /// Height of its lowest point above level ground at rest \[m\]: the file's, or that of its box's lower
-    /// face. None where the box reaches into the ground: then it has the body's inertia, but not its shape.
+    /// Height of its lowest point above level ground at rest \[m\]: the file's value, or the height of its box's lower
+    /// face. None if the box reaches into the ground: then it has the body's inertia, but not its shape.
     ///
     /// ```
     /// use omni_config::Vehicle;
@@ -165,7 +164,7 @@ pub struct Hinge {
     /// The angle stays within plus and minus this \[rad\], 0 to 3.
     #[garde(adapt(ranges), range(min = STOP_RAD.min, max = STOP_RAD.max))]
     pub limit_rad: f64,
-    /// Viscous damping \[N.m.s/rad\], 0 to 1e6. Left out: what stops the child in 0.2 s.
+    /// Viscous damping \[N.m.s/rad\], 0 to 1e6. Left out: the damping that stops the child in 0.2 s.
     #[garde(adapt(ranges), range(min = DAMPING_N_M_S_RAD.min, max = DAMPING_N_M_S_RAD.max))]
     pub damping_n_m_s_rad: f64,
 }
@@ -179,13 +178,13 @@ pub struct Limits {
     /// Speed forward \[m/s\], 0.001 to 100.
     #[garde(adapt(ranges), range(min = SPEED_M_S.min, max = SPEED_M_S.max))]
     pub vx_m_s: f64,
-    /// Speed sideways \[m/s\], 0.001 to 100.
+    /// Lateral speed \[m/s\], 0.001 to 100.
     #[garde(adapt(ranges), range(min = SPEED_M_S.min, max = SPEED_M_S.max))]
     pub vy_m_s: f64,
     /// Yaw rate \[rad/s\], 0.001 to 1000.
     #[garde(adapt(ranges), range(min = SPEED_RAD_S.min, max = SPEED_RAD_S.max))]
     pub wz_rad_s: f64,
-    /// Acceleration and deceleration, forward and sideways \[m/s^2\], 0.001 to 1e4; left out: unlimited.
+    /// Forward and lateral acceleration and deceleration \[m/s^2\], 0.001 to 1e4; left out: unlimited.
     #[serde(default)]
     #[garde(adapt(ranges), range(min = ACCELERATION_M_S2.min, max = ACCELERATION_M_S2.max))]
     pub linear_m_s2: Option<f64>,
@@ -196,7 +195,7 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// The speeds forward, sideways \[m/s\] and about \[rad/s\].
+    /// The forward and lateral speeds \[m/s\] and the yaw rate \[rad/s\].
     pub(crate) fn speeds(&self) -> [f64; 3] {
         [self.vx_m_s, self.vy_m_s, self.wz_rad_s]
     }
@@ -260,7 +259,7 @@ impl Vehicle {
     /// The built-in vehicle or the file of that name.
     ///
     /// # Errors
-    /// What is wrong with it, in one line.
+    /// Its first error, in one line.
     ///
     /// ```
     /// let vehicle = omni_config::Vehicle::load("chugo7")?;
@@ -275,7 +274,7 @@ impl Vehicle {
     /// The vehicle that a source describes, with some keys replaced.
     ///
     /// # Errors
-    /// What is wrong with it, in one line.
+    /// Its first error, in one line.
     pub fn from_source(source: &Source, overrides: &[Override]) -> Result<Self, Error> {
         let table = source.table()?;
         source.expect(FileKind::Vehicle, &table)?;
@@ -315,7 +314,8 @@ impl Vehicle {
         })
     }
 
-    /// What was assumed of what the file leaves out, in words: inertias of wheels, centres of mass, damping of hinges.
+    /// Assumptions about keys that the file leaves out, in words: inertias of wheels, centres of mass, damping of
+    /// hinges.
     ///
     /// ```
     /// use omni_config::{FileKind, Source, Vehicle};
@@ -330,8 +330,8 @@ impl Vehicle {
         &self.assumed
     }
 
-    /// Rows of wheels that meet an obstacle ahead together, front row first: wheels whose x differs
-    /// by less than 2 cm from the next one's.
+    /// Rows of wheels that meet an obstacle in front at the same time, front row first: wheels whose x differs by less
+    /// than 2 cm from the next wheel's.
     ///
     /// ```
     /// let rows = omni_config::Vehicle::load("chugo7")?.rows();
@@ -363,7 +363,7 @@ impl Vehicle {
     /// The wheels as the controller knows them.
     ///
     /// # Errors
-    /// As [`WheelLayout::new`]; parameter `wheel count` where `N` is not the number of wheels.
+    /// As [`WheelLayout::new`]; parameter `wheel count` if `N` is not the number of wheels.
     pub fn layout<R: omni_core::Real, const N: usize>(
         &self,
     ) -> Result<WheelLayout<R, N>, omni_core::ConfigError> {
@@ -387,8 +387,8 @@ impl Vehicle {
     }
 
     /// The rollers of the wheel with that index, from 0, under a wheel model, on level ground if
-    /// that is automatic; none where it is a ball. Those of a file that has none are nine, or twice
-    /// nine on an omni wheel, of a fifth of the wheel's radius.
+    /// that is automatic; none if it is a ball. Those of a file that has none are nine, or twice nine on an omni wheel,
+    /// of a fifth of the wheel's radius.
     ///
     /// ```
     /// use omni_config::{Vehicle, WheelModel};
@@ -414,8 +414,7 @@ impl Vehicle {
         }
     }
 
-    /// A wheel's own rollers, or the vehicle's on that wheel, or the key and what is wrong with
-    /// them; none where there are none.
+    /// A wheel's own rollers, or the vehicle's rollers on that wheel, or the key and the error; none if there are none.
     pub(crate) fn rollers_of(&self, index: usize) -> Option<Result<RollerWheel, (String, String)>> {
         let wheel = self.wheel.get(index)?;
         let (rollers, table, on) = match wheel.contact {

@@ -9,9 +9,9 @@ mod effort;
 mod hands;
 mod places;
 
-/// A rim that is faster than this without load is doubtful \[m/s\]: rpm taken for rad/s.
+/// A rim that is faster than this without load is doubtful \[m/s\]: rpm mistaken for rad/s.
 const FAST_M_S: f64 = 6.0;
-/// Motors are doubtful that push with so many times the weight: kg.cm taken for N.m.
+/// Motors whose thrust exceeds this multiple of the weight are doubtful: kg.cm mistaken for N.m.
 const STRONG: f64 = 8.0;
 /// Wheels are doubtful that are denser than steel \[kg/m^3\], as wide as they are high.
 const DENSE_KG_M3: f64 = 9000.0;
@@ -28,8 +28,8 @@ const ALONE: f64 = 0.04;
 const BEYOND: f64 = 1.05;
 
 impl Vehicle {
-    /// What is doubtful of it with this control period \[s\], a line each: nothing that is refused,
-    /// all of it worth a second look.
+    /// Doubts about it with this control period \[s\], one line each: nothing here is an error, but each is worth a
+    /// second look.
     ///
     /// # Errors
     /// As [`Vehicle::derived_gains`].
@@ -67,7 +67,7 @@ impl Vehicle {
         Ok(doubts)
     }
 
-    /// Why it does not stand on flat ground as its file describes it; none where it does.
+    /// Reason why it does not stand on flat ground as described by its file; none if it does.
     ///
     /// ```
     /// use omni_config::{Source, Vehicle, FileKind};
@@ -108,7 +108,8 @@ impl Vehicle {
         ))
     }
 
-    /// A wheel whose radius is another than that of the wheels with its kind of contact, as after a change of it alone.
+    /// A wheel whose radius differs from the other wheels with its kind of contact, for example after a change of this
+    /// wheel alone.
     fn unequal_wheels(&self) -> Option<String> {
         let (other, median_m) = self.wheel.iter().find_map(|wheel| {
             let kind = std::mem::discriminant(&wheel.contact);

@@ -63,7 +63,7 @@ impl Vehicle {
         bodies.chain(wheels)
     }
 
-    /// How evenly the wheels move the vehicle in its three directions: 1 is best, above 100 is refused.
+    /// How evenly the wheels move the vehicle in its three directions: 1 is best, above 100 is rejected.
     ///
     /// # Errors
     /// [`Error::Key`] for wheels that cannot move it in three directions; a loaded vehicle has been checked.
@@ -77,7 +77,7 @@ impl Vehicle {
         Ok(self.actuators()?.1)
     }
 
-    /// Actuator velocities per unit of vx, vy and wz, one row a wheel, and the layout's condition number.
+    /// Actuator velocities per unit of vx, vy and wz, one row per wheel, and the layout's condition number.
     pub(crate) fn actuators(&self) -> Result<(Vec<[f64; 3]>, f64), Error> {
         for_wheel_count!(self.wheel.len(), actuators[](self), |count| Err(
             wheel_count_refused(count)
@@ -85,7 +85,7 @@ impl Vehicle {
         .map_err(|error| self.refuse(&error))
     }
 
-    /// What omni-core refuses of it.
+    /// Its errors by omni-core.
     pub(crate) fn refuse(&self, error: &ConfigError) -> Error {
         Error::Key {
             file: format!("vehicle {}", self.name),
@@ -115,8 +115,8 @@ impl Vehicle {
         }))
     }
 
-    /// Push ahead of each wheel per torque of its actuator \[1/m\], where the wheels' pushes aside
-    /// cancel: 0 of a wheel across.
+    /// Forward push of each wheel per torque of its actuator \[1/m\], if the wheels' lateral pushes cancel: 0 for a
+    /// transverse wheel.
     ///
     /// # Errors
     /// As [`Vehicle::condition_number`].
@@ -132,8 +132,8 @@ impl Vehicle {
         Ok(rows.iter().map(|[ahead, _, _]| ahead.abs()).collect())
     }
 
-    /// The fastest that it goes ahead, aside \[m/s\] and about \[rad/s\]: of its limits and of what
-    /// its motors turn without load, the least; infinite where neither says.
+    /// Its highest forward speed, lateral speed \[m/s\] and yaw rate \[rad/s\]: the least of its limits and of its
+    /// motors' no-load speeds; infinite without either.
     ///
     /// # Errors
     /// As [`Vehicle::condition_number`].
@@ -149,17 +149,17 @@ impl Vehicle {
         Ok([0, 1, 2].map(|axis| of_motors[axis].min(allowed[axis])))
     }
 
-    /// What its motors turn without load, ahead, aside \[m/s\] and about \[rad/s\]; none of motors
-    /// whose line says nothing of that.
+    /// Forward speed, lateral speed \[m/s\] and yaw rate \[rad/s\] at its motors' no-load speed; none for motors
+    /// without a no-load speed.
     pub(crate) fn motor_speeds(&self) -> Result<Option<[f64; 3]>, Error> {
         self.no_load_rad_s()
             .map(|no_load| self.speeds_at(no_load))
             .transpose()
     }
 
-    /// Friction that accelerating takes of the wheel that has the least of it for its load, per
-    /// m/s^2 ahead and aside and per rad/s^2 about, each alone on flat ground under this gravity:
-    /// torques in proportion to how fast the wheels turn, as of equal loops.
+    /// Friction coefficient that acceleration requires at the wheel with the least reserve for its load, per m/s^2
+    /// forward and lateral and per rad/s^2 of yaw, each alone on flat ground under this gravity, with torques
+    /// proportional to the wheels' speeds, as with equal loops.
     ///
     /// # Errors
     /// As [`Vehicle::condition_number`].
@@ -192,12 +192,12 @@ impl Vehicle {
         self.motor.line_end_rad_s()
     }
 
-    /// Load of every wheel at rest on flat ground under this gravity \[N\]; none where no loads of
-    /// equally stiff contacts are in balance without one that pulls.
+    /// Load of every wheel at rest on flat ground under this gravity \[N\]; none if no loads of equally stiff contacts
+    /// are in balance without one that pulls.
     ///
     /// The loads that balance the whole vehicle's weight and, about every hinge, the weight beyond it, couplings
-    /// passing on their torques. Where that leaves them open (four wheels under a rigid platform), the ones of the
-    /// smallest sum of squares: those of contacts that give alike; stiffer contacts and preloaded wheels take more.
+    /// passing on their torques. If they are not determined (four wheels under a rigid platform), the loads with the
+    /// smallest sum of squares, as with equal contact stiffness; stiffer contacts and preloaded wheels carry more.
     ///
     /// ```
     /// let load = omni_config::Vehicle::load("omni3")?.static_loads_n(9.81).expect("it stands");
@@ -209,7 +209,7 @@ impl Vehicle {
         self.static_loads_with(gravity_m_s2, None)
     }
 
-    /// [`Vehicle::static_loads_n`] where the hinge with that index, from 0, is blocked.
+    /// [`Vehicle::static_loads_n`] if the hinge with that index, from 0, is blocked.
     pub(crate) fn static_loads_with(&self, gravity_m_s2: f64, blocked: Option<usize>) -> Option<Vec<f64>> {
         let (wheels, hinges) = (self.wheel.len(), self.hinge.len());
         // Rows: the whole vehicle's force and its moments about x and y; then the moment about each

@@ -8,7 +8,7 @@ use crate::command::{Command, Start};
 use crate::path::{MOST_POINTS, PATHS, PathChoice, PathPoint, WayKind};
 use crate::suggestion::did_you_mean;
 
-/// Side of a square, diameter of a circle \[m\], where none is given.
+/// Side of a square, diameter of a circle \[m\], if none is set.
 const SIZE_M: f64 = 1.0;
 
 impl Command {
@@ -31,7 +31,7 @@ impl Command {
         )
     }
 
-    /// The key and what is wrong with it, where a path's keys do not fit together.
+    /// The key and its error, if a path's keys are inconsistent.
     pub(crate) fn path_refusal(&self) -> Option<(String, String)> {
         let Some(path) = &self.path else {
             let size_m = self.path_size_m?;
@@ -102,7 +102,7 @@ impl PathPoint {
         waypoint.time_s = self.time_s;
         waypoint.shape = match self.kind {
             WayKind::Line => WayShape::Line,
-            // What an arc without a sweep is was refused.
+            // An arc without a sweep was rejected before.
             WayKind::Arc => WayShape::Arc {
                 sweep_rad: self.sweep_rad.unwrap_or(FRAC_PI_2),
             },
@@ -112,7 +112,7 @@ impl PathPoint {
     }
 }
 
-/// A built-in path from where the vehicle stands.
+/// A built-in path from the vehicle's pose.
 fn built_in(name: &str, size_m: f64, start: &Start) -> Vec<PathPoint> {
     let (sin, cos) = (libm::sin(start.heading_rad), libm::cos(start.heading_rad));
     let at = |ahead: f64, left: f64| {

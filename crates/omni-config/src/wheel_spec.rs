@@ -1,4 +1,4 @@
-//! A driven wheel, as a file gives it.
+//! A driven wheel, as in a file.
 
 use garde::Validate;
 #[cfg(feature = "schema")]
@@ -23,7 +23,7 @@ pub enum WheelContact {
     /// A ball of the wheel's radius: for wheels that meet obstacles along their rolling direction.
     Ball {},
     /// A ball of the rollers' radius under the axle, geared so that the wheel's rim and inertia are right: for wheels
-    /// that meet obstacles sideways, with a roller.
+    /// that meet obstacles laterally, with a roller.
     Roller {
         /// Radius of the rollers \[m\], 0.001 to 10, less than the wheel's.
         #[garde(adapt(ranges), range(min = RADIUS_M.min, max = RADIUS_M.max))]
@@ -78,17 +78,17 @@ pub struct WheelSpec {
     /// Mass \[kg\], 0.001 to 10000.
     #[garde(adapt(ranges), range(min = MASS_KG.min, max = MASS_KG.max))]
     pub mass_kg: f64,
-    /// Moment of inertia about the axle \[kg.m^2\], rotor included, 1e-10 to 1e6. Left out: that of
-    /// a solid wheel, and of the motor's rotor where its inertia is given.
+    /// Moment of inertia about the axle \[kg.m^2\], rotor included, 1e-10 to 1e6. Left out: the inertia of a solid
+    /// wheel, plus the motor's rotor if its inertia is set.
     #[garde(adapt(ranges), range(min = INERTIA_KG_M2.min, max = INERTIA_KG_M2.max))]
     pub inertia_kg_m2: f64,
     /// Wheel velocity over actuator velocity, k of eq. (1), 1e-6 to 1000; 1 for direct drive.
     #[serde(default = "one")]
     #[garde(adapt(ranges), range(min = GEAR.min, max = GEAR.max))]
     pub gear: f64,
-    /// Stiffness of its contact with the ground \[N/m\], 100 to 1e10; left out: that of
-    /// `physics.contact_frequency_hz` with the wheel's mass. On a rigid frame it sets how the
-    /// wheels of a row share their load. Only with `physics.engine = "articulated"`.
+    /// Stiffness of its contact with the ground \[N/m\], 100 to 1e10; left out: from `physics.contact_frequency_hz` and
+    /// the wheel's mass. On a rigid frame it sets how the wheels of a row share their load. Only with
+    /// `physics.engine = "articulated"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[garde(adapt(ranges), range(min = CONTACT_N_M.min, max = CONTACT_N_M.max))]
     pub contact_stiffness_n_m: Option<f64>,
@@ -97,7 +97,7 @@ pub struct WheelSpec {
     #[serde(default)]
     #[garde(adapt(ranges), range(min = PRELOAD_N.min, max = PRELOAD_N.max))]
     pub preload_n: f64,
-    /// What touches the ground; a ball if left out.
+    /// Model of its contact with the ground; a ball if left out.
     #[garde(dive)]
     pub contact: WheelContact,
 }
@@ -109,7 +109,8 @@ impl WheelSpec {
         [x, y].map(|part| part / libm::hypot(x, y) / self.gear)
     }
 
-    /// Radius of the ball that a wheel touches the ground with where it is one \[m\]: its own, or its rollers'.
+    /// Radius of the ball that represents a wheel on the ground, if it is a ball \[m\]: the wheel's radius, or its
+    /// rollers'.
     ///
     /// ```
     /// let vehicle = omni_config::Vehicle::load("chugo7")?;
@@ -125,7 +126,7 @@ impl WheelSpec {
         }
     }
 
-    /// How far a rolling wheel pushes its centre along its push while its actuator turns by a radian \[m/rad\].
+    /// Displacement of a rolling wheel's centre along its push per radian of its actuator \[m/rad\].
     ///
     /// ```
     /// let vehicle = omni_config::Vehicle::load("mecanum4")?;
@@ -138,8 +139,8 @@ impl WheelSpec {
         self.gear * self.radius_m * libm::cos(self.roller_angle_rad)
     }
 
-    /// Stiffness of its contact with the ground \[N/m\], where contacts of its mass swing with so
-    /// many Hz: its own, or `m (2 pi f)^2`.
+    /// Stiffness of its contact with the ground \[N/m\] for contacts of its mass with this natural frequency in Hz: its
+    /// own, or `m (2 pi f)^2`.
     ///
     /// ```
     /// let vehicle = omni_config::Vehicle::load("chugo7")?;

@@ -1,10 +1,10 @@
-//! Configured values as source code: checked on a computer, compiled into firmware bit for bit.
+//! Configured values as source code: checked on a computer, compiled into firmware bit-identically.
 //!
 //! A constructor such as [`crate::loops::Controller::new`] checks its configuration, inverts a matrix, and
 //! in `f32` compares in `f64`: a microcontroller without double precision pays for that in flash. Every
 //! configured value can instead describe itself to a [`Describe`]; what that writes (Rust in a build
 //! script, a C header) is a constant expression, so that nothing of the constructors is linked, nothing
-//! can fail at start, and the compiler sees the numbers. The crate `omni-config` has both writers.
+//! can fail at start, and the compiler sees the numbers. The crate `omni-config` provides both writers.
 
 use core::fmt::Result;
 
@@ -54,7 +54,7 @@ pub trait Constant {
     fn describe(&self, to: &mut dyn Describe) -> Result;
 }
 
-/// What a [`Constant`] describes itself to: a writer of source. See [`Constant`] for a whole one.
+/// Receives the description of a [`Constant`]: a writer of source. See [`Constant`] for a whole one.
 ///
 /// ```
 /// use omni_core::constants::{Constant, Describe, Piece};
@@ -72,7 +72,7 @@ pub trait Constant {
 /// assert_eq!(count.0, 7);
 /// ```
 pub trait Describe {
-    /// Takes one value, and lets its parts describe themselves.
+    /// Writes one value, whose parts describe themselves.
     ///
     /// # Errors
     /// The writer's own.

@@ -1,7 +1,7 @@
 //! The whole controller of a robot in one step: faults, slip, command, limits, loops and pose.
 //!
-//! [`Drive`] is what a firmware runs every period; [`TractionDrive`] is the same with traction
-//! control. [`FaultMonitor`] and [`SlipDetector`] are two of its parts, which work alone too.
+//! [`Drive`] is the step that firmware runs every period; [`TractionDrive`] adds traction control. [`FaultMonitor`] and
+//! [`SlipDetector`] are two of its parts, which also work alone.
 
 mod config;
 mod faults;

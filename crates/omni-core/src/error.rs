@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-/// A configuration value outside its range: which parameter, where, what it was and what is allowed.
+/// A configuration value outside its range: the parameter, its index, its value and the allowed range.
 ///
 /// Everything is checked when a configuration is built; running code cannot fail.
 ///
@@ -22,8 +22,8 @@ use core::fmt;
 pub struct ConfigError {
     /// Name of the parameter, with its unit.
     pub parameter: &'static str,
-    /// Index of the wheel concerned, of the table's point where `parameter` begins with `point.`,
-    /// or of the path's waypoint where it begins with `waypoint.`, from 0; messages count from 1.
+    /// Index of the wheel concerned, of the table's point if `parameter` begins with `point.`, or of the path's
+    /// waypoint if it begins with `waypoint.`, from 0; messages count from 1.
     pub index: Option<usize>,
     /// The value found.
     pub value: f64,
@@ -32,8 +32,8 @@ pub struct ConfigError {
 }
 
 impl ConfigError {
-    /// `parameter` is `value`, and only what `allowed` says in words would do; of no wheel in
-    /// particular. For who checks what is handed on to this crate.
+    /// `parameter` is `value`, but must satisfy the text `allowed`; it belongs to no particular wheel. For who checks
+    /// what is handed on to this crate.
     #[must_use]
     pub fn new(parameter: &'static str, value: f64, allowed: &'static str) -> Self {
         Self {

@@ -1,7 +1,7 @@
 //! Geometry of a vehicle on wheels: motions, wheel layouts, and the maps between the two.
 //!
-//! A [`WheelLayout`] gives [`Kinematics`], which maps a [`BodyTwist`] to [`WheelVelocities`] and
-//! back; [`SpeedLimits`] keeps those within what the wheels can turn.
+//! A [`WheelLayout`] defines [`Kinematics`], which maps a [`BodyTwist`] to [`WheelVelocities`] and back;
+//! [`SpeedLimits`] keeps the velocities within the wheels' speed limits.
 
 mod desaturation;
 mod forward_map;

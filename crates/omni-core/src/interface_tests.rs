@@ -12,7 +12,7 @@ use crate::traction::{Supervisor, SupervisorConfig, SupervisorMode, TractionConf
 use crate::{ConfigError, examples};
 use std::string::ToString;
 
-/// The parameter, the wheel or point, and the value that a constructor refused.
+/// The parameter, the wheel or point, and the value that a constructor rejected.
 fn refused<T>(built: Result<T, ConfigError>) -> (&'static str, Option<usize>, f64) {
     let error = built.err().expect("refused");
     (error.parameter, error.index, error.value)

@@ -1,8 +1,8 @@
 //! Passive hinges: height and motion of the wheels from the hinge angles.
 //!
-//! A wheel that climbs moves up as well as ahead. It rolls without slip only if it turns faster
-//! than the others, and its encoder sees besides how its carrier turns. Hinge encoders and an
-//! inertial measurement unit on the base measure both.
+//! A climbing wheel moves upwards as well as forward. It rolls without slip only if it turns faster than the other
+//! wheels, and its encoder also measures the rotation of its carrier. Hinge encoders and an inertial measurement unit
+//! on the base measure both.
 
 mod motion;
 mod tree;

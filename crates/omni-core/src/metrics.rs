@@ -24,10 +24,10 @@ pub fn slip_ratio_literal<R: Real>(rim_m_s: R, along_m_s: R) -> R {
     (rim_m_s - along_m_s) / rim_m_s
 }
 
-/// `(wanted - got) / max(|wanted|, |got|, floor)`, positive where `got` lags behind `wanted`: within -2..=2 always.
+/// `(wanted - got) / max(|wanted|, |got|, floor)`, positive if `got` lags behind `wanted`: always within -2..=2.
 ///
-/// The sign is that of `wanted`'s direction (of `got`'s where nothing is wanted). `floor` > 0 is
-/// the speed under which a difference counts as noise.
+/// The sign follows the direction of `wanted` (of `got` if nothing is wanted). `floor` > 0 is the speed under which a
+/// difference counts as noise.
 fn bounded_ratio<R: Real>(wanted: R, got: R, floor: R) -> R {
     let max = |a: R, b: R| if a > b { a } else { b };
     let scale = max(max(wanted.abs(), got.abs()), floor);
@@ -40,7 +40,7 @@ fn bounded_ratio<R: Real>(wanted: R, got: R, floor: R) -> R {
     }
 }
 
-/// Disturbed ratio, defined at rest: `(reference - velocity) / max(|reference|, |velocity|, floor)`, positive where the
+/// Disturbed ratio, defined at rest: `(reference - velocity) / max(|reference|, |velocity|, floor)`, positive if the
 /// wheel lags, within -2..=2. Equals eq. (14) to first order for small differences.
 ///
 /// `floor_rad_s` > 0: velocity under which differences count as noise; [`DISTURBED_FLOOR_RAD_S`] by default.
@@ -56,8 +56,8 @@ pub fn disturbed_ratio<R: Real>(reference_rad_s: R, velocity_rad_s: R, floor_rad
     bounded_ratio(reference_rad_s, velocity_rad_s, floor_rad_s)
 }
 
-/// Slip ratio, defined at rest: `(rim - along) / max(|rim|, |along|, floor)`, positive where the
-/// wheel spins faster than it moves, within -2..=2.
+/// Slip ratio, defined at rest: `(rim - along) / max(|rim|, |along|, floor)`, positive if the wheel spins faster than
+/// it moves, within -2..=2.
 ///
 /// `rim_m_s` is r w, w against the world (an encoder reads it against a frame that may pitch); `along_m_s` the
 /// velocity of the wheel's centre along its rolling direction in the tangent plane of its contact (not the body's
@@ -80,7 +80,7 @@ pub const DISTURBED_FLOOR_RAD_S: f64 = 0.1;
 pub const SLIP_FLOOR_M_S: f64 = 0.01;
 
 /// Shape error `w - ref (ref . w) / (ref . ref)` \[rad/s\]: the part of the velocities that no common factor on the
-/// references explains. All of `w` where every reference is zero. Zero when all wheels slow down together.
+/// references explains. All of `w` if every reference is zero. Zero when all wheels slow down together.
 ///
 /// ```
 /// use omni_core::metrics::shape_error;
@@ -106,7 +106,7 @@ pub fn shape_error<R: Real, const N: usize>(reference_rad_s: &[R; N], velocity_r
 }
 
 /// Standard deviation of `velocity / reference` over the wheels with a reference of at least `floor_rad_s`: 0 when they
-/// keep the commanded ratios, whatever their common speed. 0 where fewer than two wheels have one.
+/// keep the commanded ratios, whatever their common speed. 0 if fewer than two wheels have one.
 ///
 /// ```
 /// use omni_core::metrics::speed_ratio_spread;

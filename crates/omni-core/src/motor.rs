@@ -8,9 +8,9 @@
 //! | [`MotorDuty`] | the duty of a bridge for a torque, by [`DcMotor::duty`]; from a torque-speed line alone by [`TorqueLimit::duty`], [`TorqueLimit::duty_at`] |
 //! | [`Gearbox`] | ratio and efficiency, the right way round in each quadrant |
 //! | [`GearFriction`] | a gearbox with dry and viscous friction, and the torque that makes up for them |
-//! | [`ThermalModel`] | I2t: how long a motor may give more than it can give for ever |
+//! | [`ThermalModel`] | I2t: time for which a motor may exceed its continuous torque |
 //!
-//! Loops take [`TorqueLimit`]s; what the other modules allow at the moment goes in as [`TorqueRanges`] with
+//! Loops use [`TorqueLimit`]s; the present limits of the other modules are passed as [`TorqueRanges`] to
 //! [`crate::loops::WheelController::step_within`].
 
 mod dc;

@@ -6,7 +6,7 @@
 use crate::Real;
 use crate::geometry::BodyTwist;
 
-/// What an inertial measurement unit on the base says, in the base's axes: x forward, y left, z up.
+/// Readings of an inertial measurement unit on the base, in the base's axes: x forward, y left, z up.
 ///
 /// ```
 /// use omni_core::policy::Imu;
@@ -64,7 +64,7 @@ impl<R: Real> Imu<R> {
     }
 }
 
-/// What a vehicle knows in one control period, and nothing else: its sensors, its own torques, its command.
+/// All that a controller may use in one control period: the vehicle's sensors, its own torques, its command.
 ///
 /// ```
 /// use omni_core::policy::Imu;
@@ -79,13 +79,13 @@ impl<R: Real> Imu<R> {
 pub struct Readings<'a, R> {
     /// The vehicle's command: the last one that arrived.
     pub command: BodyTwist<R>,
-    /// The command arrived since the period before.
+    /// The command arrived since the previous period.
     pub new_command: bool,
-    /// Actuator velocities by the encoders \[rad/s\], one a wheel; NaN where no reading arrived.
+    /// Actuator velocities by the encoders \[rad/s\], one per wheel; NaN if no reading arrived.
     pub wheels_rad_s: &'a [R],
-    /// Torques commanded of the actuators in the period before \[N.m\], one a wheel; empty where they are not kept.
+    /// Commanded actuator torques of the previous period \[N.m\], one per wheel; empty if they are not kept.
     pub torques_n_m: &'a [R],
-    /// Angles of the hinges \[rad\], and their rates \[rad/s\], one a hinge; empty where they have no encoders.
+    /// Angles of the hinges \[rad\], and their rates \[rad/s\], one per hinge; empty if they have no encoders.
     pub hinges_rad: &'a [R],
     /// Rates of the hinges \[rad/s\].
     pub hinges_rad_s: &'a [R],
@@ -94,7 +94,7 @@ pub struct Readings<'a, R> {
 }
 
 impl<'a, R: Real> Readings<'a, R> {
-    /// A new command and actuator velocities \[rad/s\], one a wheel; no hinges, the vehicle level and at rest.
+    /// A new command and actuator velocities \[rad/s\], one per wheel; no hinges, the vehicle level and at rest.
     #[must_use]
     pub fn new(command: BodyTwist<R>, wheels_rad_s: &'a [R]) -> Self {
         Self {
@@ -109,8 +109,8 @@ impl<'a, R: Real> Readings<'a, R> {
     }
 }
 
-/// A controller: from what a vehicle knows to a torque a wheel, once every control period. What is
-/// written for it runs in firmware and in the simulation unchanged.
+/// A controller: computes one torque per wheel from an observation, once every control period. An implementation runs
+/// unchanged in firmware and in the simulation.
 ///
 /// ```
 /// use omni_core::{BodyTwist, Policy, Readings};
@@ -143,16 +143,16 @@ pub trait Policy<R> {
     /// Back to the start: nothing is remembered.
     fn reset(&mut self);
 
-    /// One control period: writes a torque a wheel \[N.m\], finite. `torques_n_m` is all zero
-    /// before. The caller brings the torques within what the motors have.
+    /// One control period: writes one torque per wheel \[N.m\], finite. `torques_n_m` is all zero before. The caller
+    /// brings the torques within what the motors have.
     fn step(&mut self, readings: &Readings<'_, R>, torques_n_m: &mut [R]);
 
-    /// What traces, tables and logs call it.
+    /// Its name in traces, tables and logs.
     fn name(&self) -> &str {
         "own"
     }
 
-    /// Why the last step gave no torques, in one line: the caller stops then. None where all is well.
+    /// Reason why the last step returned no torques, in one line: the caller then stops. None if all is well.
     ///
     /// ```
     /// # use omni_core::{Policy, Readings};

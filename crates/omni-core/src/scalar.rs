@@ -15,7 +15,7 @@ mod sealed {
         fn per_root(self) -> Self;
         /// The whole part, 0 to the largest `u32`; 0 for NaN. Without `f64` for `f32`.
         fn whole_part(self) -> u32;
-        /// The same bits: compared without the floating-point unit.
+        /// Bit-identical: compared without the floating-point unit.
         fn same_bits(self, other: Self) -> bool;
     }
 }
@@ -28,7 +28,7 @@ mod sealed {
 /// assert_eq!(0.25_f32.as_f64(), 0.25);
 /// ```
 pub trait Real: sealed::Sealed {
-    /// 0, in constants too.
+    /// 0, also in constants.
     ///
     /// ```
     /// use omni_core::Real;
@@ -36,14 +36,14 @@ pub trait Real: sealed::Sealed {
     /// assert_eq!(NOTHING, [0.0; 2]);
     /// ```
     const ZERO: Self;
-    /// 1, in constants too.
+    /// 1, also in constants.
     ///
     /// ```
     /// use omni_core::Real;
     /// assert_eq!(<f64 as Real>::ONE, 1.0);
     /// ```
     const ONE: Self;
-    /// The nearest value of this type to `x`; infinite where `x` is beyond its range, NaN for NaN.
+    /// The nearest value of this type to `x`; infinite if `x` is beyond its range, NaN for NaN.
     ///
     /// ```
     /// use omni_core::Real;
@@ -67,7 +67,7 @@ pub trait Real: sealed::Sealed {
     /// assert!(!f64::NAN.is_finite_real());
     /// ```
     fn is_finite_real(self) -> bool;
-    /// `self` held between `lower` and `upper`; `upper` wins where they cross. Unlike `f32::clamp` it cannot panic. NaN
+    /// `self` held between `lower` and `upper`; `upper` wins if they cross. Unlike `f32::clamp` it cannot panic. NaN
     /// stays NaN; a bound that is NaN bounds nothing.
     ///
     /// ```
@@ -84,8 +84,8 @@ pub trait Real: sealed::Sealed {
     ///
     /// `f64`: within a unit in the last place, at any argument. `f32`: off by at most 9.5e-8 for |x| <= 8192 rad, 0.8
     /// of a unit in the last place of 1 (measured at every `f32` of the range from 1e-3 rad on); beyond, still a point
-    /// of the unit circle, but the angle decays. Infinite or NaN gives NaN. `f32` reduces by pi/2 in three parts (Cody
-    /// and Waite, *Software Manual for the Elementary Functions*, 1980) and evaluates minimax polynomials.
+    /// of the unit circle, but the angle decays. Infinity and NaN return NaN. `f32` reduces by pi/2 in three parts
+    /// (Cody and Waite, *Software Manual for the Elementary Functions*, 1980) and evaluates minimax polynomials.
     ///
     /// ```
     /// use omni_core::Real;
@@ -99,7 +99,7 @@ pub trait Real: sealed::Sealed {
     ///
     /// An angle in that range comes back as it is. Otherwise off by at most 3e-7 (`f32`, |x| <=
     /// 8192 rad) or 1e-15 (`f64`,
-    /// |x| <= 1e6 rad); beyond, in the range but at no particular place. Infinite or NaN gives NaN.
+    /// |x| <= 1e6 rad); beyond, in the range but at no particular place. Infinity and NaN return NaN.
     ///
     /// ```
     /// use omni_core::Real;
@@ -110,7 +110,7 @@ pub trait Real: sealed::Sealed {
     fn wrapped_angle(self) -> Self;
 }
 
-/// Finite and at most 1e6 in magnitude: what a sensor or a command can mean. NaN is not.
+/// Finite and at most 1e6 in magnitude: the range of sensors and commands. NaN is not.
 #[inline]
 pub(crate) fn is_plausible<R: Real>(value: R) -> bool {
     value.abs() <= R::of(1e6)
@@ -131,17 +131,17 @@ pub(crate) fn follow<R: Real>(held: &mut R, now: R, part: R) {
     *held += part * (now - *held);
 }
 
-/// The larger one; `b` where `a` is NaN.
+/// The larger one; `b` if `a` is NaN.
 pub(crate) fn max<R: Real>(a: R, b: R) -> R {
     if a > b { a } else { b }
 }
 
-/// The smaller one; `b` where `a` is NaN.
+/// The smaller one; `b` if `a` is NaN.
 pub(crate) fn min<R: Real>(a: R, b: R) -> R {
     if a < b { a } else { b }
 }
 
-/// The largest of sizes, which are >= 0; 0 where there are none.
+/// The largest of sizes, which are >= 0; 0 if there are none.
 pub(crate) fn largest<R: Real, const N: usize>(sizes: [R; N]) -> R {
     sizes.into_iter().fold(R::zero(), max)
 }

@@ -20,7 +20,7 @@ impl<R: Real> Sum<R> {
         Self { total, rest }
     }
 
-    /// Knuth's error of a sum joins the rest, then the two are set apart again.
+    /// Knuth's error of a sum is added to the remainder, then the two are separated again.
     pub(crate) fn plus(self, x: R) -> Self {
         let rounded = self.total + x;
         let taken = rounded - self.total;
@@ -32,7 +32,7 @@ impl<R: Real> Sum<R> {
         }
     }
 
-    /// What is missing from this sum to `target`.
+    /// Difference from this sum to `target`.
     pub(crate) fn gap(&self, target: R) -> R {
         (target - self.total) - self.rest
     }

@@ -1,15 +1,15 @@
 //! Traction control for vehicles that climb: one thrust for all driven wheels, slip control for each wheel.
 //!
-//! Over a step every wheel should give all that its motor and the ground allow, at the moment at which it
-//! is needed. Scaling torques or references can only take from that. This law measures one speed for the
-//! whole vehicle from the slowest wheels that push, gives all wheels the thrust that this speed lacks,
-//! and takes out of each the part that would only spin it: what the ground takes is estimated from the
-//! motor's torque and the wheel's acceleration (maximum transmissible torque; Yin, Oh and Hori, 2009).
+//! Over a step every wheel should apply the largest torque that its motor and the ground allow, at the moment at which
+//! it is needed. Scaling torques or references can only reduce it. This law measures one speed for the whole vehicle
+//! from the slowest driving wheels, applies to all wheels the thrust that corrects this speed, and removes from each
+//! the part that would only spin it: the torque transmitted to the ground is estimated from the motor's torque and the
+//! wheel's acceleration (maximum transmissible torque; Yin, Oh and Hori, 2009).
 //!
-//! - [`Traction`] is the law: [`Traction::command`] takes the command, [`Traction::step`] measures
-//!   the speed and makes torques from a target speed.
-//! - [`Supervisor`] chooses the target speed: more of it for rows that need a run-up, another try
-//!   where the vehicle is stuck.
+//! - [`Traction`] is the law: [`Traction::command`] accepts the command, [`Traction::step`] measures the speed and
+//!   computes torques from a target speed.
+//! - [`Supervisor`] chooses the target speed: a higher one for rows that need a run-up, a retry if the vehicle is
+//!   stuck.
 //! - [`TractionPolicy`] is both, and implements [`Policy`](crate::policy::Policy).
 
 mod config;

@@ -192,7 +192,7 @@ mod tests {
         fn cardinal_sine_is_sine_over_x_in_both_precisions(x in -6.0..6.0_f64) {
             prop_assume!(x.abs() > 1e-6);
             prop_assert!((cardinal_sine(x) - x.sin() / x).abs() < 3e-16);
-            // Sine within 1.2e-7, divided by at least 0.05 only where the sine is relatively accurate.
+            // Sine within 1.2e-7, divided by at least 0.05 only if the sine is relatively accurate.
             prop_assert!((f64::from(cardinal_sine(x as f32)) - x.sin() / x).abs() < 3e-7);
             let h = 1e-5;
             let difference = (cardinal_sine(x + h) - cardinal_sine(x - h)) / (2.0 * h);

@@ -24,7 +24,7 @@ fn check_with(check: u32, byte: u8) -> u32 {
     digest.finalize()
 }
 
-/// What is wrong with a received frame.
+/// The error of a received frame.
 ///
 /// The border between the two is a guess where bytes are damaged that say how long something is; that
 /// a frame is not as it was sent is none: 32 bits of check, and every single flipped bit is noticed.
@@ -50,7 +50,7 @@ pub enum FrameError {
 }
 
 /// Writes `message` as one frame, with its closing zero, to the front of `out` and returns that
-/// part; nothing where `out` is too short. There is no other zero in a frame.
+/// part; nothing if `out` is too short. There is no other zero in a frame.
 ///
 /// ```
 /// use omni_link::{decode, encode};
@@ -71,7 +71,7 @@ pub fn encode<'a, T: Serialize + ?Sized>(message: &T, out: &'a mut [u8]) -> Opti
 /// afterwards the bytes are not the frame any more.
 ///
 /// # Errors
-/// What is wrong with the frame.
+/// The error of the frame.
 ///
 /// ```
 /// use omni_link::{FrameError, decode, encode};

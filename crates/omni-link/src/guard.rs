@@ -11,7 +11,7 @@ use crate::wire::plain;
 /// Missed periods in a row in which the last torques are held; with the next one the loop stops.
 pub const HOLD_PERIODS: u32 = 10;
 
-/// What to do in a control period.
+/// Action in a control period.
 ///
 /// ```
 /// use omni_link::{Action, Guard, HOLD_PERIODS};
@@ -79,7 +79,7 @@ impl Counters {
     }
 }
 
-/// Counts what is missing and says what to do about it: the same on both sides. Starts stopped.
+/// Counts missing messages and states the action, identically on both sides. Starts stopped.
 ///
 /// | what happens in a period                                  | counted                   | what to do                        |
 /// |-----------------------------------------------------------|---------------------------|-----------------------------------|
@@ -95,8 +95,8 @@ impl Counters {
 /// | a missed period, the 11th since the last step             |                           | stop                              |
 /// | anything but `restart` while stopped                      | damaged frames only       | stop                              |
 ///
-/// Numbers count up by one a period and wrap round; one of the 2^31 up to the last one was there
-/// before. "Those known" are the missed periods since the last step: they are counted already.
+/// Numbers count up by one per period and wrap round; one of the 2^31 up to the last one was there before. "Those
+/// known" are the missed periods since the last step: they are counted already.
 ///
 /// ```
 /// use omni_link::{Action, Guard};
@@ -195,7 +195,7 @@ impl Guard {
         self.last.wrapping_add(self.missed)
     }
 
-    /// What was counted.
+    /// The counts.
     #[must_use]
     pub fn counters(&self) -> Counters {
         self.counters

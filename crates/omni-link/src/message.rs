@@ -23,8 +23,8 @@ pub const fn request_frame(wheels: usize) -> usize {
     framed(request(wheels))
 }
 
-/// Bytes of the frame of a request with what the bodies do, for `wheels` wheels, 1 to 8, its
-/// closing zero included: the buffer that a controller with traction control receives into.
+/// Bytes of the frame of a request with the motion of the bodies, for `wheels` wheels, 1 to 8, its closing zero
+/// included: the buffer that a controller with traction control receives into.
 ///
 /// ```
 /// assert_eq!(omni_link::request_with_bodies_frame(7), 149);
@@ -73,7 +73,7 @@ pub const MAX_ANSWER_FRAME: usize = answer_frame(8);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum ToController<const N: usize> {
-    /// Who are you?
+    /// Requests the controller's identity.
     Hello,
     /// One control period.
     Request(Request<N>),
@@ -81,7 +81,7 @@ pub enum ToController<const N: usize> {
     RequestWithBodies(Request<N>, Bodies),
 }
 
-/// One control period: what to control, and what was measured at its start.
+/// One control period: the command, and the measurements at its start.
 ///
 /// ```
 /// use omni_core::BodyTwist;
@@ -111,7 +111,7 @@ pub struct Request<const N: usize> {
     pub measured_rad_s: [f32; N],
 }
 
-/// What a vehicle's bodies were measured to do. Where something is not read it is NaN.
+/// Measured motion of a vehicle's bodies. Values that are not read are NaN.
 ///
 /// ```
 /// use omni_link::Bodies;
@@ -133,7 +133,7 @@ pub struct Bodies {
     /// Rates of the base about its axes \[rad/s\].
     #[serde(with = "each")]
     pub rate_rad_s: [f32; 3],
-    /// What its accelerometer says \[m/s^2\].
+    /// Reading of its accelerometer \[m/s^2\].
     #[serde(with = "each")]
     pub specific_force_m_s2: [f32; 3],
     /// Its roll \[rad\].
@@ -160,7 +160,7 @@ impl Bodies {
         }
     }
 
-    /// As a [`TractionDrive`](omni_core::drive::TractionDrive) takes it.
+    /// As input of a [`TractionDrive`](omni_core::drive::TractionDrive).
     ///
     /// ```
     /// assert_eq!(omni_link::Bodies::none().readings().hinges_rad.len(), 8);
@@ -176,7 +176,7 @@ impl Bodies {
     }
 }
 
-/// Message from the side that has the controller. `A` is an [`Answer`], or a reference to one where it is only sent.
+/// Message from the side that has the controller. `A` is an [`Answer`], or a reference to one if it is only sent.
 ///
 /// ```
 /// use omni_link::{Answer, FromController, MAX_ANSWER_FRAME, decode, encode};
@@ -192,8 +192,7 @@ pub enum FromController<A> {
     Answer(A),
 }
 
-/// What a controller was built for: a host refuses one that is not its vehicle's. It reads the same for any number of
-/// wheels.
+/// The controller's build: a host rejects a controller of another vehicle. It reads the same for any number of wheels.
 ///
 /// ```
 /// use omni_link::{Answer, FromController, Greeting, PROTOCOL_VERSION, decode, encode};
@@ -218,7 +217,7 @@ pub struct Greeting {
     pub digest: u32,
 }
 
-/// What a controller did in a period, with every signal of it.
+/// Result of a controller in a period, with all its signals.
 ///
 /// ```
 /// use omni_link::{Action, Answer};
@@ -228,13 +227,13 @@ pub struct Greeting {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Answer<const N: usize> {
-    /// Number of the request; where that was damaged the number that it should have had.
+    /// Number of the request; if the request was damaged, the number that it should have had.
     #[serde(with = "plain")]
     pub sequence: u32,
     /// [`Action::Step`]: the sample is of this period. [`Action::Hold`]: of the last step.
     /// [`Action::Stop`]: likewise, but its applied torques are zero.
     pub action: Action,
-    /// What went wrong with requests so far.
+    /// Error counts of requests so far.
     pub counters: Counters,
     /// The controller's signals.
     #[serde(with = "Sample")]
@@ -245,11 +244,11 @@ pub struct Answer<const N: usize> {
     /// Part of the measured velocities that no motion explains \[rad/s\]: [`omni_core::Kinematics::residual`].
     #[serde(with = "crate::wire::Velocities")]
     pub residual: WheelVelocities<f32, N>,
-    /// What a drive reports beside the wheels' signals.
+    /// Signals of a drive besides the wheels' signals.
     pub drive: DriveReport<N>,
 }
 
-/// What a [`Drive`](omni_core::Drive) reports beside the wheels' signals. The bare loops report nothing of the kind:
+/// Signals of a [`Drive`](omni_core::Drive) besides the wheels' signals. The bare loops report nothing of the kind:
 /// [`DriveReport::of_loops`].
 ///
 /// ```
@@ -272,13 +271,13 @@ pub struct DriveReport<const N: usize> {
     /// Wheels that are left out of the motion.
     #[serde(with = "each")]
     pub excluded: [bool; N],
-    /// Where the vehicle is by its wheels: x \[m\], y \[m\], yaw \[rad\].
+    /// Pose by odometry: x \[m\], y \[m\], yaw \[rad\].
     #[serde(with = "each")]
     pub pose: [f32; 3],
 }
 
 impl<const N: usize> DriveReport<N> {
-    /// Where nothing watches over the loops: normal, no fault, every wheel in, the pose at the origin.
+    /// Without monitoring of the loops: normal, no fault, every wheel included, the pose at the origin.
     ///
     /// ```
     /// assert_eq!(omni_link::DriveReport::<7>::of_loops().faults, [0; 7]);
@@ -311,7 +310,7 @@ impl<const N: usize> Answer<N> {
     }
 
     /// Motors whose windings shall be shorted, as [`DriveSample::brake`](omni_core::drive::DriveSample::brake).
-    /// It follows from the rest and is not in a frame.
+    /// It follows from the other fields and is not in a frame.
     ///
     /// ```
     /// use omni_core::drive::Fault;

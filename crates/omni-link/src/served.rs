@@ -1,4 +1,4 @@
-//! What runs behind a link: the bare loops, or a whole `Drive`.
+//! The controller behind a link: the bare loops, or a whole `Drive`.
 
 use omni_core::drive::{DriveSample, Fault, TractionDrive, TractionDriveState};
 use omni_core::shaping::{TwistLimiter, TwistLimiterState};
@@ -6,8 +6,8 @@ use omni_core::{ControlState, Controller, Drive, DriveInput, DriveState};
 
 use crate::{Answer, Bodies, DriveReport, Request};
 
-/// What a [`Server`](crate::Server) runs: from a request to the signals of an answer, with what it
-/// remembers between them.
+/// The controller of a [`Server`](crate::Server): from a request to the signals of an answer, with the state between
+/// them.
 ///
 /// ```
 /// use omni_core::BodyTwist;
@@ -29,13 +29,14 @@ use crate::{Answer, Bodies, DriveReport, Request};
 /// assert_eq!((periods, answer.sample.wheels.applied.n_m), (1, [-1.0, 0.0]));
 /// ```
 pub trait Served<const N: usize> {
-    /// What it remembers.
+    /// Its state.
     type State;
 
     /// A fresh start.
     fn start(&self) -> Self::State;
 
-    /// Are the windings of all motors to be shorted when the server stops? Not by default: the wheels turn freely.
+    /// Whether the windings of all motors are to be shorted when the server stops. Not by default: the wheels turn
+    /// freely.
     fn shorts_at_rest(&self) -> bool {
         false
     }
@@ -75,7 +76,7 @@ pub struct Loops<'a, const N: usize> {
     pub limiter: &'a TwistLimiter<f32>,
 }
 
-/// What [`Loops`] remember.
+/// The state of [`Loops`].
 pub type LoopsState<const N: usize> = (TwistLimiterState<f32>, ControlState<f32, N>);
 
 impl<const N: usize> Served<N> for Loops<'_, N> {
@@ -145,16 +146,16 @@ impl<const N: usize> Served<N> for TractionDrive<f32, N> {
     }
 }
 
-/// What a request asks of a drive.
+/// A request as input of a drive.
 fn ask<const N: usize>(request: &Request<N>) -> DriveInput<f32, N> {
     let mut input = DriveInput::received(&request.measured_rad_s.into());
-    // One with a NaN is refused by the drive, which is as if none had arrived.
+    // One with a NaN is rejected by the drive, which is as if none had arrived.
     input.command = Some(request.command);
     input.emergency = request.emergency_stop;
     input
 }
 
-/// What a drive did, into its answer.
+/// Writes the result of a drive into its answer.
 fn report<const N: usize>(sample: &DriveSample<f32, N>, answer: &mut Answer<N>) {
     answer.sample.command = sample.shaped.twist;
     answer.sample.wheels = sample.wheels;

@@ -52,7 +52,7 @@ pub struct Server<T, const N: usize> {
     /// None before the first restart.
     state: Option<T>,
     guard: Guard,
-    /// What is served wants the windings shorted when the torque has ended.
+    /// The served controller requests shorted windings when the torque has ended.
     shorts: bool,
     answer: Answer<N>,
 }
@@ -76,7 +76,7 @@ impl<T, const N: usize> Server<T, N> {
     }
 
     /// Answers one frame: `received` without its closing zero, or with it; its bytes are used up. Always the same
-    /// `served`. Returns the answer's frame at the front of `out`, nothing only where `out` is shorter than
+    /// `served`. Returns the answer's frame at the front of `out`, nothing only if `out` is shorter than
     /// [`answer_frame`](crate::answer_frame)`(N)`.
     pub fn answer<'a>(
         &mut self,
@@ -149,7 +149,7 @@ impl<T, const N: usize> Server<T, N> {
         &self.answer.sample
     }
 
-    /// What a drive reported in the last step.
+    /// Report of a drive in the last step.
     #[must_use]
     pub fn report(&self) -> &DriveReport<N> {
         &self.answer.drive
@@ -161,7 +161,7 @@ impl<T, const N: usize> Server<T, N> {
         self.answer.brake()
     }
 
-    /// What went wrong so far, and whether the loop runs.
+    /// Error counts so far, and whether the loop runs.
     #[must_use]
     pub fn guard(&self) -> &Guard {
         &self.guard

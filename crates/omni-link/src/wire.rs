@@ -1,6 +1,6 @@
 //! The types of omni-core in a message: field after field, numbers of a fixed size.
 //!
-//! So each message has one length, and lost bytes are seen as such.
+//! Therefore each message has one length, and lost bytes are detected.
 
 use omni_core::geometry::WheelTorques;
 use omni_core::loops::WheelSample;
@@ -13,7 +13,7 @@ pub(crate) mod plain {
     use postcard::fixint::le;
     use serde::{Deserializer, Serializer};
 
-    // Never inlined: there are many of these too.
+    // Never inlined: there are also many of these.
     #[inline(never)]
     pub(crate) fn serialize<S: Serializer>(value: &u32, serializer: S) -> Result<S::Ok, S::Error> {
         le::serialize(value, serializer)

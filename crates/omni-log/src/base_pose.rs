@@ -14,13 +14,13 @@ pub(crate) type BasePose = ([f64; 3], [f64; 4]);
 
 /// The frame that a place and a turn are given in, as what is there sees it. Of the base by
 /// odometry it is the frame of odometry: a log sends that as a frame of the base, which is a frame
-/// of the world, so that the base's own place stays what the simulation has, in every bit.
+/// of the world, so that the base's own position stays bit-identical to the simulation.
 pub(crate) fn inverse((at, [x, y, z, w]): BasePose) -> BasePose {
     let back = [-x, -y, -z, w];
     (rotate(back, at.map(|place| -place)), back)
 }
 
-/// What is placed in a frame that is placed itself.
+/// An item in a frame that has its own pose.
 #[cfg(feature = "ros2")]
 pub(crate) fn chained((at, turn): BasePose, (then, by): BasePose) -> BasePose {
     let there = rotate(turn, then);

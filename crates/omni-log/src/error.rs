@@ -15,7 +15,7 @@ pub enum Error {
     Live {
         /// The port.
         port: u16,
-        /// What the system said.
+        /// The operating system's message.
         reason: String,
     },
     /// A live run cannot be on ROS 2.
@@ -24,7 +24,7 @@ pub enum Error {
     Ros2 {
         /// The domain.
         domain: u16,
-        /// What the system said.
+        /// The operating system's message.
         reason: String,
     },
 }
@@ -36,7 +36,7 @@ impl From<omni_config::Error> for Error {
 }
 
 impl Error {
-    /// Is the request at fault (exit code 2), or did the run fail (exit code 1)?
+    /// Whether the request is at fault (exit code 2) or the run failed (exit code 1).
     #[must_use]
     pub fn is_bad_input(&self) -> bool {
         use crate::LogError::{Busy, Create, Lacks, Read};

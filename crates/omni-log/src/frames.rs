@@ -20,13 +20,13 @@ const MOST_FRAMES: usize = 25;
 struct Link {
     parent: String,
     child: String,
-    /// Which of the links before it carries it; none where that is the world, or not there.
+    /// Which of the links before it carries it; none if that is the world, or not there.
     carrier: Option<usize>,
     poses: Vec<Pose>,
 }
 
-/// Frames in the world, message after message: all of them hold the same links, so none takes more
-/// memory than its message.
+/// Frames in the world, message after message: all of them hold the same links, so that none needs more memory than its
+/// message.
 #[derive(Default)]
 pub(crate) struct Frames {
     times_s: Vec<f64>,
@@ -76,7 +76,7 @@ impl Frames {
         Ok(())
     }
 
-    /// Times \[s\] and poses by name, if they are the vehicle's; nothing where no message was there.
+    /// Times \[s\] and poses by name, if they are the vehicle's; nothing if no message was there.
     pub(crate) fn of(self, vehicle: &Vehicle) -> Result<(Vec<f64>, Poses), String> {
         let wheels = vehicle.wheel.iter().map(|wheel| wheel_link(&wheel.name));
         let bodies = vehicle

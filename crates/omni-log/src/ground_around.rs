@@ -3,15 +3,15 @@
 use omni_config::Scenario;
 use omni_sim::ground::{Shape, shapes};
 
-/// How far beyond the vehicle's way ground is shown \[m\].
+/// Margin of the shown ground beyond the vehicle's path \[m\].
 const MARGIN_M: f64 = 1.0;
 /// Thickness of the lowest ground that is shown \[m\].
 const THICKNESS_M: f64 = 0.1;
-/// Columns that a field of heights is shown as, along each side at most.
+/// Largest number of columns that show a height field, along each side.
 const MOST_COLUMNS: usize = 40;
 
 /// Boxes and bars, no field: fields of heights are shown as columns, at most 40 along each side,
-/// each as high as the mean of the field there; all else is what the physics have.
+/// each as high as the mean of the field there; all else is as in the physics.
 pub(crate) fn ground_around(scenario: &Scenario) -> Vec<Shape> {
     let way = scenario.farthest_m() + 2.0 * MARGIN_M;
     let [x, y] = [scenario.start.x_m, scenario.start.y_m];

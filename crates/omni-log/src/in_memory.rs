@@ -7,7 +7,7 @@ use std::rc::Rc;
 
 use crate::part_file::Place;
 
-/// Takes a log's bytes; the owner of a clone takes them away while the log grows.
+/// Receives a log's bytes; the owner of a clone removes them while the log grows.
 #[derive(Clone, Debug, Default)]
 pub struct InMemory {
     name: PathBuf,
@@ -23,7 +23,7 @@ impl InMemory {
         }
     }
 
-    /// What has been written since the last time.
+    /// Bytes written since the last call.
     pub(crate) fn take(&self) -> Vec<u8> {
         self.bytes.take()
     }

@@ -2,10 +2,10 @@
 //!
 //! # In this crate
 //!
-//! [`RunLog`] writes a run while it goes on, [`LogRun`] runs a scenario into one; [`read_log`] and
-//! [`LoggedRun`] read it back, [`replay`] feeds its measurements to the controller again;
-//! [`Recording`] makes such a log of what was measured on a vehicle. With the feature `live`,
-//! `run_live` serves a run to viewers while it goes on, with `ros2` to a ROS 2 graph, too.
+//! [`RunLog`] writes a run in progress, [`LogRun`] runs a scenario into a log; [`read_log`] and [`LoggedRun`] read it
+//! back, [`replay`] replays its measurements through the controller; [`Recording`] writes measurements on a vehicle as
+//! such a log. With the feature `live`, `run_live` serves a run in progress to viewers, with `ros2` also to a ROS 2
+//! graph.
 #![forbid(unsafe_code)]
 
 mod base_pose;

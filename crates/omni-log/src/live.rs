@@ -1,6 +1,6 @@
 //! A run served in real time to viewers and to ROS 2, which may steer it (features `live`, `ros2`).
 //!
-//! The messages are those of a log, which may be written beside them.
+//! The messages are the messages of a log, which may be written at the same time.
 
 mod client;
 mod guard;
@@ -49,20 +49,20 @@ type Warn = Arc<dyn Fn(&str) + Send + Sync>;
 
 /// Runs a scenario in step with the clock, serves it on 127.0.0.1 and sends it to ROS 2, as [`Live`] says.
 /// `opened` is called with where it is before the first period; `warn`, on any thread and at most 42
-/// times, of connections and commands that were refused; `watch` is called after every control period with
-/// the part done (0 where there is no end), every 20 ms while the run waits for the clock, and, without a
-/// simulation, while it waits for the first client: where it breaks the run ends with the figures so far,
-/// its error ends the run. A run that is more than 0.5 s behind the clock goes on from where it is.
+/// times, of connections and commands that were rejected; `watch` is called after every control period with the part
+/// done (0 if there is no end), every 20 ms while the run waits for the clock, and, without a simulation, while it
+/// waits for the first client: where it breaks the run ends with the figures so far, its error ends the run. A run that
+/// is more than 0.5 s behind the clock continues from its present time.
 ///
 /// Connections come from programs that send no `Origin` and from pages of Foxglove, of Lichtblick, of this machine
-/// and of [`Live::origins`]; their `Host` is this machine. Others are refused with status 403 and a reason. A
+/// and of [`Live::origins`]; their `Host` is this machine. Others are rejected with status 403 and a reason. A
 /// handshake may take 10 s, and 16 clients may be there at a time. With [`Live::allow_control`] clients may set the
-/// parameters `command.vx_m_s`, `command.vy_m_s`, `command.wz_rad_s` or publish a twist on `/cmd_vel`.
-/// `control.policy` and `vehicle.motor.stall_torque_n_m` are settings: they stay when the client goes; the controller
-/// goes on from the state that it has. What is not allowed changes nothing, and the client gets the reason.
+/// parameters `command.vx_m_s`, `command.vy_m_s`, `command.wz_rad_s` or publish a twist on `/cmd_vel`. `control.policy`
+/// and `vehicle.motor.stall_torque_n_m` are settings: they stay when the client goes; the controller goes on from the
+/// state that it has. A rejected request changes nothing, and the client receives the reason.
 ///
-/// Nodes of ROS 2 in the same domain publish `geometry_msgs/msg/Twist` or `TwistStamped` on `/cmd_vel`;
-/// with [`Ros2::joints`] they publish `sensor_msgs/msg/JointState` on `/joint_commands` instead.
+/// ROS 2 nodes in the same domain publish `geometry_msgs/msg/Twist` or `TwistStamped` on `/cmd_vel`; with
+/// [`Ros2::joints`] they publish `sensor_msgs/msg/JointState` on `/joint_commands` instead.
 ///
 /// From the first command on the vehicle follows these, not the scenario. 0.5 s on the clock after
 /// the last of them, or when the client goes or publishes no longer, the command is rest until
@@ -70,8 +70,8 @@ type Warn = Arc<dyn Fn(&str) + Send + Sync>;
 ///
 /// # Errors
 /// [`omni_sim::Error::Argument`] for a speed below 0.001, an origin that is none, a rate or a
-/// namespace that is none; [`Error::Live`] where the port cannot be had, `Error::Ros2` where the
-/// domain cannot; as [`omni_sim::run()`], and whatever `watch` returns.
+/// namespace that is none; [`Error::Live`] if the port cannot be opened, `Error::Ros2` if the domain cannot be joined;
+/// as [`omni_sim::run()`], and whatever `watch` returns.
 ///
 /// ```
 /// use std::ops::ControlFlow;
@@ -157,7 +157,7 @@ pub fn run_live<E: From<omni_sim::Error> + From<Error>>(
             Ok(ended)
         }
         (Err(error), Some(log)) => {
-            // What ended the run is reported, not also what is wrong with its log.
+            // Only the end of the run is reported, not also errors of its log.
             let _ = log.leave();
             Err(error)
         }
@@ -205,7 +205,7 @@ const LONGEST_S: f64 = 1e9;
 /// The number that a [`Pilot`] commands under: viewers count from 1, ROS 2 is 0.
 const PILOT: ClientId = ClientId::MAX;
 
-/// Where a run is shown, and what comes from there.
+/// Outputs of a run, and their requests.
 struct Outlets {
     requests: Arc<Requests>,
     pilot: Option<Pilot>,

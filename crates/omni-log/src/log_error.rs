@@ -28,7 +28,7 @@ pub enum LogError {
     Create {
         /// File that was to be created.
         path: PathBuf,
-        /// What the system said.
+        /// The operating system's message.
         source: io::Error,
     },
     /// Another program, or another run of this one, writes the log or has just written it and still reports it.
@@ -40,20 +40,20 @@ pub enum LogError {
         /// The log's name.
         path: PathBuf,
     },
-    /// The system refused to write, for instance because the disk is full.
+    /// The system failed to write, for example because the disk is full.
     #[error("{}: cannot write the log: {source}", short(path))]
     Io {
         /// File that was written.
         path: PathBuf,
-        /// What the system said.
+        /// The operating system's message.
         source: io::Error,
     },
-    /// The container refused a record.
+    /// The container rejected a record.
     #[error("{}: cannot write the log: {source}", short(path))]
     Mcap {
         /// File that was written.
         path: PathBuf,
-        /// What the container said.
+        /// The container's message.
         source: McapError,
     },
     /// A message has no CDR form.
@@ -65,7 +65,7 @@ pub enum LogError {
         topic: String,
         /// ROS 2 type of the message.
         type_name: &'static str,
-        /// What the encoder said.
+        /// The encoder's message.
         source: cdr_encoding::Error,
     },
     /// A topic was opened with two types.
@@ -96,7 +96,7 @@ pub enum LogError {
     Read {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The operating system's message.
         source: io::Error,
     },
     /// A log's bytes are not what was written.
@@ -107,12 +107,12 @@ pub enum LogError {
         /// Which checksum or record is wrong.
         reason: String,
     },
-    /// A log has not what it is asked for.
+    /// A log lacks the requested content.
     #[error("{}: {}", short(path), shortened(what))]
     Lacks {
         /// The file.
         path: PathBuf,
-        /// What is missing, and where it would come from.
+        /// The missing content, and its usual source.
         what: String,
     },
     /// Reading was stopped by its caller.
@@ -132,7 +132,7 @@ pub enum LogError {
         path: PathBuf,
         /// Name the log has.
         part: PathBuf,
-        /// What the system said.
+        /// The operating system's message.
         source: io::Error,
     },
 }

@@ -5,7 +5,7 @@ use omni_sim::{Outcome, Run, Simulation, Trace};
 
 use crate::{Error, RunLog};
 
-/// A run that went to its end, or to where the physics ended it.
+/// A run that reached its end, or was ended by the physics.
 #[derive(Debug)]
 #[non_exhaustive]
 pub struct Logged {
@@ -14,7 +14,7 @@ pub struct Logged {
     /// Why the physics ended it early, the verdict is [`omni_sim::Verdict::Diverged`] then; or what they gained, with
     /// [`omni_sim::Verdict::GainedEnergy`].
     pub ended: Option<omni_sim::Error>,
-    /// What was lost on the link to the controller, if there is one and a control period was completed.
+    /// Losses on the link to the controller, if there is one and a control period was completed.
     pub link: Option<LinkCounters>,
 }
 
@@ -35,14 +35,14 @@ pub struct Logged {
 pub trait LogRun<E>: Sized {
     /// Runs into a log of the run's controller. Nothing but the log grows with time.
     ///
-    /// The log is not finished here: [`RunLog::finish`] gives it its name, [`RunLog::leave`] leaves
-    /// what there is of a run that was stopped.
+    /// The log is not finished here: [`RunLog::finish`] names it, [`RunLog::leave`] leaves the partial log of a stopped
+    /// run.
     ///
     /// # Errors
-    /// As [`Run::outcome`], and [`Error::Log`] where the log cannot be written.
+    /// As [`Run::outcome`], and [`Error::Log`] if the log cannot be written.
     fn log_to<F: From<E> + From<omni_sim::Error> + From<Error>>(self, log: &mut RunLog) -> Result<Logged, F>;
 
-    /// Runs into a log, finishes it, and returns every signal of the run too.
+    /// Runs into a log, finishes it, and also returns every signal of the run.
     ///
     /// # Errors
     /// As [`LogRun::log_to`] and [`RunLog::finish`]; a run that the physics ended has its log, and is an error.

@@ -13,7 +13,7 @@ use crate::reader::read_log_watched;
 use crate::ros2::{ControllerSignals, Sensors, Twist, VehicleState, WheelState};
 use crate::{Error, LogError, LogFile, LogMessage, Track, topic};
 
-/// Columns of a log that every vehicle has, named as in [`Trace`].
+/// Columns of every vehicle's log, named as in [`Trace`].
 const COMMON: [&str; 8] = [
     "time_s",
     "asked_vx_m_s",
@@ -29,7 +29,7 @@ const COMMON: [&str; 8] = [
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct LoggedRun {
-    /// What the log says of itself.
+    /// The log's metadata.
     pub file: LogFile,
     /// `/vehicle_state`, `/sensors` and `/controller_signals` as columns, one row a message, named as in the run's own
     /// [`Trace`]; with what was asked for, without what the log does not hold at that rate: poses, hinges, energies.
@@ -38,9 +38,9 @@ pub struct LoggedRun {
     pub frame_time_s: Vec<f64>,
     /// Every frame of `/tf` in the world, by name: x, y, z \[m\] and the unit quaternion x, y, z, w, one row a time.
     pub frames: BTreeMap<String, Vec<[f64; 7]>>,
-    /// Where `/odom` has the vehicle.
+    /// Pose by `/odom`.
     pub odometry: Track,
-    /// Where `/ground_truth/odom` has it.
+    /// Pose by `/ground_truth/odom`.
     pub ground_truth: Track,
     /// The vehicle as URDF.
     pub urdf: String,
@@ -49,8 +49,8 @@ pub struct LoggedRun {
 }
 
 impl LoggedRun {
-    /// Reads a log from start to end, finished or not. Where it is not finished, the trace's
-    /// outcome is `unfinished` with nothing measured.
+    /// Reads a log from start to end, finished or not. If it is not finished, the trace's outcome is `unfinished` with
+    /// nothing measured.
     ///
     /// ```
     /// use omni_log::{Error, LogRun, LoggedRun, RunLog};
@@ -181,7 +181,7 @@ pub(crate) fn check_names(names: &[String]) -> Result<(), String> {
 struct Own {
     names: Vec<String>,
     times_ns: Vec<u64>,
-    /// Row after row, each with a number a name.
+    /// Row after row, each with one number per name.
     values: Vec<f64>,
 }
 
@@ -205,7 +205,7 @@ impl Own {
         Ok(())
     }
 
-    /// A number a name; NaN where the message is missing.
+    /// One number per name; NaN if the message is missing.
     fn row(&self, i: usize) -> impl Iterator<Item = f64> + '_ {
         let count = self.names.len();
         (0..count).map(move |k| self.values.get(i * count + k).copied().unwrap_or(f64::NAN))

@@ -3,11 +3,11 @@
 //! | topic | type | rate unless the scenario's `[log]` says otherwise |
 //! |---|---|---|
 //! | `/vehicle_state` | `omnistep_msgs/msg/VehicleState` | every control period |
-//! | `/sensors` | `omnistep_msgs/msg/Sensors` | as `/vehicle_state`: what the controller read |
+//! | `/sensors` | `omnistep_msgs/msg/Sensors` | as `/vehicle_state`: the controller's input |
 //! | `/controller_signals` | `omnistep_msgs/msg/ControllerSignals` | as `/vehicle_state`; only of a controller with signals of its own |
 //! | `/tf` | `tf2_msgs/msg/TFMessage` | 50 Hz |
 //! | `/joint_states` | `sensor_msgs/msg/JointState` | 50 Hz |
-//! | `/odom` | `nav_msgs/msg/Odometry` | 50 Hz: what the wheels say, with its covariance |
+//! | `/odom` | `nav_msgs/msg/Odometry` | 50 Hz: odometry, with its covariance |
 //! | `/ground_truth/odom` | `nav_msgs/msg/Odometry` | as `/odom`: the true pose and twist |
 //! | `/cmd_vel` | `geometry_msgs/msg/TwistStamped` | 50 Hz |
 //! | `/markers` | `visualization_msgs/msg/MarkerArray` | 50 Hz: an arrow a wheel for the ground's force, 1 m for 200 N |
@@ -33,7 +33,7 @@ use crate::urdf::{
 /// Length of the arrow of a force \[m/N\].
 const ARROW_M_PER_N: f64 = 0.005;
 
-/// Where messages go.
+/// Destination of messages.
 pub(crate) trait Sink {
     /// Why one could not go there.
     type Error;
@@ -51,7 +51,7 @@ pub(crate) trait Sink {
 pub(crate) struct Messages {
     scenario: Scenario,
     policy: String,
-    /// What the controller reports.
+    /// The controller's report.
     report: ReportColumns,
     period_s: f64,
     wheel_angles: Vec<f64>,
@@ -89,14 +89,14 @@ impl Messages {
         &self.scenario
     }
 
-    /// Another scenario of the same vehicle from now on: another policy or torque limit.
+    /// Switches to another scenario of the same vehicle: another policy or torque limit.
     #[cfg(feature = "live")]
     pub(crate) fn set_scenario(&mut self, scenario: &Scenario) {
         self.policy = scenario.control.law();
         self.scenario = scenario.clone();
     }
 
-    /// What is sent once, at the start; of wheels that ros2_control drives, with its block.
+    /// Messages that are sent once, at the start; with the block of ros2_control, if it drives the wheels.
     pub(crate) fn describe<S: Sink>(
         &self,
         driven: Option<JointInterface>,
@@ -236,7 +236,7 @@ impl Messages {
     }
 }
 
-/// An arrow from where the ground pushes each wheel, along the whole force; none in the air.
+/// An arrow from each wheel's point of contact along the total force; none in the air.
 fn forces(seen: &Observation) -> MarkerArray {
     let arrow = |(id, wheel): (usize, &omni_sim::observation::WheelObservation)| {
         let [from, force] = [wheel.contact_m, wheel.force_n];

@@ -1,7 +1,7 @@
 //! Vehicle and ground as MJCF, MuJoCo's files: every roller is a body with its own bearing.
 //!
-//! Bodies and joints have the names that they have as URDF. What is chosen for MuJoCo, and not given by a
-//! file of ours, has its reason beside it in the file that is written; docs/mujoco.md has the measurements.
+//! Bodies and joints have the names that they have as URDF. Choices for MuJoCo that follow from no file of omnistep
+//! have their reasons in the written file; docs/mujoco.md lists the measurements.
 
 mod contact;
 mod ground;
@@ -38,7 +38,7 @@ const CCD: (f64, u32) = (1e-10, 100);
 ///
 /// # Errors
 /// [`Error::Key`] for a wheel without rollers, for names that MJCF would have twice, and for
-/// patches of friction on ground that is not level.
+/// friction patches on ground that is not level.
 ///
 /// ```
 /// use omni_config::Scenario;
@@ -173,7 +173,7 @@ fn options(xml: &mut Xml, scenario: &Scenario) -> io::Result<()> {
     })
 }
 
-/// Classes of what is alike: rollers, and those of each wheel.
+/// Classes of similar elements: rollers, and the rollers of each wheel.
 fn defaults(xml: &mut Xml, wheels: &[Wheel<'_>], friction: f64) -> io::Result<()> {
     element(xml, "default", &[], |xml| {
         element(xml, "default", &[("class", "seen")], |xml| {
@@ -200,7 +200,7 @@ fn defaults(xml: &mut Xml, wheels: &[Wheel<'_>], friction: f64) -> io::Result<()
             leaf(xml, "geom", &pressed)?;
             comment(
                 xml,
-                "solref < 0 is the contact's stiffness and damping as an acceleration per metre and per metre a second. With \
+                "solref < 0 is the contact's stiffness and damping as an acceleration per metre and per metre per second. With \
                  solimp and the inverse mass that MuJoCo uses for a roller they equal the spring and damper of the vehicle's contact, N/m and N.s/m. solimp is constant: the spring does not depend on the depth.",
             )?;
             wheels.iter().try_for_each(|wheel| {

@@ -11,8 +11,8 @@ use crate::LogError;
 /// Times that another program may be faster between two looks at the same name; each of them has it then.
 const TRIES: usize = 100;
 
-/// A log that has its name. For as long as this lives, no run gets that name: what is said of the
-/// log is said of this one.
+/// A log that has its name. As long as this exists, no run receives that name, so that reports of the log refer to this
+/// log.
 #[derive(Debug)]
 pub struct FinishedLog {
     path: PathBuf,
@@ -28,15 +28,15 @@ impl FinishedLog {
     }
 }
 
-/// Where a log is written: a file that gets its name when it is whole, or memory.
+/// Destination of a log: a file that receives its name when complete, or memory.
 pub trait Place {
-    /// What takes the bytes.
+    /// Receiver of the bytes.
     type Sink: Write;
 
-    /// What messages call the log.
+    /// Name of the log in messages.
     fn path(&self) -> &Path;
 
-    /// What the system said, with the log's name.
+    /// The operating system's message, with the log's name.
     fn io_error(&self, source: io::Error) -> LogError {
         let path = self.path().to_path_buf();
         LogError::Io { path, source }

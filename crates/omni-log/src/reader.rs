@@ -38,7 +38,7 @@ pub enum LogMessage {
     Tf(TfMessage),
     /// `/joint_states`.
     JointStates(JointState),
-    /// `/odom`: what the wheels say.
+    /// `/odom`: odometry.
     Odom(Box<Odometry>),
     /// `/ground_truth/odom`; and `/odom` in the frame `world`, which was the truth before there was odometry.
     GroundTruth(Box<Odometry>),
@@ -52,23 +52,23 @@ pub enum LogMessage {
     Terrain(StringMessage),
 }
 
-/// What a log says of itself.
+/// A log's metadata.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct LogFile {
-    /// Where it was read.
+    /// Path of the log.
     pub path: PathBuf,
     /// Program version, scenario, vehicle, policy and seed by name, of the metadata `run`.
     pub run: BTreeMap<String, String>,
     /// The controller was the user's own, which is not in the log: the scenario does not say what it did.
     pub own_controller: bool,
-    /// It was measured on a vehicle: a [`Recording`](crate::Recording), without an outcome, NaN where it is not known.
+    /// It was measured on a vehicle: a [`Recording`](crate::Recording), without an outcome, NaN if it is not known.
     pub recorded: bool,
     /// The scenario as it was run.
     pub scenario: Scenario,
-    /// The figures; none where the run was killed before its end.
+    /// The figures; none if the run was killed before its end.
     pub outcome: Option<Outcome>,
-    /// Was it finished? Else its last chunk, at most a simulated second, may be missing.
+    /// The log is complete; otherwise its last chunk, at most one simulated second, may be missing.
     pub complete: bool,
     /// Time of the last message \[ns\].
     pub until_ns: u64,
@@ -103,8 +103,8 @@ pub struct LogFile {
 /// ```
 ///
 /// # Errors
-/// [`LogError::Read`], [`LogError::Damaged`] where a checksum or a record is wrong, [`LogError::Lacks`]
-/// where it is not a run of this program; what is wrong with its scenario; whatever `on` returns.
+/// [`LogError::Read`], [`LogError::Damaged`] if a checksum or a record is wrong, [`LogError::Lacks`] if it is not a run
+/// of this program; what is wrong with its scenario; whatever `on` returns.
 pub fn read_log(
     path: impl AsRef<Path>,
     on: impl FnMut(u64, LogMessage) -> Result<(), Error>,
@@ -132,15 +132,15 @@ pub(crate) fn read_log_watched(
     reading.log_file(complete)
 }
 
-/// How the records of a file ended.
+/// End of a file's records.
 struct Ending {
     /// Bytes read.
     read: usize,
-    /// Bytes of its footer, 0 where there was none.
+    /// Bytes of its footer, 0 if there was none.
     footer_bytes: usize,
     /// Are its last bytes those that end a whole file?
     magic: bool,
-    /// What is wrong with it; none where all of it was read.
+    /// Its error; none if all of it was read.
     error: Option<McapError>,
 }
 
@@ -185,7 +185,7 @@ fn each_record(
                 if opcode == mcap::records::op::FOOTER {
                     footer_bytes = data.len();
                 }
-                // Records of nothing are work too.
+                // Empty records also cost time.
                 unpacked += size_limits::HEAD_BYTES + data.len() as u64;
                 if unpacked > size_limits::most_unpacked(length) {
                     return Err(
@@ -361,8 +361,7 @@ impl Seen {
         self.scenario.is_none() && self.topics.is_empty()
     }
 
-    /// What was taken out of a whole log shows, also where checksums were left out: at the end it
-    /// says how much there is.
+    /// What was taken out of a whole log shows, even if checksums were left out: at the end it says how much there is.
     fn agrees_with_its_statistics(&self) -> Result<(), String> {
         let Some(said) = &self.statistics else {
             return if self.ours {

@@ -1,4 +1,4 @@
-//! Measurements of a real vehicle, written as a log like that of a run.
+//! Measurements of a real vehicle, written as a log like a run's log.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -35,19 +35,18 @@ const WHEEL: [&str; 4] = ["reference_rad_s", "measured_rad_s", "applied_n_m", "t
 const TRUTH: [&str; 4] = ["pose_x_m", "pose_y_m", "pose_z_m", "pose_yaw_rad"];
 /// And its attitude as a quaternion x, y, z, w.
 const ATTITUDE: [&str; 4] = ["pose_qx", "pose_qy", "pose_qz", "pose_qw"];
-/// Where the vehicle took itself to be: x, y \[m\], heading \[rad\].
+/// Pose by odometry: x, y \[m\], heading \[rad\].
 const ODOMETRY: [&str; 3] = ["odom_x_m", "odom_y_m", "odom_yaw_rad"];
 
-/// What was measured on a vehicle in every control period, by the names that columns of a
-/// [`Trace`](omni_sim::Trace) have.
+/// Measurements on a vehicle in every control period, by the column names of a [`Trace`](omni_sim::Trace).
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Recording {
-    /// Where it comes from, and whatever else the log shall say of itself, by name: the metadata `run`.
+    /// Its source, and further metadata of the log, by name: the metadata `run`.
     pub facts: BTreeMap<String, String>,
-    /// How it was read: the attachment `map.toml`.
+    /// Its column map: the attachment `map.toml`.
     pub map: String,
-    /// One number a control period each, NaN where nothing is known: `asked_*`, `estimated_*`, of wheels
+    /// One number a control period each, NaN if nothing is known: `asked_*`, `estimated_*`, of wheels
     /// `reference_rad_s`, `measured_rad_s`, `applied_n_m`, `torque_n_m`, and what the sensors said ([`Sensed::names`]).
     /// Others go to `/controller_signals`; of these `pose_*` are on `/ground_truth/odom` too and `odom_*` on `/odom`.
     pub columns: BTreeMap<String, Vec<f64>>,
@@ -85,7 +84,7 @@ impl Recording {
     /// ```
     ///
     /// # Errors
-    /// [`LogError::Lacks`] where columns have different lengths or a name that cannot be, as [`LogWriter::create`] and
+    /// [`LogError::Lacks`] if columns have different lengths or a name that cannot be, as [`LogWriter::create`] and
     /// [`LogWriter::write`].
     pub fn write(&self, path: impl AsRef<Path>, scenario: &Scenario) -> Result<FinishedLog, Error> {
         let path = path.as_ref();
@@ -287,15 +286,15 @@ impl<'a> Columns<'a> {
     }
 
     /// The base in the world and by odometry: the one for the other where only one of them is
-    /// known, none where neither is.
+    /// known, none if neither is.
     fn base(&self, row: usize) -> Option<(BasePose, BasePose)> {
         let (seen, reckoned) = (self.seen(row), self.reckoned(row));
-        // Where the true pose was measured, odometry's pose is in a frame of its own.
+        // If the true pose was measured, odometry's pose is in a separate frame.
         let base = seen.or(if self.has_truth { None } else { reckoned })?;
         Some((base, reckoned.unwrap_or(base)))
     }
 
-    /// As measured from outside; none where it is not known.
+    /// As measured from outside; none if it is not known.
     fn seen(&self, row: usize) -> Option<BasePose> {
         let [x, y, z, yaw] = self.truth.map(|column| at(column, row));
         let [x, y] = known([x, y])?;

@@ -1,4 +1,4 @@
-//! What is there of an MCAP file that was cut off, as a whole file.
+//! The intact part of a truncated MCAP file, as a complete file.
 
 use std::io::{BufWriter, Read, Seek, SeekFrom};
 use std::path::Path;
@@ -13,14 +13,14 @@ use crate::{Error, LogError, PartFile, size_limits};
 /// Bytes that are read at a time.
 const BLOCK: usize = 1 << 18;
 
-/// Writes the schemas, channels and messages of a file whose end is missing, of any program, as a file that has one.
+/// Writes the schemas, channels and messages of a truncated file of any program as a complete file.
 ///
 /// Says how long it is, first message to last \[s\]. A chunk that is not whole is left out, and so
 /// are zeros at the end.
 ///
 /// # Errors
-/// [`LogError::Read`], [`LogError::Damaged`] where something else is wrong with it,
-/// [`LogError::Mcap`] where it cannot be written.
+/// [`LogError::Read`], [`LogError::Damaged`] if something else is wrong with it, [`LogError::Mcap`] if it cannot be
+/// written.
 pub fn recover(cut_off: impl AsRef<Path>, whole: impl AsRef<Path>) -> Result<f64, Error> {
     let (path, out) = (cut_off.as_ref().to_path_buf(), whole.as_ref().to_path_buf());
     let unreadable = |source| LogError::unreadable(&path, source);
@@ -107,8 +107,8 @@ pub fn recover(cut_off: impl AsRef<Path>, whole: impl AsRef<Path>) -> Result<f64
     Ok(times_ns.map_or(0.0, |(first, last)| (last - first) as f64 * 1e-9))
 }
 
-/// Where the zeros at the end begin, as where power went before a file that had been made longer was
-/// written. The record that they are in, or that ends with zeros of its own, is one that is not whole.
+/// Start of the zeros at the end, for example after a power cut before an extended file was written. The record that
+/// contains them, or that ends with zeros of its own, is incomplete.
 fn length_without_zeros(file: &mut (impl Read + Seek)) -> std::io::Result<u64> {
     let mut end = file.seek(SeekFrom::End(0))?;
     let mut block = vec![0; BLOCK];

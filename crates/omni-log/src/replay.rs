@@ -10,7 +10,7 @@ use omni_sim::{ControlLoop, Sensed, WheelSignal};
 use crate::ros2::{Sensors, Twist, VehicleState};
 use crate::{Error, LogError, LogFile, LogMessage, read_log, topic};
 
-/// Where the controller of today says something else than the log.
+/// A difference between the present controller and the log.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Difference {
@@ -22,13 +22,13 @@ pub struct Difference {
     pub wheel: Option<String>,
     /// The signal, as `applied_n_m`.
     pub signal: &'static str,
-    /// What the log says.
+    /// The log's value.
     pub logged: f64,
-    /// What the controller says.
+    /// The controller's value.
     pub replayed: f64,
 }
 
-/// What became of a wheel's torque.
+/// Comparison of a wheel's torque.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct WheelReplay {
@@ -60,7 +60,7 @@ pub struct Replay {
     pub differing: u64,
     /// The first difference.
     pub first: Option<Difference>,
-    /// Control periods in which a recording has no command: the controller gets the last one.
+    /// Control periods in which a recording has no command: the controller receives the last command.
     pub without_command: u64,
     /// Control periods in which a recording lacks the velocity of a wheel: for the controller no reading arrived.
     pub without_measurement: u64,
@@ -68,15 +68,15 @@ pub struct Replay {
     pub wheels: Vec<WheelReplay>,
 }
 
-/// Feeds the measurements of a log to its scenario's controller, or with other keys (`control.policy`,
-/// `vehicle.gains...`), period by period, and compares the controller's signals of each wheel, the common
-/// factor and the estimated twist with the log, bit for bit; not `/controller_signals` nor the limited
-/// command. The vehicle does not move otherwise than it did: what is shown is what the controller would
-/// have commanded. Of a [`Recording`](crate::Recording) only torques are compared, where it has them.
+/// Replays the measurements of a log through its scenario's controller, or with other keys (`control.policy`,
+/// `vehicle.gains...`), period by period, and compares the controller's signals of each wheel, the common factor and
+/// the estimated twist with the log, bit for bit; not `/controller_signals` nor the limited command. The vehicle's
+/// motion is unchanged: the result is the torque that the controller would have commanded. Of a
+/// [`Recording`](crate::Recording) only torques are compared, if it contains them.
 ///
 /// # Errors
-/// As [`read_log`]; [`LogError::Lacks`] where the log has not both `/vehicle_state` and `/sensors`
-/// every control period, or its controller was the user's own; as [`AnyController::new`].
+/// As [`read_log`]; [`LogError::Lacks`] if the log lacks `/vehicle_state` or `/sensors` in a control period, or its
+/// controller was the user's own; as [`AnyController::new`].
 pub fn replay(path: impl AsRef<Path>, overrides: &[Override]) -> Result<Replay, Error> {
     let path = path.as_ref();
     let inputs = Inputs::read(path)?;

@@ -29,14 +29,14 @@ pub trait RosMessage: Serialize {
     /// Full ROS 2 type name, such as `geometry_msgs/msg/Twist`.
     const TYPE: &'static str;
 
-    /// The `ros2msg` definition of the type followed by those of all types it contains.
+    /// The `ros2msg` definition of the type followed by the definitions of all types that it contains.
     fn schema() -> &'static str;
 }
 
 /// Replaces the content of `buffer` by the message in little-endian CDR, encapsulation header included.
 ///
 /// # Errors
-/// [`cdr_encoding::Error`] where a value has no CDR form; no message of this module has such a value.
+/// [`cdr_encoding::Error`] if a value has no CDR form; no message of this module has such a value.
 ///
 /// ```
 /// use omni_log::ros2::{StringMessage, encode_into};
@@ -169,9 +169,9 @@ pub struct Marker {
     pub scale: Vector3,
     /// Its colour.
     pub color: ColorRgba,
-    /// How long it stays; 0 is for ever. Seconds and nanoseconds, as a time has.
+    /// Its lifetime; 0 is unlimited. Seconds and nanoseconds, as a time has.
     pub lifetime: Time,
-    /// Does it move with its frame?
+    /// Whether it moves with its frame.
     pub frame_locked: bool,
     /// Of an arrow: its start and its end \[m\].
     pub points: Vec<Point>,
@@ -214,7 +214,7 @@ pub struct WheelState {
 }
 
 impl WheelState {
-    /// A signal by its name; NaN where none is named so.
+    /// A signal by its name; NaN if none is named so.
     #[must_use]
     pub fn signal(&self, name: &str) -> f64 {
         let place = WheelSignal::logged()
@@ -230,16 +230,16 @@ impl WheelState {
 pub struct VehicleState {
     /// End of the control period, and the frame of `estimated_twist`.
     pub header: Header,
-    /// How the wheels are coordinated when one saturates.
+    /// Coordination of the wheels when one saturates.
     pub policy: String,
     /// Twist that was asked for, in the body frame \[m/s, rad/s\], before heading hold and limits.
     pub asked_twist: Twist,
-    /// Common factor put on all wheels \[1\], 0 to 1; 1 where no wheel holds the others back.
+    /// Common factor put on all wheels \[1\], 0 to 1; 1 if no wheel holds the others back.
     pub common_factor: f64,
     /// Least-squares twist of the measured wheel velocities at the start of the period, in the body
     /// frame \[m/s, rad/s\].
     pub estimated_twist: Twist,
-    /// One entry a wheel, in the order of the vehicle file.
+    /// One entry per wheel, in the order of the vehicle file.
     pub wheels: Vec<WheelState>,
 }
 
@@ -251,7 +251,7 @@ pub struct ControllerSignals {
     pub header: Header,
     /// Names of the signals, the same in every message.
     pub name: Vec<String>,
-    /// Their values, in the units that the names say; NaN where one is not known.
+    /// Their values, in the units that the names say; NaN if one is not known.
     pub value: Vec<f64>,
 }
 

@@ -1,7 +1,7 @@
 //! The YAML file for ros2_control's own controllers.
 //!
-//! Parameters, the order of wheels and the sense of their turning are those of ros2_controllers 4.42 (Jazzy), 5.17
-//! (Kilted) and 6.9 (Rolling). Nothing is written that would drive the vehicle otherwise than its own kinematics do.
+//! Parameters, the order of wheels and the sense of their turning match ros2_controllers 4.42 (Jazzy), 5.17 (Kilted)
+//! and 6.9 (Rolling). Nothing is written that would drive the vehicle otherwise than its own kinematics do.
 
 mod comparison;
 mod mecanum;
@@ -16,7 +16,7 @@ use comparison::{PART, refused};
 use mecanum::Mecanum;
 use omni::Omni;
 
-/// How often the controllers run and the plant sends its joints \[Hz\].
+/// Rate of the controllers and of the plant's joint messages \[Hz\].
 const UPDATE_HZ: u32 = 100;
 /// Age at which a command is dropped \[s\]; the plant's own is the same.
 const TIMEOUT_S: f64 = 0.5;
@@ -24,9 +24,9 @@ const TIMEOUT_S: f64 = 0.5;
 /// The yaml of ros2_control's controller manager for a vehicle: `omni_wheel_drive_controller` for omni wheels evenly
 /// spaced on a circle, `mecanum_drive_controller` for four mecanum wheels, each with a `joint_state_broadcaster`.
 ///
-/// Joints are the URDF's ([`ros2_control_urdf`](crate::ros2_control_urdf)). The controllers give
-/// velocities of wheels, not of motors: gears do not matter to them. Wheels may be 0.1 % off the
-/// places and directions that a controller assumes.
+/// Joints are the URDF's ([`ros2_control_urdf`](crate::ros2_control_urdf)). The controllers command velocities of
+/// wheels, not of motors, so that gears do not affect them. Wheels may be 0.1 % off the places and directions that a
+/// controller assumes.
 ///
 /// # Errors
 /// [`Error::Key`] with the first wheel that neither controller would drive as the vehicle's kinematics
@@ -59,10 +59,10 @@ pub fn ros2_controllers(vehicle: &Vehicle) -> Result<String, Error> {
     Ok(text)
 }
 
-/// What the two controllers drive.
+/// The vehicles of the two controllers.
 const KINDS: &str = "either omni wheels evenly spaced on a circle (omni_wheel_drive_controller) or four mecanum wheels (mecanum_drive_controller)";
 
-/// A number that ROS takes for a double: with a point, without an exponent.
+/// A number that ROS reads as a double: with a point, without an exponent.
 fn double(value: f64) -> String {
     let text = (value + 0.0).to_string(); // no negative zero
     if text.contains('.') {
@@ -176,7 +176,7 @@ fn mecanum_yaml(text: &mut String, vehicle: &Vehicle, drive: &Mecanum) -> std::f
         .map_or(Ok(()), |limits| speed_limits(text, limits))
 }
 
-/// The vehicle's limits, which only the mecanum controller takes.
+/// The vehicle's limits, which only the mecanum controller accepts.
 fn speed_limits(text: &mut String, limits: &Limits) -> std::fmt::Result {
     let mut axis = |name: &str, speed: f64, acceleration: Option<f64>| {
         writeln!(text, "{name}")?;

@@ -30,7 +30,7 @@ pub(crate) const MAP: &str = "map.toml";
 pub(crate) const RUN: &str = "run";
 pub(crate) const OUTCOME: &str = "outcome";
 
-/// Writes a run while it goes on; the file gets its name when [`RunLog::finish`] has succeeded.
+/// Writes a run in progress; the file receives its name when [`RunLog::finish`] has succeeded.
 pub struct RunLog<P: Place = PartFile> {
     writer: LogWriter<P>,
     messages: Messages,
@@ -82,7 +82,7 @@ impl RunLog {
 }
 
 impl RunLog<InMemory> {
-    /// The same in memory, where there are no files.
+    /// The same in memory, without files.
     ///
     /// ```
     /// use omni_log::RunLog;
@@ -153,7 +153,7 @@ impl<P: Place> RunLog<P> {
             facts.push((key, value.into()));
         }
         writer.metadata(RUN, facts.into_iter().map(|(k, v)| (k.to_owned(), v)).collect())?;
-        // Whole, with the vehicle inside. Only a seed that TOML's integers cannot hold is refused here.
+        // Whole, with the vehicle inside. Only a seed that TOML's integers cannot hold is rejected here.
         let text = toml::to_string(scenario).map_err(|error| LogError::Io {
             path: path.to_path_buf(),
             source: std::io::Error::other(format!("the scenario cannot be written as TOML: {error}")),

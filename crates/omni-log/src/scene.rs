@@ -14,7 +14,7 @@ use crate::urdf::{BASE_LINK, ODOM_LINK, link_frame_m, link_name, wheel_link};
 
 /// How far the ground reaches that is shown \[m\]: beyond what anybody drives in a run.
 const FAR_M: f64 = 1e3;
-/// Corners of a field of heights that are shown, along each side at most.
+/// Largest number of shown corners of a height field, along each side.
 const MOST_CORNERS: usize = 200;
 /// Speed that keys ask for where the scenario asks for less than a tenth of it \[m/s\]: a slow walk.
 const WALK_M_S: f64 = 0.3;
@@ -46,7 +46,7 @@ impl View {
         }
     }
 
-    /// What there is to see.
+    /// The scene.
     #[must_use]
     pub fn scene(&self) -> String {
         json(&scene(self.messages.scenario()))
@@ -57,7 +57,7 @@ impl View {
         self.messages.turn_wheels(sample);
     }
 
-    /// How it is after the last period.
+    /// The state after the last period.
     #[must_use]
     pub fn state(&self, simulation: &Simulation) -> String {
         json(&state(&self.messages, simulation))
@@ -295,12 +295,12 @@ fn part(shape: Shape) -> Part {
     }
 }
 
-/// How it is after a control period; numbers as exact as a picture shows them.
+/// The state after a control period, with numbers rounded for display.
 #[derive(Serialize)]
 pub(crate) struct State {
     time_s: f64,
     policy: String,
-    /// What the motors give at most \[N.m\], as it is set.
+    /// Present torque limit of the motors \[N.m\].
     stall_torque_n_m: f64,
     /// vx, vy \[m/s\] and wz \[rad/s\]: as asked for, as it is.
     asked: [f32; 3],

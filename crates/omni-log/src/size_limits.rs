@@ -2,8 +2,8 @@
 
 use mcap::records::op;
 
-/// What a log unpacks to at most, as a multiple of its bytes. Our own unpack to 3 times theirs; the emptiest,
-/// of a vehicle that floats without gravity and command, to 23 times, and its emptiest chunk to 53.
+/// Largest unpacked size of a log, as a multiple of its bytes. Our own unpack to 3 times theirs; the emptiest, of a
+/// vehicle that floats without gravity and command, to 23 times, and its emptiest chunk to 53.
 const MOST_RATIO: u64 = 60;
 /// What the smallest of logs may unpack to \[bytes\]: some thousand control periods.
 const LEAST_UNPACKED: u64 = 1 << 24;
@@ -25,7 +25,7 @@ pub(crate) fn largest_record(file_bytes: u64) -> usize {
 /// A piece of a record.
 #[derive(Clone, Copy)]
 enum Piece {
-    /// So many bytes.
+    /// This many bytes.
     Plain(usize),
     /// A length of 4 bytes, and as many bytes.
     Block,

@@ -1,18 +1,18 @@
-//! Topics, by what they carry.
+//! Topics, by content.
 
-/// What was asked of the controller, and what it did.
+/// The request to the controller, and its result.
 pub const VEHICLE_STATE: &str = "/vehicle_state";
-/// What the controller read.
+/// The controller's input.
 pub const SENSORS: &str = "/sensors";
-/// What only this run's controller says.
+/// Signals that only this run's controller has.
 pub const CONTROLLER_SIGNALS: &str = "/controller_signals";
 /// Frames.
 pub const TF: &str = "/tf";
 /// Hinges and wheels.
 pub const JOINT_STATES: &str = "/joint_states";
-/// Pose and twist by what the wheels turned, with the pose's covariance.
+/// Pose and twist by odometry, with the pose's covariance.
 pub const ODOM: &str = "/odom";
-/// True pose and twist; of a recording where they were measured from outside.
+/// True pose and twist; for a recording, if they were measured externally.
 pub const GROUND_TRUTH: &str = "/ground_truth/odom";
 /// The command.
 pub const CMD_VEL: &str = "/cmd_vel";

@@ -11,7 +11,7 @@ use crate::rotation::about;
 use crate::urdf::MAP_LINK;
 use crate::urdf::{BASE_LINK, ODOM_LINK, WORLD_LINK, link_frame_m, link_name, wheel_link};
 
-/// Where the parts of a vehicle are.
+/// Poses of the parts of a vehicle.
 pub(crate) struct Placement<'a> {
     /// The base in the world.
     pub base: BasePose,

@@ -1,4 +1,4 @@
-//! Logs as MCAP files of ROS 2 messages; the same messages give the same bytes.
+//! Logs as MCAP files of ROS 2 messages; equal messages produce equal bytes.
 //!
 //! A killed run leaves a log that can be read up to its last full second.
 
@@ -18,7 +18,7 @@ use crate::log_error::LogError;
 use crate::part_file::{FinishedLog, PartFile, Place};
 use crate::ros2::{self, RosMessage};
 
-/// Uncompressed size a chunk is closed at \[bytes\]: what a killed run can lose between two flushes.
+/// Uncompressed size at which a chunk is closed \[bytes\]: the loss of a killed run between two flushes.
 const CHUNK_BYTES: u64 = 256 * 1024;
 /// Channels a file may have: below the format's 65535, where the counter of the `mcap` crate would overflow.
 const MAX_CHANNELS: usize = 60_000;
@@ -48,7 +48,7 @@ impl<M: RosMessage> fmt::Debug for Channel<M> {
     }
 }
 
-/// What the log knows of a channel.
+/// The log's state of a channel.
 struct Topic {
     name: String,
     type_name: &'static str,
@@ -76,20 +76,20 @@ impl LogWriter {
     /// Starts a log that will be called `path`; a `.part` file that a killed run has left is replaced.
     ///
     /// # Errors
-    /// [`LogError::Busy`] where another run writes that log, [`LogError::Create`] where
-    /// `<path>.part` cannot be created, [`LogError::Io`] where it cannot be written.
+    /// [`LogError::Busy`] if another run writes that log, [`LogError::Create`] if `<path>.part` cannot be created,
+    /// [`LogError::Io`] if it cannot be written.
     pub fn create(path: impl AsRef<Path>) -> Result<Self, LogError> {
         let part = PartFile::create(path.as_ref())?;
         let file = part.writer()?;
         Self::over(part, file)
     }
 
-    /// Completes the log and gives it its final name, replacing a file that has it. For as long as
-    /// the result lives, no other run gets that name.
+    /// Completes the log and renames it to its final name, replacing an existing file. As long as the result exists, no
+    /// other run receives that name.
     ///
     /// # Errors
-    /// [`LogError::Io`] or [`LogError::Mcap`] where the rest cannot be written (nothing is left then),
-    /// [`LogError::Rename`] where only the final name is refused (the complete `.part` file is left).
+    /// [`LogError::Io`] or [`LogError::Mcap`] if the remaining data cannot be written (no file is left then),
+    /// [`LogError::Rename`] if only the final name is rejected (the complete `.part` file is left).
     pub fn finish(self) -> Result<FinishedLog, LogError> {
         let Self { mut writer, part, .. } = self;
         writer.finish().map_err(|source| mcap_error(&part, source))?;
@@ -102,7 +102,7 @@ impl LogWriter {
     /// `.part` file, which stays.
     ///
     /// # Errors
-    /// [`LogError::Io`] or [`LogError::Mcap`] where the rest cannot be written; nothing is left then.
+    /// [`LogError::Io`] or [`LogError::Mcap`] if the remaining data cannot be written; no file is left then.
     pub fn leave(self) -> Result<PathBuf, LogError> {
         let Self { mut writer, part, .. } = self;
         writer.flush().map_err(|source| mcap_error(&part, source))?;
@@ -117,14 +117,14 @@ impl LogWriter<InMemory> {
     /// Starts a log in memory that messages call `name`.
     ///
     /// # Errors
-    /// [`LogError::Mcap`] where the container refuses it.
+    /// [`LogError::Mcap`] if the container rejects it.
     pub fn in_memory(name: &str) -> Result<Self, LogError> {
         let bytes = InMemory::new(name);
         Self::over(bytes.clone(), bytes)
     }
 
-    /// What has been written since the last time: these pieces one after the other, up to that of
-    /// [`finish`](Self::finish), are the file.
+    /// Bytes written since the last call: the concatenation of these pieces, up to the piece of
+    /// [`finish`](Self::finish), is the file.
     pub fn take(&mut self) -> Vec<u8> {
         self.part.take()
     }
@@ -132,7 +132,7 @@ impl LogWriter<InMemory> {
     /// Completes the log and returns the last piece.
     ///
     /// # Errors
-    /// [`LogError::Mcap`] where the container refuses it.
+    /// [`LogError::Mcap`] if the container rejects it.
     pub fn finish(self) -> Result<Vec<u8>, LogError> {
         let Self { mut writer, part, .. } = self;
         writer.finish().map_err(|source| mcap_error(&part, source))?;
@@ -177,11 +177,11 @@ impl<P: Place> LogWriter<P> {
         })
     }
 
-    /// Opens `topic` for messages of type `M`; opening it again with the same type gives the same channel.
+    /// Opens `topic` for messages of type `M`; opening it again with the same type returns the same channel.
     ///
     /// # Errors
-    /// [`LogError::TopicType`] where the topic has another type already, [`LogError::Io`] or [`LogError::Mcap`]
-    /// where it cannot be written.
+    /// [`LogError::TopicType`] if the topic has another type already, [`LogError::Io`] or [`LogError::Mcap`] if it
+    /// cannot be written.
     pub fn channel<M: RosMessage>(&mut self, topic: &str) -> Result<Channel<M>, LogError> {
         let channel = |index| Channel {
             writer: self.number,
@@ -224,8 +224,8 @@ impl<P: Place> LogWriter<P> {
     /// outlive this process (not a power cut).
     ///
     /// # Errors
-    /// [`LogError::ForeignChannel`] for a channel of another log, [`LogError::Encode`] where the message has no CDR
-    /// form, [`LogError::Io`] or [`LogError::Mcap`] where it cannot be written.
+    /// [`LogError::ForeignChannel`] for a channel of another log, [`LogError::Encode`] if the message has no CDR form,
+    /// [`LogError::Io`] or [`LogError::Mcap`] if it cannot be written.
     pub fn write<M: RosMessage>(
         &mut self,
         channel: &Channel<M>,
@@ -270,7 +270,7 @@ impl<P: Place> LogWriter<P> {
     /// Adds a named table, such as seed and versions, and hands all so far to the system.
     ///
     /// # Errors
-    /// [`LogError::Io`] or [`LogError::Mcap`] where it cannot be written.
+    /// [`LogError::Io`] or [`LogError::Mcap`] if it cannot be written.
     pub fn metadata(&mut self, name: &str, metadata: BTreeMap<String, String>) -> Result<(), LogError> {
         self.writer
             .write_metadata(&records::Metadata {
@@ -285,7 +285,7 @@ impl<P: Place> LogWriter<P> {
     /// far to the system.
     ///
     /// # Errors
-    /// [`LogError::Io`] or [`LogError::Mcap`] where it cannot be written.
+    /// [`LogError::Io`] or [`LogError::Mcap`] if it cannot be written.
     pub fn attachment(&mut self, name: &str, media_type: &str, bytes: &[u8]) -> Result<(), LogError> {
         let attachment = mcap::Attachment {
             log_time: 0,
@@ -301,7 +301,7 @@ impl<P: Place> LogWriter<P> {
     }
 }
 
-/// What the container says, with the log's name.
+/// The container's message, with the log's name.
 fn mcap_error(part: &impl Place, source: McapError) -> LogError {
     match source {
         McapError::Io(source) => part.io_error(source), // its own message leaves out the reason

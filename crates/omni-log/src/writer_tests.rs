@@ -5,7 +5,7 @@ use mcap::read::Options;
 use super::*;
 use crate::ros2::{Header, StringMessage, Twist, TwistStamped, Vector3};
 
-/// Ten messages a second, as incompressible as doubles are, for `seconds`, on two topics.
+/// Ten messages per second, as incompressible as doubles are, for `seconds`, on two topics.
 fn fill(log: &mut LogWriter, seconds: u64) -> Result<(), LogError> {
     log.metadata("run", BTreeMap::from([("seed".to_owned(), "7".to_owned())]))?;
     log.attachment("scenario.toml", "application/toml", b"seed = 7\n")?;

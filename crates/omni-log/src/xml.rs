@@ -34,7 +34,7 @@ pub(crate) fn element(
     element.write_inner_content(inner).map(drop)
 }
 
-/// An element of attributes only.
+/// An element that has only attributes.
 pub(crate) fn leaf(xml: &mut Xml, name: &str, attributes: &[(&str, &dyn Display)]) -> io::Result<()> {
     let texts = attributes.iter().map(|(key, value)| (*key, value.to_string()));
     let texts: Vec<_> = texts.collect();

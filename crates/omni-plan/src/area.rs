@@ -23,7 +23,7 @@ impl Area {
     /// A polygon of 3 to 1000 corners, each within 1e5 m of the world's origin.
     ///
     /// # Errors
-    /// Where a number is out of its range.
+    /// If a number is out of its range.
     pub fn polygon(corners_m: &[Point]) -> Result<Self, Error> {
         check_argument("corners", corners_m.len() as f64, 3.0, MOST_CORNERS as f64)?;
         for coordinate in corners_m.iter().flatten() {
@@ -37,12 +37,12 @@ impl Area {
     /// A rectangle along the world's axes, from and to along x, then along y \[m\].
     ///
     /// # Errors
-    /// Where a number is out of its range.
+    /// If a number is out of its range.
     pub fn rectangle([from_x, to_x]: Point, [from_y, to_y]: Point) -> Result<Self, Error> {
         Self::polygon(&[[from_x, from_y], [to_x, from_y], [to_x, to_y], [from_x, to_y]])
     }
 
-    /// Is this place in it? By the number of sides that a ray crosses.
+    /// Whether this position is in it. By the number of sides that a ray crosses.
     #[must_use]
     pub fn contains(&self, [x, y]: Point) -> bool {
         let mut inside = false;

@@ -1,6 +1,6 @@
 //! Lines of edges that a smoothed picture draws over some cells.
 //!
-//! The rises near a line, weighted by their heights, give its place and normal.
+//! The rises near a line, weighted by their heights, determine its position and normal.
 
 use crate::edge_line::EdgeLine;
 use crate::ground::Ground;
@@ -48,7 +48,7 @@ impl<'a> BlurredEdges<'a> {
         5 * blurred.count() >= places.len()
     }
 
-    /// A line that has grown along the rises near it, and their borders; none where they are no line.
+    /// A line that has grown along the rises near it, and their borders; none if they are no line.
     pub(crate) fn grown(&self, line: EdgeLine) -> Option<(EdgeLine, Vec<(usize, bool)>)> {
         let mut line = line;
         for _ in 0..ROUNDS {

@@ -17,7 +17,7 @@ const SAME_FRICTION: f64 = 1e-4;
 /// Sides of a chart may differ by so much \[deg\].
 const SAME_DEG: f64 = 1e-6;
 
-/// How far a vehicle climbs with a side, of one kind of edge.
+/// Climbing limit of a side for one kind of edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Limit {
     /// The greatest height \[m\].
@@ -26,7 +26,7 @@ pub(crate) struct Limit {
     pub(crate) climbs_m: f64,
 }
 
-/// What a vehicle climbs with one side ahead.
+/// Climbing limits of a vehicle with one side in front.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Side {
     /// Direction of travel in the vehicle's axes \[deg\], over -180 to 180.
@@ -44,7 +44,7 @@ pub(crate) struct Table {
     pub(crate) margin: f64,
     /// In the order of the angles.
     pub(crate) sides: Vec<Side>,
-    /// The least rise on a metre that it climbs from any side \[m\]; none where it has no slopes.
+    /// The least rise on a metre that it climbs from any side \[m\]; none if it has no slopes.
     slope: Option<f64>,
 }
 
@@ -104,7 +104,7 @@ impl Chart {
     /// The chart of a file.
     ///
     /// # Errors
-    /// What is wrong with it, in one line.
+    /// Its first error, in one line.
     pub fn read(path: impl AsRef<Path>) -> Result<Self, Error> {
         let file = path.as_ref().display().to_string();
         let bytes = read_regular(&path, MOST_TOML_BYTES)
@@ -117,7 +117,7 @@ impl Chart {
     /// The chart of a file's text; messages name it `file`.
     ///
     /// # Errors
-    /// What is wrong with it, in one line.
+    /// Its first error, in one line.
     pub fn from_toml(file: &str, text: &str) -> Result<Self, Error> {
         let wrong = |error: toml::de::Error| {
             let line = error
@@ -147,10 +147,10 @@ impl Chart {
         })
     }
 
-    /// This chart with that of the same vehicle on ground of another friction.
+    /// This chart combined with the same vehicle's chart for another friction.
     ///
     /// # Errors
-    /// Where it is of another vehicle, or there is one of this friction.
+    /// If it is of another vehicle, or there is one of this friction.
     pub fn with(mut self, other: Self) -> Result<Self, Error> {
         if other.vehicle != self.vehicle {
             return Err(Error::Argument {
@@ -181,7 +181,7 @@ impl Chart {
     }
 
     /// The height of a step up that a side of the chart may meet \[m\], on ground of a friction,
-    /// with a margin. 0 where the chart does not have that side, or no friction as low.
+    /// with a margin. 0 if the chart does not have that side, or no friction as low.
     #[must_use]
     pub fn step_m(&self, side_deg: f64, friction: f64, margin: f64) -> f64 {
         self.allowed_m(side_deg, friction, margin, |side| side.step)
@@ -212,7 +212,7 @@ impl Chart {
             .map_or(0.0, |limit| table.allowed_m(limit, margin))
     }
 
-    /// That of the highest friction which the ground has at least.
+    /// The chart of the highest friction that does not exceed the ground's.
     pub(crate) fn at(&self, friction: f64) -> Option<&Table> {
         self.tables
             .iter()
@@ -220,7 +220,7 @@ impl Chart {
             .find(|table| table.friction <= friction + SAME_FRICTION)
     }
 
-    /// The steepest slope that it allows from every side, at a friction and with a margin; none where it has no slopes.
+    /// The steepest slope that it allows from every side, at a friction and with a margin; none if it has no slopes.
     pub(crate) fn slope(&self, friction: f64, margin: f64) -> Option<f64> {
         self.at(friction)?.slope.map(|rise| rise * margin)
     }
@@ -288,7 +288,7 @@ impl Table {
         })
     }
 
-    /// What may be planned with: the margin of the limit, and no more than the starts of the chart confirmed.
+    /// Size for planning: the margin times the limit, and no more than the chart's starts confirmed.
     pub(crate) fn allowed_m(&self, limit: Limit, margin: f64) -> f64 {
         let confirmed = limit.climbs_m * margin / self.margin;
         confirmed.min(limit.limit_m * margin)

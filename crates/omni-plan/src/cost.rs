@@ -1,4 +1,4 @@
-//! What each part of a route costs: time, energy or risk.
+//! Cost of each part of a route: time, energy or risk.
 
 use crate::angles::remainder;
 use crate::portals::Portal;
@@ -29,8 +29,8 @@ impl<'a> Costs<'a> {
         }
     }
 
-    /// Travel over even ground with this side of the vehicle ahead, to a place with a proximity of
-    /// obstacles, higher by `rise_m`.
+    /// Travel over even ground with this side of the vehicle in front, to a position with a proximity of obstacles,
+    /// higher by `rise_m`.
     pub(crate) fn travel(&self, length_m: f64, side_rad: f64, proximity: f64, rise_m: f64) -> f64 {
         self.travel_at(
             length_m,

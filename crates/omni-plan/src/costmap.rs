@@ -18,7 +18,7 @@ const LETHAL: u8 = 100;
 /// Cost of an edge as high as is allowed \[%\].
 const HIGHEST_EDGE: f64 = 98.0;
 
-/// A map of ROS's map_server: its YAML and its picture.
+/// A ROS map_server map: its YAML and its picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct MapFiles {
@@ -46,7 +46,7 @@ impl MapFiles {
     /// Writes both files into a folder, which is made if it is not there.
     ///
     /// # Errors
-    /// Where one cannot be written.
+    /// If one cannot be written.
     pub fn write(&self, folder: impl AsRef<Path>) -> Result<[PathBuf; 2], Error> {
         let folder = folder.as_ref();
         let path = |ending: &str| folder.join(format!("{}.{ending}", self.name));
@@ -69,7 +69,7 @@ impl Planner {
     /// are walls, closed cells and edges that no side climbs. A planner that uses it does not know from which side.
     ///
     /// # Errors
-    /// Where the name is no file name, or the files cannot be made.
+    /// If the name is no file name, or the files cannot be made.
     ///
     /// ```
     /// use omni_plan::{Chart, Footprint, Grid, Map, Options, Planner};
@@ -159,11 +159,11 @@ impl Planner {
         self.files(name, percents.collect())
     }
 
-    /// Writes the costmap (`NAME.yaml`), those of the headings (`NAME-heading-00.yaml` to `15`) and the
-    /// mask of speeds (`NAME-speed.yaml`), each with its picture, into a folder; returns the YAML files.
+    /// Writes the costmap (`NAME.yaml`), the costmaps of the headings (`NAME-heading-00.yaml` to `15`) and the mask of
+    /// speeds (`NAME-speed.yaml`), each with its picture, into a folder; returns the YAML files.
     ///
     /// # Errors
-    /// Where the name is no file name, or a file cannot be written.
+    /// If the name is no file name, or a file cannot be written.
     pub fn write_costmaps(&self, folder: impl AsRef<Path>, name: &str) -> Result<Vec<PathBuf>, Error> {
         let mut files = vec![self.costmap(name)?, self.speed_mask(&format!("{name}-speed"))?];
         for heading in 0..HEADINGS {

@@ -14,13 +14,13 @@ const ALLOWED_EDGE: u64 = 20;
 /// Searches for the widest way.
 const HALVINGS: usize = 14;
 
-/// What a diagnosis looks at.
+/// Input of a diagnosis.
 pub(crate) struct Diagnosis<'a> {
     pub(crate) ground: &'a Ground,
     pub(crate) chart: &'a Chart,
     pub(crate) footprint: &'a Footprint,
     pub(crate) options: &'a Options,
-    /// What is kept clear on even ground \[m\].
+    /// Clearance on even ground \[m\].
     pub(crate) inflation_m: f64,
 }
 

@@ -7,9 +7,9 @@ use crate::blurred_edges::BlurredEdges;
 use crate::edge_line::{EdgeLine, NONE};
 use crate::ground::Ground;
 
-/// A border belongs to a line if its middle is no farther from it [cells]: a drawn line is off by half a cell at most.
+/// A border belongs to a line if its middle is no farther from it [cells]: a drawn line is off by at most half a cell.
 const OFF_LINE: f64 = 0.75;
-/// A line has so many borders at least.
+/// Minimum number of borders of a line.
 const LEAST_BORDERS: usize = 3;
 /// The ends of a line of so many borders may belong to a corner: they are left out of its fit.
 const TRIMMED_FROM: usize = 6;
@@ -18,7 +18,7 @@ const TRIMMED_FROM: usize = 6;
 #[derive(Debug)]
 pub(crate) struct EdgeLines {
     pub(crate) lines: Vec<EdgeLine>,
-    /// The line of the border to the next cell along x; [`NONE`] where there is none.
+    /// The line of the border to the next cell along x; [`NONE`] if there is none.
     pub(crate) of_x: Vec<u32>,
     /// And to the next cell along y.
     pub(crate) of_y: Vec<u32>,
@@ -162,9 +162,9 @@ fn chains(ground: &Ground) -> Vec<Vec<Border>> {
     chains
 }
 
-/// Borders that share a corner of the grid, four at most.
+/// Borders that share a corner of the grid, at most four.
 struct ByCorner {
-    /// The first of each corner, [`NONE`] where there is none.
+    /// The first of each corner, [`NONE`] if there is none.
     first: Vec<u32>,
     /// The one after each.
     after: Vec<u32>,
@@ -269,7 +269,7 @@ fn is_straight(part: &[Border]) -> bool {
     })
 }
 
-/// The line with the least squares of distances; none where the part has no direction.
+/// The line with the least squares of distances; none if the part has no direction.
 fn fit(part: &[Border]) -> Option<EdgeLine> {
     let count = part.len() as f64;
     let mut middle = [0.0, 0.0];

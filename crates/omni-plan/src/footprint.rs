@@ -37,7 +37,7 @@ impl Footprint {
     /// A rectangle about the vehicle's origin, 1 cm to 20 m long and wide.
     ///
     /// # Errors
-    /// Where a length is out of its range.
+    /// If a length is out of its range.
     pub fn rectangle(length_m: f64, width_m: f64) -> Result<Self, Error> {
         check_argument("length_m", length_m, 0.01, MOST_M)?;
         check_argument("width_m", width_m, 0.01, MOST_M)?;
@@ -48,7 +48,7 @@ impl Footprint {
     /// right side, 1 mm to 20 m each.
     ///
     /// # Errors
-    /// Where a distance is out of its range.
+    /// If a distance is out of its range.
     pub fn new(front_m: f64, rear_m: f64, left_m: f64, right_m: f64) -> Result<Self, Error> {
         let footprint = Self {
             front_m,
@@ -93,7 +93,7 @@ impl Footprint {
         .map(turned)
     }
 
-    /// How far it reaches in a direction of its own axes \[rad\], from its origin \[m\].
+    /// Its extent in a direction of its own axes \[rad\], from its origin \[m\].
     #[must_use]
     pub fn reach_m(&self, direction_rad: f64) -> f64 {
         let (sin, cos) = direction_rad.sin_cos();

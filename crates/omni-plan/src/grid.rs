@@ -9,7 +9,7 @@ use crate::{Error, Point};
 pub(crate) const MOST_CELLS: usize = 4_000_000;
 /// Smallest and largest cells \[m\].
 pub(crate) const RESOLUTION_M: [f64; 2] = [1e-3, 10.0];
-/// Farthest origin from that of the world \[m\].
+/// Largest distance of the origin from the world's origin \[m\].
 pub(crate) const ORIGIN_M: f64 = 1e5;
 
 /// A grid: `columns` cells along x, `rows` along y, row 0 at the least y.
@@ -38,7 +38,7 @@ impl Grid {
     /// A grid with cells of `resolution_m` (0.001 to 10 m), whose lower left corner is at `origin_m` (within 1e5 m).
     ///
     /// # Errors
-    /// Where a number is out of its range: a grid has 3 x 3 to 4 million cells.
+    /// If a number is out of its range: a grid has 3 x 3 to 4 million cells.
     pub fn new(columns: usize, rows: usize, resolution_m: f64, origin_m: Point) -> Result<Self, Error> {
         check_argument("resolution_m", resolution_m, RESOLUTION_M[0], RESOLUTION_M[1])?;
         check_argument("origin_m[0]", origin_m[0], -ORIGIN_M, ORIGIN_M)?;
@@ -76,13 +76,13 @@ impl Grid {
         ]
     }
 
-    /// How many cells it has.
+    /// Number of cells.
     #[must_use]
     pub fn cells(&self) -> usize {
         self.columns * self.rows
     }
 
-    /// Where a cell stands in an array, row by row.
+    /// Index of a cell in an array, row by row.
     pub(crate) fn index(&self, column: usize, row: usize) -> usize {
         row * self.columns + column
     }

@@ -1,4 +1,4 @@
-//! What a map means for a vehicle: edges between cells, slopes, and cells that are closed.
+//! A map's content for a vehicle: edges between cells, slopes, and closed cells.
 
 use crate::map::Cell;
 use crate::{Chart, Grid, Map, Options};
@@ -11,7 +11,7 @@ pub(crate) struct Ground {
     pub(crate) friction: Vec<f64>,
     /// Cells that no part of the vehicle may enter: walls, unknown cells, keep-out areas, ground that is too steep.
     pub(crate) closed: Vec<bool>,
-    /// How much the ground rises at the edge to the next cell along x \[m\], less its slope; 0 where there is no edge.
+    /// How much the ground rises at the edge to the next cell along x \[m\], less its slope; 0 if there is no edge.
     pub(crate) rise_x_m: Vec<f64>,
     /// And to the next cell along y.
     pub(crate) rise_y_m: Vec<f64>,
@@ -62,7 +62,7 @@ impl Ground {
         self.rise_x_m[cell] != 0.0 || self.rise_y_m[cell] != 0.0 || left || below
     }
 
-    /// Finds the edges along x or y, and gives the slope of each cell along it.
+    /// Finds the edges along x or y, and returns the slope of each cell along it.
     ///
     /// Between two cells the ground rises by d. What of d is not the slope of the ground beside is the edge.
     fn edges_along(&mut self, x: bool, ignore_m: f64) -> Vec<f64> {

@@ -40,7 +40,7 @@ pub(crate) struct Lattice {
     pub(crate) stride: usize,
     pub(crate) columns: usize,
     pub(crate) rows: usize,
-    /// So much larger is the footprint that is free \[m\].
+    /// Margin of the free footprint \[m\].
     pub(crate) inflation_m: f64,
     /// A bit for each heading with which the vehicle can stand at a position.
     free: Vec<u16>,
@@ -140,7 +140,7 @@ impl Lattice {
         ]
     }
 
-    /// Where a position is \[m\].
+    /// World position \[m\].
     pub(crate) fn place_m(&self, position: usize) -> Point {
         self.grid.centre_of(self.cell_of(position))
     }

@@ -2,8 +2,8 @@
 //!
 //! # In this crate
 //!
-//! A [`Planner`] is made of a [`Map`], a [`Chart`], a [`Footprint`] and [`Options`]; [`Planner::plan`]
-//! gives a [`Route`] or a [`NoRoute`]. [`Planner::write_costmaps`] writes [`MapFiles`] for Nav2.
+//! A [`Planner`] is built from a [`Map`], a [`Chart`], a [`Footprint`] and [`Options`]; [`Planner::plan`] returns a
+//! [`Route`] or a [`NoRoute`]. [`Planner::write_costmaps`] writes [`MapFiles`] for Nav2.
 #![forbid(unsafe_code)]
 
 mod angles;

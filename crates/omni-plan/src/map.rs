@@ -14,10 +14,10 @@ pub use picture::PictureScale;
 const HEIGHT_M: f64 = 1e4;
 /// Greatest friction coefficient.
 const FRICTION: f64 = 2.0;
-/// Friction of a map that says nothing of it, as that of a chart.
+/// Default friction of a map, as in a chart.
 const USUAL_FRICTION: f64 = 0.7;
 
-/// What is known about a cell.
+/// Properties of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Cell {
@@ -55,7 +55,7 @@ impl Map {
     /// Ground of these heights \[m\] (within 10 km), row by row, the first row at the least y; its friction is 0.7.
     ///
     /// # Errors
-    /// Where there are more or fewer heights than cells, or one is out of its range or no number.
+    /// If there are more or fewer heights than cells, or one is out of its range or no number.
     pub fn from_heights(grid: Grid, heights_m: Vec<f64>) -> Result<Self, Error> {
         let cells = grid.cells();
         if heights_m.len() != cells {
@@ -85,16 +85,16 @@ impl Map {
     /// Height of a cell \[m\].
     ///
     /// # Panics
-    /// Where there is no such cell.
+    /// If there is no such cell.
     #[must_use]
     pub fn height_m(&self, [column, row]: [usize; 2]) -> f64 {
         self.heights_m[self.grid.index(column, row)]
     }
 
-    /// What a cell is.
+    /// Properties of a cell.
     ///
     /// # Panics
-    /// Where there is no such cell.
+    /// If there is no such cell.
     #[must_use]
     pub fn cell(&self, [column, row]: [usize; 2]) -> Cell {
         self.cells[self.grid.index(column, row)]
@@ -103,7 +103,7 @@ impl Map {
     /// Coulomb friction coefficient of a cell.
     ///
     /// # Panics
-    /// Where there is no such cell.
+    /// If there is no such cell.
     #[must_use]
     pub fn friction(&self, [column, row]: [usize; 2]) -> f64 {
         // As it was given: 0.7, not 0.699999988.
@@ -113,7 +113,7 @@ impl Map {
     /// The same map with this Coulomb friction coefficient everywhere, 0 to 2.
     ///
     /// # Errors
-    /// Where it is out of its range.
+    /// If it is out of its range.
     pub fn with_friction(mut self, friction: f64) -> Result<Self, Error> {
         check_argument("friction", friction, 0.0, FRICTION)?;
         self.friction.fill(friction as f32);
@@ -123,7 +123,7 @@ impl Map {
     /// The same map with another friction in an area, 0 to 2: ice, a carpet.
     ///
     /// # Errors
-    /// Where the friction is out of its range.
+    /// If the friction is out of its range.
     pub fn with_friction_area(mut self, area: Area, friction: f64) -> Result<Self, Error> {
         check_argument("friction", friction, 0.0, FRICTION)?;
         self.each_inside(&area, |map, cell| map.friction[cell] = friction as f32);

@@ -12,9 +12,9 @@ const MOST_NAMED: usize = 3;
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum End {
-    /// Where the vehicle is.
+    /// Pose of the vehicle.
     Start,
-    /// Where it shall go.
+    /// The goal.
     Goal,
 }
 
@@ -27,7 +27,7 @@ impl End {
     }
 }
 
-/// What stands at a start or goal.
+/// The obstacle at a start or goal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]

@@ -1,4 +1,4 @@
-//! Where a vehicle may not stand: closed cells and edges as bits, a row at a time.
+//! Occupancy: closed cells and edges as bits, a row at a time.
 
 use crate::Grid;
 use crate::footprint::Mask;
@@ -78,8 +78,8 @@ impl Occupancy {
     }
 }
 
-/// Distance from each cell's middle to that of the nearest marked one, in cells; the border of the
-/// map counts as marked.
+/// Distance from each cell's middle to the middle of the nearest marked cell, in cells; the border of the map counts as
+/// marked.
 pub(crate) fn distances(grid: &Grid, marked: impl Fn(usize) -> bool) -> Vec<f64> {
     let (columns, rows) = (grid.columns, grid.rows);
     let far = ((columns + rows) as f64).powi(2);

@@ -1,4 +1,4 @@
-//! What a plan takes into account: margins, speeds, and what it makes least.
+//! Options of a plan: margins, speeds, and the quantity that it minimises.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,7 +8,7 @@ use crate::error::check_argument;
 /// Most entries of a table of speeds.
 const MOST_SPEEDS: usize = 72;
 
-/// What a route has the least of.
+/// Quantity that a route minimises.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
@@ -16,14 +16,14 @@ pub enum Cost {
     /// Time \[s\]: distance over speed by side, turns, crossings at the chart's speed.
     #[default]
     Time,
-    /// Energy for each kilogram \[J/kg\]: rolling resistance and lift; what a descent gives is not recovered.
+    /// Energy for each kilogram \[J/kg\]: rolling resistance and lift; the energy of a descent is not recovered.
     Energy,
-    /// Risk: 1 for an edge as high as the chart and the margin allow, its square below, and 0.01 to
-    /// 0.11 a metre by the distance to obstacles.
+    /// Risk: 1 for an edge as high as the chart and the margin allow, its square below, and 0.01 to 0.11 per metre by
+    /// the distance to obstacles.
     Risk,
 }
 
-/// How fast a vehicle travels on even ground.
+/// Speed of a vehicle on even ground.
 ///
 /// ```
 /// let speeds = omni_plan::Speeds::new(0.4, 0.7);
@@ -89,7 +89,7 @@ fn between(before: &[f64; 2], after: [f64; 2], at: f64) -> f64 {
     before[1] + (after[1] - before[1]) * (at - before[0]) / width
 }
 
-/// What a plan takes into account. Every key has a default.
+/// Options of a plan. Every key has a default.
 ///
 /// ```
 /// use omni_plan::{Cost, Options};
@@ -100,7 +100,7 @@ fn between(before: &[f64; 2], after: [f64; 2], at: f64) -> f64 {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Options {
-    /// What the route has the least of.
+    /// The quantity that the route minimises.
     pub cost: Cost,
     /// Part of the chart's limit that an edge may have, 0.1 to 1.
     pub margin: f64,
@@ -115,12 +115,12 @@ pub struct Options {
     pub prefer_clearance_m: f64,
     /// And beside an obstacle by this part more, 0 to 10.
     pub clearance_weight: f64,
-    /// Differences of height below this are no edges \[m\], 0 to 0.1: more than the noise of the map, less
-    /// than what the vehicle feels. The heights of edges that are drawn over some cells are as exact.
+    /// Height differences below this are not edges \[m\], 0 to 0.1: more than the noise of the map, less than an edge
+    /// that affects the vehicle. The heights of edges that are drawn over some cells are as exact.
     pub ignore_m: f64,
     /// Edges of one sign that are nearer to each other along the way are one \[m\], 0 to 1.
     pub merge_m: f64,
-    /// Higher edges are walls: nothing is said of what they lack \[m\], 0.001 to 10.
+    /// Higher edges are walls, without a report of the missing height \[m\], 0.001 to 10.
     pub wall_m: f64,
     /// An edge is met squarely if its normal differs by no more from the direction of travel \[deg\], 0.1 to 20.
     pub square_deg: f64,
@@ -130,7 +130,7 @@ pub struct Options {
     pub slope: f64,
     /// Distance between the positions that are searched \[m\], 0.001 to 10; at least a cell of the map.
     pub lattice_m: f64,
-    /// May cells that were never seen be driven on?
+    /// Whether unknown cells may be driven on.
     pub unknown_is_free: bool,
     /// Coefficient of rolling resistance, for the energy, 0 to 1.
     pub rolling_resistance: f64,
@@ -160,7 +160,7 @@ impl Default for Options {
 }
 
 impl Options {
-    /// Is every number within its range?
+    /// Whether every number is within its range.
     ///
     /// # Errors
     /// The first that is not.

@@ -66,7 +66,7 @@ impl Planner {
     /// Prepares a map: finds its edges, where the vehicle can stand, and where it may cross which edge.
     ///
     /// # Errors
-    /// Where a number of the options or of the footprint is out of its range.
+    /// If a number of the options or of the footprint is out of its range.
     pub fn new(map: &Map, chart: &Chart, footprint: &Footprint, options: Options) -> Result<Self, Error> {
         options.check()?;
         footprint.check()?;
@@ -153,7 +153,7 @@ impl Planner {
         })
     }
 
-    /// How many straight crossings of edges the chart and the room allow.
+    /// Number of straight crossings of edges that the chart and the available room allow.
     #[must_use]
     pub fn portal_count(&self) -> usize {
         self.portals.len()
@@ -227,7 +227,7 @@ impl Planner {
         Err(blocked(Obstacle::Near))
     }
 
-    /// What stands under the vehicle at a pose; none where it is even ground.
+    /// What stands under the vehicle at a pose; none if it is even ground.
     fn stands_on(&self, pose: &Pose) -> Option<Obstacle> {
         if turn_is_free(
             &self.occupancy,

@@ -13,7 +13,7 @@ use crate::occupancy::Occupancy;
 use crate::scan::{Scan, Strip, TRACKS};
 use crate::{Chart, CrossingKind, Footprint, Options, Point, Pose};
 
-/// So near to the line a riser may be that belongs to it without having been fitted to it \[cells\].
+/// Largest distance from the line of a riser that belongs to it without being fitted to it \[cells\].
 const NEAR_LINE: f64 = 1.5;
 /// Heights may be above a limit by so much: rounding of heights in files \[m\].
 const ROUNDING_M: f64 = 1e-6;
@@ -33,16 +33,16 @@ pub(crate) struct Part {
     pub(crate) place_m: Point,
     pub(crate) kind: CrossingKind,
     pub(crate) height_m: f64,
-    /// What may be planned with there \[m\].
+    /// Size for planning there \[m\].
     pub(crate) allowed_m: f64,
 }
 
 /// A straight crossing.
 #[derive(Clone, Debug)]
 pub(crate) struct Portal {
-    /// Where the run-up begins.
+    /// Start of the run-up.
     pub(crate) entry: Pose,
-    /// Where the vehicle is off the edges.
+    /// Position at which the vehicle is off the edges.
     pub(crate) exit: Pose,
     /// Direction of travel \[rad\].
     pub(crate) direction_rad: f64,
@@ -61,7 +61,7 @@ impl Portal {
     }
 }
 
-/// What portals are made of.
+/// Input of portals.
 pub(crate) struct PortalMaker<'a> {
     pub(crate) ground: &'a Ground,
     pub(crate) lines: &'a EdgeLines,
@@ -72,13 +72,13 @@ pub(crate) struct PortalMaker<'a> {
     pub(crate) options: &'a Options,
 }
 
-/// A direction of travel over an edge with one side ahead, in metres.
+/// A direction of travel over an edge with one side in front, in metres.
 struct Approach {
     direction_rad: f64,
     heading_rad: f64,
     /// The heading of the lattice that is nearest.
     heading: usize,
-    /// How far the vehicle reaches ahead and back, whichever way it is turned to that heading.
+    /// Extent of the vehicle forward and backward, for either direction of the turn to that heading.
     ahead_m: f64,
     behind_m: f64,
     left_m: f64,
@@ -217,7 +217,8 @@ impl PortalMaker<'_> {
         }
     }
 
-    /// The portals at a place with one side ahead: one for each place at which the vehicle may stop being on edges.
+    /// The portals at a position with one side in front: one for each place at which the vehicle may stop being on
+    /// edges.
     fn with_side(
         &self,
         line: &EdgeLine,
@@ -349,7 +350,7 @@ impl PortalMaker<'_> {
         })
     }
 
-    /// What a side may climb of an edge that goes up and down by so much \[m\]; none where it may not.
+    /// What a side may climb of an edge that goes up and down by so much \[m\]; none if it may not.
     fn allowed(&self, table: &Table, side: usize, up_m: f64, down_m: f64) -> Option<f64> {
         let side = &table.sides[side];
         let mut allowed_m = f64::INFINITY;

@@ -11,7 +11,7 @@ const MOST_POINTS: f64 = 1e6;
 /// Angles to turn by are sampled in steps of this \[rad\].
 const TURN_SAMPLE_RAD: f64 = 0.1;
 
-/// Where a vehicle is: its origin, and its yaw counter-clockwise from the world's x.
+/// Pose of a vehicle: its origin, and its yaw counter-clockwise from the world's x.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Pose {
@@ -31,7 +31,7 @@ impl Pose {
     }
 }
 
-/// Where to go: a place, and a yaw if it matters.
+/// A goal: a position, and optionally a yaw.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Goal {
@@ -65,7 +65,7 @@ impl Goal {
     }
 }
 
-/// Does the ground rise or fall at an edge?
+/// Direction of the ground's change at an edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
@@ -82,7 +82,7 @@ pub enum CrossingKind {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Crossing {
-    /// Where the vehicle's origin crosses it: world x \[m\].
+    /// World x at which the vehicle's origin crosses it \[m\].
     pub x_m: f64,
     /// World y \[m\].
     pub y_m: f64,
@@ -112,11 +112,11 @@ pub struct RoutePoint {
     pub y_m: f64,
     /// Yaw \[rad\], over -pi to pi.
     pub yaw_rad: f64,
-    /// Speed on the way to this point \[m/s\]; 0 where the way is a turn in place.
+    /// Speed on the way to this point \[m/s\]; 0 if the way is a turn in place.
     pub speed_m_s: f64,
     /// Time of arrival at constant speeds \[s\].
     pub time_s: f64,
-    /// Is the way to this point over edges?
+    /// Whether the segment to this point crosses edges.
     pub crosses: bool,
 }
 
@@ -130,11 +130,11 @@ pub struct Route {
     pub crossings: Vec<Crossing>,
     /// Length of the path \[m\].
     pub length_m: f64,
-    /// Time that it takes at constant speeds \[s\].
+    /// Its duration at constant speeds \[s\].
     pub duration_s: f64,
-    /// What it was planned for, before it was straightened: \[s\], \[J/kg\], or risk.
+    /// Its cost before it was straightened: \[s\], \[J/kg\], or risk.
     pub cost: f64,
-    /// How many poses the search looked at.
+    /// Number of poses that the search expanded.
     pub expanded: usize,
 }
 
@@ -142,7 +142,7 @@ impl Route {
     /// The route as JSON, in one line.
     ///
     /// # Errors
-    /// Where a number cannot be written.
+    /// If a number cannot be written.
     pub fn to_json(&self) -> Result<String, Error> {
         serde_json::to_string(self).map_err(|error| written(&error))
     }
@@ -150,7 +150,7 @@ impl Route {
     /// The path as CSV: a line for each point, `x_m,y_m,yaw_rad,speed_m_s,time_s,crosses`.
     ///
     /// # Errors
-    /// Where a number cannot be written.
+    /// If a number cannot be written.
     pub fn points_to_csv(&self) -> Result<String, Error> {
         to_csv(&self.points)
     }
@@ -158,7 +158,7 @@ impl Route {
     /// The crossings as CSV: a line for each, with a header.
     ///
     /// # Errors
-    /// Where a number cannot be written.
+    /// If a number cannot be written.
     pub fn crossings_to_csv(&self) -> Result<String, Error> {
         to_csv(&self.crossings)
     }
@@ -167,7 +167,7 @@ impl Route {
     /// `nav_msgs/Path` is used.
     ///
     /// # Errors
-    /// Where the step is out of its range, or too small for the path.
+    /// If the step is out of its range, or too small for the path.
     pub fn sampled(&self, step_m: f64) -> Result<Vec<RoutePoint>, Error> {
         check_argument("step_m", step_m, 1e-3, 100.0)?;
         check_argument("points", self.length_m / step_m, 0.0, MOST_POINTS)?;

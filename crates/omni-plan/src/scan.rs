@@ -1,4 +1,4 @@
-//! What lies under a vehicle that travels straight: edges, closed cells and friction along parallel tracks.
+//! The ground under a vehicle that travels straight: edges, closed cells and friction along parallel tracks.
 
 use crate::Point;
 use crate::ground::Ground;
@@ -249,7 +249,7 @@ impl Scan {
 
     /// By how much the edges between two places are slanted to the vehicle's front: the slope of
     /// where they are over how far aside, weighted by their heights, as the tracks under the
-    /// vehicle find it. 0 where there are too few tracks.
+    /// vehicle find it. 0 if there are too few tracks.
     pub(crate) fn slant(&self, from: f64, to: f64) -> f64 {
         let tracks = self.under[1] + 1;
         let mut sums = vec![[0.0_f64; 2]; tracks];

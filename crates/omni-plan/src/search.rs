@@ -18,7 +18,7 @@ const BEYOND: f64 = 0.25;
 /// Part of a turn's cost that is sure: each is a whole number.
 const TURNS: f64 = 0.999;
 
-/// Where a search may go.
+/// Graph of a search.
 #[derive(Debug)]
 pub(crate) struct Search<'a> {
     lattice: &'a Lattice,
@@ -30,7 +30,7 @@ pub(crate) struct Search<'a> {
     sides_rad: Vec<f64>,
 }
 
-/// What a search found.
+/// Result of a search.
 #[derive(Debug)]
 pub(crate) struct Found {
     pub(crate) nodes: Vec<u32>,
@@ -61,7 +61,7 @@ impl<'a> Search<'a> {
     }
 
     /// The cheapest way from a node to one of the goals, all at one position; and how many nodes
-    /// were expanded. None where there is no way.
+    /// were expanded. None if there is no way.
     pub(crate) fn cheapest(&self, start: u32, goals: &[u32]) -> Result<Found, usize> {
         let (from, _) = Lattice::of_node(start);
         let Some(goal) = goals.first().map(|goal| Lattice::of_node(*goal).0) else {
@@ -98,7 +98,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The least cost of turning from a heading to that of a goal; a little less, because turns are rounded one by one.
+    /// The least cost of turning from a heading to a goal's heading; a little less, because turns are rounded one by
+    /// one.
     fn least_turn(&self, heading: usize, goals: &[u32]) -> u64 {
         let mut least = UNREACHED;
         for goal in goals {
@@ -143,7 +144,7 @@ impl<'a> Search<'a> {
         next
     }
 
-    /// Cost of a step with a side ahead, or the least for all sides.
+    /// Cost of a step with a side in front, or the least for all sides.
     fn step_cost(&self, from: usize, to: usize, step: usize, side_rad: Option<f64>) -> f64 {
         let length_m = step_length(step) * self.lattice.spacing_m();
         let proximity = f64::from(self.lattice.proximity[to]);

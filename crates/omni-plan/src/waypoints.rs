@@ -1,4 +1,4 @@
-//! The path of a route: ways at one heading are straightened where they stay clear, crossings are put in exactly.
+//! The path of a route: segments at one heading are straightened if they stay clear, crossings are inserted exactly.
 
 use crate::angles::{HEADINGS, heading_rad, remainder};
 use crate::cost::Costs;
@@ -68,7 +68,7 @@ impl PathMaker<'_> {
         }
     }
 
-    /// The portal between two nodes; none where it is a step or a turn.
+    /// The portal between two nodes; none if it is a step or a turn.
     fn portal(&self, before: u32, after: u32, of_node: Vec<u32>) -> Option<u32> {
         let ((from, heading), (to, new_heading)) = (Lattice::of_node(before), Lattice::of_node(after));
         let turned = (new_heading + HEADINGS - heading) % HEADINGS;
@@ -196,7 +196,7 @@ impl PathMaker<'_> {
         remainder((to[1] - from[1]).atan2(to[0] - from[0]) - heading_rad(heading))
     }
 
-    /// What a straight way costs; none where it is not free.
+    /// Cost of a straight segment; none if it is not free.
     fn straight_cost(&self, from: Point, to: Point, heading: usize) -> Option<f64> {
         let length_m = (to[0] - from[0]).hypot(to[1] - from[1]);
         let steps = (length_m / (SAMPLES * self.lattice.spacing_m())).ceil().max(1.0) as usize;

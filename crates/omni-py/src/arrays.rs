@@ -1,4 +1,4 @@
-//! Numbers from Python and back: what is not usable is refused with the argument's name.
+//! Numbers from Python and back: what is not usable is rejected with the argument's name.
 
 use numpy::{PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
 use omni_sim::Error;
@@ -86,7 +86,7 @@ pub(crate) fn as_many_or_one(
 }
 
 /// How many rows, numbers or rows of them (`what`), two arguments make, where a single one stays the same for all; none
-/// where both are single ones without a dimension of their own.
+/// if both are single ones without a dimension of their own.
 pub(crate) fn together(
     what: &str,
     (first, a): (&str, Option<usize>),
@@ -167,7 +167,7 @@ impl Rows {
         Self::with_gaps(name, value, columns)?.finite(name, columns)
     }
 
-    /// [`Rows::read`] of as many columns as there are, one a wheel, and their number.
+    /// [`Rows::read`] of as many columns as there are, one per wheel, and their number.
     pub(crate) fn of_wheels(name: &str, value: &Bound<'_, PyAny>) -> PyResult<(usize, Self)> {
         let allowed = "allowed: shape (N,) or (T, N) of 3 to 8 wheels";
         let array = as_array(name, value, allowed)?;
@@ -222,7 +222,7 @@ impl Rows {
         self.count.into_iter().chain([columns]).collect()
     }
 
-    /// The shape of one number a row: none for a single row.
+    /// The shape of one number per row: none for a single row.
     pub(crate) fn shape_of_scalars(&self) -> Vec<usize> {
         self.count.into_iter().collect()
     }

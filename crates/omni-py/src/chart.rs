@@ -21,7 +21,7 @@ pub(crate) struct ChartRuns {
 
 #[pymethods]
 impl ChartRuns {
-    /// The runs of a chart; the arguments are those of :func:`omnistep.climb_chart`.
+    /// The runs of a chart; the arguments are as in :func:`omnistep.climb_chart`.
     ///
     /// Raises:
     ///     ConfigError: a name, key or value is wrong.
@@ -64,12 +64,12 @@ impl ChartRuns {
     /// The scenario of one run of the chart, as a file with its vehicle.
     ///
     /// Args:
-    ///     edge: what is climbed.
+    ///     edge: the obstacle.
     ///     size_m: its size [m].
     ///     side_deg: direction of travel in the vehicle's axes [deg].
     ///     skew_deg: direction of travel off the edge's normal [deg].
-    ///     x_m: where the run starts, world x [m].
-    ///     heading_deg: heading beside that of the approach [deg].
+    ///     x_m: start of the run, world x [m].
+    ///     heading_deg: heading relative to the approach [deg].
     ///
     /// Raises:
     ///     ConfigError: a value is out of range.
@@ -98,7 +98,7 @@ impl ChartRuns {
     ///     keep: called with the text after each cell.
     ///
     /// Raises:
-    ///     ConfigError: the chart that was begun is of other runs.
+    ///     ConfigError: the chart that was begun holds other runs.
     #[pyo3(signature = (*, done = None, file = "chart", jobs = None, keep = None))]
     fn compute(
         &self,
@@ -137,7 +137,7 @@ impl ChartRuns {
     /// Check the text of a chart's file.
     ///
     /// Raises:
-    ///     ConfigError: it is no chart; the message names file, key and value.
+    ///     ConfigError: the text is not a chart; the message names file, key and value.
     #[classmethod]
     fn check(_: &Bound<'_, PyType>, file: &str, text: &str) -> PyResult<()> {
         Chart::from_toml(file, text).map(|_| ()).map_err(exception)

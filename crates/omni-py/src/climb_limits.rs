@@ -10,7 +10,7 @@ use crate::error::exception;
 use crate::scenario::{ScenarioArg, load};
 use crate::values::Pickled;
 
-/// Torque and run-up that a step needs, and those of the vehicle. Arrays over rows are (3,), the front row first.
+/// Torque and run-up: required by a step, and available. Arrays over rows are (3,), the front row first.
 #[pyclass(frozen, eq, module = "omnistep")]
 #[derive(Clone, PartialEq)]
 pub(crate) struct ClimbLimits {
@@ -84,7 +84,7 @@ impl ClimbLimits {
         self.inner.possible()
     }
 
-    /// The row that needs the most run-up; where none needs any, the most torque.
+    /// The row that needs the most run-up; if no row needs any, the row that needs the most torque.
     #[getter]
     fn decisive(&self) -> &'static str {
         self.inner.rows[self.inner.decisive()].row
@@ -110,19 +110,19 @@ impl ClimbLimits {
         self.inner.rows.iter().map(|row| row.verdict.name()).collect()
     }
 
-    /// Least torque of an actuator that lifts each row, however slowly [N.m]; infinite where none does.
+    /// Least torque of an actuator that lifts each row, however slowly [N.m]; infinite if no torque does.
     #[getter]
     fn least_torque_n_m<'py>(&self, py: Python<'py>) -> pyo3::Bound<'py, PyArray1<f64>> {
         self.column(py, |row| row.least_torque_n_m)
     }
 
-    /// Energy that the torque lacks, up to the worst point of each row's path [J]; 0 where it suffices.
+    /// Energy that the torque lacks, up to the worst point of each row's path [J]; 0 if it suffices.
     #[getter]
     fn deficit_j<'py>(&self, py: Python<'py>) -> pyo3::Bound<'py, PyArray1<f64>> {
         self.column(py, |row| row.deficit_j)
     }
 
-    /// Inertia of the motion up the edge right after the impact, over the square of the hinge's way [kg].
+    /// Inertia of the motion up the edge right after the impact, over the square of the hinge's distance [kg].
     #[getter]
     fn path_mass_kg<'py>(&self, py: Python<'py>) -> pyo3::Bound<'py, PyArray1<f64>> {
         self.column(py, |row| row.path_mass_kg)
@@ -146,7 +146,7 @@ impl ClimbLimits {
         self.column(py, |row| row.run_up_m_s)
     }
 
-    /// From this run-up on the energy suffices where the impact leaves the motion along the path [m/s].
+    /// From this run-up on, the energy suffices if the impact leaves the motion along the path [m/s].
     #[getter]
     fn path_run_up_m_s<'py>(&self, py: Python<'py>) -> pyo3::Bound<'py, PyArray1<f64>> {
         self.column(py, |row| row.path_run_up_m_s)
@@ -169,8 +169,9 @@ impl ClimbLimits {
 
 /// Least torque and run-up for the step of a scenario, from the balance of forces, without a simulation.
 ///
-/// The torque is that of the scenario's motors at rest. The speed is the fastest forward command, and every row of
-/// wheels is assumed to meet the edge with it. docs/derivations.md, What a climb takes at least, lists the assumptions.
+/// The torque is the stall torque of the scenario's motors. The speed is the fastest forward command, and every row of
+/// wheels is assumed to meet the edge at this speed. docs/derivations.md, What a climb takes at least, lists the
+/// assumptions.
 ///
 /// Args:
 ///     scenario: a built-in name (see :func:`list_scenarios`), the path of a .toml file or a :class:`Scenario`; the
@@ -178,7 +179,7 @@ impl ClimbLimits {
 ///     overrides: keys to replace, as in :func:`omnistep.run`.
 ///
 /// Returns:
-///     Torque and run-up that each row of wheels needs, and whether the vehicle has them.
+///     Torque and run-up that each row of wheels needs, and whether the vehicle reaches them.
 ///
 /// Raises:
 ///     ConfigError: a name, key or value is wrong; the ground is not a plain step with one friction, met head-on; or

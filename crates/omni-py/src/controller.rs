@@ -15,22 +15,24 @@ use crate::scenario::{Scenario, ScenarioArg, load, warn_of};
 
 /// The controller of a scenario, as firmware runs it.
 ///
-/// It limits the command, maps it to the wheels, runs a PID loop a wheel within the motors' limits, and coordinates
-/// them. It has a state; a call with T rows is the same as T calls with one. Several threads may use one: their calls
-/// wait for each other.
+/// It limits the command, maps it to the wheels, runs one PID loop per wheel within the motors' limits, and coordinates
+/// the loops. It is stateful; a call with T rows is the same as T calls with one row. Several threads may share a
+/// controller: their calls wait for each other.
 ///
 /// Args:
-///     scenario: a built-in name, the path of a .toml file or a :class:`Scenario`; its vehicle and ``[control]`` count.
-///         "flat" if left out.
+///     scenario: a built-in name, the path of a .toml file or a :class:`Scenario`; only its vehicle and ``[control]``
+///         are used. "flat" if left out.
 ///     policy: coordination policy instead of the scenario's.
-///     overrides: keys to replace, as in :func:`omnistep.run`; ``{"control.precision": "f32"}`` gives firmware's bits.
+///     overrides: keys to replace, as in :func:`omnistep.run`; ``{"control.precision": "f32"}`` is bit-identical to
+///         firmware.
 ///
 /// Raises:
-///     ConfigError: a name, key or value is wrong, or the policy is ``traction`` or ``traction_runup``, which read
-///         hinges and an inertial unit too: step them in a :class:`Simulation`.
+///     ConfigError: a name, key or value is wrong, or the policy is ``traction`` or ``traction_runup``, which also read
+///         hinges and an inertial unit: step them in a :class:`Simulation`.
 ///
 /// Warns:
-///     UserWarning: one encoder count reads as a velocity of which the gains make more torque than the motor has.
+///     UserWarning: one encoder count reads as a velocity for which the gains request more torque than the motor
+///         provides.
 ///
 /// Example:
 ///     >>> import omnistep
@@ -73,9 +75,9 @@ impl Controller {
     /// One control step, or T of them, one after the other; Ctrl-C stops it.
     ///
     /// Args:
-    ///     commands: body twists (vx [m/s], vy [m/s], wz [rad/s]), (3,) or (T, 3); (3,) stays the same for every row of
-    ///         the other.
-    ///     measured_rad_s: actuator velocities [rad/s], (N,) or (T, N), likewise. NaN is a wheel without an encoder
+    ///     commands: body twists (vx [m/s], vy [m/s], wz [rad/s]), (3,) or (T, 3); (3,) applies to every row of
+    ///         ``measured_rad_s``.
+    ///     measured_rad_s: actuator velocities [rad/s], (N,) or (T, N), likewise. NaN marks a wheel without an encoder
     ///         reading.
     ///
     /// Returns:
@@ -202,7 +204,7 @@ impl Columns {
     }
 }
 
-/// Signals of one step of a :class:`Controller`, or of T steps: then every shape below begins with T.
+/// Signals of one step of a :class:`Controller`, or of T steps; every shape below then begins with T.
 #[pyclass(frozen, get_all, module = "omnistep")]
 pub(crate) struct ControlSample {
     /// The command within the vehicle's limits, (3,).

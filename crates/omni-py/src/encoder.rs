@@ -67,13 +67,13 @@ impl Beside {
     }
 }
 
-/// Incremental encoders on hardware counters that wrap around, whatever their width; with what they counted.
+/// Decodes incremental encoders whose hardware counters wrap around, at any width, and accumulates the counts.
 ///
 /// Args:
-///     counts_per_turn: edges a turn of what shall be measured, 1 to 1e9, all of them counted (four a line of a
-///         quadrature encoder), times the gear's ratio where it sits before the gear.
-///     bits: of the counter, 2 to 32.
-///     wheels: so many encoders beside each other, 1 to 1000; if left out a single one, with numbers instead of rows.
+///     counts_per_turn: counted edges per turn of the measured shaft, 1 to 1e9 (four per line of a quadrature encoder),
+///         times the gear ratio if the encoder sits before the gear.
+///     bits: width of the counter, 2 to 32.
+///     wheels: number of encoders side by side, 1 to 1000; if left out, a single encoder, with numbers instead of rows.
 ///
 /// Raises:
 ///     ConfigError: an argument is out of range.
@@ -105,13 +105,13 @@ impl EncoderCounter {
         })
     }
 
-    /// Takes in readings, one after the other: the counts since the one before, positive forwards; 0 for the first.
+    /// Process readings in order; return the counts since the previous reading, positive forwards, 0 for the first.
     ///
-    /// The way round is the shorter one: a counter is to be read at least once in half its range.
+    /// A wrap-around counts in the shorter direction, so read a counter at least once per half of its range.
     ///
     /// Args:
     ///     readings: whole numbers, -2147483648 to 4294967295, a number or (T,); of several encoders (N,) or (T, N).
-    ///         Bits that the counter does not have are ignored.
+    ///         Bits beyond the counter's width are ignored.
     ///
     /// Returns:
     ///     Counts in the shape of ``readings``.
@@ -154,7 +154,7 @@ impl EncoderCounter {
         self.inner.count_rad()
     }
 
-    /// Be as before the first reading.
+    /// Reset to the initial state, before the first reading.
     fn reset(&mut self) {
         self.states.fill(CounterState::default());
     }
@@ -168,11 +168,11 @@ impl EncoderCounter {
     }
 }
 
-/// Velocities out of the whole counts of coarse encoders. The code is that of firmware, in float64.
+/// Estimates velocities from the integer counts of coarse encoders. The firmware's code, in float64.
 ///
-/// Once no count comes any more the velocity falls: it is at most one count over the time without. With a count of
-/// angle d, a period T and a wheel that turns steadily, a window of n periods is off by at most d / (n T) and lags
-/// n T / 2; an observer d bandwidth / e and 2 / bandwidth.
+/// When counts stop, the velocity falls: it is at most one count over the time without counts. With a count of angle d,
+/// a period T and a wheel that turns steadily, a window of n periods is off by at most d / (n T) and lags by n T / 2;
+/// an observer is off by at most d bandwidth / e and lags by 2 / bandwidth.
 ///
 /// Args:
 ///     count_rad: angle of one count [rad], 1e-9 to 7.
@@ -180,12 +180,12 @@ impl EncoderCounter {
 ///     method: ``window``, the counts of the last ``periods`` over their time; ``edges``, the counts between the last
 ///         edges of two periods over the time between them (the M/T method); or ``observer``, which follows the
 ///         counted angle with both poles at ``bandwidth_rad_s``.
-///     periods: of a window, 1 to 32; 1 if left out.
-///     bandwidth_rad_s: of an observer [rad/s], 0.001 to 1 over the period.
-///     wheels: so many wheels beside each other, 1 to 1000; if left out a single one, with numbers instead of rows.
+///     periods: length of a window in periods, 1 to 32; 1 if left out.
+///     bandwidth_rad_s: bandwidth of an observer [rad/s], 0.001 to 1 over the period.
+///     wheels: number of wheels side by side, 1 to 1000; if left out, a single wheel, with numbers instead of rows.
 ///
 /// Raises:
-///     ConfigError: an argument is out of range, unknown, or does not go with another.
+///     ConfigError: an argument is out of range, unknown, or not compatible with another.
 ///
 /// Example:
 ///     >>> import math, omnistep
@@ -264,8 +264,8 @@ impl VelocityEstimator {
     /// Args:
     ///     counts: counts of each period, whole numbers, positive forwards, a number or (T,); of several wheels (N,) or
     ///         (T, N).
-    ///     since_edge_s: time from the last edge to the end of the period [s], in that shape, which ``edges`` makes use
-    ///         of. Where it is NaN, or not within the period, it is taken for 0, as if left out.
+    ///     since_edge_s: time from the last edge to the end of the period [s], in that shape, which ``edges`` uses. If
+    ///         it is NaN, or not within the period, it counts as 0, as if left out.
     ///
     /// Returns:
     ///     Velocities [rad/s] in the shape of ``counts``; always finite.
@@ -319,7 +319,7 @@ impl VelocityEstimator {
         self.config.count_rad
     }
 
-    /// Be as before the first count: at rest.
+    /// Reset to the initial state: at rest.
     fn reset(&mut self) {
         self.states.fill(VelocityState::default());
     }

@@ -68,7 +68,7 @@ pub(crate) fn shortened(message: &str) -> String {
     omni_sim::config::shortened(message).into_owned()
 }
 
-/// Name the file beside a missing one that is much like it, to be put behind its name; or nothing.
+/// Suggest a similarly named file next to a missing one, as a suffix for the name in a message, or nothing.
 #[pyfunction]
 pub(crate) fn did_you_mean_file(path: PathBuf) -> String {
     omni_sim::config::did_you_mean_file(&path, &[])

@@ -30,7 +30,7 @@ pub(crate) trait Estimate: Send + Sync {
     fn slip(&self) -> [f64; 3];
     fn bias(&self) -> f64;
     fn covariance(&self) -> [[f64; 3]; 3];
-    /// False where a pose is not finite; variances that are none are an error.
+    /// False if a pose is not finite; variances that are none are an error.
     fn reset(&mut self, pose: [f64; 3], deviations: [f64; 3]) -> PyResult<bool>;
 }
 

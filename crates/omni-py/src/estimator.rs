@@ -8,28 +8,28 @@ use crate::error::refused;
 use crate::estimate::{Beside, Estimate};
 use crate::kinematics::Kinematics;
 
-/// The pose from wheels, gyro and accelerometer, also while wheels slip; with its covariance.
+/// Estimates the pose and its covariance from wheels, gyro and accelerometer, also while wheels slip.
 ///
 /// An extended Kalman filter with the common slip of all wheels as a state. Redundancy cannot detect that slip, but an
-/// accelerometer can. Wheels that disagree get less weight. A vehicle at rest with a command of rest has no velocity,
-/// and the filter then estimates the gyro's bias. NaN is a missing reading and is left out.
+/// accelerometer can. Wheels that disagree are weighted less. If the vehicle is commanded to rest and is at rest, its
+/// velocity is 0, and the filter then estimates the gyro bias. NaN marks a missing reading, which is left out.
 ///
 /// Args:
 ///     kinematics: the map from wheel velocities to the vehicle's motion.
 ///     period_s: time between two steps [s], 1e-6 to 10.
-///     wheel_rad_s: noise of a wheel's velocity, a standard deviation as all that follow [rad/s]; 0.1.
+///     wheel_rad_s: noise of a wheel's velocity [rad/s], a standard deviation like every noise below; 0.1.
 ///     gyro_rad_s: noise of the yaw rate [rad/s]; 0.01.
 ///     accelerometer_m_s2: noise of each acceleration [m/s^2]; 0.05.
 ///     wander_m_s_per_sqrt_s: random walk of the velocity without an acceleration reading [m/s per root of s]; 0.3.
-///     bias_rad_s: of the gyro's bias at the start [rad/s]; 0.02.
+///     bias_rad_s: standard deviation of the gyro bias at the start [rad/s]; 0.02.
 ///     bias_walk_rad_s_per_sqrt_s: random walk of the bias [rad/s per root of s]; 1e-4.
 ///     slip_m_s: slip of the whole vehicle while its wheels agree [m/s]; 0.001.
 ///     slip_s: correlation time of the slip [s]; 0.3.
-///     still_wheel_rad_s: with a command of rest the vehicle counts as at rest where its wheels turn no faster than
-///         this, beyond noise, on average over 50 ms [rad/s], 0 to 1000; 0.05.
-///     still_gyro_rad_s: and the gyro is within that about its own average, which may be any within four deviations of
-///         the bias as it is known [rad/s], 0 to 1000; 0.05.
-///     still_m_s2: and each acceleration is no more, on average [m/s^2], 0 to 1000; 0.1.
+///     still_wheel_rad_s: commanded to rest, the vehicle counts as at rest if its wheels turn no faster than this,
+///         beyond noise, on average over 50 ms [rad/s], 0 to 1000; 0.05.
+///     still_gyro_rad_s: and if the gyro stays within this range of its own average, which may lie anywhere within four
+///         deviations of the estimated bias [rad/s], 0 to 1000; 0.05.
+///     still_m_s2: and if each acceleration is at most this, on average [m/s^2], 0 to 1000; 0.1.
 ///
 /// Raises:
 ///     ConfigError: a value is out of range.
@@ -112,13 +112,13 @@ impl Estimator {
         array(py, vec![3], self.filter.pose().to_vec())
     }
 
-    /// The vehicle's motion now, not that of its wheels, (3,).
+    /// The vehicle's estimated twist now, not the twist of its wheels, (3,).
     #[getter]
     fn twist<'py>(&self, py: Python<'py>) -> PyResult<Array<'py, f64>> {
         array(py, vec![3], self.filter.twist().to_vec())
     }
 
-    /// Common slip of all wheels: their twist less that motion, (3,).
+    /// Common slip of all wheels: their twist less the vehicle's twist, (3,).
     #[getter]
     fn slip<'py>(&self, py: Python<'py>) -> PyResult<Array<'py, f64>> {
         array(py, vec![3], self.filter.slip().to_vec())
@@ -136,22 +136,20 @@ impl Estimator {
         self.filter.bias()
     }
 
-    /// Normalised squared innovation of each row of the last step, by the wheels taken in: 1 on average.
-    ///
-    /// NaN where none was.
+    /// Normalised squared innovation per row of the last step, over the wheels used: 1 on average; NaN if none.
     #[getter]
     fn nis<'py>(&self, py: Python<'py>) -> PyResult<Array<'py, f64>> {
         array(py, self.nis_shape.clone(), self.nis.clone())
     }
 
-    /// One period a row.
+    /// Process one period per row.
     ///
     /// Args:
     ///     wheels: actuator velocities [rad/s], (N,) or (T, N).
-    ///     yaw_rates: of the heading by the gyro [rad/s], one or (T,); none by default.
-    ///     accelerations: along the heading and to its left, level and without gravity [m/s^2], (2,) or (T, 2);
-    ///         none by default.
-    ///     commanded_rest: the command is rest, one or (T,); False by default.
+    ///     yaw_rates: yaw rate from the gyro [rad/s], one or (T,); none by default.
+    ///     accelerations: horizontal accelerations without gravity, along the heading and to its left [m/s^2], (2,) or
+    ///         (T, 2); none by default.
+    ///     commanded_rest: the vehicle is commanded to rest, one or (T,); False by default.
     ///
     /// Returns:
     ///     The pose after each, (3,) or (T, 3).
@@ -219,14 +217,14 @@ impl Estimator {
         array(py, rows.shape(3), poses)
     }
 
-    /// Set the pose and how well it is known; the yaw is wrapped.
+    /// Set the pose and its uncertainty; the yaw is wrapped.
     ///
     /// Args:
     ///     pose: x [m], y [m], yaw [rad].
-    ///     pose_deviations: standard deviations of the three; known exactly by default.
+    ///     pose_deviations: standard deviations of x, y and yaw; 0 (known exactly) by default.
     ///
     /// Raises:
-    ///     ConfigError: not three finite numbers, or a deviation that is none.
+    ///     ConfigError: not three finite numbers, or a deviation that is not valid.
     ///     TypeError: not numbers.
     #[pyo3(signature = (pose, *, pose_deviations = None))]
     fn reset(&mut self, pose: &Bound<'_, PyAny>, pose_deviations: Option<&Bound<'_, PyAny>>) -> PyResult<()> {

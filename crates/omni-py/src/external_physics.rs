@@ -30,7 +30,7 @@ const OF_ALL: usize = 5;
 /// Numbers of a contact.
 const OF_TOUCH: usize = 10;
 
-/// Run a scenario from start to end on physics that are stepped in Python, for :func:`omnistep.mujoco.run`.
+/// Run a scenario from start to end on a physics engine that Python steps, for :func:`omnistep.mujoco.run`.
 ///
 /// Args:
 ///     physics: an object with ``start(x_m, yaw_rad)``; ``step(torques_n_m, dampers_n_m_s_rad, holds_n_m)``, which

@@ -9,14 +9,14 @@ use crate::arrays::{Rows, array, each_row, together};
 use crate::error::of_core;
 use crate::trajectory::TrajectorySample;
 
-/// Follows a trajectory: its velocity in the vehicle's axes, and a correction in proportion to the distance from it.
+/// Follows a trajectory: commands its velocity in the body frame plus a correction proportional to the pose error.
 ///
-/// It has no state. The correction of the velocity is limited as a vector, that of the yaw rate takes the shorter turn.
-/// The code is that of firmware, in float64.
+/// It is stateless. The velocity correction is limited as a vector; the yaw rate correction follows the shorter turn.
+/// The firmware's code, in float64.
 ///
 /// Args:
 ///     gain_per_s: commanded velocity per distance [m/s per m], 0 to 1000. Its inverse, the time constant of the
-///         return, should be several times that of the wheels' loops.
+///         return, should be several times the time constant of the wheels' loops.
 ///     heading_gain_per_s: commanded yaw rate per heading error [rad/s per rad], 0 to 1000.
 ///     limit_m_s: largest correction of the velocity [m/s], 0 to 1000.
 ///     limit_rad_s: largest correction of the yaw rate [rad/s], 0 to 1000.
@@ -61,8 +61,8 @@ impl HolonomicFollower {
     ///
     /// Args:
     ///     sample: of one time or of T.
-    ///     pose: pose of the vehicle (x [m], y [m], yaw [rad]), (3,) or (T, 3). With a pose that is not finite there is
-    ///         no correction: the result is the trajectory's own twist.
+    ///     pose: pose of the vehicle (x [m], y [m], yaw [rad]), (3,) or (T, 3). If the pose is not finite, there is no
+    ///         correction: the result is the trajectory's own twist.
     ///
     /// Raises:
     ///     ConfigError: a shape is wrong, or the lengths differ.
@@ -102,14 +102,14 @@ impl HolonomicFollower {
     }
 }
 
-/// What a :class:`HolonomicFollower` found and asks for, once or T times.
+/// Result of :meth:`HolonomicFollower.step`: the errors and the command, once or T times.
 #[pyclass(frozen, get_all, module = "omnistep")]
 pub(crate) struct Follow {
     /// The body twist to command (vx, vy [m/s], wz [rad/s]), (3,) or (T, 3).
     twist: Py<PyArrayDyn<f64>>,
-    /// The way to where the vehicle should be, forward and to the left [m], (2,) or (T, 2).
+    /// Position error in the vehicle frame, forward and left [m], (2,) or (T, 2).
     error_m: Py<PyArrayDyn<f64>>,
-    /// The turn to where it should look [rad], () or (T,).
+    /// Heading error [rad], () or (T,).
     error_rad: Py<PyArrayDyn<f64>>,
 }
 

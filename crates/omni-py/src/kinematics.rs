@@ -24,8 +24,8 @@ use crate::wheel_count;
 ///
 /// Args:
 ///     layout: the wheels.
-///     forward: how a twist is estimated from more wheels than a body has motions: the twist with the smallest sum of
-///         squared wheel errors, or the average over the wheels, eq. (7) of the paper.
+///     forward: method that estimates the twist from more wheels than degrees of freedom: the twist with the smallest
+///         sum of squared wheel errors, or the average over the wheels, eq. (7) of the paper.
 ///     weights: least squares by the sum of weight times squared error, (N,), each 0 to 1000000: the inverse variance
 ///         of each wheel's measurement. A wheel of weight 0 is ignored.
 ///
@@ -167,7 +167,7 @@ impl Kinematics {
         array(py, rows.shape(3), twists)
     }
 
-    /// The part of actuator velocities that no motion of the vehicle explains: zero where no wheel slips.
+    /// The part of actuator velocities that no motion of the vehicle explains: zero if no wheel slips.
     ///
     /// Args:
     ///     velocities: actuator velocities [rad/s], (N,) or (T, N).
@@ -187,17 +187,17 @@ impl Kinematics {
         array(py, rows.shape(self.wheels), residual)
     }
 
-    /// Slower wheels for twists that no wheel can turn fast enough for.
+    /// Scale twists down to the wheels' speed limits.
     ///
     /// Args:
     ///     twists: (3,) or (T, 3).
     ///     limits_rad_s: highest speed of every actuator [rad/s], or of each, (N,); above 0, to 1e6.
     ///     gives_way: ``uniform`` scales the whole twist, so that the path stays the same; ``yaw`` keeps translation
-    ///         and ``translation`` keeps the yaw rate as far as it is possible alone, also where the two together
-    ///         would have been possible.
+    ///         and ``translation`` keeps the yaw rate as far as each is possible alone, even if the two together would
+    ///         have been possible.
     ///
     /// Returns:
-    ///     What every wheel can follow.
+    ///     The scaled twists, which every wheel can follow.
     ///
     /// Raises:
     ///     ConfigError: a shape is wrong, a number is not finite, a limit is out of range, or ``gives_way`` is
@@ -222,7 +222,7 @@ impl Kinematics {
         self.reduced(py, &rows, reduced)
     }
 
-    /// Wheel velocities scaled by one factor into their limits, also where no twist gives them.
+    /// Wheel velocities scaled into their limits by one factor, even if they correspond to no twist.
     ///
     /// Args:
     ///     velocities: actuator velocities [rad/s], (N,) or (T, N).
@@ -256,13 +256,13 @@ impl Kinematics {
         self.reduced(py, &rows, reduced)
     }
 
-    /// The inverse map A, one row [1/m, 1/m, 1] a wheel, (N, 3): ``inverse(x)`` is ``A @ x``.
+    /// The inverse map A, one row [1/m, 1/m, 1] per wheel, (N, 3): ``inverse(x)`` is ``A @ x``.
     #[getter]
     fn inverse_matrix<'py>(&self, py: Python<'py>) -> PyResult<Array<'py, f64>> {
         array(py, vec![self.wheels, 3], self.maps.inverse_matrix())
     }
 
-    /// The forward map, a left inverse of A, one row a motion, (3, N).
+    /// The forward map, a left inverse of A, one row per degree of freedom, (3, N).
     #[getter]
     fn forward_matrix<'py>(&self, py: Python<'py>) -> PyResult<Array<'py, f64>> {
         array(py, vec![3, self.wheels], self.maps.forward_matrix())
@@ -289,7 +289,7 @@ impl Kinematics {
 /// Shapes are those for (3,) and for (T, 3) twists.
 #[pyclass(frozen, get_all, module = "omnistep")]
 pub(crate) struct Desaturated {
-    /// The twists as reduced, (3,) or (T, 3).
+    /// The reduced twists, (3,) or (T, 3).
     twist: Py<PyArrayDyn<f64>>,
     /// The actuator velocities [rad/s] that belong to them, within the limits, (N,) or (T, N).
     velocities: Py<PyArrayDyn<f64>>,
@@ -297,7 +297,7 @@ pub(crate) struct Desaturated {
     translation_factor: Py<PyArrayDyn<f64>>,
     /// Factor on the yaw rate, 0 to 1, () or (T,).
     yaw_factor: Py<PyArrayDyn<f64>>,
-    /// Index of the wheel that set the smallest factor, -1 where nothing was reduced, () or (T,).
+    /// Index of the wheel that set the smallest factor, -1 if nothing was reduced, () or (T,).
     limiting: Py<PyArrayDyn<i64>>,
 }
 

@@ -129,10 +129,10 @@ impl Wheel {
     }
 }
 
-/// Wheels that together can move the vehicle in every direction: 3 to 8 wheels, N below.
+/// A set of wheels that can move the vehicle in every direction: 3 to 8 wheels, N below.
 ///
 /// Args:
-///     wheels: the wheels; their order is that of every array over wheels.
+///     wheels: the wheels, in the order of every array over wheels.
 ///
 /// Raises:
 ///     ConfigError: a number of a wheel is out of range, the wheels cannot move the vehicle in three directions, or
@@ -304,9 +304,9 @@ impl Layout {
         PyTuple::new(py, self.wheels.iter().map(|&inner| Wheel { inner }))
     }
 
-    /// How much more wheel noise is amplified in the worst direction of motion than in the best, 1 to 100.
+    /// Ratio of noise amplification in the worst direction of motion to that in the best direction, 1 to 100.
     ///
-    /// Yaw is measured at the wheels' mean lever, so that metres and radians compare.
+    /// Yaw is measured at the wheels' mean lever arm, so that metres and radians are comparable.
     #[getter]
     fn condition_number(&self) -> f64 {
         self.condition_number

@@ -17,7 +17,7 @@ use crate::scenario::{ScenarioArg, load};
 ///     task: ``"step_climb"`` or ``"drive"``.
 ///     scenario, policy, overrides: as in :class:`Simulation`. ranges: new ranges of the random values of episodes, by
 ///     name. frame_skip: number of control periods for which an action is held, 1 to 1000. num_envs: number of
-///     environments, 1 to 65536. threads: threads; 0 for one a core.
+///     environments, 1 to 65536. threads: number of threads; 0 for one per core.
 ///
 /// Raises:
 ///     ConfigError: a name, key or value is wrong.
@@ -175,19 +175,19 @@ impl Episodes {
         ))
     }
 
-    /// Numbers in an action.
+    /// Size of an action.
     #[getter]
     fn actions(&self) -> usize {
         self.batch.episodes()[0].actions()
     }
 
-    /// Numbers in an observation.
+    /// Size of an observation.
     #[getter]
     fn observations(&self) -> usize {
         self.batch.episodes()[0].seen().observation.len()
     }
 
-    /// Time that an action is held [s].
+    /// Duration for which an action is held [s].
     #[getter]
     fn action_s(&self) -> f64 {
         self.batch.episodes()[0].action_s()

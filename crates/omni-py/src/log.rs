@@ -31,14 +31,14 @@ pub(crate) struct Log {
     complete: bool,
     recorded: bool,
     scenario: String,
-    /// Every control period: the columns of the run's trace that its log has, and the commands before limits.
+    /// Every control period: the columns of the run's trace that its log holds, and the commands before limits.
     ///
     /// These are the controller's inputs, estimates and outputs, and the torques and forces at the wheels; ``asked_*``
-    /// are there in addition. A log does not hold, and so this trace lacks: ``command_*``,
-    /// ``twist_*``, ``pose_*``, ``body_*``, ``hinge_*``, ``row_*``, ``force_*_n``, the energies (``*_j``) and
-    /// ``newton_residual_n``; of the wheels ``residual_rad_s``, ``rim_m_s``, ``along_m_s``, ``normal_*``, ``contact_*``
-    /// and their positions ``x_m``, ``y_m``, ``z_m``. Poses are in :attr:`frames`; figures that show positions take the
-    /// log itself. ``omnistep.run(omnistep.Scenario.from_toml(log.scenario_toml))`` gives every column again.
+    /// are additional columns. A log, and therefore this trace, lacks these columns: ``command_*``, ``twist_*``,
+    /// ``pose_*``, ``body_*``, ``hinge_*``, ``row_*``, ``force_*_n``, the energies (``*_j``) and ``newton_residual_n``;
+    /// for each wheel ``residual_rad_s``, ``rim_m_s``, ``along_m_s``, ``normal_*``, ``contact_*`` and their positions
+    /// ``x_m``, ``y_m``, ``z_m``. Poses are in :attr:`frames`; plots that show positions require the log itself.
+    /// ``omnistep.run(omnistep.Scenario.from_toml(log.scenario_toml))`` recomputes every column.
     trace: Py<Trace>,
     outcome: Option<Outcome>,
     frame_time_s: Vec<f64>,
@@ -52,8 +52,9 @@ pub(crate) struct Log {
 /// Read an MCAP log: :func:`omnistep.read_mcap` without a progress bar.
 ///
 /// Args:
-///     path: as there.
-///     on_progress: called with the part done, 0 to 1, every few milliseconds; what it raises ends the reading.
+///     path: as in :func:`omnistep.read_mcap`.
+///     on_progress: called with the completed part, 0 to 1, every few milliseconds; an exception in it ends the
+///         reading.
 #[pyfunction]
 #[pyo3(signature = (path, *, on_progress = None))]
 pub(crate) fn read_mcap(py: Python<'_>, path: PathBuf, on_progress: Option<Py<PyAny>>) -> PyResult<Log> {
@@ -93,14 +94,14 @@ pub(crate) fn read_mcap(py: Python<'_>, path: PathBuf, on_progress: Option<Py<Py
     })
 }
 
-/// Write what is there of an MCAP file that was cut off, of any program, as a whole one; gives its length [s].
+/// Write the intact part of a truncated MCAP file of any program as a complete file; return its length [s].
 ///
 /// Args:
-///     path: the file whose end is missing.
+///     path: the truncated file.
 ///     out: the file to write.
 ///
 /// Raises:
-///     LogError: it cannot be read or written, or is damaged otherwise.
+///     LogError: the file cannot be read or written, or is damaged in another way.
 #[pyfunction]
 pub(crate) fn recover(py: Python<'_>, path: PathBuf, out: PathBuf) -> PyResult<f64> {
     py.detach(|| omni_log::recover(path, out)).map_err(exception)
@@ -111,12 +112,12 @@ pub(crate) fn recover(py: Python<'_>, path: PathBuf, out: PathBuf) -> PyResult<f
 /// Args:
 ///     path: the log.
 ///     scenario: vehicle, control period, and the commands for a simulation.
-///     columns: one number for each control period, NaN where unknown, by the column names of a trace.
+///     columns: one number for each control period, NaN if unknown, by the column names of a trace.
 ///     facts: metadata of the log, by name.
-///     map: how it was read, a text in TOML.
+///     map: the column map, as TOML text.
 ///
 /// Raises:
-///     LogError: columns have different lengths or a name that cannot be, or the file cannot be written.
+///     LogError: columns differ in length or have a name that is not valid, or the file cannot be written.
 #[pyfunction]
 pub(crate) fn write_recording(
     py: Python<'_>,
@@ -150,7 +151,7 @@ fn track<'py>(py: Python<'py>, track: &Track, names: [&str; 3]) -> PyResult<Boun
 
 #[pymethods]
 impl Log {
-    /// Where it was read.
+    /// Path of the log.
     #[getter]
     fn path(&self) -> PathBuf {
         self.path.clone()
@@ -162,13 +163,13 @@ impl Log {
         self.run.clone()
     }
 
-    /// Was it finished? Else its last chunk, at most a simulated second, may be missing.
+    /// The log is complete; otherwise its last chunk, at most one simulated second, may be missing.
     #[getter]
     fn complete(&self) -> bool {
         self.complete
     }
 
-    /// Was it measured on a vehicle (:func:`omnistep.import_log`)? Unmeasured values are NaN then.
+    /// The log was measured on a vehicle (:func:`omnistep.import_log`); unmeasured values are NaN.
     ///
     /// There is no outcome, and the scenario holds the recorded commands for a simulation.
     #[getter]
@@ -176,26 +177,26 @@ impl Log {
         self.recorded
     }
 
-    /// The scenario as it was run, its vehicle inside, as a scenario file has it; derived gains are written out.
+    /// The scenario of the run as a scenario file that includes the vehicle; derived gains are written out.
     #[getter]
     fn scenario_toml(&self) -> &str {
         &self.scenario
     }
 
-    /// Every control period: the columns of the run's trace that its log has, and the commands before limits.
+    /// Every control period: the columns of the run's trace that its log holds, and the commands before limits.
     ///
     /// These are the controller's inputs, estimates and outputs, and the torques and forces at the wheels; ``asked_*``
-    /// are there in addition. A log does not hold, and so this trace lacks: ``command_*``,
-    /// ``twist_*``, ``pose_*``, ``body_*``, ``hinge_*``, ``row_*``, ``force_*_n``, the energies (``*_j``) and
-    /// ``newton_residual_n``; of the wheels ``residual_rad_s``, ``rim_m_s``, ``along_m_s``, ``normal_*``, ``contact_*``
-    /// and their positions ``x_m``, ``y_m``, ``z_m``. Poses are in :attr:`frames`; figures that show positions take the
-    /// log itself. ``omnistep.run(omnistep.Scenario.from_toml(log.scenario_toml))`` gives every column again.
+    /// are additional columns. A log, and therefore this trace, lacks these columns: ``command_*``, ``twist_*``,
+    /// ``pose_*``, ``body_*``, ``hinge_*``, ``row_*``, ``force_*_n``, the energies (``*_j``) and ``newton_residual_n``;
+    /// for each wheel ``residual_rad_s``, ``rim_m_s``, ``along_m_s``, ``normal_*``, ``contact_*`` and their positions
+    /// ``x_m``, ``y_m``, ``z_m``. Poses are in :attr:`frames`; plots that show positions require the log itself.
+    /// ``omnistep.run(omnistep.Scenario.from_toml(log.scenario_toml))`` recomputes every column.
     #[getter]
     fn trace(&self, py: Python<'_>) -> Py<Trace> {
         self.trace.clone_ref(py)
     }
 
-    /// The figures; None where the run was killed before its end, or was none of the simulation's.
+    /// The figures; None if the run was killed before its end, or was not simulated.
     #[getter]
     fn outcome(&self) -> Option<Outcome> {
         self.outcome.clone()
@@ -219,7 +220,7 @@ impl Log {
         Ok(dict)
     }
 
-    /// Where the wheels have the vehicle, from ``/odom``, each (O,).
+    /// Odometry pose from ``/odom``; each array has shape (O,).
     ///
     /// ``time_s``, and the columns ``odom_*`` of a run's trace.
     #[getter]
@@ -238,7 +239,7 @@ impl Log {
         Ok(dict)
     }
 
-    /// Where the vehicle was, from ``/ground_truth/odom``, each (O,).
+    /// True pose from ``/ground_truth/odom``; each array has shape (O,).
     ///
     /// ``time_s``, ``pose_x_m``, ``pose_y_m``, ``pose_yaw_rad``.
     #[getter]
@@ -258,10 +259,10 @@ impl Log {
         &self.terrain_urdf
     }
 
-    /// The vehicle and the ground around the run's way, as the player of ``web/player`` shows them.
+    /// The vehicle and the ground around the run's path, for the player in ``web/player``.
     ///
-    /// ``bodies``, ``wheels``, ``ground`` and ``patches`` are those of ``web/player/README.md``, in metres and radians.
-    /// ``frames`` has the name of each frame by its number. All comes from the scenario in the log.
+    /// ``web/player/README.md`` describes ``bodies``, ``wheels``, ``ground`` and ``patches``, in metres and radians.
+    /// ``frames`` maps numbers to frame names. Everything is derived from the scenario in the log.
     ///
     /// >>> import omnistep, pathlib, tempfile
     /// >>> with tempfile.TemporaryDirectory() as folder:

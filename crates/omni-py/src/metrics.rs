@@ -34,10 +34,10 @@ fn ratio<'py>(
     array(py, rows.into_iter().collect(), values)
 }
 
-/// How far wheels lag behind their references: eq. (14) of the paper, in a form that is defined at rest.
+/// Relative speed error of wheels: eq. (14) of the paper, in a form that is defined at rest.
 ///
-/// ``(reference - velocity) / max(|reference|, |velocity|, floor)``, with the other sign where the reference is below 0
-/// (the velocity, where the reference is 0): positive where the wheel lags, forwards and backwards; within -2 to 2.
+/// ``(reference - velocity) / max(|reference|, |velocity|, floor)``, with the sign inverted if the reference is below 0
+/// (the velocity, if the reference is 0): positive if the wheel lags, forwards and backwards; within -2 to 2.
 ///
 /// Args:
 ///     reference_rad_s: reference [rad/s], a number or (T,).
@@ -164,7 +164,7 @@ fn spreads<const N: usize>(py: Python<'_>, rows: &[Rows], floor: f64) -> PyResul
     })
 }
 
-/// Standard deviation of velocity over reference, over the wheels that have a reference: 0 where they keep together.
+/// Standard deviation of velocity over reference, over the wheels that have a reference: 0 if they keep together.
 ///
 /// Args:
 ///     reference_rad_s: references [rad/s], (N,) or (T, N) of 3 to 8 wheels.

@@ -8,7 +8,7 @@ use pyo3::types::PyTuple;
 use crate::arrays::{Array, Rows, array, as_many_or_one, each_row, fixed, floats, positive};
 use crate::error::refused;
 
-/// Twists that, held for a period, end where a straight line along the given twists would.
+/// Twists that, held for a period, reach the end of a straight line along the given twists.
 ///
 /// A vehicle that turns while it moves drifts off the commanded line. This function corrects commands that are held for
 /// a period.

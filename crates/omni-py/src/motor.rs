@@ -9,17 +9,17 @@ use crate::arrays::{Array, array};
 use crate::elements::{Elements, Pairs};
 use crate::error::of_core;
 
-/// A DC motor by its data sheet: what it gives at a speed, and what a bridge is to do for a torque.
+/// A DC motor by its data sheet: its torque range at a speed, and the duty cycle for a torque.
 ///
-/// Torques and velocities are at the shaft, behind no gear; positive is forwards. Arrays of any shape; a single number
-/// goes with every shape. Steady state: the winding's inductance is left out.
+/// Torques and velocities are at the motor shaft, before any gear; positive is forwards. Arrays of any shape; a single
+/// number is compatible with every shape. The model is steady-state, without winding inductance.
 ///
 /// Args:
 ///     torque_constant_n_m_a: torque per current, and voltage per velocity [N.m/A], above 0.
-///     resistance_ohm: of the winding and what is in series with it [ohm], above 0.
-///     no_load_current_a: current that overcomes friction [A], 0 or more and below that at rest.
+///     resistance_ohm: resistance of the winding and everything in series with it [ohm], above 0.
+///     no_load_current_a: current that overcomes friction [A], 0 or more and below the stall current.
 ///     supply_v: voltage of the supply [V], above 0.
-///     current_limit_a: that of the driver [A], above the no-load current; none if left out.
+///     current_limit_a: current limit of the driver [A], above the no-load current; none if left out.
 ///
 /// Raises:
 ///     ConfigError: an argument is out of range.
@@ -85,7 +85,7 @@ impl DcMotor {
         self.inner.no_load_speed_rad_s()
     }
 
-    /// Torque at rest [N.m], within the driver's current.
+    /// Stall torque [N.m], within the driver's current limit.
     #[getter]
     fn stall_torque_n_m(&self) -> f64 {
         self.inner.torque_limit().range(0.0).upper_n_m
@@ -110,9 +110,9 @@ impl DcMotor {
         ))
     }
 
-    /// What a bridge without a current loop is to do for a torque [N.m] at a velocity [rad/s].
+    /// Duty cycle of a bridge without a current loop, for a torque [N.m] at a velocity [rad/s].
     ///
-    /// For what is not finite the duty is 0, which counts as limited.
+    /// For values that are not finite the duty cycle is 0, which counts as limited.
     ///
     /// Raises:
     ///     ConfigError: the shapes differ.
@@ -208,11 +208,11 @@ impl DcMotor {
 pub(crate) struct MotorDuty {
     /// Part of the supply's voltage at the terminals, -1 to 1; 0 shorts the motor, which brakes.
     duty: Py<PyArrayDyn<f64>>,
-    /// Current that flows with it [A], positive forwards.
+    /// Resulting current [A], positive forwards.
     current_a: Py<PyArrayDyn<f64>>,
-    /// Torque at the shaft with it [N.m]: the requested torque, unless limited.
+    /// Resulting torque at the shaft [N.m]: the requested torque, unless limited.
     torque_n_m: Py<PyArrayDyn<f64>>,
-    /// The supply or the driver's current limit gives no more than this.
+    /// The supply voltage or the driver's current limit restricts the torque.
     limited: Py<PyArrayDyn<bool>>,
 }
 
@@ -226,8 +226,8 @@ impl MotorDuty {
 
 /// Duty cycle of a bridge without a current loop, from a motor's stall torque and its decrease with speed.
 ///
-/// The line of :func:`torque_range` at part of the supply's voltage, solved for the part. It needs only a data sheet's
-/// stall torque and no-load speed; :class:`DcMotor` also gives the current.
+/// The line of :func:`torque_range` at a fraction of the supply voltage, solved for the fraction. It needs only a data
+/// sheet's stall torque and no-load speed; :class:`DcMotor` also yields the current.
 ///
 /// Args:
 ///     torque_n_m: torque at the actuator [N.m], an array of any shape or a number.

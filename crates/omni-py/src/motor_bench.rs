@@ -11,7 +11,7 @@ use pyo3::types::PyMapping;
 use crate::error::exception;
 use crate::values;
 
-/// Speeds and loads of wheels A, B and C, a row every 0.1 s.
+/// Speeds and loads of wheels A, B and C, one row every 0.1 s.
 #[pyclass(frozen, module = "omnistep")]
 pub(crate) struct MotorBenchTrace {
     inner: omni_sim::MotorBenchTrace,
@@ -82,7 +82,7 @@ impl MotorBenchTrace {
 ///     experiment: the built-in ``motor_bench``, the default, or the path of a .toml file.
 ///
 /// Returns:
-///     A row every 0.1 s, or every control period where that is longer.
+///     One row every 0.1 s, or every control period if that is longer.
 ///
 /// Raises:
 ///     ConfigError: a name, key or value is wrong.

@@ -17,7 +17,7 @@ thread_local! {
 /// # Errors
 /// `RecursionError` where as many runs as are allowed have called each other already; whatever `call` returns.
 pub(crate) fn nested<R, E: From<PyErr>>(call: impl FnOnce() -> Result<R, E>) -> Result<R, E> {
-    /// One call less, also where it ends in an error.
+    /// One call less, even if it ends in an error.
     struct Left;
     impl Drop for Left {
         fn drop(&mut self) {

@@ -9,9 +9,9 @@ use crate::track::Track;
 
 /// Dead reckoning from wheels, with its pose: exact for twists that stay constant over a period.
 ///
-/// Steps take one row, or T rows at once, and give the pose after each: x [m] and y [m] in the world, yaw [rad],
-/// counter-clockwise positive, in (-pi, pi]. A row with NaN or an infinity is ignored; with positions the next row
-/// includes its motion.
+/// Steps accept one row, or T rows at once, and return the pose after each: x [m] and y [m] in the world, yaw [rad],
+/// counter-clockwise positive, in (-pi, pi]. A row with NaN or an infinity is ignored; if rows are positions, the next
+/// row includes its motion.
 ///
 /// Args:
 ///     kinematics: the map from wheel velocities to the vehicle's motion.
@@ -100,7 +100,7 @@ impl Odometry {
         array(py, vec![3], self.track.pose().to_vec())
     }
 
-    /// One period at each row of actuator velocities, held constant over it.
+    /// Integrate one period per row of actuator velocities, each held constant over its period.
     ///
     /// Args:
     ///     velocities: [rad/s], (N,) or (T, N).
@@ -118,7 +118,7 @@ impl Odometry {
         })
     }
 
-    /// Rotation of the actuators since the row before; the very first row only initialises.
+    /// Integrate the rotation of the actuators since the previous row; the very first row only initialises.
     ///
     /// Args:
     ///     positions: actuator positions [rad], unwrapped, (N,) or (T, N).
@@ -136,7 +136,7 @@ impl Odometry {
         })
     }
 
-    /// Displacements along arcs in the body's frame, from another source.
+    /// Integrate displacements along arcs in the body frame, from another source.
     ///
     /// Args:
     ///     displacements: forward [m], left [m], turn [rad], (3,) or (T, 3).
@@ -154,7 +154,7 @@ impl Odometry {
         })
     }
 
-    /// Set the pose; the yaw is wrapped. Positions stay known: the next row adds what turned since the last.
+    /// Set the pose; the yaw is wrapped. Positions are kept: the next row adds the rotation since the last row.
     ///
     /// Raises:
     ///     ConfigError: not three finite numbers.
@@ -169,7 +169,7 @@ impl Odometry {
         }
     }
 
-    /// Let the next positions only start, as the first did: for encoders that were set to zero.
+    /// Use the next positions only to initialise, as the first: for encoders that were set to zero.
     fn forget_positions(&mut self) {
         self.track.forget_positions();
     }

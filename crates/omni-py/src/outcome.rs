@@ -26,7 +26,7 @@ pub(crate) fn figures() -> Vec<(&'static str, String, &'static str, &'static str
 
 /// Figures of a run; where there is an obstacle, over the crossing (docs/metrics.md).
 ///
-/// A figure that was not measured, because nothing crossed or the run was killed, is NaN, or None where documented.
+/// A figure that was not measured, because nothing crossed or the run was killed, is NaN, or None if documented.
 #[pyclass(frozen, eq, module = "omnistep")]
 #[derive(Clone, PartialEq)]
 pub(crate) struct Outcome {
@@ -63,7 +63,7 @@ impl Outcome {
         Ok(Self::new(inner))
     }
 
-    /// Result of the run; `completed` on flat ground, `unfinished` where `duration_s` cut it off.
+    /// Result of the run; `completed` on flat ground, `unfinished` if `duration_s` ended it.
     ///
     /// docs/metrics.md defines each of them.
     #[getter]
@@ -103,13 +103,13 @@ impl Outcome {
         self.inner.stalled_at_m
     }
 
-    /// The foremost row that had not passed the obstacle then, 1 is the front row; None unless stalled.
+    /// The foremost row that had not passed the obstacle at the stall, 1 is the front row; None unless stalled.
     #[getter]
     fn stalled_row(&self) -> Option<usize> {
         self.inner.stalled_row
     }
 
-    /// What kept it from its way: `torque`, `friction` or `time`; None unless stalled or unfinished.
+    /// Limiting factor: `torque`, `friction` or `time`; None unless stalled or unfinished.
     ///
     /// docs/metrics.md, What limited a stalled run.
     #[getter]
@@ -117,19 +117,19 @@ impl Outcome {
         self.inner.limited_by.map(omni_sim::LimitedBy::name)
     }
 
-    /// Wheels that slipped, or stood while their motors were at their limit; None where it was neither.
+    /// Wheels that slipped, or stood still while their motors were at their limit; None if neither happened.
     #[getter]
     fn limited_wheels(&self) -> Option<usize> {
         self.inner.limited_wheels
     }
 
-    /// The body that was the first to be more than 2 mm below the ground; None if none was.
+    /// The first body that was more than 2 mm below the ground; None if none was.
     #[getter]
     fn touched_body(&self) -> Option<String> {
         self.inner.touched_body.map(|body| body.to_string())
     }
 
-    /// When that was, from the start of the run [s]; None if it never was.
+    /// Time when that happened, from the start of the run [s]; None if there was none.
     #[getter]
     fn touched_s(&self) -> Option<f64> {
         self.inner.touched_s
@@ -147,25 +147,25 @@ impl Outcome {
         self.inner.touched_y_m
     }
 
-    /// How far that point was below the ground [m].
+    /// Depth of that point below the ground [m].
     #[getter]
     fn touched_depth_m(&self) -> Option<f64> {
         self.inner.touched_depth_m
     }
 
-    /// Times that traction control backed off for another try; None of policies that have none.
+    /// Number of retries of traction control; None for policies without retries.
     #[getter]
     fn retries(&self) -> Option<u32> {
         self.inner.retries
     }
 
-    /// Longest time in which a motor gave 90 % of its stall torque or more while the vehicle stood [s].
+    /// Longest time that a motor applied 90 % of its stall torque or more while the vehicle stood still [s].
     #[getter]
     fn stall_s(&self) -> f64 {
         self.inner.stall_s
     }
 
-    /// When that began, from the start of the run [s]; None if it never did.
+    /// Start of that time, from the start of the run [s]; None if there was none.
     #[getter]
     fn stall_from_s(&self) -> Option<f64> {
         self.inner.stall_from_s
@@ -183,7 +183,7 @@ impl Outcome {
         self.inner.nose_down_peak_deg
     }
 
-    /// Heading less the heading commanded, at the end of the crossing [deg]; left is positive.
+    /// Heading minus commanded heading, at the end of the crossing [deg]; left is positive.
     #[getter]
     fn yaw_error_deg(&self) -> f64 {
         self.inner.yaw_error_deg
@@ -201,7 +201,7 @@ impl Outcome {
         self.inner.speed_error_rms
     }
 
-    /// The same against the reference as the policy reduced it.
+    /// Root mean square of the speed error relative to the reference after the policy's reduction.
     #[getter]
     fn speed_error_realised_rms(&self) -> f64 {
         self.inner.speed_error_realised_rms
@@ -213,7 +213,7 @@ impl Outcome {
         self.inner.speed_ratio_std
     }
 
-    /// Standard deviation over driven wheels of slip speed, over commanded speed: 0 where all roll.
+    /// Standard deviation over driven wheels of slip speed, over commanded speed: 0 if all wheels roll.
     #[getter]
     fn slip_speed_std(&self) -> f64 {
         self.inner.slip_speed_std
@@ -237,25 +237,25 @@ impl Outcome {
         self.inner.work_j
     }
 
-    /// That work over weight times distance; None for less than 1 cm.
+    /// Work of the motors over weight times distance; None for less than 1 cm.
     #[getter]
     fn cost_of_transport(&self) -> Option<f64> {
         self.inner.cost_of_transport
     }
 
-    /// That work over weight times height gained; None unless climbed to a higher place.
+    /// Work of the motors over weight times height gained; None unless climbed to a greater height.
     #[getter]
     fn e_over_mgh(&self) -> Option<f64> {
         self.inner.e_over_mgh
     }
 
-    /// Friction that the wheels needed in 95 of 100 averages of 10 ms.
+    /// Friction coefficient that sufficed in 95 of 100 averages of 10 ms.
     #[getter]
     fn required_friction(&self) -> f64 {
         self.inner.required_friction
     }
 
-    /// Energy that the balance does not explain, over all that went through the motors.
+    /// Energy that the balance does not explain, over the total energy through the motors.
     #[getter]
     fn energy_residual(&self) -> f64 {
         self.inner.energy_residual
@@ -267,13 +267,13 @@ impl Outcome {
         self.inner.path_error_rms_m
     }
 
-    /// Largest such distance [m]; None without a path.
+    /// Largest distance of the base from its reference pose [m]; None without a path.
     #[getter]
     fn path_error_peak_m(&self) -> Option<f64> {
         self.inner.path_error_peak_m
     }
 
-    /// Time since which the base was at the end of its path [s]; None where it was not there at the run's end.
+    /// Time since which the base was at the end of its path [s]; None if it was elsewhere when the run ended.
     #[getter]
     fn arrived_s(&self) -> Option<f64> {
         self.inner.arrived_s
@@ -348,7 +348,7 @@ impl Outcome {
         Ok(dict)
     }
 
-    /// Each figure's value as tables write it, and whether the command's tables have it of this run, by key.
+    /// Each figure's value as tables format it, and whether the command's tables show it for this run, by key.
     fn _rows(&self) -> HashMap<&'static str, (Option<String>, bool)> {
         let row = |figure: &Figure| (figure.key, (figure.shown(&self.inner), figure.is_of(&self.inner)));
         Figure::ALL.iter().map(row).collect()

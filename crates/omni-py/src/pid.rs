@@ -14,7 +14,7 @@ use crate::values::from_python;
 /// A PID loop on an actuator's velocity, eq. (10) of the paper, with its state.
 ///
 /// ``u = kp e + ki (integral of e) + kd e'`` with ``e = reference - measured``; integrals and derivatives are backward
-/// differences. The code is that of firmware, in float64.
+/// differences. The firmware's code, in float64.
 ///
 /// Args:
 ///     kp_n_m_s_rad: proportional gain [N.m per rad/s], 0 to 1e6.
@@ -28,17 +28,17 @@ use crate::values::from_python;
 ///     static_friction_n_m: feed-forward in the direction of the reference [N.m], 0 to 1e6.
 ///     viscous_friction_n_m_s_rad: feed-forward by the reference [N.m per rad/s], 0 to 1e6.
 ///     inertia_n_m_s2_rad: feed-forward by the reference's change [N.m per rad/s^2], 0 to 1e6.
-///     order: does the integral take in the error before the output is formed, or after.
-///     anti_windup: what the integral does while the output is limited: ``"conditioned"`` (the default),
+///     order: whether the integral includes the present error before or after the output is formed.
+///     anti_windup: treatment of the integral while the output is limited: ``"conditioned"`` (the default),
 ///         ``"conditional"``, ``"none"``, ``{"clamp": {"limit_n_m": 1.0}}`` with the largest integral term [N.m], 0 to
 ///         1e9, or ``{"back_calculation": {"tracking_time_s": 0.1}}`` with a time constant [s], the period to 1e6.
-///     integral_zone_rad_s: the integral takes in errors of at most this [rad/s], 0 or more, and is set to 0 by larger
-///         ones (WPILib's ``IZone``).
+///     integral_zone_rad_s: the integral accumulates errors of at most this [rad/s], 0 or more; a larger error resets
+///         it to 0 (WPILib's ``IZone``).
 ///     proportional_limit_n_m: largest proportional term [N.m], 0 or more.
 ///     output_n_m: lowest (<= 0) and highest (>= 0) output [N.m].
 ///
 /// Raises:
-///     ConfigError: an argument is out of range, unknown, or does not go with another.
+///     ConfigError: an argument is out of range, unknown, or not compatible with another.
 ///
 /// Example:
 ///     >>> import omnistep
@@ -263,7 +263,7 @@ impl Pid {
         self.state = PidState::default();
     }
 
-    /// What the integral holds [N.m].
+    /// State of the integral [N.m].
     #[getter]
     fn integral_n_m(&self) -> f64 {
         self.state.integral_n_m
@@ -284,7 +284,7 @@ impl Pid {
     }
 }
 
-/// What one step of a :class:`Pid` did, arrays (), or each of many, (T,).
+/// Result of :meth:`Pid.step`: arrays () for one step, (T,) for many.
 #[pyclass(frozen, get_all, module = "omnistep")]
 pub(crate) struct PidSample {
     /// Output within the limits [N.m].

@@ -40,10 +40,10 @@ pub(crate) struct Observation {
     /// It is the output of the scenario's heading hold, before any limit of the vehicle.
     #[pyo3(get)]
     command: Py<PyArray1<f64>>,
-    /// Actuator velocities by the encoders [rad/s], (N,); NaN where no reading arrived.
+    /// Actuator velocities by the encoders [rad/s], (N,); NaN if no reading arrived.
     #[pyo3(get)]
     wheels_rad_s: Py<PyArray1<f64>>,
-    /// Torques that were applied in the period before [N.m], (N,); 0 in the first.
+    /// Torques that were applied in the previous period [N.m], (N,); 0 in the first.
     #[pyo3(get)]
     torques_n_m: Py<PyArray1<f64>>,
     /// Angles of the hinges [rad], (H,).
@@ -52,10 +52,10 @@ pub(crate) struct Observation {
     /// Rates of the hinges [rad/s], (H,).
     #[pyo3(get)]
     hinges_rad_s: Py<PyArray1<f64>>,
-    /// Turning rates of the base about its x, y and z axes by the gyro [rad/s], (3,).
+    /// Angular velocity of the base about its x, y and z axes by the gyro [rad/s], (3,).
     #[pyo3(get)]
     rate_rad_s: Py<PyArray1<f64>>,
-    /// Acceleration of the base less gravity along its axes [m/s^2], (3,): 9.81 upwards at rest.
+    /// Acceleration of the base minus gravity along its axes [m/s^2], (3,): 9.81 upwards at rest.
     #[pyo3(get)]
     specific_force_m_s2: Py<PyArray1<f64>>,
 }
@@ -134,7 +134,7 @@ impl Observation {
         self.now.lock().time_s
     }
 
-    /// The command arrived since the period before.
+    /// The command arrived since the previous period.
     #[getter]
     fn new_command(&self) -> bool {
         self.now.lock().new_command

@@ -16,7 +16,7 @@ use crate::trajectory::Trajectory;
 use crate::values::{self, Pickled};
 use crate::vehicle::{Vehicle, VehicleArg};
 
-/// A vehicle, its ground and its commands, checked. It is immutable, and it pickles.
+/// A vehicle, its ground and its commands, checked. It is immutable and can be pickled.
 ///
 /// ``scenario["terrain.height_m"]`` and ``scenario["vehicle.wheel.0.radius_m"]`` are values of the file.
 ///
@@ -28,8 +28,8 @@ use crate::vehicle::{Vehicle, VehicleArg};
 ///     seed: seed of perturbation and noise, 0 to 2**63 - 1.
 ///
 /// Raises:
-///     ConfigError: a name, key or value is wrong; the message names it and what is allowed.
-///     TypeError: a value is none of what a key can hold.
+///     ConfigError: a name, key or value is wrong; the message names the key and the allowed values.
+///     TypeError: a value is of a type that no key can hold.
 ///
 /// Example:
 ///     >>> import omnistep
@@ -44,7 +44,7 @@ pub(crate) struct Scenario {
     inner: config::Scenario,
 }
 
-/// A scenario, or where to find one.
+/// A scenario, or if to find one.
 #[derive(Clone)]
 pub(crate) enum ScenarioArg {
     Loaded(Box<config::Scenario>),
@@ -249,11 +249,11 @@ impl Scenario {
         Ok(Self { inner })
     }
 
-    /// The scenario that a file with these keys would describe; None is a key that is not there.
+    /// The scenario that a file with these keys would describe; None marks an absent key.
     ///
     /// Raises:
     ///     ConfigError: a key or value is wrong.
-    ///     TypeError: a value is none of what a key can hold.
+    ///     TypeError: a value is of a type that no key can hold.
     #[staticmethod]
     fn from_dict(keys: &Bound<'_, PyMapping>) -> PyResult<Self> {
         let table = values::table("scenario", keys)?;
@@ -281,15 +281,15 @@ impl Scenario {
         self.text()
     }
 
-    /// Vehicle and ground as MJCF, for MuJoCo: every roller a body of its own.
+    /// Vehicle and ground as MJCF, for MuJoCo: every roller is a separate body.
     ///
     /// Raises:
-    ///     ConfigError: a wheel without rollers, or patches of friction on ground that is not level.
+    ///     ConfigError: a wheel without rollers, or friction patches on ground that is not level.
     fn mjcf(&self) -> PyResult<String> {
         omni_log::mjcf(&self.inner).map_err(exception)
     }
 
-    /// Every key of that file, the vehicle's under ``vehicle``.
+    /// Every key of the file, the vehicle's keys under ``vehicle``.
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         values::to_python(py, &Value::Table(self.table()))
     }
@@ -297,7 +297,7 @@ impl Scenario {
     /// The value at a dotted key; elements of lists count from 0.
     ///
     /// Raises:
-    ///     KeyError: there is none; the message names the existing keys.
+    ///     KeyError: there is no such key; the message names the existing keys.
     fn __getitem__<'py>(&self, py: Python<'py>, key: &str) -> PyResult<Bound<'py, PyAny>> {
         values::at(py, &self.table(), key)
     }
@@ -326,20 +326,20 @@ impl Scenario {
         self.inner.period_s()
     }
 
-    /// Length of a run at most [s].
+    /// Time limit of a run [s].
     #[getter]
     fn duration_s(&self) -> f64 {
         self.inner.duration_s
     }
 
-    /// The path of its command, planned for its vehicle from where that starts; None of a command without a path.
+    /// The path of its command, planned for its vehicle from the start pose; None if the command is not a path.
     #[getter]
     fn trajectory(&self) -> PyResult<Option<Trajectory>> {
         let path = self.inner.planned_path().map_err(exception)?;
         Ok(path.as_ref().map(Trajectory::of))
     }
 
-    /// Who follows that path, with the gains of the file; None of a command without a path.
+    /// The follower of the path, with the gains of the file; None if the command is not a path.
     #[getter]
     fn follower(&self) -> PyResult<Option<HolonomicFollower>> {
         let path = self.inner.planned_path().map_err(exception)?;
@@ -354,7 +354,7 @@ impl Scenario {
         }
     }
 
-    /// How each wheel is simulated, ``"ball"`` or ``"rollers"``: what ``physics.wheel_model`` is on this ground.
+    /// Model of each wheel, ``"ball"`` or ``"rollers"``: the effect of ``physics.wheel_model`` on this ground.
     ///
     /// Example:
     ///     >>> import omnistep

@@ -12,19 +12,21 @@ use crate::error::{of_core, refused};
 
 /// Conditions commands before they reach a vehicle's controller: limits, a time-out, an emergency stop.
 ///
-/// The code is that of firmware, in float64. It has a state; a call with T rows is the same as T calls with one.
+/// The firmware's code, in float64. It is stateful; a call with T rows is the same as T calls with one row.
 ///
 /// Args:
 ///     period_s: control period [s], 1e-6 to 10.
-///     velocity: highest speeds of vx, vy [m/s] and wz [rad/s], 0 or more; with ``keeps_direction`` of the motion along
-///         its direction and of the yaw rate. No limit if left out, as with the others.
+///     velocity: highest speeds of vx, vy [m/s] and wz [rad/s], 0 or more; with ``keeps_direction``, of the speed along
+///         the direction of motion and of the yaw rate. No limit if left out, as for the other limits.
 ///     acceleration: change of velocity while the speed grows, above 0, likewise [m/s^2, rad/s^2].
 ///     deceleration: change of velocity while the speed shrinks, above 0, likewise.
 ///     jerk: change of the acceleration, above 0, likewise [m/s^3, rad/s^3].
-///     keeps_direction: limits along the motion, two numbers each (linear, yaw), so that its direction is kept while it
-///         grows; else axis by axis, three numbers each, and the path bends where an axis lags.
-///     timeout_s: greatest age of a command [s], 0 or more; after that the command is rest. No time-out if left out.
-///     emergency_deceleration: (linear [m/s^2], yaw [rad/s^2]), above 0, of an emergency stop; at once if left out.
+///     keeps_direction: limits along the motion, two numbers each (linear, yaw), so that the direction is kept while
+///         the speed grows; otherwise per axis, three numbers each, and the path bends while an axis lags.
+///     timeout_s: greatest age of a command [s], 0 or more; an older command is replaced by rest. No time-out if left
+///         out.
+///     emergency_deceleration: deceleration of an emergency stop (linear [m/s^2], yaw [rad/s^2]), above 0; an immediate
+///         stop if left out.
 ///
 /// Raises:
 ///     ConfigError: an argument is out of range, or has the wrong length.
@@ -44,7 +46,7 @@ pub(crate) struct CommandShaper {
     period_s: f64,
 }
 
-/// The limits of `N` motions: velocity, acceleration, deceleration, jerk; infinite where not given.
+/// The limits of `N` motions: velocity, acceleration, deceleration, jerk; infinite if not given.
 fn limits<const N: usize>(
     given: [(&'static str, Option<&Bound<'_, PyAny>>); 4],
     allowed: &'static str,
@@ -144,9 +146,9 @@ impl CommandShaper {
     /// One control period, or T of them, one after the other.
     ///
     /// Args:
-    ///     twists: body twists that are commanded (vx [m/s], vy [m/s], wz [rad/s]), (3,) or (T, 3). One that is not a
-    ///         number is rejected, and the last one stays.
-    ///     arrived: did a command arrive in the period, (T,)? Where none did, the row is not read. In every period if
+    ///     twists: commanded body twists (vx [m/s], vy [m/s], wz [rad/s]), (3,) or (T, 3). A command that is not a
+    ///         number is rejected, and the last command remains.
+    ///     arrived: whether a command arrived in the period, (T,); if none did, the row is not read. Every period if
     ///         left out.
     ///
     /// Returns:
@@ -191,23 +193,23 @@ impl CommandShaper {
         })
     }
 
-    /// Stop, whatever is commanded, until :meth:`release`.
+    /// Stop, regardless of commands, until :meth:`release`.
     fn emergency_stop(&mut self) {
         self.state.emergency_stop();
     }
 
-    /// End an emergency stop; commands from before it are forgotten.
+    /// End an emergency stop; earlier commands are discarded.
     fn release(&mut self) {
         self.state.release();
     }
 
-    /// Is it in an emergency stop?
+    /// An emergency stop is active.
     #[getter]
     fn stopped(&self) -> bool {
         self.state.is_stopped()
     }
 
-    /// Be as freshly started: at rest, with no command.
+    /// Reset to the initial state: at rest, without a command.
     fn reset(&mut self) {
         self.state = ShaperState::default();
     }
@@ -224,7 +226,7 @@ impl CommandShaper {
     }
 }
 
-/// What a :class:`CommandShaper` made of one command, or of each of many.
+/// Result of :meth:`CommandShaper.step`, for one command or for T commands.
 #[pyclass(frozen, get_all, module = "omnistep")]
 pub(crate) struct ShapedCommands {
     /// Twists within the limits (vx [m/s], vy [m/s], wz [rad/s]), (3,) or (T, 3); always finite.

@@ -23,8 +23,8 @@ use crate::values::Pickled;
 
 /// A scenario being simulated, one control period at a time.
 ///
-/// Several threads may use one: their calls wait for each other, without the interpreter's lock. It pickles, with a
-/// controller of your own and the recorded periods: the copy continues bit for bit.
+/// Several threads may share a simulation: their calls wait for each other, without the interpreter's lock. It can be
+/// pickled with a controller of your own and the recorded periods; the copy's continuation is bit-identical.
 ///
 /// Args:
 ///     scenario: a built-in name, the path of a .toml file or a :class:`Scenario`; the step by default.
@@ -39,7 +39,7 @@ use crate::values::Pickled;
 ///
 /// Warns:
 ///     UserWarning: one encoder count reads as a velocity for which the gains request more torque than the motor has;
-///         or ``traction`` or ``traction_runup`` lacks sensors or motor speed that it uses.
+///         or ``traction`` or ``traction_runup`` lacks sensors or motor speed that it requires.
 ///
 /// Example:
 ///     >>> import omnistep
@@ -231,9 +231,9 @@ impl Simulation {
         Ok(trace)
     }
 
-    /// All data that :meth:`resume` needs to continue from here, bit for bit.
+    /// All data that :meth:`resume` needs for a bit-identical continuation.
     ///
-    /// It does not include recorded periods and the state of a policy of your own: a pickle includes both.
+    /// It excludes recorded periods and the state of a policy of your own; a pickle includes both.
     ///
     /// Raises:
     ///     SimulationError: the controller's state cannot be read.
@@ -250,7 +250,7 @@ impl Simulation {
         Ok(PyBytes::new(py, &bytes.map_err(exception)?))
     }
 
-    /// A simulation of the same scenario as it was when ``state`` was saved; its trace begins there.
+    /// A simulation of the same scenario at the time when ``state`` was saved; its trace begins there.
     ///
     /// Args:
     ///     scenario: the same scenario: a built-in name, the path of a .toml file or a :class:`Scenario`.

@@ -59,8 +59,8 @@ impl Plan {
     ///     scenario: as in :func:`omnistep.sweep`.
     ///     policy: a coordination policy instead of the scenario's.
     ///     overrides: keys to replace in every run.
-    ///     seeds: how many, or which.
-    ///     own: a controller of your own instead: its name, the identifier of its law, its pickle.
+    ///     seeds: number of seeds, or a list of them.
+    ///     own: a controller of your own instead: its name, the identifier of its control law, its pickle.
     ///
     /// Raises:
     ///     ConfigError: a name, key or value is wrong; the message names the point.
@@ -103,7 +103,7 @@ impl Plan {
         Ok(Self { inner })
     }
 
-    /// Points of a study or a sweep at most.
+    /// Largest number of points of a study or a sweep.
     #[classattr]
     const MOST_POINTS: usize = Study::MOST_POINTS;
 
@@ -124,7 +124,7 @@ impl Plan {
             .collect()
     }
 
-    /// Names of the figures of a row that are numbers, or yes and no.
+    /// Names of the figures of a row that are numbers or booleans.
     #[getter]
     fn figures(&self) -> Vec<&str> {
         let columns = self.inner.columns().figures.iter();
@@ -132,7 +132,7 @@ impl Plan {
         numbers.map(|column| column.name.as_str()).collect()
     }
 
-    /// What traction control lacks in some runs, and where one that names no policy has another, a line each.
+    /// Notes, one per line: inputs that traction control lacks, and runs whose policy is not the usual default.
     fn policy_notes(&self) -> Vec<String> {
         self.inner.policy_notes()
     }
@@ -205,7 +205,7 @@ impl Store {
     /// Args:
     ///     rows: the existing rows.
     ///     jobs: threads; as many as there are cores by default.
-    ///     watch: called some times a second with how many rows are done and how many of them failed.
+    ///     watch: called a few times per second with the number of completed rows and the number of failed ones.
     ///
     /// Returns:
     ///     Both numbers at the end.
@@ -247,16 +247,16 @@ pub(crate) fn damage(py: Python<'_>, path: PathBuf) -> PyResult<Option<&'static 
 /// Compute the missing rows of a batch in the folder, each row written as soon as it is done.
 ///
 /// Args:
-///     batch: of :meth:`Rows.batches`.
+///     batch: one text of :meth:`Rows.batches`.
 ///     folder: the folder of results, which a :class:`Store` holds open.
 ///     jobs: threads; as many as there are cores by default.
-///     own: the controller of your own of its plan.
+///     own: the plan's own controller.
 ///
 /// Returns:
 ///     Number of computed rows, and number of these that failed.
 ///
 /// Raises:
-///     ConfigError: the folder is not the study's, or the batch is of another version of omnistep.
+///     ConfigError: the folder belongs to another study, or the batch to another version of omnistep.
 ///     StudyError: the folder cannot be written.
 ///     KeyboardInterrupt: Ctrl-C was pressed; finished rows are written.
 #[pyfunction]
@@ -342,7 +342,7 @@ impl Rows {
         Ok(dict)
     }
 
-    /// One dictionary a row; None where nothing was measured.
+    /// One dictionary per row; None if nothing was measured.
     fn to_dicts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
         let columns = self.columns();
         let list = PyList::empty(py);
@@ -356,7 +356,7 @@ impl Rows {
         Ok(list)
     }
 
-    /// One dictionary a combination: each axis by its column, counts of runs, mean and interval of each figure.
+    /// One dictionary per combination: each axis by its column, counts of runs, mean and interval of each figure.
     ///
     /// Args:
     ///     figures: names of figures; the map's by default.
@@ -388,7 +388,7 @@ impl Rows {
         Ok(list)
     }
 
-    /// One dictionary for each combination with another value: its figure less the given value's, seed by seed.
+    /// One dictionary per combination with another value: its figure minus the given value's figure, seed by seed.
     ///
     /// Raises:
     ///     ConfigError: the key does not vary, no run has the value, or the name is not a figure.
@@ -444,7 +444,7 @@ fn ends(interval: Option<[f64; 2]>) -> (Option<f64>, Option<f64>) {
     interval.map(|[low, high]| (low, high)).unzip()
 }
 
-/// Return the 95 % interval of a rate by Wilson's score; None without a run.
+/// Return the 95 % Wilson score interval of a rate; None without a run.
 #[pyfunction]
 pub(crate) fn wilson(yes: usize, runs: usize) -> Option<(f64, f64)> {
     omni_study::wilson(yes, runs).map(|[low, high]| (low, high))

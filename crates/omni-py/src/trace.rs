@@ -14,7 +14,7 @@ use crate::error::exception;
 use crate::outcome::Outcome;
 use crate::values::Pickled;
 
-/// A finished run: named columns of float64, one row a control period.
+/// A finished run: named columns of float64, one row per control period.
 ///
 /// ``trace["time_s"]`` and ``trace.wheels("measured_rad_s")`` are read-only NumPy arrays on the trace's own memory:
 /// nothing is copied, and the arrays keep the trace alive. ``docs/columns.md`` lists the columns.
@@ -89,7 +89,7 @@ impl Trace {
         self.trace.wheel_names().to_vec()
     }
 
-    /// Names that :meth:`wheels` takes.
+    /// Names that :meth:`wheels` accepts.
     #[getter]
     fn wheel_signals(&self) -> Vec<String> {
         self.trace.wheel_signals().to_vec()
@@ -122,7 +122,7 @@ impl Trace {
         Ok(dict)
     }
 
-    /// Height of the ground [m] at places x_m [m], (M,), along the line y_m [m].
+    /// Height of the ground [m] at positions x_m [m], (M,), along the line y_m [m].
     #[pyo3(signature = (x_m, *, y_m = 0.0))]
     fn ground_m<'py>(
         &self,
@@ -148,7 +148,7 @@ impl Trace {
         &self.scenario.vehicle().name
     }
 
-    /// Name of the coordination policy, with what is chosen instead of its parts, or of a controller of your own.
+    /// Name of the coordination policy, with its replaced parts, or of a controller of your own.
     #[getter]
     fn policy(&self) -> &str {
         &self.policy
@@ -229,15 +229,15 @@ impl Trace {
     /// True
     ///
     /// Raises:
-    ///     ImportError: polars is not there.
+    ///     ImportError: polars is not installed.
     fn to_polars<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         extra(slf.py(), "polars")?.call_method1("DataFrame", (slf,))
     }
 
-    /// A ``pandas.DataFrame``: a copy, as pandas keeps its own memory.
+    /// A ``pandas.DataFrame``: a copy, because pandas keeps its own memory.
     ///
     /// Raises:
-    ///     ImportError: pandas is not there.
+    ///     ImportError: pandas is not installed.
     fn to_pandas<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         extra(slf.py(), "pandas")?.call_method1("DataFrame", (Self::columns(slf)?,))
     }

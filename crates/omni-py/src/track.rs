@@ -13,7 +13,7 @@ pub(crate) trait Track: Send + Sync {
     fn positions(&mut self, rows: &[f64], poses: &mut Vec<f64>);
     fn displacements(&mut self, rows: &[f64], poses: &mut Vec<f64>);
     fn pose(&self) -> [f64; 3];
-    /// False where it is not finite.
+    /// False if it is not finite.
     fn reset(&mut self, pose: [f64; 3]) -> bool;
     fn forget_positions(&mut self);
 }

@@ -13,30 +13,30 @@ use crate::waypoint::waypoints;
 
 /// Plans trajectories through waypoints, within the wheels' speeds and torques; firmware's code in float64.
 ///
-/// No wheel turns faster than ``share`` of its speed; curves and accelerations use no more than ``share`` of the
-/// motors' torque at that speed; velocity, acceleration and jerk along the path and of the heading stay within their
-/// limits. The planner does not know the ground's friction: limit ``acceleration`` for it.
+/// No wheel turns faster than ``share`` of its highest speed; curves and accelerations use no more than ``share`` of
+/// the motors' torque at their speed; velocity, acceleration and jerk along the path and of the heading stay within
+/// their limits. The planner does not model ground friction, so limit ``acceleration`` accordingly.
 ///
 /// Args:
 ///     kinematics: the wheels.
-///     velocity: highest speed along the path [m/s] and of the heading [rad/s], two numbers, as the three that follow:
-///         0, or 0.001 or more.
-///     acceleration: change of it while it grows [m/s^2, rad/s^2], 0.001 or more, finite.
-///     deceleration: the same while it shrinks; as ``acceleration`` if left out.
-///     jerk: change of the acceleration [m/s^3, rad/s^3], 0.001 or more; no limit if left out.
+///     velocity: highest speed along the path [m/s] and of the heading [rad/s], two numbers, like the next three
+///         arguments: 0, or 0.001 or more.
+///     acceleration: highest acceleration while the speed grows [m/s^2, rad/s^2], 0.001 or more, finite.
+///     deceleration: highest deceleration while the speed shrinks; ``acceleration`` if left out.
+///     jerk: highest rate of change of the acceleration [m/s^3, rad/s^3], 0.001 or more; no limit if left out.
 ///     mass_kg: mass of the whole vehicle [kg], above 0.
-///     yaw_kg_m2: moment of inertia about the vertical through the centre of mass [kg.m^2], above 0.
+///     yaw_kg_m2: yaw moment of inertia about the centre of mass [kg.m^2], above 0.
 ///     centre_m: centre of mass from the vehicle's origin, forward and to the left [m]; the origin if left out.
-///     speeds_rad_s: fastest that actuators turn [rad/s], 0.001 or more: a number, or one a wheel, as the three that
-///         follow.
+///     speeds_rad_s: highest speed of actuators [rad/s], 0.001 or more: one number, or one per wheel, like the next
+///         three arguments.
 ///     stall_torque_n_m: torque of actuators at rest [N.m], above 0.
 ///     slope_n_m_s_rad: torque lost per speed [N.m per rad/s], 0 or more; 0 if left out.
-///     wheel_kg_m2: inertia of a wheel and rotor, as its actuator feels it [kg.m^2], 0 or more; 0 if left out.
-///     fastest: largest vx, vy [m/s], wz [rad/s] of the body twist, either way, 0, or 0.001 or more; no limit if left
+///     wheel_kg_m2: inertia of wheel and rotor, referred to the actuator [kg.m^2], 0 or more; 0 if left out.
+///     fastest: largest magnitude of vx, vy [m/s], wz [rad/s] of the body twist, 0, or 0.001 or more; no limit if left
 ///         out.
 ///     quickest: largest change of each [m/s^2, m/s^2, rad/s^2], 0.001 or more; no limit if left out.
-///     share: part of the wheels' speeds and torques that a trajectory may use, 0.05 to 1: the rest is a reserve for
-///         the follower.
+///     share: fraction of the wheels' speeds and torques that a trajectory may use, 0.05 to 1: the remaining fraction
+///         is a reserve for the follower.
 ///
 /// Raises:
 ///     ConfigError: an argument is out of range, or has the wrong length.
@@ -57,7 +57,7 @@ pub(crate) struct TrajectoryPlanner {
     plan: Box<dyn Plan>,
 }
 
-/// One number for all wheels, or one a wheel.
+/// One number for all wheels, or one per wheel.
 fn of_wheels(name: &'static str, value: &Bound<'_, PyAny>, wheels: usize) -> PyResult<Vec<f64>> {
     if value.len().is_err()
         && let Ok(one) = value.extract::<f64>()
@@ -150,7 +150,7 @@ impl TrajectoryPlanner {
     ///     waypoints: 2 to 1000 of them; a pair of x and y [m] is a waypoint that is reached on a line.
     ///
     /// Raises:
-    ///     ConfigError: too few or too many; a value of one is out of range; one repeats the waypoint before; or
+    ///     ConfigError: too few or too many waypoints; a value is out of range; a waypoint repeats the previous one; or
     ///         the limits do not allow its time.
     ///     TypeError: not waypoints.
     #[pyo3(signature = (waypoints, /))]
@@ -179,9 +179,9 @@ impl TrajectoryPlanner {
         array(py, sample.shape(Some(self.wheels)), velocities)
     }
 
-    /// Actuator torques [N.m] that a sample's acceleration takes, (N,) or (T, N); friction is not in them.
+    /// Actuator torques [N.m] that a sample's acceleration requires, (N,) or (T, N), without friction.
     ///
-    /// Of all that give it, those of the smallest sum of squares.
+    /// Of all torques that produce the acceleration, the set with the smallest sum of squares.
     #[pyo3(signature = (sample, /))]
     fn torques<'py>(&self, sample: &Bound<'py, TrajectorySample>) -> PyResult<Array<'py, f64>> {
         let (py, sample) = (sample.py(), sample.get());
@@ -194,7 +194,7 @@ impl TrajectoryPlanner {
     }
 }
 
-/// Where a vehicle shall be when: by a :class:`TrajectoryPlanner`, or ``Scenario.trajectory``.
+/// A reference trajectory, from :class:`TrajectoryPlanner` or ``Scenario.trajectory``.
 ///
 /// Example:
 ///     >>> import omnistep
@@ -224,7 +224,7 @@ impl Trajectory {
 
 #[pymethods]
 impl Trajectory {
-    /// When its end is reached [s].
+    /// Duration [s].
     #[getter]
     fn duration_s(&self) -> f64 {
         self.inner().duration_s()
@@ -247,8 +247,8 @@ impl Trajectory {
     /// The trajectory at given times.
     ///
     /// Args:
-    ///     time_s: since its start [s], a number or (T,). Before 0, and of NaN, the first pose, at rest; from
-    ///         ``duration_s`` on the last one.
+    ///     time_s: since its start [s], a number or (T,). Before 0, and for NaN, the sample is the first pose, at rest;
+    ///         from ``duration_s`` on, the last pose.
     ///
     /// Raises:
     ///     ConfigError: the shape is wrong.

@@ -14,7 +14,7 @@ use crate::error::{exception, refused};
 use crate::layout::Layout;
 use crate::values::{self, Pickled};
 
-/// A vehicle as its file describes it, checked. It does not change; two with the same numbers are equal; it pickles.
+/// A vehicle as its file describes it, checked; immutable, compared by value, and can be pickled.
 ///
 /// ``vehicle["motor.stall_torque_n_m"]`` and ``vehicle["wheel.0.radius_m"]`` are values of the file.
 ///
@@ -23,8 +23,8 @@ use crate::values::{self, Pickled};
 ///     overrides: keys to replace, ``{"motor.stall_torque_n_m": 1.0}``.
 ///
 /// Raises:
-///     ConfigError: a name, key or value is wrong; the message names it and what is allowed.
-///     TypeError: a value is none of what a key can hold.
+///     ConfigError: a name, key or value is wrong; the message names the key and the allowed values.
+///     TypeError: a value is of a type that no key can hold.
 ///
 /// Example:
 ///     >>> import omnistep
@@ -37,7 +37,7 @@ pub(crate) struct Vehicle {
     pub(crate) inner: config::Vehicle,
 }
 
-/// A vehicle, or where to find one.
+/// A vehicle, or if to find one.
 pub(crate) enum VehicleArg {
     Loaded(Box<config::Vehicle>),
     Name(String),
@@ -120,11 +120,11 @@ impl Vehicle {
         read(&Source::text("vehicle", text), overrides)
     }
 
-    /// The vehicle that a file with these keys would describe; None is a key that is not there.
+    /// The vehicle that a file with these keys would describe; None marks an absent key.
     ///
     /// Raises:
     ///     ConfigError: a key or value is wrong.
-    ///     TypeError: a value is none of what a key can hold.
+    ///     TypeError: a value is of a type that no key can hold.
     #[staticmethod]
     fn from_dict(keys: &Bound<'_, PyMapping>) -> PyResult<Self> {
         let table = values::table("vehicle", keys)?;
@@ -154,7 +154,7 @@ impl Vehicle {
     /// The value at a dotted key; elements of lists count from 0.
     ///
     /// Raises:
-    ///     KeyError: there is none; the message names the existing keys.
+    ///     KeyError: there is no such key; the message names the existing keys.
     fn __getitem__<'py>(&self, py: Python<'py>, key: &str) -> PyResult<Bound<'py, PyAny>> {
         values::at(py, &table(&self.inner), key)
     }
@@ -189,13 +189,13 @@ impl Vehicle {
         array(py, vec![3], self.inner.centre_of_mass_m().to_vec())
     }
 
-    /// Velocity at which the motors have no torque left [rad/s]; None where the limit is constant.
+    /// Velocity at which the motors' torque falls to 0 [rad/s]; None if the limit is constant.
     #[getter]
     fn no_load_rad_s(&self) -> Option<f64> {
         self.inner.no_load_rad_s()
     }
 
-    /// Load of each wheel on flat ground [N], (N,); None where moment balance alone does not determine it.
+    /// Load of each wheel on flat ground [N], (N,); None if moment balance alone does not determine it.
     ///
     /// Raises:
     ///     ConfigError: gravity is not above 0.
@@ -209,7 +209,7 @@ impl Vehicle {
         loads.map(|loads| array(py, vec![loads.len()], loads)).transpose()
     }
 
-    /// Speeds along x, y [m/s] and about z [rad/s], each alone, at which the fastest actuator turns that fast, (3,).
+    /// Speeds along x, y [m/s] and yaw rate [rad/s], each alone, for this speed of the fastest actuator, (3,).
     ///
     /// Raises:
     ///     ConfigError: not a finite number.
@@ -244,10 +244,10 @@ impl Vehicle {
         })
     }
 
-    /// The yaml of ros2_control, for ``omni_wheel_drive_controller`` or ``mecanum_drive_controller``.
+    /// The ros2_control YAML file, for ``omni_wheel_drive_controller`` or ``mecanum_drive_controller``.
     ///
     /// Raises:
-    ///     ConfigError: neither controller would drive the vehicle as its kinematics do; the message names the wheel.
+    ///     ConfigError: neither controller matches the vehicle's kinematics; the message names the wheel.
     ///
     /// Example:
     ///     >>> import omnistep

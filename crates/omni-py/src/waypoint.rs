@@ -9,19 +9,20 @@ use crate::arrays::{choice, fixed};
 use crate::error::{about, refused};
 use crate::values::{Pickled, rebuilt};
 
-/// A place of a path, with what shall hold there. Its numbers are checked when a path is planned.
+/// A waypoint of a path with optional constraints. Its numbers are checked when a path is planned.
 ///
 /// Args:
 ///     x_m: world x [m], -10000 to 10000.
 ///     y_m: world y [m], -10000 to 10000.
-///     kind: how the path comes here from the waypoint before: ``line``, ``arc`` (with ``sweep_rad``), or ``spline``,
-///         smooth through this waypoint and its neighbours. On a line from a waypoint at the same place the vehicle
-///         turns there to the heading, or waits for the time.
+///     kind: shape of the path from the previous waypoint: ``line``, ``arc`` (with ``sweep_rad``), or ``spline``,
+///         smooth through this waypoint and its neighbours. On a line from a waypoint at the same position the vehicle
+///         turns on the spot to the heading, or waits for the time.
 ///     sweep_rad: turn of the direction of travel on an arc [rad]: left is +, 0.01 to 6.2 or as much to the right.
-///     heading_rad: heading here [rad], reached by the shorter turn; left out, the turn goes on to the next waypoint
-///         that has one. Of the first waypoint none is 0.
-///     speed_m_s: fastest on the way here [m/s], above 0 and up to 1000; as fast as limits let it if left out.
-///     time_s: when the vehicle is here [s] from the start, up to 100000; as soon as limits let it if left out.
+///     heading_rad: heading at this waypoint [rad], reached by the shorter turn; if left out, the turn continues to the
+///         next waypoint with a heading. The default of the first waypoint is 0.
+///     speed_m_s: highest speed on the segment to this waypoint [m/s], above 0 and up to 1000; only the planner's
+///         limits apply if left out.
+///     time_s: time of arrival [s] from the start, up to 100000; as early as the limits allow if left out.
 ///
 /// Raises:
 ///     ConfigError: an unknown ``kind``, or ``sweep_rad`` without an arc or an arc without it.
@@ -89,7 +90,7 @@ impl Waypoint {
         self.inner.y_m
     }
 
-    /// How the path comes here: line, arc or spline.
+    /// Shape of the path from the previous waypoint: line, arc or spline.
     #[getter]
     fn kind(&self) -> &'static str {
         match self.inner.shape {
@@ -99,7 +100,7 @@ impl Waypoint {
         }
     }
 
-    /// Turn of the direction of travel on an arc [rad]; None of the other kinds.
+    /// Turn of the direction of travel on an arc [rad]; None for lines and splines.
     #[getter]
     fn sweep_rad(&self) -> Option<f64> {
         match self.inner.shape {
@@ -108,19 +109,19 @@ impl Waypoint {
         }
     }
 
-    /// Heading here [rad].
+    /// Heading at this waypoint [rad].
     #[getter]
     fn heading_rad(&self) -> Option<f64> {
         self.inner.heading_rad
     }
 
-    /// Fastest on the way here [m/s].
+    /// Highest speed on the segment to this waypoint [m/s].
     #[getter]
     fn speed_m_s(&self) -> Option<f64> {
         self.inner.speed_m_s
     }
 
-    /// When the vehicle is here [s].
+    /// Time of arrival [s].
     #[getter]
     fn time_s(&self) -> Option<f64> {
         self.inner.time_s
@@ -173,7 +174,7 @@ pub(crate) fn waypoints(given: &Bound<'_, PyAny>) -> PyResult<Vec<omni_core::pat
                 omni_core::path::Waypoint::at(x_m, y_m)
             }
         });
-        // No more than is allowed, and one: an endless iterator is refused.
+        // No more than is allowed, and one: an endless iterator is rejected.
         if found.len() > 1000 {
             break;
         }

@@ -45,7 +45,7 @@ pub(crate) struct Memory {
     torques_n_m: Vec<f64>,
 }
 
-/// What a snapshot keeps of a control loop: the hold, what is remembered, the controller.
+/// The saved state of a control loop: the hold, what is remembered, the controller.
 pub(crate) type LoopState = (Option<HeadingHoldState<f64>>, Memory, Vec<u8>);
 
 /// The loop that holds the heading.
@@ -155,13 +155,13 @@ impl ControlLoop {
         Ok(())
     }
 
-    /// Everything that it remembers; none where the controller is at the other end of a link.
+    /// Everything that it remembers; none if the controller is at the other end of a link.
     pub(crate) fn save(&self) -> Option<LoopState> {
         let hold = self.hold.as_ref().map(|hold| hold.state);
         Some((hold, self.memory.clone(), self.controller.save()?))
     }
 
-    /// Goes on from what [`ControlLoop::save`] gave; says whether it fits.
+    /// Continues from the result of [`ControlLoop::save`]; returns whether it fits.
     pub(crate) fn restore(&mut self, (hold, memory, controller): LoopState) -> bool {
         self.memory = memory;
         match (&mut self.hold, hold) {

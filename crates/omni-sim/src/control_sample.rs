@@ -1,4 +1,4 @@
-//! What one control step did.
+//! Result of one control step.
 
 use omni_core::{BodyTwist, Real, WheelVelocities};
 use serde::{Deserialize, Serialize};
@@ -7,12 +7,12 @@ use crate::WheelSignals;
 use crate::report::Report;
 use crate::wheel_signals::Did;
 
-/// What one control step did: [`omni_core::loops::ControlSample`] in `f64`, for any number of wheels.
+/// Result of one control step: [`omni_core::loops::ControlSample`] in `f64`, for any number of wheels.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct ControlSample {
-    /// What was asked for, before the heading hold and the limits. With what the sensors said it is
-    /// all that the controller gets: replay starts from these.
+    /// The request, before the heading hold and the limits. With what the sensors said it is all that the controller
+    /// gets: replay starts from these.
     pub asked: BodyTwist<f64>,
     /// The command, within the vehicle's limits.
     pub command: BodyTwist<f64>,
@@ -20,18 +20,18 @@ pub struct ControlSample {
     pub estimated: BodyTwist<f64>,
     /// Factor on all torques or all references, 0 to 1.
     pub common_factor: f64,
-    /// One entry a wheel, in the vehicle's order.
+    /// One entry per wheel, in the vehicle's order.
     pub wheels: Vec<WheelSignals>,
-    /// Motors whose windings are shorted, one a wheel; empty for none. A shorted motor brakes with
-    /// the slope of its torque over speed.
+    /// Motors whose windings are shorted, one per wheel; empty for none. A shorted motor brakes with the slope of its
+    /// torque over speed.
     pub brake: Vec<bool>,
-    /// What only this controller says.
+    /// Signals that only this controller has.
     pub report: Report,
 }
 
 impl ControlSample {
     /// Of a period that no controller had a part in: of its signals only the actuators' torques \[N.m\]
-    /// are known, one a wheel, and all others are NaN. A zero would be taken for a measurement.
+    /// are known, one per wheel, and all others are NaN. A zero would be mistaken for a measurement.
     ///
     /// ```
     /// use omni_sim::controller::ControlSample;

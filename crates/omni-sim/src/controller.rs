@@ -22,13 +22,13 @@ pub use link::Link;
 pub use own::{MOST_SIGNALS, check_name};
 pub use qemu::{DEFAULT_FIRMWARE, Firmware, emulator};
 
-/// A controller for as many wheels as the vehicle has: here in the precision the scenario names, or
-/// in `f32` at the other end of a link.
+/// A controller for the vehicle's number of wheels: local in the scenario's precision, or in `f32` at the other end of
+/// a link.
 pub struct AnyController {
     control: Box<dyn ControlLaw>,
     policy: String,
     own: bool,
-    /// What it reports, and where a path that it follows wants the vehicle.
+    /// Its report, and the reference pose of a followed path.
     columns: ReportColumns,
 }
 
@@ -36,7 +36,7 @@ impl AnyController {
     /// The controller of a scenario, freshly started.
     ///
     /// # Errors
-    /// [`Error::Config`] where the vehicle and the control cannot be combined; a loaded scenario has been checked.
+    /// [`Error::Config`] if the vehicle and the control cannot be combined; a loaded scenario has been checked.
     pub fn new(scenario: &Scenario) -> Result<Self, Error> {
         let refuse = |_| Err(wheel_count_refused(scenario));
         let count = scenario.vehicle().wheel.len();
@@ -57,14 +57,14 @@ impl AnyController {
         }
     }
 
-    /// A controller of one's own, for a vehicle of the scenario. Its torques are brought within what
-    /// the motors give; vehicle limits of the command are its own affair. It is taken as it is: who
-    /// gives one that was used before resets it. A snapshot does not hold what it remembers.
+    /// A controller of one's own, for a vehicle of the scenario. Its torques are limited to the motors' ranges; it is
+    /// responsible for vehicle limits of the command. It is used as it is; the caller resets one that was used before.
+    /// A snapshot does not hold what it remembers.
     ///
     /// # Errors
     /// As [`AnyController::new`] and [`check_name`]; [`Error::Config`] for a scenario with a
-    /// `[drive]`; [`Error::Signal`] where the name of a signal of its own is none, is there twice,
-    /// or is that of a column that every trace has.
+    /// `[drive]`; [`Error::Signal`] if the name of one of its signals is invalid, duplicate, or the name of a column
+    /// that every trace has.
     ///
     /// ```
     /// use omni_core::{Policy, Readings};
@@ -120,8 +120,8 @@ impl AnyController {
     /// the scenario says. Greets it: it must be built for this scenario, with [`Scenario::constants_digest`].
     ///
     /// # Errors
-    /// [`Error::Config`] as [`AnyController::new`]; [`Error::Firmware`] where there is no answer,
-    /// or not for this scenario.
+    /// [`Error::Config`] as [`AnyController::new`]; [`Error::Firmware`] if there is no answer, or not for this
+    /// scenario.
     pub fn over_link(scenario: &Scenario, link: Link) -> Result<Self, Error> {
         without_bare_traction(scenario)?;
         let refuse = |_| Err(wheel_count_refused(scenario).into());
@@ -133,7 +133,7 @@ impl AnyController {
     /// A controller in an emulated Cortex-M4F, in lock-step: the physics wait for it, it waits for them.
     ///
     /// # Errors
-    /// As [`AnyController::over_link`], and [`Error::Firmware`] where the image or the emulator is missing.
+    /// As [`AnyController::over_link`], and [`Error::Firmware`] if the image or the emulator is missing.
     pub fn in_qemu(scenario: &Scenario, firmware: &Firmware) -> Result<Self, Error> {
         without_bare_traction(scenario)?; // whatever image there is
         Self::over_link(scenario, firmware.start()?)
@@ -158,8 +158,8 @@ impl AnyController {
     /// was asked for, whatever is returned.
     ///
     /// # Errors
-    /// [`Error::Link`] where a link has stopped, and ever after: the torques are zero then; [`Error::Policy`] where a
-    /// controller of one's own gives no torque that is a number, [`Error::PolicyFailed`] where it says that it failed.
+    /// [`Error::Link`] if a link has stopped, and ever after, with zero torques; [`Error::Policy`] if a custom
+    /// controller returns a torque that is not a number, [`Error::PolicyFailed`] if it reports a failure.
     pub fn step_readings(
         &mut self,
         readings: &Readings<'_, f64>,
@@ -167,21 +167,21 @@ impl AnyController {
     ) -> Result<(), Error> {
         sample.report = Report::default();
         let stepped = self.control.step(readings, sample);
-        // As they were read, not as a monitor or a loop took them: who replays a log starts from these.
+        // As they were read, before any monitor or loop: a replay of a log starts from these.
         for (wheel, measured_rad_s) in sample.wheels.iter_mut().zip(readings.wheels_rad_s) {
             wheel.measured_rad_s = *measured_rad_s;
         }
         stepped
     }
 
-    /// What traces, tables and logs call it: the scenario's coordination policy
-    /// ([`config::Control::law`]), or the name of a policy of one's own.
+    /// Its name in traces, tables and logs: the scenario's coordination policy ([`config::Control::law`]), or the name
+    /// of a custom policy.
     #[must_use]
     pub fn policy(&self) -> &str {
         &self.policy
     }
 
-    /// Is it the user's own ([`AnyController::own`])? What it does then does not follow from the scenario.
+    /// Whether it is the user's own ([`AnyController::own`]). Its behaviour then does not follow from the scenario.
     #[must_use]
     pub fn is_own(&self) -> bool {
         self.own
@@ -205,8 +205,7 @@ impl AnyController {
         self.control.emergency_stop(pressed);
     }
 
-    /// What its [`Report`]s have, and where a path that it follows wants the vehicle: columns of
-    /// the trace beside those that every one has.
+    /// Contents of its [`Report`]s, and the reference pose of a followed path: additional columns of the trace.
     #[must_use]
     pub fn columns(&self) -> &ReportColumns {
         &self.columns
@@ -226,21 +225,21 @@ impl AnyController {
         self.control.restore(state)
     }
 
-    /// Goes on after another controller of the same vehicle, which moves with `twist`: from all of
-    /// its state, or from what both kinds have. Says whether it can.
+    /// Continues after another controller of the same vehicle, which moves with `twist`: from all of its state, or from
+    /// the part that both kinds have. Says whether it can.
     pub(crate) fn take_over(&mut self, from: &Self, twist: &BodyTwist<f64>) -> bool {
         from.save().is_some_and(|state| self.restore(&state))
             || (from.control.hand_over()).is_some_and(|handed| self.control.take_over(&handed, twist))
     }
 
-    /// What was lost on the link so far; none where the controller runs here.
+    /// Losses on the link so far; none if the controller is local.
     #[must_use]
     pub fn link_counters(&self) -> Option<LinkCounters> {
         self.control.link_counters()
     }
 }
 
-/// What a run of this scenario with this controller reports.
+/// Report columns of a run of this scenario with this controller.
 fn columns(scenario: &Scenario, control: &dyn ControlLaw) -> ReportColumns {
     let columns = control.columns();
     match scenario.command.path {
@@ -249,7 +248,7 @@ fn columns(scenario: &Scenario, control: &dyn ControlLaw) -> ReportColumns {
     }
 }
 
-/// Traction control runs at the other end of a link inside a drive only.
+/// At the other end of a link, traction control runs only inside a drive.
 fn without_bare_traction(scenario: &Scenario) -> Result<(), config::Error> {
     match scenario.drive {
         Some(_) => Ok(()),

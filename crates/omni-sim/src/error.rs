@@ -24,7 +24,7 @@ pub enum Error {
     Firmware {
         /// The image, or what else serves the controller.
         name: String,
-        /// What is wrong, and what to do.
+        /// The error, and the remedy.
         reason: String,
     },
     /// The link to a running controller has stopped; there is no torque any more.
@@ -37,16 +37,16 @@ pub enum Error {
         time_s: f64,
         /// Why.
         reason: String,
-        /// What was lost until then.
+        /// Losses until then.
         counters: crate::link_counters::LinkCounters,
     },
-    /// A controller of one's own gave something that is no torque.
+    /// A custom controller returned a value that is not a torque.
     #[error(
         "policy {}: it returned {value} N.m for wheel {wheel} in period {period}, t = {time_s:.3} s, allowed: finite torques",
         shortened(policy)
     )]
     Policy {
-        /// What it is called.
+        /// Its name.
         policy: String,
         /// Control period, from 0.
         period: u64,
@@ -54,7 +54,7 @@ pub enum Error {
         time_s: f64,
         /// The wheel's name.
         wheel: String,
-        /// What it gave.
+        /// Its output.
         value: f64,
     },
     /// A controller of one's own said that it failed.
@@ -64,13 +64,13 @@ pub enum Error {
         shortened(reason)
     )]
     PolicyFailed {
-        /// What it is called.
+        /// Its name.
         policy: String,
         /// Control period, from 0.
         period: u64,
         /// Simulated time at its start \[s\].
         time_s: f64,
-        /// What it said.
+        /// Its message.
         reason: String,
     },
     /// A signal of a controller of one's own cannot be a column.
@@ -80,11 +80,11 @@ pub enum Error {
         shortened(signal)
     )]
     Signal {
-        /// What the policy is called.
+        /// Name of the policy.
         policy: String,
         /// The name, in quotation marks.
         signal: String,
-        /// What is allowed.
+        /// The allowed values.
         allowed: &'static str,
     },
     /// The physics left the finite numbers.
@@ -98,7 +98,7 @@ pub enum Error {
     /// External physics cannot go on.
     #[error("{engine}: t = {time_s:.3} s: {}", shortened(reason))]
     External {
-        /// What simulates.
+        /// The physics engine.
         engine: &'static str,
         /// Simulated time \[s\].
         time_s: f64,
@@ -112,7 +112,7 @@ pub enum Error {
         time_s: f64,
         /// The joint, as `wheel 4` or `hinge pitch`.
         part: String,
-        /// How far it parted \[m\].
+        /// Distance of the parted joint \[m\].
         gap_m: f64,
     },
     /// The contacts of too many steps did not come to rest: what they pushed with is not known.
@@ -126,20 +126,20 @@ pub enum Error {
         /// The physics step \[s\].
         timestep_s: f64,
     },
-    /// The physics gave back more energy than was put in, beyond what is their error.
+    /// The physics returned more energy than was put in, beyond its error.
     #[error(
         "the physics gained {gained_j:.1} J while {through_j:.1} J went through the vehicle: no figure of \
          this run is valid; use a physics.timestep_s below {timestep_s}"
     )]
     GainedEnergy {
-        /// So much energy from nowhere \[J\].
+        /// Amount of energy gained \[J\].
         gained_j: f64,
         /// While so much went through the motors, and came of falling \[J\].
         through_j: f64,
         /// The physics step \[s\].
         timestep_s: f64,
     },
-    /// The run took longer on the clock than it may; not where there is no clock.
+    /// The run exceeded its limit of real time; never without a clock.
     #[error("stopped at t = {time_s:.3} s: the run took longer than time_limit_s, {time_limit_s} s")]
     OutOfTime {
         /// Simulated time \[s\].
@@ -150,13 +150,13 @@ pub enum Error {
     /// A snapshot does not belong to the scenario.
     #[error("the snapshot cannot be resumed: {}", shortened(reason))]
     Snapshot {
-        /// What is wrong with it.
+        /// Its error.
         reason: String,
     },
 }
 
 impl Error {
-    /// Is the request at fault (exit code 2), or did the run fail (exit code 1)?
+    /// Whether the request is at fault (exit code 2) or the run failed (exit code 1).
     #[must_use]
     pub fn is_bad_input(&self) -> bool {
         !matches!(
@@ -173,7 +173,8 @@ impl Error {
     }
 }
 
-/// What a newer omni-config reads and this simulation does not know is refused, never left out; `what` says more of it.
+/// A key that a newer omni-config reads and this simulation does not know is rejected, never ignored; `what` describes
+/// it.
 pub(crate) fn unknown(scenario: &Scenario, key: &str, what: &str) -> config::Error {
     config::Error::Key {
         file: format!("scenario {}", scenario.name),

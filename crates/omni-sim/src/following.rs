@@ -11,7 +11,7 @@ use crate::observation::Observation;
 use crate::report::PathReport;
 use crate::{Error, Period, Sensed};
 
-/// A path, who follows it, and how far it has come.
+/// A path, its follower and its progress.
 pub(crate) struct Following {
     path: PlannedPath,
     progress: ProgressState<f64>,
@@ -35,8 +35,7 @@ pub(crate) fn true_pose(seen: &Observation) -> PlanarPose<f64> {
     }
 }
 
-/// How far the vehicle is from where a path wants it \[m\], and how far its heading is turned to
-/// the left of the path's \[rad\].
+/// Distance of the vehicle from its reference position \[m\], and its heading minus the reference heading \[rad\].
 pub(crate) fn error_of(wanted: &PlanarPose<f64>, seen: &Observation) -> [f64; 2] {
     let is = true_pose(seen);
     let turned = omni_core::Real::wrapped_angle(is.yaw_rad - wanted.yaw_rad);

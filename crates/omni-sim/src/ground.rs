@@ -15,14 +15,13 @@ const WAVES: usize = 64;
 /// Cells of a rough surface in its shortest wave.
 const CELLS_PER_WAVE: f64 = 8.0;
 
-/// How far the ground of a run reaches at least \[m\]. Any number would do. This one gives the
-/// built-in step's figures in tables.
+/// Minimum extent of a run's ground \[m\]. Any number would do. This one yields the built-in step's figures in tables.
 const REACH_M: f64 = 202.4;
 
 /// How far the ground of a scenario's physics reaches to all sides \[m\]: at least twice as far as the command goes.
 ///
-/// Coordinates within a box are rounded in proportion to its size. So runs that differ in `duration_s`
-/// alone have the same ground, unless one goes beyond 100 m, 3 km or 100 km and the other does not.
+/// Coordinates within a box are rounded in proportion to its size. Therefore runs that differ only in `duration_s` have
+/// the same ground, unless exactly one of them exceeds 100 m, 3 km or 100 km.
 pub(crate) fn reach_m(scenario: &Scenario) -> f64 {
     let mut reach_m = REACH_M;
     while reach_m < 2.0 * scenario.farthest_m() {
@@ -55,9 +54,9 @@ pub enum Shape {
     },
     /// Heights at the corners of cells, rows going forward, columns to the right from the left border.
     Field {
-        /// Where the first row is, along x \[m\].
+        /// Position of the first row along x \[m\].
         from_m: f64,
-        /// How long and how wide it is, along x and y \[m\]; its middle is at y = 0.
+        /// Its length and width, along x and y \[m\]; its middle is at y = 0.
         extent_m: [f64; 2],
         /// Rows of cells.
         rows: usize,
@@ -68,8 +67,8 @@ pub enum Shape {
     },
 }
 
-/// The shapes of a scenario's ground, which reaches `far` \[m\] to all sides; none of ground that
-/// is unknown here, which [`Simulation::new`](crate::Simulation::new) refuses.
+/// The shapes of a scenario's ground, which reaches `far` \[m\] to all sides; none for unknown ground, which
+/// [`Simulation::new`](crate::Simulation::new) rejects.
 ///
 /// ```
 /// use omni_sim::{config::Scenario, ground::{Shape, shapes}};

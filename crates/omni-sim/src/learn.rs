@@ -1,7 +1,7 @@
 //! Episodes for reinforcement learning: a vehicle, a task, random differences, many at once.
 //!
-//! What an action and an observation are, what is rewarded and when an episode ends is said at each task,
-//! [`Task`]. Everything is plain numbers here; Python's environments are a thin layer around [`Episodes`].
+//! Each [`Task`] documents its actions, observations, rewards and the end of an episode. Everything is plain numbers
+//! here; Python's environments are a thin layer around [`Episodes`].
 
 mod drive;
 mod episodes;
@@ -17,7 +17,7 @@ pub use episodes::{Autoreset, Episodes};
 pub use rules::Draw;
 use rules::Rules;
 
-/// What is to be learnt.
+/// The task to learn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Task {
@@ -44,21 +44,21 @@ impl Task {
     }
 }
 
-/// What a step, or a reset, of one environment gives.
+/// Result of a step, or a reset, of one environment.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Turn {
     /// Readings of the sensors, each number within -1 to 1.
     pub observation: Vec<f32>,
-    /// What the step is worth.
+    /// Reward of the step.
     pub reward: f64,
     /// The task is over: done, or failed.
     pub terminated: bool,
     /// The time is up.
     pub truncated: bool,
-    /// Figures for people ([`Episode::info_names`]); NaN for what is not known, or not yet.
+    /// Figures for people ([`Episode::info_names`]); NaN for unknown values.
     pub info: Vec<f64>,
-    /// Observation and figures at the end of an episode where this turn also began the next: [`Autoreset::SameStep`].
+    /// Observation and figures at the end of an episode if this step also began the next: [`Autoreset::SameStep`].
     pub last: Option<(Vec<f32>, Vec<f64>)>,
 }
 
@@ -94,8 +94,8 @@ impl Episode {
     /// differences are drawn from; an action is held for `frame_skip` control periods. [`Episode::reset`] comes first.
     ///
     /// # Errors
-    /// [`Error::Config`] where the scenario does not suit the task; [`Error::Argument`] for a range
-    /// or a `frame_skip` that cannot be used.
+    /// [`Error::Config`] if the scenario does not suit the task; [`Error::Argument`] for a range or a `frame_skip` that
+    /// is not valid.
     pub fn new(
         task: Task,
         scenario: &Scenario,
@@ -141,11 +141,11 @@ impl Episode {
         })
     }
 
-    /// Starts the next episode. With a seed the same episodes follow as ever after it; without one the row
-    /// of random numbers goes on. What is `fixed` is not drawn, and everything else is as if it had been.
+    /// Starts the next episode. With a seed, the same sequence of episodes follows; without one, the sequence of random
+    /// numbers continues. Values in `fixed` are not drawn; all other values are unaffected.
     ///
     /// # Errors
-    /// [`Error::Argument`] for a name that nothing has, or a value out of range; the present episode goes on then.
+    /// [`Error::Argument`] for an unknown name, or a value out of range; the present episode then continues.
     pub fn reset(&mut self, seed: Option<u64>, fixed: &[(&str, f64)]) -> Result<(), Error> {
         for (name, value) in fixed {
             find(&mut self.draws, name)?.check(*value)?;
@@ -175,8 +175,8 @@ impl Episode {
     /// Holds an action, clipped to -1 to 1, for `frame_skip` control periods, fewer at the end of the time.
     ///
     /// # Errors
-    /// [`Error::Argument`] for another count of numbers, one that is not finite, or where the
-    /// episode is over; nothing happens then.
+    /// [`Error::Argument`] for another count of numbers, a number that is not finite, or if the episode is over;
+    /// nothing happens then.
     pub fn step(&mut self, action: &[f32]) -> Result<Turn, Error> {
         self.check(action)?;
         for (own, given) in self.action.iter_mut().zip(action) {
@@ -226,7 +226,7 @@ impl Episode {
         }
     }
 
-    /// What there is to be seen now, without a reward.
+    /// The present observation, without a reward.
     #[must_use]
     pub fn seen(&self) -> Turn {
         let mut seen = Vec::new();
@@ -239,7 +239,7 @@ impl Episode {
         }
     }
 
-    /// Numbers in an action.
+    /// Size of an action.
     #[must_use]
     pub fn actions(&self) -> usize {
         self.action.len()
@@ -251,7 +251,7 @@ impl Episode {
         self.rules.info_names()
     }
 
-    /// What differs between episodes.
+    /// The quantities that differ between episodes.
     #[must_use]
     pub fn draws(&self) -> &[Draw] {
         &self.draws

@@ -16,7 +16,7 @@ const RPM: f64 = std::f64::consts::PI / 30.0;
 /// Time between rows of the trace \[us\].
 const ROW_US: u64 = 100_000;
 
-/// Speeds and loads of wheels A, B and C, a row every 0.1 s (or every control period where that is longer).
+/// Speeds and loads of wheels A, B and C, a row every 0.1 s (or every control period if that is longer).
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct MotorBenchTrace {
@@ -34,7 +34,7 @@ pub struct MotorBenchTrace {
     pub common_factor: Vec<f64>,
 }
 
-/// One series a wheel.
+/// One series per wheel.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct ByWheel {
     /// Wheel A.
@@ -66,7 +66,7 @@ impl MotorBenchTrace {
     /// Speeds \[rpm\] of A, B, C in the row nearest to a time \[s\].
     ///
     /// # Panics
-    /// Where the trace is empty, which an experiment's is not.
+    /// If the trace is empty, which an experiment's is not.
     #[must_use]
     pub fn speeds_at(&self, time_s: f64) -> [f64; 3] {
         let nearest = |a: &usize, b: &usize| {

@@ -56,7 +56,7 @@ impl Pose3 {
         ]
     }
 
-    /// Heading \[rad\] about the vertical, counter-clockwise positive, -pi to pi.
+    /// Heading \[rad\], counter-clockwise positive, -pi to pi.
     #[must_use]
     pub fn yaw_rad(&self) -> f64 {
         let [x, y, z, w] = self.rotation_xyzw;
@@ -89,16 +89,16 @@ pub struct Observation {
     /// Load of each row of wheels \[N\], upwards, front row first
     /// ([`crate::config::Vehicle::rows`]), averaged as the forces are.
     pub row_loads_n: Vec<f64>,
-    /// Change of momentum of all parts over the control period that neither the ground nor gravity
-    /// explains \[N\]: what is wrong with the simulation or the reading of its forces.
+    /// Change of momentum of all parts over the control period that neither the ground nor gravity explains \[N\]: the
+    /// error of the simulation or of the reading of its forces.
     pub newton_residual_n: f64,
-    /// Where the energy went since the start.
+    /// Energy balance since the start.
     pub energy: Energy,
-    /// Where the vehicle takes itself to be: not the truth, but what its wheels turned.
+    /// Pose by odometry: not the truth, but from the wheels' rotation.
     pub odometry: OdometryEstimate,
 }
 
-/// Where a vehicle is by what its wheels turned, and how sure that is, at the end of a control period.
+/// Pose by odometry and its covariance, at the end of a control period.
 ///
 /// ```
 /// use omni_sim::{Simulation, config::Scenario};
@@ -161,7 +161,7 @@ pub struct Energy {
     pub friction_loss_j: f64,
     /// Taken by the contacts along their normals, in impacts \[J\].
     pub impact_loss_j: f64,
-    /// Taken by joints \[J\]: the dampers and stops of hinges, and the give of all joints in impacts.
+    /// Dissipated by joints \[J\]: the dampers and stops of hinges, and the compliance of all joints in impacts.
     pub joint_loss_j: f64,
     /// Taken by drags on wheels and friction of gears \[J\].
     pub drag_loss_j: f64,
@@ -180,9 +180,9 @@ impl Energy {
             - self.drag_loss_j
     }
 
-    /// Energy out of nothing \[J\], below 0 where some is missing: what is there beyond the work
-    /// put in, and what contacts, hinges and drags together gave back beyond what they took.
-    /// Together, because in an impact rapier's joints give what its contacts take.
+    /// Unexplained energy \[J\], below 0 if some is missing: the energy beyond the work of the motors, and the energy
+    /// that contacts, hinges and drags together returned beyond their losses. Together, because in an impact rapier's
+    /// joints give what its contacts take.
     ///
     /// ```
     /// use omni_sim::{Simulation, config::Scenario};
@@ -238,10 +238,10 @@ pub struct HingeObservation {
 pub struct WheelObservation {
     /// Centre of the axle in the world \[m\].
     pub centre_m: [f64; 3],
-    /// Speed that the wheel asks of its centre along its push \[m/s\], from how it turns against the world: a
-    /// wheel that rolls has it, also while its carrier pitches. That is r times the cosine of the roller angle
-    /// times what an encoder reads of the wheel, and r times the carrier's own turning about the level axis across
-    /// the push. An omni wheel pushes along its rolling direction, a mecanum wheel along its roller's axis.
+    /// Speed of the wheel's centre along its push if it rolls \[m/s\], from its rotation against the world, also while
+    /// its carrier pitches. That is r times the cosine of the roller angle times what an encoder reads of the wheel,
+    /// and r times the carrier's own turning about the level axis across the push. An omni wheel pushes along its
+    /// rolling direction, a mecanum wheel along its roller's axis.
     pub rim_m_s: f64,
     /// Velocity of the centre along the push in the contact's tangent plane \[m/s\].
     pub along_m_s: f64,
@@ -253,7 +253,7 @@ pub struct WheelObservation {
     pub force_along_n: f64,
     /// Direction of the normal force, a unit vector; zero in the air.
     pub normal: [f64; 3],
-    /// Where the ground pushes \[m\], world, the mean weighted by the normal force; zero in the air.
+    /// Point of contact \[m\], world, the mean weighted by the normal force; zero in the air.
     pub contact_m: [f64; 3],
     /// Torque that acted on the actuator \[N.m\], averaged: the commanded one, unless actuators
     /// lack something or have failed.

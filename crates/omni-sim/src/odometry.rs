@@ -23,13 +23,13 @@ const FASTEST: f64 = 100.0;
 /// Dead reckoning by twists: how many wheels there are does not matter to it.
 type ByTwists = Odometry<f64, 1>;
 
-/// What a snapshot keeps.
+/// The saved state.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct State {
     reckoned: OdometryState<f64, 1>,
     twist: BodyTwist<f64>,
     covariance: PoseCovariance<f64>,
-    /// What the wheels turned since the covariance grew \[rad\], in how many periods, and the pose then.
+    /// Rotation of the wheels since the covariance grew \[rad\], the number of periods, and the pose then.
     turned: [f64; WHEELS],
     periods: u32,
     from: PlanarPose<f64>,
@@ -41,7 +41,7 @@ pub(crate) struct State {
     drift_speed: [f64; 2],
 }
 
-/// The odometry of a vehicle, with what it remembers.
+/// The odometry of a vehicle, with its state.
 pub(crate) struct Odometer {
     vehicle: Vehicle,
     odometry: ByTwists,
@@ -56,12 +56,12 @@ pub(crate) struct Odometer {
     start: PlanarPose<f64>,
     /// The controller is a drive, whose own pose counts.
     drive: bool,
-    /// None where too few wheels determine the motion.
+    /// None if too few wheels determine the motion.
     maps: Option<Maps>,
     state: State,
 }
 
-/// Twist by wheel velocities, one row an axis, and back.
+/// Twist by wheel velocities, one row per axis, and back.
 struct Maps {
     forward: [[f64; WHEELS]; 3],
     inverse: [[f64; 3]; WHEELS],
@@ -213,7 +213,7 @@ impl Odometer {
 
     /// The motion is undetermined for a period. The vehicle may be as far as its top speed brings
     /// it, or that which it had: that is the deviation along every axis, in proportion to the time,
-    /// because one way lasts. About it is half a turn at most.
+    /// because one way lasts. The yaw uncertainty is at most half a turn.
     fn grow_without_motion(&mut self) {
         const AXES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         let state = &mut self.state;
@@ -271,7 +271,7 @@ impl Odometer {
         state.from = state.reckoned.pose();
     }
 
-    /// Where it has come to.
+    /// Its present pose.
     pub(crate) fn estimate(&self) -> OdometryEstimate {
         OdometryEstimate {
             pose: self.state.reckoned.pose(),

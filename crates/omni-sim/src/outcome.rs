@@ -21,7 +21,7 @@ pub use effort::LimitedBy;
 pub use figures::{Better, Figure};
 pub(crate) use meter::Meter;
 
-/// How a run ended.
+/// End of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
@@ -68,8 +68,8 @@ pub enum Verdict {
     /// The underside of a body was more than 2 mm below the ground. The run went on, because no
     /// body is a contact of the physics: what came after that is no real vehicle's.
     Touched,
-    /// The physics gave back more than a tenth above what was put in, so that nothing of the run
-    /// can be trusted: the physics step is too long.
+    /// The physics returned over a tenth more energy than was put in, so that nothing of the run can be trusted: the
+    /// physics step is too long.
     GainedEnergy,
     /// The physics left what a vehicle can do: no finite state, a joint came apart, or contacts did
     /// not settle in more than one of a hundred steps.
@@ -154,9 +154,9 @@ impl Verdict {
 
 /// Figures of a run.
 ///
-/// Where there is an obstacle, averages are over the *crossing*: from the moment the foremost wheel reaches
-/// it to the moment the last wheel stands on the ground beyond, or the end of the run. On flat ground they
-/// are over the whole run. Where the obstacle is never reached they are NaN: nothing was measured.
+/// If there is an obstacle, averages are over the *crossing*: from the moment the foremost wheel reaches it to the
+/// moment the last wheel stands on the ground beyond, or the end of the run. On flat ground they are over the whole
+/// run. If the obstacle is never reached, they are NaN: nothing was measured.
 ///
 /// ```
 /// use omni_sim::{Verdict, config::Scenario, run};
@@ -169,16 +169,16 @@ impl Verdict {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Outcome {
-    /// How it ended.
+    /// The verdict.
     pub verdict: Verdict,
     /// Every wheel stands on the ground beyond the obstacle; false on flat ground.
     pub climbed: bool,
-    /// What simulated it.
+    /// The physics engine.
     #[serde(default)] // logs that do not say it are of the only engine that there was
     pub engine: Engine,
-    /// The wheels are simulated as what they are at this ground: as rollers, or as balls that stand
-    /// for them there ([`Scenario::beyond_balls`](crate::config::Scenario::beyond_balls)). Where it
-    /// is false, verdict and figures are those of another vehicle.
+    /// The wheel model is valid on this ground: rollers, or balls that represent them there
+    /// ([`Scenario::beyond_balls`](crate::config::Scenario::beyond_balls)). If it is false, verdict and figures
+    /// describe another vehicle.
     #[serde(default)] // of logs that do not say it, the scenario does
     pub wheel_model_valid: bool,
     /// Duration of the crossing \[s\]; none unless climbed.
@@ -188,7 +188,7 @@ pub struct Outcome {
     /// The foremost row of wheels that had not passed the obstacle then, 1 is the front row
     /// ([`crate::config::Vehicle::rows`]); none unless stalled.
     pub stalled_row: Option<usize>,
-    /// What kept it from its way in the last second in which motors pushed; none unless stalled or unfinished.
+    /// Limiting factor in the last second in which motors pushed; none unless stalled or unfinished.
     #[serde(default)]
     pub limited_by: Option<LimitedBy>,
     /// Wheels that slipped then, or stood while their motors were at their limit; none unless
@@ -196,7 +196,7 @@ pub struct Outcome {
     #[serde(default)]
     pub limited_wheels: Option<usize>,
     /// The body whose underside was the first to be more than 2 mm below the ground
-    /// ([`underside_m`](crate::config::Body::underside_m)); none where none was.
+    /// ([`underside_m`](crate::config::Body::underside_m)); none if none was.
     #[serde(default)]
     pub touched_body: Option<BodyName>,
     /// When that was, from the start of the run \[s\].
@@ -208,18 +208,18 @@ pub struct Outcome {
     /// World y of that point \[m\].
     #[serde(default)]
     pub touched_y_m: Option<f64>,
-    /// How far it was below the ground \[m\].
+    /// Depth below the ground \[m\].
     #[serde(default)]
     pub touched_depth_m: Option<f64>,
     /// Times that traction control (`traction`, `traction_runup`) backed off for another try, from
     /// the start to the end of the crossing; none of a controller that does not try again.
     #[serde(default)] // logs of before do not say it
     pub retries: Option<u32>,
-    /// Longest time in which the vehicle stood (within 2 cm of a place, turning included) and some
-    /// motor gave at least nine tenths of its stall torque \[s\].
+    /// Longest time in which the vehicle stood (within 2 cm of a place, turning included) and some motor applied at
+    /// least nine tenths of its stall torque \[s\].
     #[serde(default = "not_measured", deserialize_with = "or_nan")]
     pub stall_s: f64,
-    /// When that began, from the start of the run \[s\]; none where there was no such time.
+    /// When that began, from the start of the run \[s\]; none if there was no such time.
     #[serde(default)]
     pub stall_from_s: Option<f64>,
     /// Largest nose-up angle of any body during the crossing \[deg\].
@@ -237,8 +237,8 @@ pub struct Outcome {
     /// Root mean square of the relative speed error (the disturbed ratio) over driven wheels.
     #[serde(deserialize_with = "or_nan")]
     pub speed_error_rms: f64,
-    /// The same against the reference as the policy reduced it: where it multiplies all references by
-    /// a common factor, against that many times the reference, else the same as `speed_error_rms`.
+    /// The same relative to the reference after the policy's reduction: if the policy multiplies all references by a
+    /// common factor, relative to the reduced reference, otherwise equal to `speed_error_rms`.
     #[serde(default = "not_measured", deserialize_with = "or_nan")] // logs of before do not say it
     pub speed_error_realised_rms: f64,
     /// Standard deviation over driven wheels of velocity over reference, root mean square over time.
@@ -250,8 +250,8 @@ pub struct Outcome {
     /// What the linkage makes of wheels that roll is not in it, as it is in `speed_ratio_std`.
     #[serde(default = "not_measured", deserialize_with = "or_nan")]
     pub slip_speed_std: f64,
-    /// Root mean square over wheels and time of the shape error \[rad/s\]: what of their velocities
-    /// no common factor on the references explains.
+    /// Root mean square over wheels and time of the shape error \[rad/s\]: the part of their velocities that no common
+    /// factor on the references explains.
     #[serde(deserialize_with = "or_nan")]
     pub shape_error_rms_rad_s: f64,
     /// Sum over wheels of the time integral of torque squared \[N^2.m^2.s\]: proportional to the motors' heat.
@@ -260,7 +260,7 @@ pub struct Outcome {
     /// Work of the motors \[J\].
     #[serde(deserialize_with = "or_nan")]
     pub work_j: f64,
-    /// Cost of transport: that work over the weight times the way gone; none where it went less than 1 cm.
+    /// Cost of transport: that work over the weight times the way gone; none if it went less than 1 cm.
     pub cost_of_transport: Option<f64>,
     /// That work over the weight times the height gained; none unless climbed to a higher place.
     pub e_over_mgh: Option<f64>,
@@ -272,16 +272,16 @@ pub struct Outcome {
     /// ([`crate::observation::Energy::residual_j`], `turnover_j`).
     #[serde(deserialize_with = "or_nan")]
     pub energy_residual: f64,
-    /// Root mean square over time of the distance from where the path wants the base \[m\]; none without a path.
+    /// Root mean square over time of the base's distance from its reference position \[m\]; none without a path.
     pub path_error_rms_m: Option<f64>,
     /// Largest such distance \[m\]; none without a path.
     pub path_error_peak_m: Option<f64>,
-    /// Since when the base was at the end of its path, and its path over \[s\]; none where it was
-    /// not there at the run's end.
+    /// Since when the base was at the end of its path, and its path over \[s\]; none if it was not there at the run's
+    /// end.
     #[serde(default)]
     pub arrived_s: Option<f64>,
-    /// Distance of the base's origin from where its odometry has it \[m\], at the end of the
-    /// crossing, or of the run on flat ground.
+    /// Distance of the base's origin from its position by odometry \[m\], at the end of the crossing, or of the run on
+    /// flat ground.
     #[serde(default = "not_measured", deserialize_with = "or_nan")]
     pub odometry_error_m: f64,
     /// True x of the base's origin then \[m\], world.
@@ -355,7 +355,7 @@ fn not_measured() -> f64 {
     f64::NAN
 }
 
-/// A figure; JSON has null where nothing was measured.
+/// A figure; JSON contains null if nothing was measured.
 fn or_nan<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
     Ok(Option::deserialize(from)?.unwrap_or(f64::NAN))
 }

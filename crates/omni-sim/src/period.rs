@@ -6,7 +6,7 @@ use crate::control_sample::ControlSample;
 use crate::observation::Observation;
 use crate::sensed::Sensed;
 
-/// A control period: what the sensors said at its start, what the controller did, and what came of it at its end.
+/// A control period: the sensor readings at its start, the controller's result, and the state at its end.
 ///
 /// ```
 /// use omni_sim::{Simulation, config::Scenario};
@@ -19,9 +19,9 @@ use crate::sensed::Sensed;
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Period {
-    /// What the sensors said at its start.
+    /// The sensor readings at its start.
     pub sensed: Sensed,
-    /// What was asked of the controller, and what it did.
+    /// The request to the controller, and its result.
     pub control: ControlSample,
     /// The vehicle at the end of the period.
     pub observed: Observation,

@@ -1,4 +1,4 @@
-//! What a controller reports of itself beside the wheels' signals, and the columns that this is in traces and logs.
+//! A controller's report besides the wheels' signals, and its columns in traces and logs.
 
 use omni_core::DriveMode;
 use omni_core::drive::Fault;
@@ -9,32 +9,32 @@ use serde::{Deserialize, Serialize};
 
 use crate::config::Vehicle;
 
-/// What a controller reports in one control period beside its wheels' signals: a part is there
-/// where the controller has it. Of a period that no controller had a part in nothing is.
+/// A controller's report in one control period besides its wheels' signals; parts that the controller lacks are absent.
+/// Of a period that no controller had a part in nothing is.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Report {
     /// Of a scenario's `[drive]`.
     pub drive: Option<DriveReport>,
     /// Of traction control that runs here.
     pub traction: Option<TractionReport>,
-    /// Of a controller of one's own, in the order of its names; NaN where one is not known.
+    /// Of a controller of one's own, in the order of its names; NaN if one is not known.
     pub own: Vec<f64>,
     /// Of the path that is followed.
     pub path: Option<PathReport>,
 }
 
-/// Where a path wants its vehicle at the end of a period.
+/// Reference pose of a path at the end of a period.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PathReport {
     /// The reference pose.
     pub pose: PlanarPose<f64>,
-    /// For how long the path has waited for the vehicle since the start \[s\].
+    /// Total time that the path has waited for the vehicle \[s\].
     pub waited_s: f64,
     /// The pose that is followed with: by odometry, by the estimator, or the true one.
     pub estimated: PlanarPose<f64>,
 }
 
-/// What a drive reports, here or at the other end of a link.
+/// Report of a drive, local or at the other end of a link.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DriveReport {
     /// How far the vehicle can be relied on.
@@ -47,14 +47,14 @@ pub struct DriveReport {
     pub pose: PlanarPose<f64>,
     /// Standard deviations of x \[m\], y \[m\] and yaw \[rad\]; over a link they are not reported.
     pub deviations: Option<[f64; 3]>,
-    /// One entry a wheel.
+    /// One entry per wheel.
     pub wheels: Vec<DriveWheel>,
 }
 
-/// What a drive reports of a wheel.
+/// Report of a drive on a wheel.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DriveWheel {
-    /// What is wrong with it.
+    /// Its error.
     pub fault: Option<Fault>,
     /// It is excluded from the motion.
     pub left_out: bool,
@@ -62,10 +62,10 @@ pub struct DriveWheel {
     pub brake: bool,
 }
 
-/// What traction control reports.
+/// Report of traction control.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TractionReport {
-    /// Measured speed over the commanded, -1 to 1; 1 where none is commanded.
+    /// Measured speed over the commanded, -1 to 1; 1 if none is commanded.
     pub factor: f64,
     /// Measured speed along the direction of travel \[m/s\].
     pub speed_m_s: f64,
@@ -77,7 +77,7 @@ pub struct TractionReport {
     pub speed_wheel: Option<u32>,
     /// The row that climbs next, 0 the foremost.
     pub row: u16,
-    /// What its supervisor is at.
+    /// Phase of its supervisor.
     pub mode: SupervisorMode,
     /// Retries of the present row.
     pub row_retries: u16,
@@ -87,24 +87,24 @@ pub struct TractionReport {
     pub heading_rad: f64,
     /// The gyro's zero \[rad/s\].
     pub gyro_zero_rad_s: f64,
-    /// What drives the wheels.
+    /// The control mode of the wheels.
     pub loops: TractionLoops,
     /// Speed across the direction of travel \[m/s\], to the left.
     pub drift_m_s: f64,
-    /// One entry a wheel.
+    /// One entry per wheel.
     pub wheels: Vec<TractionWheel>,
 }
 
-/// What traction control reports of a wheel; 0 of one that is not driven.
+/// Report of traction control on a wheel; 0 for a wheel that is not driven.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TractionWheel {
     /// Slip along the direction of travel \[rad/s\].
     pub slip_rad_s: f64,
-    /// What the ground takes of its torque \[N.m\], by the law's own estimate.
+    /// Part of its torque that the ground transmits \[N.m\], by the control law's own estimate.
     pub contact_n_m: f64,
 }
 
-/// Columns of a drive; then for each signal of [`DRIVE_WHEEL`] one a wheel.
+/// Columns of a drive; then for each signal of [`DRIVE_WHEEL`] one per wheel.
 const DRIVE: [&str; 9] = [
     "drive_mode",
     "drive_motion_known",
@@ -117,7 +117,7 @@ const DRIVE: [&str; 9] = [
     "drive_std_yaw_rad",
 ];
 const DRIVE_WHEEL: [&str; 3] = ["drive_fault", "drive_left_out", "drive_brake"];
-/// Columns of traction control; then for each signal of [`TRACTION_WHEEL`] one a wheel.
+/// Columns of traction control; then for each signal of [`TRACTION_WHEEL`] one per wheel.
 const TRACTION: [&str; 13] = [
     "traction_factor",
     "traction_speed_m_s",
@@ -180,7 +180,7 @@ const LOOPS: [TractionLoops; 3] = [
 ];
 const FLAGS: [bool; 2] = [false, true];
 
-/// The number of a value in a column; NaN where it has none.
+/// The number of a value in a column; NaN if it has none.
 fn number<T: PartialEq>(all: &[T], value: &T) -> f64 {
     all.iter()
         .position(|each| each == value)
@@ -251,7 +251,7 @@ pub(crate) fn drive_mode(number: u8) -> Option<DriveMode> {
     value(&MODES, number.into())
 }
 
-/// What is wrong with a wheel, by its number in frames; the outer none where the number stands for nothing.
+/// The fault of a wheel, by its number in frames; the outer none for an unknown number.
 pub(crate) fn wheel_fault(number: u8) -> Option<Option<Fault>> {
     value(&FAULTS, number.into())
 }
@@ -389,8 +389,8 @@ impl ReportColumns {
         }
     }
 
-    /// Those with these names, as a log has them. Names of no drive and no traction control are
-    /// those of a controller of one's own.
+    /// Those with these names, as a log has them. Names that belong to neither a drive nor traction control belong to a
+    /// custom controller.
     #[must_use]
     pub fn named(names: &[String]) -> Self {
         let of_wheels = |signal: &str| -> Vec<String> {
@@ -441,7 +441,7 @@ impl ReportColumns {
         ]
     }
 
-    /// A number a name; NaN where the report lacks a part.
+    /// One number per name; NaN if the report lacks a part.
     #[must_use]
     pub fn values(&self, report: &Report) -> Vec<f64> {
         let drive = report.drive.as_ref().map(DriveReport::values);
@@ -462,8 +462,8 @@ impl ReportColumns {
         values
     }
 
-    /// The report of these numbers, one a name. A part whose numbers are none of its, as NaN
-    /// throughout, is not there. None where there are more or fewer numbers than names.
+    /// The report of these numbers, one per name. A part whose numbers are none of its, as NaN throughout, is not
+    /// there. None if there are more or fewer numbers than names.
     #[must_use]
     pub fn report(&self, values: &[f64]) -> Option<Report> {
         if values.len() != self.names.len() {

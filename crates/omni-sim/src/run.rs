@@ -14,8 +14,8 @@ use crate::{Error, Outcome, Simulation, SteppedRun};
 /// Control periods between two looks at the clock.
 const PERIODS_PER_LOOK: u64 = 64;
 
-/// Runs a scenario from start to end, or until it has climbed where it asks for that, and keeps
-/// every signal: a [`Run`] with all its defaults.
+/// Runs a scenario from start to end, or until it has climbed if it requests that, and keeps every signal: a [`Run`]
+/// with all its defaults.
 ///
 /// # Errors
 /// As [`Run::trace`].
@@ -30,8 +30,8 @@ pub fn run(scenario: &Scenario) -> Result<Trace, Error> {
     Run::new(scenario).trace()
 }
 
-/// A run of a scenario: what controls and commands it, on which physics, and what watches it.
-/// [`Run::trace`] runs it and keeps every signal, [`Run::outcome`] keeps the figures alone.
+/// A run of a scenario: its controller, command, physics engine and observers. [`Run::trace`] runs it and keeps every
+/// signal, [`Run::outcome`] keeps the figures alone.
 ///
 /// ```
 /// use omni_core::BodyTwist;
@@ -56,7 +56,7 @@ pub struct Run<'a, E = Error> {
     physics: Option<Box<dyn ExternalPhysics>>,
     command: Box<Commanding<'a>>,
     watch: Box<Watch<'a, E>>,
-    /// Does it end with the scenario's `duration_s`, and within its `time_limit_s`?
+    /// Whether it ends with the scenario's `duration_s`, and within its `time_limit_s`.
     ends: bool,
 }
 
@@ -90,8 +90,8 @@ impl<'a, E: From<Error> + 'a> Run<'a, E> {
     }
 
     /// The same on physics of the caller's, which simulate the scenario's vehicle on its ground in
-    /// its physics steps. What contacts and joints take of the energy is unknown there: those
-    /// columns and the outcome's `energy_residual` are NaN.
+    /// its physics steps. The energy that contacts and joints dissipate is then unknown: those columns and the
+    /// outcome's `energy_residual` are NaN.
     ///
     /// ```
     /// use omni_sim::config::{Engine, Override, Scenario};
@@ -140,9 +140,9 @@ impl<'a, E: From<Error> + 'a> Run<'a, E> {
         }
     }
 
-    /// Calls `watch` after every control period with the simulation and the part done, 0 to 1 (0 where the run
-    /// has no end of its own: [`Run::until`]), before what watches it already: so a log has the period, too,
-    /// in which a run is stopped. An error of `watch` ends the run and is returned: how a caller stops it.
+    /// Calls `watch` after every control period with the simulation and the completed part, 0 to 1 (0 if the run has no
+    /// end of its own: [`Run::until`]), before earlier observers, so that a log also contains the period in which a run
+    /// is stopped. An error of `watch` ends the run and is returned, so that a caller can stop it.
     pub fn watch<F: From<E> + 'a>(
         self,
         mut watch: impl FnMut(&Simulation, f64) -> Result<(), F> + 'a,
@@ -150,8 +150,8 @@ impl<'a, E: From<Error> + 'a> Run<'a, E> {
         self.and_watch(move |simulation, part| watch(simulation, part).map(ControlFlow::Continue))
     }
 
-    /// Goes on until `watch` breaks, beyond the scenario's `duration_s` and `time_limit_s`. Where
-    /// `stop_when_done` is set the run ends, too, as soon as the vehicle is across.
+    /// Goes on until `watch` breaks, beyond the scenario's `duration_s` and `time_limit_s`. If `stop_when_done` is set,
+    /// the run also ends as soon as the vehicle is across.
     ///
     /// ```
     /// use std::ops::ControlFlow;
@@ -179,7 +179,7 @@ impl<'a, E: From<Error> + 'a> Run<'a, E> {
     /// Runs, and keeps every signal.
     ///
     /// A run whose physics gained energy is returned like any other: its verdict says so.
-    /// Where there is no clock (`wasm32-unknown-unknown`), `time_limit_s` never runs out.
+    /// Without a clock (`wasm32-unknown-unknown`), `time_limit_s` never expires.
     ///
     /// # Errors
     /// As [`Simulation::new`], [`Simulation::with_physics`] and [`Simulation::step`];
@@ -199,7 +199,8 @@ impl<'a, E: From<Error> + 'a> Run<'a, E> {
         }
     }
 
-    /// [`Run::trace`] that has what there is of a run that the physics ended, and why they did, as [`Run::outcome`].
+    /// [`Run::trace`] that also returns the partial trace of a run that the physics ended, and the reason, as
+    /// [`Run::outcome`].
     ///
     /// # Errors
     /// As [`Run::outcome`].
@@ -213,8 +214,8 @@ impl<'a, E: From<Error> + 'a> Run<'a, E> {
 
     /// Runs, and keeps nothing but the figures.
     ///
-    /// Where the physics end the run, the verdict is [`crate::Verdict::Diverged`], where they gain energy
-    /// [`crate::Verdict::GainedEnergy`]: the error beside the outcome says why.
+    /// If the physics ends the run, the verdict is [`crate::Verdict::Diverged`], if it gains energy
+    /// [`crate::Verdict::GainedEnergy`]: the error next to the outcome states the reason.
     ///
     /// # Errors
     /// As [`Run::trace`], but for physics that end the run.

@@ -1,4 +1,4 @@
-//! What a vehicle's sensors say in one control period, and the columns that this is in traces and logs.
+//! Readings of a vehicle's sensors in one control period, and their columns in traces and logs.
 
 use omni_core::policy::Imu;
 use omni_core::{BodyTwist, Readings};
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::config::Vehicle;
 
-/// Columns of gyro and inertial measurement unit; then for each signal of [`HINGE`] one a hinge.
+/// Columns of gyro and inertial measurement unit; then for each signal of [`HINGE`] one per hinge.
 const BASE: [&str; 9] = [
     "gyro_rad_s",
     "sensed_roll_rate_rad_s",
@@ -20,7 +20,7 @@ const BASE: [&str; 9] = [
 ];
 const HINGE: [&str; 2] = ["sensed_angle_rad", "sensed_rate_rad_s"];
 
-/// What a vehicle's sensors say in one control period.
+/// Readings of a vehicle's sensors in one control period.
 ///
 /// ```
 /// use omni_sim::{Simulation, config::Scenario};
@@ -35,13 +35,13 @@ const HINGE: [&str; 2] = ["sensed_angle_rad", "sensed_rate_rad_s"];
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sensed {
-    /// Actuator velocities \[rad/s\], one a wheel; NaN where no reading arrived.
+    /// Actuator velocities \[rad/s\], one per wheel; NaN if no reading arrived.
     pub wheels_rad_s: Vec<f64>,
-    /// Angles of the hinges \[rad\], one a hinge; NaN where they have no encoders.
+    /// Angles of the hinges \[rad\], one per hinge; NaN if they have no encoders.
     pub hinges_rad: Vec<f64>,
-    /// Rates of the hinges \[rad/s\], one a hinge.
+    /// Rates of the hinges \[rad/s\], one per hinge.
     pub hinges_rad_s: Vec<f64>,
-    /// Yaw rate about the vertical by the gyro \[rad/s\], counter-clockwise positive.
+    /// Yaw rate by the gyro \[rad/s\], counter-clockwise positive.
     pub gyro_rad_s: f64,
     /// The inertial measurement unit on the base.
     pub imu: Imu<f64>,
@@ -61,7 +61,7 @@ impl Sensed {
         }
     }
 
-    /// Has it as many readings as the vehicle has wheels and hinges?
+    /// Whether its readings match the vehicle's wheels and hinges.
     pub(crate) fn is_of(&self, vehicle: &Vehicle) -> bool {
         let hinges = vehicle.hinge.len();
         self.wheels_rad_s.len() == vehicle.wheel.len()
@@ -118,7 +118,7 @@ impl Sensed {
         }
     }
 
-    /// With a new command: what a controller gets.
+    /// With a new command: the input of a controller.
     #[must_use]
     pub fn readings(&self, command: BodyTwist<f64>) -> Readings<'_, f64> {
         let mut readings = Readings::new(command, &self.wheels_rad_s);

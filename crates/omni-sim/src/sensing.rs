@@ -80,16 +80,16 @@ pub(crate) struct Sensing {
     state: State,
 }
 
-/// What a snapshot keeps.
+/// The saved state.
 #[derive(Clone, Serialize, Deserialize)]
 pub(crate) struct State {
     rng: ChaCha8Rng,
     /// Of the gyros about x and y.
     tilt_rng: ChaCha8Rng,
     encoders: Vec<Encoder>,
-    /// What is remembered for the velocity of each encoder; empty where nothing is.
+    /// What is remembered for the velocity of each encoder; empty if nothing is.
     velocities: Vec<VelocityState<f64, LONGEST_WINDOW>>,
-    /// What each encoder last read \[rad/s\].
+    /// Last reading of each encoder \[rad/s\].
     read: Vec<f64>,
     /// Velocity of the base a period ago \[m/s\].
     velocity_m_s: [f64; 3],

@@ -33,11 +33,11 @@ pub struct Simulation {
     pub(crate) control: ControlLoop,
     /// The last one.
     pub(crate) period: Period,
-    /// What the sensors say now.
+    /// Present sensor readings.
     pub(crate) sensed: Sensed,
     torques: Vec<f64>,
     command: Command,
-    /// Who follows the command's path.
+    /// Follower of the command's path.
     pub(crate) following: Option<Following>,
     pub(crate) odometer: Odometer,
 }
@@ -64,7 +64,7 @@ impl Simulation {
     /// on its ground. It cannot be saved.
     ///
     /// # Errors
-    /// As [`Simulation::with_controller`]; [`Error::External`] where they cannot start.
+    /// As [`Simulation::with_controller`]; [`Error::External`] if they cannot start.
     pub fn with_physics(
         scenario: &Scenario,
         controller: AnyController,
@@ -130,8 +130,7 @@ impl Simulation {
         self.scenario_command_at(self.time_ns() as f64 * 1e-9)
     }
 
-    /// The scenario's own command at a time \[s\], for a vehicle that looks, and follows a path
-    /// from where it is, as now.
+    /// The scenario's own command at a time \[s\], for the present heading and, on a path, the present pose.
     ///
     /// ```
     /// use omni_sim::{Simulation, config::Scenario};
@@ -151,14 +150,14 @@ impl Simulation {
         }
     }
 
-    /// Goes on with the controller of another scenario of the same vehicle: another policy, gains or
-    /// torque limit. It goes on from the present one's state. Between traction control and wheel loops
-    /// that is the limited command, or all of a `[drive]` but its loops: their integrals start at 0.
+    /// Continues with the controller of another scenario of the same vehicle: another policy, gains or torque limit. It
+    /// goes on from the present one's state. Between traction control and wheel loops that is the limited command, or
+    /// all of a `[drive]` but its loops: their integrals start at 0.
     ///
     /// # Errors
-    /// As [`AnyController::new`]; [`Error::Snapshot`] where the state does not fit: other wheels,
-    /// another precision, a `[drive]` after none or none after one, the user's own controller, or
-    /// one at the other end of a link; and in a build without the feature `snapshots`.
+    /// As [`AnyController::new`]; [`Error::Snapshot`] if the state does not fit: other wheels, another precision, a
+    /// `[drive]` after none or none after one, the user's own controller, or one at the other end of a link; and in a
+    /// build without the feature `snapshots`.
     ///
     /// ```
     /// use omni_sim::{Simulation, config::{Override, Scenario}};
@@ -177,11 +176,11 @@ impl Simulation {
     /// One control period: measures, controls, holds the torques while the physics advance.
     ///
     /// # Errors
-    /// [`Error::Argument`] for a command that is not finite (nothing happens then); [`Error::Diverged`]
-    /// where the physics fail, [`Error::FellApart`] where a joint gives way, [`Error::Unsettled`] where
-    /// contacts do not settle, and ever after; [`Error::Link`] where the link to the controller has
-    /// stopped, and ever after: the vehicle runs on without torque; [`Error::Policy`] where a controller of
-    /// one's own gives no torque that is a number, [`Error::PolicyFailed`] where it says that it failed.
+    /// [`Error::Argument`] for a command that is not finite (nothing happens then); [`Error::Diverged`] if the physics
+    /// fails, [`Error::FellApart`] if a joint gives way, [`Error::Unsettled`] if contacts do not settle, and ever
+    /// after; [`Error::Link`] if the link to the controller has stopped, and ever after: the vehicle runs on without
+    /// torque; [`Error::Policy`] if a controller of one's own gives no torque that is a number, [`Error::PolicyFailed`]
+    /// if it says that it failed.
     pub fn step(&mut self, command: &BodyTwist<f64>) -> Result<(), Error> {
         for (name, value) in [
             ("vx_m_s", command.vx_m_s),
@@ -200,8 +199,8 @@ impl Simulation {
     }
 
     /// [`Simulation::step`] for a finite command, with torques added to the controller's \[N.m\],
-    /// one a wheel or none at all, within the limits that it worked with. The controller does not
-    /// know of them but by what the wheels then do.
+    /// one per wheel or none at all, within the limits that it worked with. The controller does not know of them but by
+    /// what the wheels then do.
     pub(crate) fn step_helped(&mut self, command: &BodyTwist<f64>, added_n_m: &[f64]) -> Result<(), Error> {
         self.control_and_advance(command, added_n_m)
     }
@@ -226,7 +225,7 @@ impl Simulation {
         controlled
     }
 
-    /// Holds actuator torques \[N.m\], one a wheel, for one control period, past the controller.
+    /// Holds actuator torques \[N.m\], one per wheel, for one control period, past the controller.
     ///
     /// # Errors
     /// [`Error::Argument`] for a wrong count or a torque that is not finite; [`Error::Diverged`],
@@ -251,21 +250,21 @@ impl Simulation {
     }
 
     /// The physics of one control period and nothing else: no control, no observation, no energy
-    /// balance. What a benchmark measures all the rest against.
+    /// balance. Reference of a benchmark.
     #[doc(hidden)]
     pub fn advance_physics(&mut self, torques_n_m: &[f64]) {
         self.world.advance(torques_n_m);
     }
 
-    /// Actuator velocities as the encoders read them after the last step \[rad/s\], one a wheel:
-    /// what the next step's controller measures.
+    /// Encoder readings of the actuator velocities after the last step \[rad/s\], one per wheel: the measurement of the
+    /// next step.
     #[must_use]
     pub fn measured_rad_s(&self) -> &[f64] {
         &self.sensed.wheels_rad_s
     }
 
-    /// Everything that the sensors read after the last step, one control period later than
-    /// `period().sensed`: what the next step's controller knows beside its command and its own torques.
+    /// All sensor readings after the last step, one control period later than `period().sensed`: the controller's input
+    /// in the next step, besides its command and its own torques.
     #[must_use]
     pub fn sensed(&self) -> &Sensed {
         &self.sensed
@@ -283,13 +282,13 @@ impl Simulation {
         self.control.controller()
     }
 
-    /// The last control period: what the controller did, and what came of it.
+    /// The last control period: the controller's result, and the resulting state.
     #[must_use]
     pub fn period(&self) -> &Period {
         &self.period
     }
 
-    /// What the controller did in the last period; after [`Simulation::step_torques`] only its torques are known.
+    /// The controller's result in the last period; after [`Simulation::step_torques`] only its torques are known.
     #[must_use]
     pub fn sample(&self) -> &ControlSample {
         &self.period.control
@@ -301,7 +300,7 @@ impl Simulation {
         &self.period.observed
     }
 
-    /// What simulates, where that is not the scenario's engine.
+    /// The physics engine, if it is not the scenario's.
     pub(crate) fn engine(&self) -> Option<Engine> {
         self.world.engine()
     }

@@ -1,4 +1,4 @@
-//! A simulation as bytes and back; it continues bit for bit.
+//! A simulation as bytes and back; the continuation is bit-identical.
 
 use serde::{Deserialize, Serialize};
 
@@ -62,11 +62,11 @@ fn refuse(reason: impl Into<String>) -> Error {
 }
 
 impl Simulation {
-    /// Everything that [`Simulation::resume`] needs to go on from here, bit for bit.
+    /// All data that [`Simulation::resume`] needs for a bit-identical continuation.
     ///
     /// # Errors
-    /// [`Error::Snapshot`] where the controller is at the other end of a link, whose state cannot
-    /// be read, and in a build without the feature `snapshots`.
+    /// [`Error::Snapshot`] if the controller is at the other end of a link, whose state cannot be read, and in a build
+    /// without the feature `snapshots`.
     ///
     /// ```
     /// use omni_sim::{Simulation, config::Scenario};
@@ -104,16 +104,16 @@ impl Simulation {
         Ok(bytes)
     }
 
-    /// A simulation of the same scenario as it was when `bytes` were saved.
+    /// A simulation of the same scenario at the time when `bytes` were saved.
     ///
     /// # Errors
-    /// [`Error::Snapshot`] where they are damaged, or of another scenario or version.
+    /// [`Error::Snapshot`] if they are damaged, or of another scenario or version.
     pub fn resume(scenario: &Scenario, bytes: &[u8]) -> Result<Self, Error> {
         Self::resume_with_controller(scenario, AnyController::new(scenario)?, bytes)
     }
 
-    /// [`Simulation::resume`] with a controller that was made for the scenario. One of one's own
-    /// ([`AnyController::own`]) comes with what it remembers: the bytes do not hold it.
+    /// [`Simulation::resume`] with a controller that was made for the scenario. A custom controller
+    /// ([`AnyController::own`]) comes with its own state, which the bytes do not hold.
     ///
     /// # Errors
     /// As [`Simulation::resume`].

@@ -3,7 +3,7 @@
 use postcard::Error;
 use serde::{Serialize, de::DeserializeOwned};
 
-/// Are snapshots built in? Without them neither serialisation of engines nor of controllers is compiled.
+/// Whether snapshots are built in. Without them neither serialisation of engines nor of controllers is compiled.
 const BUILT_IN: bool = cfg!(feature = "snapshots");
 
 /// Refuses what needs the bytes in a build that has none.

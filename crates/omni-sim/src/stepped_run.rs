@@ -54,8 +54,8 @@ impl SteppedRun {
         }
     }
 
-    /// One control period. False where the physics failed in it, or before: nothing moves any more
-    /// then, and [`SteppedRun::failure`] says why.
+    /// One control period. False if the physics failed in it, or before: nothing moves any more then, and
+    /// [`SteppedRun::failure`] says why.
     ///
     /// # Errors
     /// As [`Simulation::step`], but for failed physics.
@@ -86,7 +86,7 @@ impl SteppedRun {
         &mut self.simulation
     }
 
-    /// Does every wheel stand on the ground beyond the obstacle?
+    /// Whether every wheel stands on the ground beyond the obstacle.
     #[must_use]
     pub fn is_across(&self) -> bool {
         self.meter.is_across()

@@ -8,7 +8,7 @@ use crate::report::ReportColumns;
 use crate::sensed::Sensed;
 use crate::{Outcome, Period, WheelSignal};
 
-/// Columns that every vehicle has, in order.
+/// Columns of every vehicle, in order.
 const COMMON: [&str; 39] = [
     "time_s",
     "command_vx_m_s",
@@ -51,8 +51,7 @@ const COMMON: [&str; 39] = [
     "energy_residual_j",
 ];
 
-/// Columns of a run that follows a path, behind where it should be: how far it is from there, and
-/// how far it is turned to the left.
+/// Columns of a run that follows a path: after the reference pose, the position error and the heading error.
 const PATH_ERRORS: [&str; 2] = ["path_error_m", "path_error_rad"];
 
 /// A run as named columns of `f64`, all in one block: column after column, one row a control period.
@@ -62,8 +61,8 @@ const PATH_ERRORS: [&str; 2] = ["path_error_m", "path_error_rad"];
 /// total ground force, Newton's residual and the energy balance ([`crate::observation::Energy`]); `row_1_load_n`,
 /// the front row's, and so on; `body_NAME_nose_up_rad`; `hinge_NAME_angle_rad`, `hinge_NAME_rate_rad_s`; what the
 /// sensors said at the start of the period ([`Sensed::names`]); what the controller reports of itself
-/// ([`ReportColumns`]); and for each signal of [`Trace::wheel_signals`] one column a wheel, `wheel_NAME_SIGNAL`,
-/// side by side. Ratios are the safe forms of [`omni_core::metrics`]; a wheel in the air slips 0.
+/// ([`ReportColumns`]); and for each signal of [`Trace::wheel_signals`] one column per wheel, `wheel_NAME_SIGNAL`, side
+/// by side. Ratios are the safe forms of [`omni_core::metrics`]; a wheel in the air slips 0.
 ///
 /// ```
 /// use omni_sim::{config::Scenario, run};
@@ -161,7 +160,7 @@ impl Trace {
         &self.wheel_names
     }
 
-    /// Names of the signals that every wheel has.
+    /// Names of the signals of every wheel.
     #[must_use]
     pub fn wheel_signals(&self) -> &[String] {
         &self.signals
@@ -201,14 +200,14 @@ impl Trace {
     /// A column by its place in [`Trace::names`].
     ///
     /// # Panics
-    /// Where there is no such column.
+    /// If there is no such column.
     #[must_use]
     pub fn column_at(&self, index: usize) -> &[f64] {
         &self.data[index * self.rows..(index + 1) * self.rows]
     }
 }
 
-/// A trace that grows row by row, of any columns: first those of the vehicle, then for each signal one a wheel.
+/// A trace that grows row by row, of any columns: first the columns of the vehicle, then for each signal one per wheel.
 ///
 /// ```
 /// use omni_sim::{Outcome, Rows, Run, config::Scenario};
@@ -225,7 +224,7 @@ pub struct Rows {
     wheel_names: Vec<String>,
     signals: Vec<&'static str>,
     first_wheel_column: usize,
-    /// Row after row, each with a number a name.
+    /// Row after row, each with one number per name.
     rows: Vec<f64>,
 }
 
@@ -247,7 +246,7 @@ impl Rows {
     }
 
     /// Adds numbers behind the last one: a row has one a column of the vehicle, then for each
-    /// signal one a wheel. A row may come in pieces; what is no whole row at the end is left out.
+    /// signal one per wheel. A row may come in pieces; what is no whole row at the end is left out.
     pub fn push(&mut self, numbers: impl IntoIterator<Item = f64>) {
         self.rows.extend(numbers);
     }
@@ -275,7 +274,7 @@ impl Rows {
     }
 }
 
-/// The trace of a run while it goes on: what the controller did and what came of it, row by row.
+/// The trace of a run in progress: the controller's results and the resulting states, row by row.
 ///
 /// ```
 /// use omni_sim::{Error, Run, TraceBuilder, config::Scenario};
@@ -291,7 +290,7 @@ impl Rows {
 /// ```
 pub struct TraceBuilder {
     rows: Rows,
-    /// What its controller reports.
+    /// Report columns of its controller.
     report: ReportColumns,
 }
 
@@ -303,7 +302,7 @@ impl TraceBuilder {
     }
 
     /// No rows yet; `report` is what the controller reports
-    /// ([`crate::controller::AnyController::columns`]), columns before those of the wheels.
+    /// ([`crate::controller::AnyController::columns`]), columns before the wheels' columns.
     #[must_use]
     pub fn with_report(vehicle: &Vehicle, report: &ReportColumns) -> Self {
         let mut names: Vec<String> = COMMON.map(String::from).into();

@@ -42,7 +42,7 @@ macro_rules! for_each_wheel_signal {
             }
             // `saturated` stays first: Python shows it as yes or no.
             of_control {
-                /// 1 where the request was outside the limits, else 0.
+                /// 1 if the request was outside the limits, else 0.
                 saturated: log = WheelSignals::saturated;
                 /// Safe form of eq. (14), within -2 to 2; lagging is +.
                 disturbed_ratio: log = WheelSignals::disturbed_ratio;
@@ -73,11 +73,11 @@ macro_rules! for_each_wheel_signal {
                 z_m: trace = |wheel| wheel.centre_m[2];
                 /// Torque that acted on the actuator [N.m], averaged over the period.
                 torque_n_m: log = |wheel| wheel.torque_n_m;
-                /// Where the ground pushes [m], x in the world, the mean weighted by the normal force; zero in the air.
+                /// Point of contact in the world [m], x, the mean weighted by the normal force; zero in the air.
                 contact_x_m: trace = |wheel| wheel.contact_m[0];
-                /// Where the ground pushes [m], y in the world.
+                /// Point of contact in the world [m], y.
                 contact_y_m: trace = |wheel| wheel.contact_m[1];
-                /// Where the ground pushes [m], z in the world.
+                /// Point of contact in the world [m], z.
                 contact_z_m: trace = |wheel| wheel.contact_m[2];
             }
         }
@@ -91,7 +91,7 @@ pub(crate) struct Did<'a, R, const N: usize> {
     pub(crate) residual: &'a WheelVelocities<R, N>,
 }
 
-/// What a signal follows from.
+/// Source of a signal.
 enum Value {
     Control(fn(&WheelSignals) -> f64),
     Observed(fn(&WheelObservation) -> f64),
@@ -108,14 +108,14 @@ enum Value {
 pub struct WheelSignal {
     /// Its name: of the column `wheel_NAME_SIGNAL`, of the message's field, of the attribute in Python.
     pub name: &'static str,
-    /// What it is, with its unit.
+    /// Its meaning, with its unit.
     pub doc: &'static str,
     /// It is in the log's `/vehicle_state`.
     pub logged: bool,
     value: Value,
 }
 
-/// How many signals of a wheel are in the log.
+/// Number of signals per wheel in the log.
 pub const LOGGED_SIGNALS: usize = {
     let (mut i, mut logged) = (0, 0);
     while i < SIGNALS.len() {
@@ -150,7 +150,7 @@ impl WheelSignal {
         LOGGED
     }
 
-    /// Its value, where it follows from what the controller was given and did; none where it follows from the physics.
+    /// Its value, where it follows from what the controller was given and did; none if it follows from the physics.
     #[must_use]
     pub fn of_control(&self, signals: &WheelSignals) -> Option<f64> {
         match self.value {
@@ -219,7 +219,7 @@ impl WheelSignals {
         disturbed_ratio(self.reference_rad_s, self.measured_rad_s, DISTURBED_FLOOR_RAD_S)
     }
 
-    /// 1 where the request is outside the limits, 0 where it is inside, NaN where it is unknown.
+    /// 1 if the request is outside the limits, 0 if it is inside, NaN if it is unknown.
     #[must_use]
     pub fn saturated(&self) -> f64 {
         if self.requested_n_m.is_nan() {

@@ -17,8 +17,8 @@ use crate::{Cell, Columns, Computed, Error, OwnPolicy, Plan, Row, Run, Store};
 
 /// Some runs of a plan as plain text, for a worker that sees the folder of results.
 ///
-/// The worker adds each row to the batch's own part as soon as it is done. So nothing is lost with
-/// a worker, and the one that gets the same batch again goes on where it was.
+/// The worker adds each row to the batch's own part as soon as it is done. Nothing is lost with a worker, and a worker
+/// that receives the same batch again continues with the missing runs.
 ///
 /// ```
 /// use omni_config::{Override, Study};
@@ -58,7 +58,7 @@ impl Batch {
     /// Some runs of a plan.
     ///
     /// # Errors
-    /// [`omni_sim::Error::Config`] where a scenario cannot be written as TOML: its seed is above 2^63 - 1.
+    /// [`omni_sim::Error::Config`] if a scenario cannot be written as TOML: its seed is above 2^63 - 1.
     pub fn new(plan: &Plan, runs: &[Run]) -> Result<Self, Error> {
         let mut scenarios: Vec<String> = Vec::new();
         let mut packed = Vec::with_capacity(runs.len());
@@ -88,10 +88,10 @@ impl Batch {
         })
     }
 
-    /// The batch with the user's own controller that its plan had; none where it had none.
+    /// The batch with the user's own controller that its plan had; none if it had none.
     ///
     /// # Errors
-    /// [`Error::Study`] where it is another one.
+    /// [`Error::Study`] if it is another one.
     ///
     /// ```
     /// use omni_config::{Override, Scenario, Seeds};
@@ -132,7 +132,7 @@ impl Batch {
     /// The batch that [`Batch::to_text`] wrote.
     ///
     /// # Errors
-    /// [`Error::Study`] where it is no batch, or one of another version of the program.
+    /// [`Error::Study`] if it is not a batch, or belongs to another version of the program.
     pub fn from_text(text: &str) -> Result<Self, Error> {
         let batch: Self = serde_json::from_str(text).map_err(|error| refuse(error.to_string()))?;
         if batch.version != VERSION {
@@ -148,7 +148,7 @@ impl Batch {
     /// all is done or `stop` is set. Calls `watch` after each row.
     ///
     /// # Errors
-    /// [`Error::Study`] where the folder is not the study's, [`Error::Io`].
+    /// [`Error::Study`] if the folder belongs to another study, [`Error::Io`].
     pub fn compute(
         &self,
         folder: impl Into<PathBuf>,
@@ -172,7 +172,7 @@ impl Batch {
         )
     }
 
-    /// The runs, as the plan had them; only some where `stop` is set meanwhile.
+    /// The runs, as in the plan; only some if `stop` is set meanwhile.
     fn runs(&self, stop: &AtomicBool) -> Result<Vec<Run>, Error> {
         let going = || !stop.load(Ordering::Relaxed);
         let columns = Arc::new(self.columns.clone());

@@ -111,7 +111,7 @@ impl Cell {
         }
     }
 
-    /// The number that a mean is taken of: 1 for yes, 0 for no.
+    /// The number for a mean: 1 for yes, 0 for no.
     #[must_use]
     pub fn number(&self) -> Option<f64> {
         match self {

@@ -58,27 +58,27 @@ pub struct Chart {
     pub speed_m_s: f64,
     /// `climbs_m` of a cell is this part of its `limit_m`, or less.
     pub margin: f64,
-    /// A run that turns the vehicle by as much has not climbed \[deg\].
+    /// A run that turns the vehicle by this angle has not climbed \[deg\].
     pub most_yaw_deg: f64,
-    /// Cells of negative sides are those of positive ones: the vehicle is the same on its left and on its right.
+    /// Cells of negative sides equal the cells of positive sides: the vehicle is symmetric.
     pub mirrored: bool,
-    /// So many of `start` have to climb each height.
+    /// Number of entries of `start` that have to climb each height.
     pub starts: usize,
-    /// Where runs start; all of them have to climb `climbs_m`.
+    /// Starts of the runs; all of them have to climb `climbs_m`.
     pub start: Vec<ChartStart>,
     /// The approaches, in the order of edge, skew and side.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub cell: Vec<ChartCell>,
 }
 
-/// Where a run starts, against the chart's approach.
+/// Start of a run, relative to the chart's approach.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct ChartStart {
     /// World x \[m\]: at which phase of their rotation wheels meet the edge.
     pub x_m: f64,
-    /// Heading beside that of the approach \[deg\].
+    /// Heading relative to the approach \[deg\].
     pub heading_deg: f64,
 }
 
@@ -86,16 +86,16 @@ pub struct ChartStart {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Approach {
-    /// What is climbed.
+    /// The obstacle.
     pub edge: Edge,
-    /// Direction of travel in the vehicle's axes \[deg\], counter-clockwise: 0 is ahead, 90 is left.
+    /// Direction of travel in the vehicle's axes \[deg\], counter-clockwise: 0 is forward, 90 is left.
     pub side_deg: f64,
     /// Direction of travel off the edge's normal \[deg\], counter-clockwise.
     pub skew_deg: f64,
 }
 
 impl ChartStart {
-    /// At a world x \[m\], with a heading beside that of the approach \[deg\].
+    /// At a world x \[m\], with a heading relative to the approach \[deg\].
     #[must_use]
     pub fn new(x_m: f64, heading_deg: f64) -> Self {
         Self { x_m, heading_deg }
@@ -114,31 +114,31 @@ impl Approach {
     }
 }
 
-/// What a vehicle climbs on one approach.
+/// Climbing limits of a vehicle on one approach.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[non_exhaustive]
 pub struct ChartCell {
-    /// What is climbed.
+    /// The obstacle.
     pub edge: Edge,
     /// Direction of travel in the vehicle's axes \[deg\].
     pub side_deg: f64,
     /// Direction of travel off the edge's normal \[deg\].
     pub skew_deg: f64,
-    /// The size to plan with \[m\]: the margin is taken, and every start climbed it.
+    /// The size for planning \[m\]: the margin is included, and every start climbed it.
     pub climbs_m: f64,
     /// The greatest size up to which every size was climbed from the first starts \[m\].
     pub limit_m: f64,
-    /// The least size that some start did not climb \[m\]; none where every size was climbed that is tried.
+    /// The least size that some start did not climb \[m\]; none if every size was climbed that is tried.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fails_m: Option<f64>,
     /// Why not: the verdict of that run, `turned`, or the bound beyond which nothing is tried:
     /// `clearance`, `climb_limits` or `largest`.
     pub because: String,
-    /// The greatest step that the bodies clear ([`clearance_m`]) \[m\]; none where the vehicle's shape bounds none.
+    /// The greatest step that the bodies clear ([`clearance_m`]) \[m\]; none if the vehicle's shape bounds none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub clearance_m: Option<f64>,
-    /// The greatest step that the balance of forces does not exclude at this speed \[m\]; none where that is not known.
+    /// The greatest step that the balance of forces does not exclude at this speed \[m\]; none if that is not known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub climb_limits_m: Option<f64>,
 }

@@ -66,8 +66,8 @@ pub(crate) fn columns(
 /// Figures that are words, and null in most runs.
 const WORDS: [&str; 2] = ["limited_by", "touched_body"];
 
-/// The fields of an outcome with their types, as a short run gives them. A figure that is null
-/// there is a number, unless it is a word.
+/// The fields of an outcome with their types, from a short run. A figure that is null there is a number, unless it is a
+/// word.
 fn figures() -> Result<Vec<Column>, Error> {
     let scenario = Scenario::load("flat", &[Override::parse("duration_s=0.01")?])?;
     let (outcome, _) = Run::new(&scenario).outcome()?;

@@ -8,7 +8,7 @@ use omni_config::shortened;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// What was asked of the runs is not usable.
+    /// The request for the runs is not usable.
     #[error(transparent)]
     Simulation(#[from] omni_sim::Error),
     /// A folder of results cannot be used for this study.
@@ -16,7 +16,7 @@ pub enum Error {
     Study {
         /// The folder.
         folder: PathBuf,
-        /// What is wrong, and what to do.
+        /// The error, and the remedy.
         reason: String,
     },
     /// A file or folder could not be read or written.
@@ -39,7 +39,7 @@ impl From<omni_config::Error> for Error {
 }
 
 impl Error {
-    /// Is the request at fault (exit code 2), or did the run fail (exit code 1)?
+    /// Whether the request is at fault (exit code 2) or the run failed (exit code 1).
     #[must_use]
     pub fn is_bad_input(&self) -> bool {
         match self {

@@ -14,14 +14,14 @@ pub(crate) use omni_sim::VERSION;
 /// Key of the coordination policy.
 pub(crate) const POLICY: &str = "control.policy";
 
-/// A scenario as `KEY = VALUE` lines in the order of their keys, as `--set` takes them.
+/// A scenario as `KEY = VALUE` lines in the order of their keys, in the format of `--set`.
 pub(crate) type Lines = BTreeMap<String, String>;
 
 /// The key of a run: 32 hexadecimal digits of a SHA-256 over the program's version and every key of
 /// the scenario with its vehicle and seed. The same on every machine; another scenario, another key.
 ///
 /// # Errors
-/// [`omni_sim::Error::Config`] where the scenario cannot be written as TOML: its seed is above 2^63 - 1.
+/// [`omni_sim::Error::Config`] if the scenario cannot be written as TOML: its seed is above 2^63 - 1.
 ///
 /// ```
 /// use omni_config::{Override, Scenario};

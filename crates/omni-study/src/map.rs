@@ -8,7 +8,7 @@ use crate::plan::refuse;
 use crate::statistics::{mean_interval, wilson};
 use crate::{Cell, Error, Kind, Plan, Row};
 
-/// What the runs of one combination of the axes' values amount to.
+/// Summary of the runs of one combination of the axes' values.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct MapCell {
@@ -23,8 +23,8 @@ pub struct MapCell {
     pub beyond_balls: usize,
     /// Runs among the others that were cut off on their way, [`Verdict::Unfinished`]: longer ones might have climbed.
     pub unfinished: usize,
-    /// Sum and count of each of the map's figures over the runs that did not fail and where it was
-    /// measured; yes counts 1.
+    /// Sum and count of each of the map's figures over the runs that did not fail and in which it was measured; yes
+    /// counts 1.
     pub figures: Vec<(f64, usize)>,
     /// 95 % interval of each of them: of yes and no Wilson's score ([`wilson`]), of a number's mean
     /// Student's t ([`mean_interval`]); none of one number.
@@ -32,7 +32,7 @@ pub struct MapCell {
 }
 
 impl MapCell {
-    /// The mean of the map's figure of that index; none where nothing was measured.
+    /// The mean of the map's figure of that index; none if nothing was measured.
     #[must_use]
     pub fn mean(&self, figure: usize) -> Option<f64> {
         let (sum, count) = *self.figures.get(figure)?;
@@ -52,7 +52,7 @@ impl MapCell {
 /// ```
 #[must_use]
 pub fn cells(plan: &Plan, rows: &[Row]) -> Vec<MapCell> {
-    // A plan has refused figures that there are not.
+    // A plan rejects unknown figures.
     cells_of(plan, rows, &plan.study().map.figures).unwrap_or_default()
 }
 

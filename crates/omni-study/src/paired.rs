@@ -15,7 +15,7 @@ use crate::{Cell, Error, Kind, Plan, Row, Run};
 pub struct PairedCell {
     /// The value of each axis, in the study's order.
     pub axes: Vec<Cell>,
-    /// What became of each figure.
+    /// Comparison of each figure.
     pub figures: Vec<PairedFigure>,
 }
 
@@ -38,7 +38,7 @@ pub struct PairedFigure {
 /// Combinations that have that value are not in the list, nor are those that have no such fellow.
 ///
 /// # Errors
-/// A key that is no axis, a value that it does not take, a figure that is none.
+/// A key that is not an axis, a value that is not on it, an unknown figure.
 ///
 /// ```
 /// use omni_config::{Override, Study};

@@ -104,9 +104,9 @@ impl Plan {
         Self::of(study, points, None, stop)
     }
 
-    /// How many combinations a study has, each value of each axis checked alone and its scenario
-    /// shown to `watch`: [`Study::each_value`]. Takes time and memory for the values, not for the
-    /// combinations. What two values only break together [`Plan::new`] finds, before anything is run.
+    /// Number of combinations of a study; each value of each axis is checked alone and its scenario shown to `watch`:
+    /// [`Study::each_value`]. Takes time and memory for the values, not for the combinations. [`Plan::new`] finds
+    /// errors that only two values together cause, before anything is run.
     ///
     /// # Errors
     /// As [`Plan::new`].
@@ -149,7 +149,7 @@ impl Plan {
     /// messages call the study.
     ///
     /// # Errors
-    /// How many points or seeds there are and what is allowed.
+    /// The number of points or seeds, and the allowed number.
     pub fn check_size(file: &str, points: usize, seeds: &Seeds) -> Result<(), Error> {
         let seeds = seeds.list().len();
         let (key, message) = if seeds == 0 {
@@ -177,8 +177,8 @@ impl Plan {
     /// The runs of scenarios that need not be a grid, each with the keys that were replaced to make it and every seed.
     ///
     /// Each key that is replaced in any of them is a column; where a scenario has it unreplaced, it
-    /// holds that scenario's own value: of the vehicle its name, and nothing where there is none or
-    /// another table. Keys and rows are those of a study with the same scenarios.
+    /// holds that scenario's own value: of the vehicle its name, and nothing if there is none or another table. Keys
+    /// and rows equal a study's with the same scenarios.
     ///
     /// # Errors
     /// Which of the scenarios, counted from 0, cannot be run, is there twice or has its seed replaced, in one line.
@@ -406,7 +406,7 @@ fn going(stop: &AtomicBool) -> Result<(), Error> {
     Ok(())
 }
 
-/// A value of an axis as the scenario holds it: 1 is 1.0 where a number with a fraction is meant. Names stay names.
+/// A value of an axis as the scenario holds it: 1 is 1.0 if a number with a fraction is meant. Names stay names.
 fn typed(given: Option<&Value>, held: Option<&Value>) -> Option<Value> {
     match (given, held) {
         (Some(Value::Integer(_)), Some(held @ Value::Float(_))) => Some(held.clone()),

@@ -6,7 +6,7 @@ use crate::Plan;
 
 impl Plan {
     /// How many runs there is something to be said of, as that they are on balls that are not their wheels, and what
-    /// of the first; nothing where there are none. All seeds of a combination are alike: `why` is asked once of them.
+    /// of the first; nothing if there are none. All seeds of a combination are alike: `why` is asked once of them.
     ///
     /// ```
     /// use omni_config::{Override, Study};

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use crate::columns::fields;
 use crate::{Cell, Kind, OwnPolicy, Run};
 
-/// What a run amounts to.
+/// Summary of a run.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Row {
@@ -22,8 +22,8 @@ pub struct Row {
     pub seed: u64,
     /// The value of each axis, in the study's order.
     pub axes: Vec<Cell>,
-    /// Each figure of the outcome, in the columns' order. Where the physics ended the run, those up
-    /// to there; all missing where it failed otherwise.
+    /// Each figure of the outcome, in the columns' order. If the physics ended the run, the figures up to that time;
+    /// all missing if it failed for another reason.
     pub figures: Vec<Cell>,
     /// Why the run failed, in one line.
     pub error: Option<String>,

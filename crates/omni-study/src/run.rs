@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use crate::part_writer::PartWriter;
 use crate::{Error, Row, Run, Store, row};
 
-/// What [`compute`] did.
+/// Result of [`compute`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Computed {
@@ -19,7 +19,7 @@ pub struct Computed {
     pub errors: usize,
 }
 
-/// So many threads, or as many as there are cores.
+/// This many threads, or one per core.
 pub(crate) fn threads(jobs: Option<NonZeroUsize>) -> Result<rayon::ThreadPool, Error> {
     let count = jobs.map_or(0, NonZeroUsize::get); // 0: as many as there are cores
     let pool = rayon::ThreadPoolBuilder::new().num_threads(count).build();
@@ -34,7 +34,7 @@ pub(crate) fn threads(jobs: Option<NonZeroUsize>) -> Result<rayon::ThreadPool, E
 /// as it is done, so that a program that is killed loses none. Calls `watch` after each row.
 ///
 /// # Errors
-/// [`Error::Io`] where a part cannot be written or threads cannot be started; the runs under way are given up.
+/// [`Error::Io`] if a part cannot be written or threads cannot be started; the runs under way are given up.
 pub fn compute(
     runs: &[Run],
     store: &Store,

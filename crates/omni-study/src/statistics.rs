@@ -9,8 +9,8 @@ const Z: f64 = 1.959_963_984_540_054;
 /// From so many degrees of freedom on an expansion about the normal distribution has nine digits.
 const MANY: usize = 1000;
 
-/// 95 % interval of a rate, from how many of `runs` said yes, by Wilson's score: also where all or
-/// none did. None without a run.
+/// 95 % interval of a rate, from how many of `runs` said yes, by Wilson's score: even if all or none did. None without
+/// a run.
 ///
 /// E. B. Wilson, *Probable inference, the law of succession, and statistical inference*, J. Am.
 /// Stat. Assoc. 22 (1927) 209.

@@ -24,7 +24,7 @@ const WITHOUT_CHECKSUM: &str = "no checksum: damaged, or written by an earlier b
 /// What is wrong with the bytes of a part of some study, if anything; none for Parquet that is not of this program.
 ///
 /// # Errors
-/// [`Error::Io`] where it cannot be read.
+/// [`Error::Io`] if it cannot be read.
 ///
 /// ```no_run
 /// assert_eq!(omni_study::damage("out/climb_map/part-0011223344556677.parquet".as_ref())?, None);
@@ -45,8 +45,8 @@ pub fn damage(path: &Path) -> Result<Option<&'static str>, Error> {
     })
 }
 
-/// Where the results of a study are: a folder of Parquet files `part-*.parquet`, all with the same
-/// columns. A part that still grows is `part-*.growing`, each time whole.
+/// Results of a study: a folder of Parquet files `part-*.parquet`, all with the same columns. A part that still grows
+/// is `part-*.growing`, each time whole.
 ///
 /// Programs that share a study each have their own `Store` of the same folder.
 #[derive(Debug)]
@@ -57,7 +57,7 @@ pub struct Store {
     study: String,
 }
 
-/// What is in the folder.
+/// Contents of the folder.
 #[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub struct Found {
@@ -74,7 +74,7 @@ impl Found {
     }
 }
 
-/// What there is of a batch.
+/// Present rows of a batch.
 #[derive(Default)]
 struct OfBatch {
     /// All of it.
@@ -129,7 +129,7 @@ impl Store {
     /// programs that were killed left unfinished are parts like others then.
     ///
     /// # Errors
-    /// [`Error::Study`] where another program holds the folder, [`Error::Io`].
+    /// [`Error::Study`] if another program holds the folder, [`Error::Io`].
     pub fn lock(&self) -> Result<File, Error> {
         let path = self.folder.join(LOCK);
         // Whatever has the name is not emptied.
@@ -250,8 +250,8 @@ impl Store {
     /// renamed to `*.damaged`.
     ///
     /// # Errors
-    /// [`Error::Io`]; [`Error::Study`] where a part is of another version, of another scenario or
-    /// of other axes: its rows could not be distinguished from this study's.
+    /// [`Error::Io`]; [`Error::Study`] if a part is of another version, of another scenario or of other axes: its rows
+    /// could not be distinguished from this study's.
     pub fn read(&self) -> Result<Found, Error> {
         self.read_until(&AtomicBool::new(false))
     }
@@ -364,7 +364,7 @@ impl Store {
         Ok(parts)
     }
 
-    /// The rows of a part, or why it cannot be read; none where it is not there any more.
+    /// The rows of a part, or why it cannot be read; none if it is not there any more.
     fn read_part(&self, path: &Path) -> Result<Option<Result<Vec<Row>, String>>, Error> {
         let mut file = match open_regular(path) {
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),

@@ -62,8 +62,8 @@ pub(crate) enum Command {
         /// scale_references, shared_integral, traction_runup or traction.
         #[arg(long)]
         policy: Option<String>,
-        /// Where the controller runs: on this machine, or as firmware in an emulated Cortex-M4F (QEMU), in lock-step
-        /// with the physics. The firmware computes in f32, like --set control.precision=f32.
+        /// Host of the controller: this machine, or firmware in an emulated Cortex-M4F (QEMU), in lock-step with the
+        /// physics. The firmware computes in f32, like --set control.precision=f32.
         #[arg(long, value_enum, default_value_t = Place::Host)]
         controller: Place,
         #[command(flatten)]
@@ -78,7 +78,7 @@ pub(crate) enum Command {
     Drive(DriveArgs),
     /// Simulates a bench test, three motors on dampers, under three policies.
     ///
-    /// It is section 3.3 of the paper.
+    /// Reproduces section 3.3 of the paper.
     MotorBench {
         /// The built-in experiment or a .toml file.
         #[arg(default_value = "motor_bench")]
@@ -94,14 +94,14 @@ pub(crate) enum Command {
     ///
     /// Writes one Parquet row for each run and prints a map. The same command resumes a study that was stopped.
     Study(StudyArgs),
-    /// Finds the greatest edges that a vehicle climbs, by direction of travel.
+    /// Finds the largest edges that a vehicle climbs, by direction of travel.
     ///
-    /// Sizes rise from below, from several starts each, until one is not climbed. Writes a TOML
-    /// file that --resume continues, and prints a table.
+    /// Sizes increase until one is not climbed, each from several starts. Writes a TOML file that --resume continues,
+    /// and prints a table.
     Chart(ChartArgs),
-    /// Plans a way over edges that the vehicle climbs from some sides only.
+    /// Plans a route over edges that the vehicle climbs only from some sides.
     ///
-    /// Reads what it climbs from a chart, and prints the edges that the way crosses.
+    /// Reads the vehicle's climbing limits from a chart, and prints the edges that the route crosses.
     Plan(PlanArgs),
     /// Prints the ripple of roller wheels: axle height and rolling radius.
     WheelRipple {
@@ -118,8 +118,8 @@ pub(crate) enum Command {
     /// Prints the minimum torque and run-up for a step, without simulation.
     ///
     /// The figures come from the balance of forces, for each row of wheels. Verdict `torque`: the
-    /// motors' torque suffices at any speed; `run_up`: the row needs the run-up in the last column;
-    /// `open`: it may need it; `impossible`: less run-up than it needs.
+    /// motors' torque suffices at any speed; `run_up`: the row needs the run-up in the last column; `open`: the row may
+    /// need it; `impossible`: the run-up is too small.
     ClimbLimits {
         /// A built-in scenario or a .toml file, with a step; or a vehicle, on the built-in step.
         #[arg(default_value = "step")]
@@ -146,9 +146,9 @@ pub(crate) enum Command {
         #[arg(long, conflicts_with = "json")]
         explain: bool,
     },
-    /// Feeds the measurements of a log to its controller again.
+    /// Replays a log through its controller.
     ///
-    /// Prints the first difference. The torques agree in every bit unless keys or the program changed.
+    /// Prints the first difference. The torques are bit-identical unless keys or the program changed.
     Replay {
         /// An MCAP file.
         log: PathBuf,
@@ -165,13 +165,13 @@ pub(crate) enum Command {
     /// NAME is a vehicle; with --format mjcf, rust and c also a scenario, and a vehicle alone
     /// stands on the ground of the scenario flat.
     Export(ExportArgs),
-    /// Makes a log from measurements on a vehicle: CSV, Parquet, rosbag2 [Python].
+    /// Converts measurements on a vehicle into a log: CSV, Parquet, rosbag2 [Python].
     ///
     /// Part of the Python package with its extra "import".
     Import(PythonArgs),
     /// Drives the simulation with the commands or torques of a log [Python].
     ///
-    /// Compares the two. Part of the Python package with its extra "plot".
+    /// Compares simulation and log. Part of the Python package with its extra "plot".
     Resimulate(PythonArgs),
     /// Makes a video or pictures of a logged run [Python].
     ///
@@ -185,48 +185,48 @@ pub(crate) enum Command {
     ///
     /// Part of the Python package with its extra "view".
     Report(PythonArgs),
-    /// Finds masses, friction, delay and lag from logs, with intervals [Python].
+    /// Estimates masses, friction, delay and lag from logs, with intervals [Python].
     ///
     /// Part of the Python package with its extra "identify".
     Identify(PythonArgs),
-    /// Finds wheel radii, positions and directions from measured runs [Python].
+    /// Estimates wheel radii, positions and directions from measured runs [Python].
     ///
-    /// The position at the end of each run has to be measured. Part of the Python package with its extra "identify".
+    /// The final position of each run has to be measured. Part of the Python package with its extra "identify".
     Calibrate(PythonArgs),
     /// Checks vehicle, scenario, experiment or study files and describes them.
     Check {
         /// Files, or names of built-in scenarios, vehicles, studies and experiments.
         #[arg(required = true)]
         files: Vec<String>,
-        /// Warns of motors that are too weak for a step of this height.
+        /// Warns if the motors are too weak for a step of this height.
         #[arg(long, value_name = "HEIGHT_M")]
         step: Option<f64>,
-        /// With --step: says from which sides it is climbed by this chart of omnistep chart.
+        /// With --step: states the sides from which the vehicle climbs it, by this chart of omnistep chart.
         #[arg(long, value_name = "FILE", requires = "step")]
         chart: Option<PathBuf>,
         /// Replaces a key of each file, such as control.policy=traction; may be repeated.
         #[arg(long = "set", value_name = "KEY=VALUE")]
         overrides: Vec<String>,
-        /// Exits with code 1 if there was any warning.
+        /// Exits with code 1 if there is any warning.
         #[arg(long)]
         strict: bool,
     },
     /// Writes a commented file to start from: a vehicle, a scenario, a study.
     ///
-    /// `omnistep new vehicle my_robot` makes my_robot.toml. An excitation is a scenario that
-    /// excites all that `omnistep identify` estimates. An import-map says which column of a real
-    /// log is which signal, for `omnistep import`.
+    /// `omnistep new vehicle my_robot` makes my_robot.toml. An excitation is a scenario that excites every quantity
+    /// that `omnistep identify` estimates. An import-map assigns the columns of a real log to signals, for
+    /// `omnistep import`.
     New {
-        /// What the file describes.
+        /// Kind of the file.
         kind: NewKind,
         /// Its name: letters, digits, _ or -.
         name: String,
-        /// What to start from: a built-in vehicle, a robot of omnistep list robots or a .toml file
-        /// of a vehicle; a built-in scenario or study. If left out: chugo7, step or climb_map.
+        /// Template: a built-in vehicle, a robot of omnistep list robots or a .toml file of a vehicle; a built-in
+        /// scenario or study. If left out: chugo7, step or climb_map.
         #[arg(long)]
         template: Option<String>,
         /// The vehicle of a scenario, an excitation or an import-map: a built-in one or a .toml
-        /// file. If left out: that of the scenario to start from, else chugo7.
+        /// file. If left out: the vehicle of the scenario template, otherwise chugo7.
         #[arg(long)]
         vehicle: Option<String>,
     },
@@ -235,12 +235,12 @@ pub(crate) enum Command {
     /// Run omnistep schema vehicle > vehicle.schema.json, and write "#:schema
     /// ./vehicle.schema.json" as the first line of your file.
     Schema {
-        /// What the files describe.
+        /// Kind of the files.
         kind: FileKindArg,
     },
-    /// Lists what is built in, and robots to start a vehicle from.
+    /// Lists built-in items, and robots as templates of a vehicle.
     List {
-        /// Lists only this kind, with a description of each.
+        /// Lists only this kind, with a description of each item.
         kind: Option<Listed>,
     },
 }
@@ -262,7 +262,7 @@ pub(crate) enum NewKind {
     ImportMap,
 }
 
-/// Where the controller of a run is.
+/// Host of a run's controller.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Place {
     Host,
@@ -301,7 +301,7 @@ pub(crate) struct RunArgs {
     pub(crate) quiet: bool,
 }
 
-/// What a live run takes.
+/// Options of a live run.
 #[derive(Args)]
 #[command(group(ArgGroup::new("shown").args(["live", "ros2"]).multiple(true)))]
 pub(crate) struct LiveArgs {
@@ -320,7 +320,7 @@ pub(crate) struct LiveArgs {
         allow_negative_numbers = true
     )]
     pub(crate) real_time_factor: f64,
-    /// Starts when the first client of --live, or the first node of --ros2, subscribes to something.
+    /// Starts when the first client of --live, or the first node of --ros2, subscribes to a topic.
     #[arg(long, requires = "shown")]
     pub(crate) wait: bool,
     /// Ends --live or --ros2 after this many simulated seconds. Without it --live ends with the
@@ -352,12 +352,12 @@ pub(crate) struct LiveArgs {
     pub(crate) on_ros2: Ros2Args,
 }
 
-/// What a run on ROS 2 takes.
+/// Options of a ROS 2 run.
 #[derive(Args)]
 pub(crate) struct Ros2Args {
-    /// Runs as a node of ROS 2 over DDS, without a ROS installation, in the domain of ROS_DOMAIN_ID.
-    /// Publishes /clock, /odom, /tf, /joint_states, /imu, /robot_description and more. Takes Twist
-    /// and TwistStamped on /cmd_vel; a command expires after 0.5 s. Writes no log without --log.
+    /// Runs as a ROS 2 node over DDS, without a ROS installation, in the domain of ROS_DOMAIN_ID. Publishes /clock,
+    /// /odom, /tf, /joint_states, /imu, /robot_description and more. Accepts Twist and TwistStamped on /cmd_vel; a
+    /// command expires after 0.5 s. Writes no log without --log.
     #[arg(long, conflicts_with_all = ["controller", "out"])]
     pub(crate) ros2: bool,
     /// Namespace of all topics of --ros2 except /clock, such as robot1.
@@ -369,20 +369,20 @@ pub(crate) struct Ros2Args {
         requires = "ros2"
     )]
     pub(crate) namespace: String,
-    /// Rate of a topic of --ros2 in simulated time, such as odom=100; 0 turns it off; may be repeated.
-    /// The defaults are 100 Hz for clock and imu, 50 Hz for odom, tf, joint_states and vehicle_state.
+    /// Rate of a --ros2 topic in simulated time, such as odom=100; 0 turns it off; may be repeated. The defaults are
+    /// 100 Hz for clock and imu, 50 Hz for odom, tf, joint_states and vehicle_state.
     #[arg(long = "topic-rate", value_name = "TOPIC=HZ", requires = "ros2")]
     pub(crate) topic_rates: Vec<String>,
     /// Also publishes the frame map, like a localisation without error.
     #[arg(long, requires = "ros2")]
     pub(crate) publish_map_frame: bool,
-    /// Acts as the hardware of ros2_control: takes velocities or torques of the wheels on
-    /// /joint_commands instead of /cmd_vel.
+    /// Acts as the hardware of ros2_control: accepts wheel velocities or torques on /joint_commands instead of
+    /// /cmd_vel.
     #[arg(long, value_enum, value_name = "INTERFACE", requires = "ros2")]
     pub(crate) ros2_control: Option<CommandInterface>,
 }
 
-/// Whatever follows a subcommand that is not here.
+/// The arguments after a subcommand of the Python package.
 #[derive(Args)]
 pub(crate) struct PythonArgs {
     #[arg(trailing_var_arg = true, allow_hyphen_values = true, hide = true)]
@@ -406,7 +406,7 @@ impl RunArgs {
     }
 }
 
-/// A whole number out of a range.
+/// A whole number within a range.
 pub(crate) fn whole(
     name: &'static str,
     text: &str,

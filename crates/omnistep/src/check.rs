@@ -208,7 +208,7 @@ fn described(vehicle: &Vehicle) -> String {
     )
 }
 
-/// Does a wheel push across the vehicle's way ahead?
+/// Whether a wheel pushes transverse to the vehicle's forward direction.
 fn is_crosswise(wheel: &WheelSpec) -> bool {
     let [dx, dy] = wheel.rolling_direction;
     let (sin, cos) = wheel.roller_angle_rad.sin_cos();
@@ -251,7 +251,7 @@ fn facts(
                 each.collect::<Vec<_>>().join(", ")
             ),
         );
-        // What a crosswise wheel carries is lost to those that push.
+        // What a transverse wheel carries is lost to those that push.
         let shares = vehicle.rows().into_iter().filter_map(|row| {
             let carried: f64 = row.wheels.iter().map(|wheel| loads[*wheel]).sum();
             let crosswise: Vec<_> = row
@@ -269,7 +269,7 @@ fn facts(
             let share = 100.0 * crosswise.iter().map(|wheel| loads[**wheel]).sum::<f64>() / carried;
             let (wheel, x_m) = (if names.len() == 1 { "wheel" } else { "wheels" }, row.x_m);
             Some(format!(
-                "row at x = {x_m} m: {share:.0} % on crosswise {wheel} {}",
+                "row at x = {x_m} m: {share:.0} % on transverse {wheel} {}",
                 names.join(", ")
             ))
         });
@@ -328,15 +328,15 @@ fn encoder(scenario: &Scenario) -> Result<String, Error> {
     })
 }
 
-/// Which policy a scenario that names none has, as one of [`facts`]; nothing where it names one.
+/// Which policy a scenario that names none has, as one of [`facts`]; nothing if it names one.
 fn chosen(scenario: &Scenario) -> String {
     let Some(auto) = scenario.auto_policy() else {
         return String::new();
     };
     let policy = auto.policy;
     let text = match &auto.because {
-        Some(because) => format!("{policy} where none is named, because {because}"),
-        None => format!("{policy} where none is named: the best that sensors and motors allow"),
+        Some(because) => format!("{policy} if none is named, because {because}"),
+        None => format!("{policy} if none is named: the best that sensors and motors allow"),
     };
     let lines = [&text].into_iter().chain(&auto.without);
     lines.map(|line| format!("\n  {:<8} {line}", "policy")).collect()
@@ -398,7 +398,7 @@ fn too_low(vehicle: &Vehicle, height_m: f64) -> Option<String> {
     })
 }
 
-/// What a step of a height takes of a vehicle, as one of [`facts`]; doubtful is what its motors do not have.
+/// Requirements of a step of a height for a vehicle, as one of [`facts`]; requirements beyond its motors are doubtful.
 #[cfg(feature = "climb-limits")]
 fn on_step(
     vehicle: &Vehicle,

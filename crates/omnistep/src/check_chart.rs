@@ -1,4 +1,4 @@
-//! What a chart says of a step, for `omnistep check --chart`.
+//! A chart's limits for a step, for `omnistep check --chart`.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ use crate::chart::read;
 pub(crate) struct OnChart {
     /// A line.
     pub(crate) text: String,
-    /// A warning where it is not climbed from any side, or not straight ahead.
+    /// A warning if it is not climbed from any side, or not head-on.
     pub(crate) doubt: Option<String>,
 }
 

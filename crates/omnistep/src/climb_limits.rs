@@ -23,7 +23,7 @@ struct Line<'a> {
     row: &'a RowLimits,
 }
 
-/// Prints what the step of a scenario takes of its vehicle, a row of wheels a line.
+/// Prints the requirements of a scenario's step for its vehicle, one line per row of wheels.
 pub(super) fn climb_limits(
     name: &str,
     overrides: Vec<Override>,

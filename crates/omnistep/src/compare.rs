@@ -57,7 +57,7 @@ impl Row {
     }
 }
 
-/// A key that one engine alone has is refused where every engine runs; the message says who asked for that.
+/// A key that one engine alone has is rejected where every engine runs; the message says who asked for that.
 fn of_one_engine(mut error: omni_config::Error, engines: &[Engine]) -> omni_config::Error {
     if let omni_config::Error::Key { message, .. } = &mut error
         && !engines.is_empty()
@@ -142,14 +142,14 @@ pub(super) fn compare(
             Err(error) => {
                 bar.finish_and_clear();
                 if !args.json && !rows.is_empty() {
-                    // What is done stands; why the rest is not there is said last, also where the table is not read.
+                    // What is done stands; why the rest is not there is said last, even if the table is not read.
                     let _ = show(&scenario, &rows, args.explain, out);
                 }
                 return Err(error);
             }
         };
         if let Some(link) = link.filter(|link| !link.is_zero()) {
-            // The figures stand, but they are not those of an undisturbed run.
+            // The figures remain valid, but describe a disturbed run.
             bar.suspend(|| say(&format!("messages lost on the link: {link}")));
         }
         if args.json {
@@ -215,8 +215,8 @@ fn show(scenario: &Scenario, rows: &[Row], explain: bool, out: &mut dyn Write) -
     Ok(())
 }
 
-/// Firmware computes in `f32`: so does the scenario, in its log too. Only an override that asks for something else is
-/// refused; what a file says is overridden.
+/// Firmware computes in `f32`, and so does the scenario, also in its log. Only an override that asks for something else
+/// is rejected; what a file says is overridden.
 fn in_f32(args: &RunArgs, scenario: &mut Scenario) -> Result<(), Error> {
     let asked = args.overrides.iter().any(|text| {
         text.split_once('=')
@@ -236,7 +236,7 @@ fn in_f32(args: &RunArgs, scenario: &mut Scenario) -> Result<(), Error> {
 /// What logs are called.
 struct LogNames<'a> {
     folder: &'a Path,
-    /// The seed and the engine that the scenario's file gives.
+    /// The seed and the engine of the scenario's file.
     own_seed: u64,
     own_engine: Engine,
 }

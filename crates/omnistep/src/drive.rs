@@ -99,8 +99,8 @@ fn scenario(name: &str, overrides: Vec<Override>) -> Result<Scenario, Error> {
     }
 }
 
-/// Bumps that a vehicle's wheels can climb, with room before the first; level ground where balls
-/// are its wheels on level ground only.
+/// Bumps that a vehicle's wheels can climb, with room before the first; level ground if balls represent its wheels only
+/// on level ground.
 fn ground_for(vehicle: &Vehicle) -> (&'static str, Vec<Override>) {
     if vehicle.beyond_balls_ahead().is_some() {
         return ("flat", Vec::new());

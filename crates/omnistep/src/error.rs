@@ -107,7 +107,7 @@ pub enum Error {
          repository: cargo run --release --features full -- {what}), or use the omnistep of the Python package"
     )]
     NotBuilt {
-        /// What was asked for.
+        /// The request.
         what: &'static str,
         /// The feature that has it.
         feature: &'static str,
@@ -146,7 +146,7 @@ impl From<omni_log::LogError> for Error {
     }
 }
 
-/// Where the log of a run that was stopped is, if it has one.
+/// Path of the log of a stopped run, if it has one.
 fn its_log(part: Option<&Path>) -> String {
     part.map_or_else(String::new, |part| {
         format!("; its log until then is {}", part.display())
@@ -154,7 +154,7 @@ fn its_log(part: Option<&Path>) -> String {
 }
 
 impl Error {
-    /// Is the request at fault (exit code 2), or did the run fail (exit code 1)?
+    /// Whether the request is at fault (exit code 2) or the run failed (exit code 1).
     #[must_use]
     pub fn is_bad_input(&self) -> bool {
         match self {

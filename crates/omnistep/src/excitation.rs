@@ -16,8 +16,8 @@ const GRAVITY_M_S2: f64 = 9.81;
 const LEAST_RAMP_S: f64 = 0.1;
 /// Where neither the vehicle's limits nor its motors say how fast it goes \[m/s, m/s, rad/s\].
 const SPEEDS: [f64; 3] = [0.5, 0.5, 1.0];
-/// Parts of the speeds forward, sideways and about, and how long each is driven \[s\]. Ahead and
-/// back, sideways, turns, each fast and slow, and askew, where no wheel stands.
+/// Fractions of the forward speed, lateral speed and yaw rate, and the duration of each \[s\]. Forward and backward,
+/// lateral, turns, each fast and slow, and oblique, so that no wheel stands still.
 const LEGS: [([f64; 3], f64); 17] = [
     ([1.0, 0.0, 0.0], 1.4),
     ([-1.0, 0.0, 0.0], 1.4),
@@ -41,7 +41,7 @@ const LEGS: [([f64; 3], f64); 17] = [
 const SWINGS_S: [f64; 14] = [
     1.0, 1.0, 0.7, 0.7, 0.5, 0.5, 0.3, 0.3, 0.2, 0.2, 0.15, 0.15, 0.1, 0.1,
 ];
-/// A swing's part of the speed ahead.
+/// A swing's fraction of the forward speed.
 const SWING: f64 = 0.25;
 
 /// The text of the scenario for a vehicle that its own file or name stands for.

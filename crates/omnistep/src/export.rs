@@ -34,7 +34,7 @@ pub(super) fn export(args: &ExportArgs, out: &mut dyn Write) -> Result<(), Error
     }
 }
 
-/// Options of one format are refused with another.
+/// Options of one format are rejected with another.
 fn check(args: &ExportArgs) -> Result<(), Error> {
     if let (Some(vehicle), Format::Urdf | Format::Ros2Control) = (&args.vehicle, args.format) {
         return Err(Error::Argument {
@@ -88,8 +88,8 @@ impl From<CommandInterface> for JointInterface {
 /// The files that were read for a scenario or a vehicle, with another vehicle and some keys replaced.
 fn read_for(args: &ExportArgs) -> Result<Vec<PathBuf>, Error> {
     let mut files = Scenario::files(&args.name).unwrap_or_default();
-    // What is built in names no file; where such a file is all the same, it is kept too. So is
-    // every text of an override.
+    // Built-in items name no file; if such a file exists nevertheless, it is also kept, as is every text of an
+    // override.
     let overrides = parse_overrides(&args.overrides)?;
     let replaced = overrides.iter().filter_map(|each| each.value().as_str());
     let named = [args.name.as_str()].into_iter().chain(args.vehicle.as_deref());

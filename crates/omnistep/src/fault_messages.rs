@@ -103,7 +103,7 @@ impl FaultMessages {
         first.map(|(time_s, name)| format!("{name} at {time_s:.2} s"))
     }
 
-    /// A line each under a heading, which says `of` what run where that is not clear; nothing where nothing was found.
+    /// A line each under a heading, which says `of` what run where that is not clear; nothing if nothing was found.
     pub(crate) fn text(&self, of: &str) -> String {
         let mut lines = self.lines.clone();
         if self.more > 0 {

@@ -4,10 +4,10 @@ use omni_sim::{Figure, LimitedBy, Outcome};
 
 use crate::output::aligned;
 
-/// Columns of characters that a table takes at most, unless one run alone needs more.
+/// Largest width of a table in characters, unless one run alone needs more.
 const WIDTH: usize = 80;
 
-/// What a table shows of one run.
+/// Contents of a table for one run.
 pub(super) struct Run<'a> {
     /// What heads its column.
     pub(super) name: String,

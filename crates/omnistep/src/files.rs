@@ -65,7 +65,7 @@ pub(super) fn new(
         NewKind::Scenario => driven(named(kind, template, name)?, template, vehicle)?,
         _ => named(kind, template, name)?,
     };
-    // What would be refused when it is read is not written.
+    // What would be rejected when it is read is not written.
     let source = Source::text(format!("new {name}"), &*text);
     let hint = match kind {
         FileKind::Vehicle => {

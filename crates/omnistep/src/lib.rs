@@ -1,6 +1,6 @@
 #![doc = include_str!("../README.md")]
 //!
-//! # What it says and where
+//! # Output streams
 //!
 //! Results go to standard output, progress and errors to standard error. Exit codes: 0 done, 1 the run failed, 2 the
 //! request was wrong, 130 stopped by Ctrl-C, 143 by SIGTERM.
@@ -87,7 +87,7 @@ pub fn main(args: impl IntoIterator<Item = OsString>) -> u8 {
     }
 }
 
-/// The error that a scenario's file gave, as the answer to a subcommand.
+/// The error of a scenario's file, as the answer to a subcommand.
 fn to_command(name: &'static str) -> impl Fn(Error) -> Error {
     move |error| match error {
         Error::Simulation(omni_sim::Error::Config(error)) => error.to_command(name).into(),

@@ -11,7 +11,7 @@ use crate::Error;
 use crate::output::print;
 use crate::robots::{self, ROBOTS};
 
-/// What there is built in.
+/// Built-in items.
 #[derive(Clone, Copy, ValueEnum)]
 pub(crate) enum Listed {
     Scenarios,

@@ -97,7 +97,7 @@ pub(super) fn page_of(address: &str) -> String {
     address.replacen("ws", "http", 1)
 }
 
-/// What the figures of a run mean.
+/// Meaning of a run's figures.
 pub(super) fn explain(outcome: &Outcome, out: &mut dyn Write) -> Result<(), Error> {
     print(out, &explained(&[Run::new("this run", outcome)]))
 }

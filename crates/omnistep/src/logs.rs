@@ -28,8 +28,8 @@ struct Inspected<'a> {
     outcome: Option<Outcome>,
 }
 
-/// Reads logs from start to end, every checksum included, and prints what is in them. The exit code
-/// is that of the worst.
+/// Reads logs from start to end, every checksum included, and prints what is in them. The exit code is the exit code of
+/// the worst.
 pub(super) fn info(paths: &[PathBuf], json: bool, explain: bool, out: &mut dyn Write) -> Result<u8, Error> {
     let mut files = Vec::new();
     let code = each(paths, |path| {
@@ -148,7 +148,7 @@ fn described(file: &LogFile) -> String {
     text
 }
 
-/// Feeds a log's measurements to its controller again and prints where it says something else.
+/// Replays a log's measurements through its controller and prints the first difference.
 pub(super) fn replayed(
     path: &PathBuf,
     policy: Option<&str>,
@@ -179,7 +179,7 @@ fn said(replay: &Replay) -> String {
     }
     let Some(first) = &replay.first else {
         return format!(
-            "{file}: policy {}: {periods} control periods, equal in every bit\n",
+            "{file}: policy {}: {periods} control periods, bit-identical\n",
             replay.policy
         );
     };

@@ -4,9 +4,9 @@ use omni_config::{DerivedGains, Scenario, Vehicle, WheelModel};
 
 use crate::output::{say, warn};
 
-/// What is doubtful of a scenario: that it ends before its vehicle can be across or at the end of
-/// its path, that its command is more than it can do, that one count of its encoders is more than
-/// the motor has, that its drive finds faults where there are none, what its traction control lacks.
+/// Doubts about a scenario: it ends before its vehicle can be across or at the end of its path, its command exceeds the
+/// vehicle's limits, one encoder count requests more than the motor's torque, its drive finds false faults, or its
+/// traction control lacks inputs.
 pub(crate) fn doubts_of(scenario: &Scenario) -> Vec<String> {
     let doubts = scenario.too_short().into_iter().chain(coarse(scenario));
     let of_command = scenario.command_doubts().unwrap_or_default();
@@ -25,7 +25,7 @@ fn warn_of(scenario: &Scenario) {
     }
 }
 
-/// Warns of what policies do without that a scenario is run under beside the one that it names: sensors and motors.
+/// Warns of sensors and motors that policies lack, for policies other than the scenario's own.
 pub(crate) fn warn_of_policies(scenario: &Scenario, runs: &[Scenario]) {
     let others = || {
         let named = scenario.auto_policy().is_none();
@@ -37,18 +37,18 @@ pub(crate) fn warn_of_policies(scenario: &Scenario, runs: &[Scenario]) {
     }
 }
 
-/// Why a scenario's encoders are too coarse, where they are.
+/// Reason why a scenario's encoders are too coarse, if they are.
 pub(crate) fn coarse(scenario: &Scenario) -> Option<String> {
     scenario.coarse_encoder().ok().flatten()
 }
 
-/// What is said of a scenario before it is run: gains that its vehicle got, and all that is doubtful.
+/// Notices about a scenario before it is run: derived gains of its vehicle, and all doubts.
 pub(crate) fn announce(scenario: &Scenario) {
     announce_vehicle(scenario);
     warn_of(scenario);
 }
 
-/// What of that is about the vehicle, whatever its command.
+/// The notices that concern the vehicle, regardless of its command.
 pub(crate) fn announce_vehicle(scenario: &Scenario) {
     announce_assumed(scenario.vehicle(), scenario.period_s(), scenario.derived_gains());
     if scenario.wheel_model() == WheelModel::Rollers && scenario.vehicle().rollers.is_none() {
@@ -60,7 +60,7 @@ pub(crate) fn announce_vehicle(scenario: &Scenario) {
     announce_beyond_balls(scenario);
 }
 
-/// Says on standard error what a vehicle got whose file leaves something out: gains, and what else was assumed.
+/// Reports on standard error the values that a vehicle's file leaves out: derived gains, and other assumptions.
 pub(crate) fn announce_assumed(vehicle: &Vehicle, period_s: f64, derived: Option<&DerivedGains>) {
     let name = &vehicle.name;
     if let Some(derived) = derived {
@@ -74,7 +74,7 @@ pub(crate) fn announce_assumed(vehicle: &Vehicle, period_s: f64, derived: Option
     }
 }
 
-/// Why balls are not the wheels of a scenario, and what is; nothing where they are.
+/// Reason why balls do not represent a scenario's wheels, and the remedy; nothing if they do.
 pub(crate) fn beyond_balls(scenario: &Scenario) -> Option<String> {
     let beyond = scenario.beyond_balls()?;
     let vehicle = scenario.vehicle();
@@ -89,7 +89,7 @@ pub(crate) fn beyond_balls(scenario: &Scenario) -> Option<String> {
     };
     let (name, ground) = (&vehicle.name, scenario.terrain.described());
     Some(format!(
-        "{name} {ground}: balls are no valid wheel model here, and the result is not valid: {beyond}; {instead}"
+        "{name} {ground}: balls are not a valid wheel model here, so the result is not valid: {beyond}; {instead}"
     ))
 }
 

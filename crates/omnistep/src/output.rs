@@ -70,7 +70,7 @@ pub(crate) fn print(out: &mut dyn Write, text: &str) -> Result<(), Error> {
     print_bytes(out, text.as_bytes())
 }
 
-/// A file's name as the system has it, also where it is no UTF-8, on a line of its own.
+/// A file's name as the system has it, even if it is no UTF-8, on a line of its own.
 pub(crate) fn print_path(out: &mut dyn Write, path: &Path) -> Result<(), Error> {
     print_bytes(out, &[path.as_os_str().as_encoded_bytes(), b"\n"].concat())
 }

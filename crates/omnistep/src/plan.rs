@@ -41,7 +41,7 @@ pub(super) fn plan(args: &PlanArgs, out: &mut dyn Write) -> Result<(), Error> {
     }
 }
 
-/// What a route is written as.
+/// Output format of a route.
 #[derive(Clone, Copy)]
 enum Format {
     Json,

@@ -2,7 +2,8 @@
 
 use omni_sim::{LimitedBy, Outcome, Verdict};
 
-/// What limited a stalled run and where a body touched the ground, a line each. `wheels` is how many the vehicle has.
+/// The limiting factor of a stalled run and the first contact of a body with the ground, one line each. `wheels` is the
+/// vehicle's number of wheels.
 pub(crate) fn reasons(outcome: &Outcome, wheels: usize) -> Vec<String> {
     let mut lines = Vec::new();
     if let (Verdict::Stalled, Some(by)) = (outcome.verdict, outcome.limited_by) {

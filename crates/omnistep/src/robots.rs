@@ -37,12 +37,12 @@ pub(crate) fn like(like: &str, name: &str) -> Result<String, Error> {
         Some(text) => Source::text(format!("robot {like}"), text),
         None => Source::vehicle(like, None).map_err(|error| with_robots(error, like))?,
     };
-    // What is no vehicle is refused under its own file's name.
+    // What is no vehicle is rejected under its own file's name.
     Vehicle::from_source(&source, &[])?;
     Ok(renamed(&source.text, name))
 }
 
-/// The names there are, the robots' too.
+/// The existing names, including the robots'.
 fn with_robots(error: Error, name: &str) -> Error {
     let Error::UnknownName { kind, .. } = error else {
         return error;

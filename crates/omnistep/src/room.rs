@@ -2,16 +2,16 @@
 
 use omni_config::Vehicle;
 
-/// The way from the foremost wheel to an obstacle \[m\], at least.
+/// Minimum distance from the foremost wheel to an obstacle \[m\].
 const RUN_UP_M: f64 = 0.3;
 
-/// Where an obstacle begins for this vehicle \[m\]: at the usual place, or farther ahead in whole tenths.
+/// Start of an obstacle for this vehicle \[m\]: at the usual position, or farther forward in whole tenths.
 pub(crate) fn obstacle_at_m(vehicle: &Vehicle, usual_m: f64) -> f64 {
     let least = ahead_m(vehicle) + RUN_UP_M;
     usual_m.max((10.0 * least - 1e-6).ceil() / 10.0)
 }
 
-/// How far ahead of the origin the foremost wheel reaches \[m\].
+/// Forward extent of the foremost wheel from the origin \[m\].
 fn ahead_m(vehicle: &Vehicle) -> f64 {
     let ends = vehicle
         .wheel
@@ -20,7 +20,7 @@ fn ahead_m(vehicle: &Vehicle) -> f64 {
     ends.fold(0.0, f64::max)
 }
 
-/// How far behind the origin the rearmost wheel reaches \[m\].
+/// Backward extent of the rearmost wheel from the origin \[m\].
 pub(crate) fn behind_m(vehicle: &Vehicle) -> f64 {
     let ends = vehicle
         .wheel

@@ -1,4 +1,4 @@
-//! The scenario of a command that also takes the name of a vehicle.
+//! The scenario of a command that also accepts the name of a vehicle.
 
 use omni_config::{Error, FileKind, Override, Scenario};
 

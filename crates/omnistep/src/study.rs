@@ -175,8 +175,8 @@ pub(super) fn checked(study: &Study) -> Result<(String, Vec<String>, Option<Stri
     Ok((described(study, combinations), doubts, warning))
 }
 
-/// How many of a study's runs end before their vehicle can be across, and why the first of them
-/// does; none where all of them may get across.
+/// Number of a study's runs that end before their vehicle can be across, and the reason for the first of them; none if
+/// all may get across.
 fn too_short(plan: &Plan) -> Option<String> {
     let seeds = plan.study().seeds.list().len().max(1);
     // All seeds of a combination have the same time and way.

@@ -82,7 +82,7 @@ typedef uint8_t omni_status;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
-// Which error the integrals take in.
+// The error that the integrals accumulate.
 enum omni_integral
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
   : uint8_t
@@ -102,7 +102,7 @@ typedef uint8_t omni_integral;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
-// What is kept of a twist for which a wheel would have to turn faster than it can.
+// The part of a twist that is kept if a wheel would exceed its highest speed.
 enum omni_desaturation
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
   : uint8_t
@@ -110,9 +110,9 @@ enum omni_desaturation
  {
   // The direction: the whole twist is scaled by one factor, so that the path stays the same.
   OMNI_DESATURATION_UNIFORM,
-  // The yaw rate, as far as it is possible alone; the rest goes to translation, in its direction.
+  // The yaw rate, as far as it is possible alone; the remaining capacity is used for translation, in its direction.
   OMNI_DESATURATION_KEEPS_YAW,
-  // Translation, as far as it is possible alone; the rest goes to yaw.
+  // Translation, as far as it is possible alone; the remaining capacity is used for yaw.
   OMNI_DESATURATION_KEEPS_TRANSLATION,
 };
 #ifndef __cplusplus
@@ -154,8 +154,8 @@ enum omni_command_status
   : uint8_t
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
-  // No command since the start or since the release of an emergency stop, or none of rest yet
-  // where `Restart::Neutral` wants one: rest, or on the way there.
+  // No command since the start or since the release of an emergency stop, or no command of rest yet if
+  // `Restart::Neutral` requires one: at rest, or decelerating to rest.
   OMNI_COMMAND_STATUS_IDLE,
   // The twist is the command.
   OMNI_COMMAND_STATUS_FOLLOWING,
@@ -175,7 +175,7 @@ typedef uint8_t omni_command_status;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
-// What is wrong with a wheel.
+// The fault of a wheel.
 enum omni_fault
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
   : uint8_t
@@ -203,7 +203,7 @@ typedef uint8_t omni_fault;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
-// What drives the wheels.
+// The control mode of the wheels.
 enum omni_traction_loops
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
   : uint8_t
@@ -224,7 +224,7 @@ typedef uint8_t omni_traction_loops;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
-// What a `super::Supervisor` is at.
+// Phase of a `super::Supervisor`.
 enum omni_supervisor_mode
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
   : uint8_t
@@ -232,11 +232,11 @@ enum omni_supervisor_mode
  {
   // It drives as commanded.
   OMNI_SUPERVISOR_MODE_DRIVE = 0,
-  // It backs off from what it is stuck at.
+  // It backs off from the obstacle.
   OMNI_SUPERVISOR_MODE_BACK_OFF = 1,
   // It runs up to it.
   OMNI_SUPERVISOR_MODE_RUN_UP = 2,
-  // No try is left: it rests until the command does, or goes another way.
+  // No retry is left: it rests until the command does, or changes direction.
   OMNI_SUPERVISOR_MODE_GAVE_UP = 3,
 };
 #ifndef __cplusplus
@@ -247,12 +247,12 @@ typedef uint8_t omni_supervisor_mode;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
-// For how many periods in a row each wheel has asked for more than the same limit: anti-windup waits for 8. Wheel i is
-// bit i; at most 32 wheels.
+// Number of consecutive periods in which each wheel has requested more than the same limit: anti-windup waits for 8.
+// Wheel i is bit i; at most 32 wheels.
 //
-// One encoder count, or noise, can ask for more than a motor has in a single reading. If the
-// integral reacted to each, it would drop what such readings say and keep the rest: a bias, and the
-// vehicle runs away or creeps. Noise is beyond the same limit 8 times in a row in one period of 2^8.
+// One encoder count, or noise, can request more than a motor's torque in a single reading. If the integral reacted to
+// each, it would discard these readings and keep the remaining ones: a bias, with which the vehicle runs away or
+// creeps. Noise is beyond the same limit 8 times in a row in one period of 2^8.
 typedef struct {
   // Wheels that were beyond a limit in the step before.
   uint32_t beyond;
@@ -270,7 +270,7 @@ typedef struct {
   float rest;
 } omni_sum;
 
-// What a `RestRule` remembers.
+// The state of a `RestRule`.
 typedef struct {
   // Tenths of the periods in which wheels were held while every reference was 0, less those that have come back.
   uint32_t held;
@@ -280,7 +280,7 @@ typedef struct {
   float bled_periods;
 } omni_rest_state;
 
-// What the loops remember between steps; `default` is a fresh start.
+// The state of the loops between steps; `default` is a fresh start.
 typedef struct {
   // Integral term of each wheel [N.m].
   float integral_n_m[3];
@@ -292,13 +292,13 @@ typedef struct {
   float last_measured_rad_s[3];
   // The wheel has a step to compare with; only loops with a derivative or a feed-forward set it.
   bool started[3];
-  // Which wheels are overloaded, and for how long the others have been beyond a limit.
+  // The overloaded wheels, and the time for which each other wheel has been beyond a limit.
   omni_overload overload;
-  // How far the torque has ended while every reference was 0.
+  // Progress of the torque's end while every reference was 0.
   omni_rest_state rest;
 } omni3_state;
 
-// Velocity of the vehicle in its own frame: what the inverse kinematics takes. Not a world velocity.
+// Velocity of the vehicle in its own frame: the input of the inverse kinematics. Not a world velocity.
 typedef struct {
   // Forward velocity [m/s] (forward is +).
   float vx_m_s;
@@ -308,13 +308,13 @@ typedef struct {
   float wz_rad_s;
 } omni_twist;
 
-// Actuator velocities, one a wheel in the layout's order: what kinematics maps and loops control.
+// Actuator velocities, one per wheel in the layout's order, which kinematics maps and loops control.
 typedef struct {
   // Velocity of each actuator [rad/s] (positive as the wheel's rolling direction says), any finite number.
   float rad_s[3];
 } omni3_velocities;
 
-// Actuator torques, one a wheel in the layout's order: what a controller asks of motors. Not a wheel velocity.
+// Actuator torques, one per wheel in the layout's order: a controller's request to the motors. Not a wheel velocity.
 typedef struct {
   // Torque of each actuator [N.m] (positive drives the wheel in its rolling direction), any finite number.
   float n_m[3];
@@ -347,7 +347,7 @@ typedef struct {
   float d_n_m[3];
   // Feed-forward, likewise.
   float ff_n_m[3];
-  // Torque the loops ask for with the whole reference: what would be applied had the actuators no limit.
+  // Torque that the loops request with the whole reference: the torque that actuators without limits would apply.
   omni3_torques requested;
   // Torque to apply, always within the limits.
   omni3_torques applied;
@@ -355,8 +355,8 @@ typedef struct {
   omni3_torque_ranges range;
   // The requested torque is outside the limits.
   bool saturated[3];
-  // What all torques (`Saturation::ScaleTorques`) or all references
-  // (`Saturation::ScaleReferences`) were multiplied by, 0 to 1; 1 under
+  // Factor on all torques (`Saturation::ScaleTorques`) or all references
+  // (`Saturation::ScaleReferences`), 0 to 1; 1 under
   // `Saturation::Clip`.
   float common_factor;
   // Every reference has been 0 for long enough that all torque has ended: see
@@ -369,7 +369,7 @@ typedef struct {
 
 // Every signal of one step of a `Controller`.
 typedef struct {
-  // The command; rest where the one given was not finite, or beyond 1e6.
+  // The command; rest if the one given was not finite, or beyond 1e6.
   omni_twist command;
   // The wheels' signals.
   omni3_wheel_sample wheels;
@@ -389,31 +389,31 @@ typedef struct {
   float decay;
 } omni_feed_forward;
 
-// How the integral of a saturated loop is kept from winding up.
+// Method that prevents windup of a saturated loop's integral.
 //
 // `excess` below is the output as applied minus the output as asked for: not zero only while something, a
 // limit or a coordination law, changed the output. In a `WheelController`
 // it counts from the eighth period in a row beyond the same limit (`Overload`),
-// that of wheels scaled with it too, in a `Pid` at once. Under
-// `Saturation::ScaleReferences` the law is `Conditioned`
-// whatever is set here; `Clamp` limits the integrals there too.
+// also for wheels scaled with it; in a `Pid` at once. Under
+// `Saturation::ScaleReferences` the law is `Conditioned` whatever is set
+// here; `Clamp` also limits the integrals there.
 enum omni_anti_windup_tag
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
   : uint8_t
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
-  // Nothing: the integral takes in every error. Overshoots after every saturation.
+  // Nothing: The integral accumulates every error. Overshoots after every saturation.
   OMNI_ANTI_WINDUP_NONE,
   // The integral is held within +-`limit_n_m` after each step. With
   // `IntegrationOrder::BeforeOutput` the term of a step may be
   // larger by that step's `ki T e`.
   OMNI_ANTI_WINDUP_CLAMP,
-  // No error is taken in that would drive a saturated output further out (conditional integration).
+  // The integral rejects errors that would drive a saturated output further out (conditional integration).
   OMNI_ANTI_WINDUP_CONDITIONAL,
   // The integral follows the applied output: `I' = ki e + excess / T` (Fertik and Ross).
   OMNI_ANTI_WINDUP_BACK_CALCULATION,
   // The loop sees the reference with which its output would just have been the applied one, in every term (Hanus'
-  // conditioned controller). No parameter. Acts as `AntiWindup::Conditional` where the reference moves no term.
+  // conditioned controller). No parameter. Acts as `AntiWindup::Conditional` if the reference affects no term.
   OMNI_ANTI_WINDUP_CONDITIONED,
 };
 #ifndef __cplusplus
@@ -443,11 +443,11 @@ typedef struct {
   };
 } omni_anti_windup;
 
-// The integral zone and the limit of the proportional term, as a loop has them.
+// The integral zone and the limit of the proportional term of a loop.
 typedef struct {
   // One of the two is finite.
   bool any;
-  // Errors up to this are taken in by the integral [rad/s].
+  // The integral accumulates errors up to this [rad/s].
   float zone;
   // Largest proportional term [N.m].
   float proportional;
@@ -461,7 +461,7 @@ typedef struct {
   float upper_n_m;
 } omni_torque_range;
 
-// A PID loop's constants. What changes from step to step is in `PidState`.
+// A PID loop's constants. The changing state is in `PidState`.
 //
 // Formed once from a `PidConfig`; derivatives are backward differences, zero in the first step. With the
 // reference r, the measurement y, the period T, the weights b and c and the filter time Td of the derivative:
@@ -471,7 +471,7 @@ typedef struct {
   float kp_reference;
   // ki T.
   float ki_dt;
-  // ki T where the integral takes in an error before the output; 0 otherwise.
+  // ki T if the integral includes an error before the output; 0 otherwise.
   float ki_dt_output;
   // kd / (Td + T).
   float kd_discrete;
@@ -483,7 +483,7 @@ typedef struct {
   // Some term compares with the step before: a derivative or a feed-forward.
   bool remembers;
   bool feeds_forward;
-  // 1 / (du/dr) [rad/s per N.m], 0 where du/dr is 0; in the first step.
+  // 1 / (du/dr) [rad/s per N.m], 0 if du/dr is 0; in the first step.
   float inverse_slope;
   float inverse_first_slope;
   float conditioned_gain;
@@ -530,7 +530,7 @@ typedef uint8_t omni_saturation_tag;
 #endif // __cplusplus
 
 typedef struct {
-  // The factor never falls below this, 0 to 1: a wheel may then saturate. 0 lets one blocked wheel stop all.
+  // The factor never falls below this, 0 to 1: a wheel may then saturate. With 0, one blocked wheel stops all.
   float floor;
 } omni_saturation_ScaleReferences_body;
 
@@ -545,7 +545,7 @@ typedef struct {
 typedef struct {
   // How torques are brought within limits.
   omni_saturation saturation;
-  // Which error the integrals take in.
+  // The error that the integrals accumulate.
   omni_integral integral;
 } omni_coordination;
 
@@ -569,7 +569,7 @@ typedef struct {
   omni_rest_rule rest;
 } omni3_loops;
 
-// A vehicle's controller: kinematics and wheel loops. Immutable; what changes is in `ControlState`.
+// A vehicle's controller: kinematics and wheel loops. Immutable; the changing state is in `ControlState`.
 //
 // The bare loop. `Drive` puts shaping, faults, slip and odometry around it.
 typedef struct {
@@ -581,17 +581,17 @@ typedef struct {
 typedef struct {
   // Speed that a period adds to a motion in this direction.
   float up;
-  // Speed that a period takes from a motion in the opposite direction.
+  // Speed that a period removes from a motion in the opposite direction.
   float down;
 } omni_steps;
 
-// Rate limiter of one axis; see `AxisLimits`. What changes from step to step is in `RateLimiterState`.
+// Rate limiter of one axis; see `AxisLimits`. The changing state is in `RateLimiterState`.
 //
-// With a jerk limit it looks ahead: it accelerates no more than it can take back before the target,
-// and brakes a reversal no harder than it can ease before it turns. A target that stays is reached
-// exactly, and overshot by rounding only (an ulp), except where the acceleration of an earlier target
-// leaves no choice. The velocity limits hold in any case. Without a jerk limit no square root is
-// taken; a period in which the velocity changes sign is shared between deceleration and acceleration.
+// With a jerk limit it looks ahead: it accelerates no more than it can reverse before the target, and brakes a
+// reversal no harder than it can ease before the velocity changes sign. A target that stays is reached exactly, and
+// overshot by rounding only (an ulp), except if the acceleration of an earlier target leaves no choice. The velocity
+// limits hold in any case. Without a jerk limit, no square root is computed; a period in which the velocity changes
+// sign is shared between deceleration and acceleration.
 typedef struct {
   float min;
   float max;
@@ -604,7 +604,7 @@ typedef struct {
   bool smooth;
 } omni_rate_limiter;
 
-// Limits of one group in velocity steps a period.
+// Limits of one group in velocity steps per period.
 typedef struct {
   float speed;
   float up;
@@ -612,7 +612,7 @@ typedef struct {
   float jerk_step;
 } omni_group;
 
-// How a twist is limited, in velocity steps a period.
+// Limits of a twist, in velocity steps per period.
 enum omni_law_tag
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
   : uint8_t
@@ -651,30 +651,30 @@ typedef struct {
   };
 } omni_law;
 
-// Rate limiter of a twist; see `TwistLimits`. What changes from step to step is in `TwistLimiterState`.
+// Rate limiter of a twist; see `TwistLimits`. The changing state is in `TwistLimiterState`.
 //
 // `TwistLimits::PerAxis` is three `RateLimiter`s. `TwistLimits::AlongMotion` first scales the target so that it
 // obeys both speed limits. The change D of the twist that is left is then done in part: one factor for vx, vy and wz,
 // the largest that both groups, linear and yaw, allow. A group decelerates while its part of D has a component against
-// its velocity. A jerk limit looks ahead along D as `RateLimiter` does, and limits the change of the acceleration by
-// one factor too. A target that stays is reached exactly; from rest, along a straight line and without overshoot. Only
-// where a changed target finds an acceleration that points elsewhere and would carry a group out of its limits does
-// that group first take its acceleration back, by itself.
+// its velocity. A jerk limit looks ahead along D as `RateLimiter` does, and also limits the change of the
+// acceleration by one factor. A target that stays is reached exactly; from rest, along a straight line and without
+// overshoot. Only where a changed target finds an acceleration that points elsewhere and would carry a group out of
+// its limits does that group first reduce its acceleration, separately.
 typedef struct {
   omni_law law;
 } omni_limiter;
 
-// Turns the commands that arrive into a twist every control period: refuses nonsense, lets commands expire, keeps to
-// the limits and stops in an emergency. What changes from step to step is in `ShaperState`.
+// Turns the commands that arrive into a twist every control period: rejects invalid commands, expires old commands,
+// keeps the limits and stops in an emergency. The changing state is in `ShaperState`.
 //
-// A refused command counts as none: the last good one stays in force until it expires. A command that expires is
+// A rejected command counts as none: the last valid command stays in force until it expires. A command that expires is
 // followed by rest, within the limits. An emergency stop has its own deceleration and no jerk limit. After its release
 // commands are followed from the velocity reached.
 typedef struct {
   omni_limiter limiter;
   // The highest age at which a command counts.
   uint32_t oldest;
-  // Linear and yaw speed that an emergency stop takes a period.
+  // Linear and yaw speed that an emergency stop removes per period.
   float emergency_steps[2];
   // Only a command of rest ends rest.
   bool neutral;
@@ -688,7 +688,7 @@ typedef struct {
   float leave_rad_s;
   // Control periods in a row that a wheel must be suspected before it is left out, 1 to 65535.
   uint16_t enter_periods;
-  // Control periods in a row below `leave_rad_s` before it is let in again, 1 to 65535.
+  // Consecutive control periods below `leave_rad_s` before it is included again, 1 to 65535.
   uint16_t leave_periods;
 } omni_slip_config;
 
@@ -706,19 +706,19 @@ typedef struct {
   // Periods a jump is bridged with the last accepted reading; then the wheel is faulty. Good
   // readings between jumps count against jumps one by one. 1 to 65535.
   uint16_t jump_periods;
-  // A reading that stays exactly the same while what the other wheels say of it moves by more than this
-  // [rad/s] is stuck, 1e-9 or more. So is, after ten times as long, a reading that stays exactly 0
-  // while the others say that the wheel turns by more than this and its loop pulls in vain towards its
-  // reference. Also how well a faulty wheel must agree with the others to be accepted again.
+  // A reading that stays exactly the same while the velocity that the other wheels imply changes by more than this
+  // [rad/s] is stuck, 1e-9 or more. After ten times as long, a reading is also stuck if it stays exactly 0 while
+  // the other wheels imply a velocity above this and its loop applies torque without effect towards its reference.
+  // Also how well a faulty wheel must agree with the others to be accepted again.
   float stuck_rad_s;
-  // A reading that stays exactly the same while the motor is commanded to give at least this torque
-  // [N.m] towards the reference, or with a reference further away than `stuck_rad_s`, is stuck
-  // after ten times `stuck_periods`, 1e-9 or more. One of 0 that the others can check is so once they
-  // say that the wheel has turned by `stuck_rad_s` in that time. Of three wheels, which cannot check
-  // each other, one of 0 or so far away is stuck after `stuck_periods` if another wheel turns faster
-  // than `stuck_rad_s`. A wheel that is blocked while others turn looks the same. If another wheel is
-  // pulled as hard and reads 0 too, the vehicle more probably stands before an obstacle: that is no
-  // evidence but of three wheels, where either all encoders are dead or all motors push in vain.
+  // A reading that stays exactly the same while the motor is commanded to apply at least this torque [N.m] towards
+  // the reference, or while the reference differs by more than `stuck_rad_s`, is stuck after ten times
+  // `stuck_periods`, 1e-9 or more. A reading of 0 that the other wheels can check is stuck once they imply that the
+  // wheel has turned by `stuck_rad_s` in that time. Of three wheels, which cannot check each other, one of 0 or so
+  // far away is stuck after `stuck_periods` if another wheel turns faster than `stuck_rad_s`. A wheel that is
+  // blocked while others turn looks the same. If another wheel is pulled as hard and reads 0 too, the vehicle more
+  // probably stands before an obstacle: that is no evidence but of three wheels, where either all encoders are dead
+  // or all motors push in vain.
   float stuck_torque_n_m;
   // Periods of evidence in a row that make a reading stuck, 2 to 65535.
   uint16_t stuck_periods;
@@ -730,14 +730,14 @@ typedef struct {
   uint16_t recovery_periods;
 } omni_fault_config;
 
-// Watches the readings of all wheels. Immutable; what changes is in `FaultState`.
+// Watches the readings of all wheels. Immutable; the changing state is in `FaultState`.
 typedef struct {
   omni_fault_config config;
 } omni_fault_monitor;
 
-// Dead reckoning of a vehicle with `N` wheels. Immutable; what changes is in `OdometryState`.
+// Dead reckoning of a vehicle with `N` wheels. Immutable; the changing state is in `OdometryState`.
 //
-// The maps are handed to each call: a caller that distrusts a wheel may pass another forward map, or the displacement
+// The maps are passed to each call: a caller that distrusts a wheel may pass another forward map, or the displacement
 // itself. In `f32` positions of 5000 rad come in steps of 5e-4 rad; that does not add up, because differences of
 // positions are exact.
 //
@@ -746,16 +746,17 @@ typedef struct {
 //
 // | path | as here | plain sums (`PlanarPose::moved_by`) |
 // |---|---|---|
-// | winding and sideways, ending far away | 0.05 mm | 36 mm |
+// | winding and lateral, ending far away | 0.05 mm | 36 mm |
 // | the same in circles of 6 m radius | 0.005 mm | 0.4 mm |
-// | straight ahead | 0.06 mm | 2.6 m |
+// | straight forward | 0.06 mm | 2.6 m |
 //
 // From positions instead of velocities the first column is at most 0.14 mm.
 typedef struct {
   float period_s;
 } omni3_odometry;
 
-// Speed limits of the actuators and what is kept within them: desaturation, or normalisation, of wheel speeds.
+// Speed limits of the actuators, and the part of a twist that is kept within them: desaturation, or normalisation, of
+// wheel speeds.
 typedef struct {
   float limit_rad_s[3];
   omni_desaturation desaturation;
@@ -766,14 +767,14 @@ typedef struct {
 // `P' = F P F^T + G (J diag(q) J^T) G^T`, F and G being the derivatives of the exact step by the pose and by the
 // displacement, and J the forward map.
 //
-// What it is not: it has no model of bias. A wrong wheel radius, a wrong layout, a bent axle or a wheel
-// that always slips the same way give errors that grow with the way, not with its root, and are not in
-// here. Wheels are taken as independent. To first order: beyond a yaw deviation of some 0.3 rad the true
-// distribution is no longer an ellipse. It only grows; to take in a measurement is a filter's business.
+// Limits: it has no model of bias. A wrong wheel radius, a wrong layout, a bent axle or a wheel that always slips in
+// one direction cause errors that grow with the distance, not with its root, and are not included. Wheels are assumed
+// independent. To first order: beyond a yaw deviation of some 0.3 rad the true distribution is no longer an ellipse.
+// It only grows; including a measurement is the task of a filter.
 //
-// In `f32` the sums are plain: 100,000 steps at 0.3 m/s and 100 Hz leave it 0.5 % from `f64`, and
-// what a step adds is lost once it is below 6e-8 of what is there, after some ten million. Step it
-// every tenth period, with the increments summed, where that matters.
+// In `f32` the sums are plain: 100,000 steps at 0.3 m/s and 100 Hz leave it 0.5 % from `f64`, and the increment of a
+// step is lost once it is below 6e-8 of the sum, after some ten million steps. If that matters, step it every tenth
+// period, with the increments summed.
 //
 // The usual name: first-order propagation of errors, the prediction of an extended Kalman filter.
 typedef struct {
@@ -783,11 +784,12 @@ typedef struct {
   float per_residual;
 } omni_covariance_growth;
 
-// A vehicle's whole controller: readings and commands in, torques out. Immutable; what changes is
-// in `DriveState`.
+// A vehicle's whole controller: readings and commands in, torques out. Immutable; the changing state is in
+// `DriveState`.
 //
-// In order: readings are judged, faulty wheels released, the motion estimated from the rest; the command is checked,
-// limited, moved to the origin and brought within what the wheels can turn; the loops run; the pose is integrated.
+// In order: readings are judged, faulty wheels are released, and the motion is estimated from the remaining wheels;
+// the command is checked, limited, moved to the origin and scaled to the wheels' speed limits; the loops run; the pose
+// is integrated.
 typedef struct {
   omni3_controller controller;
   omni_shaper shaper;
@@ -846,7 +848,7 @@ typedef struct {
   bool rejected;
   // Enough wheels determine the motion; else the pose stands still.
   bool motion_known;
-  // What is wrong with each wheel.
+  // The fault of each wheel.
   omni_fault faults[3];
   // The wheel was controlled. One that is not has no torque, and its bridge is opened or
   // shorted: it has a fault, or all torque has ended at rest.
@@ -876,7 +878,7 @@ typedef struct {
   // A command arrived. Where none does for the time-out, the vehicle is brought to rest.
   bool commanded;
   // The emergency stop is pressed: the vehicle comes to rest at the emergency deceleration, whatever is
-  // commanded, and stays there for as long as this is said. A button that springs back has to be latched before.
+  // commanded, and stays there for as long as this is said. A momentary button has to be latched by the caller.
   bool emergency;
   // The encoder's reading arrived.
   bool received[3];
@@ -886,15 +888,15 @@ typedef struct {
   bool limited[3];
 } omni3_drive_input;
 
-// How retries follow each other where the vehicle is stuck.
+// Sequence of retries if the vehicle is stuck.
 typedef struct {
   // Retries a row at most, 0 to 100; 0: none.
   uint16_t retries;
   // Backs off so fast [m/s], 0.001 to 100, and so far [m], 0 to 100; further by so much each try, up to so far.
   float back_off_m_s;
-  // How far in the first try [m].
+  // Distance of the first retry [m].
   float back_off_m;
-  // How much further each time [m].
+  // Increment of the distance per retry [m].
   float back_off_more_m;
   // No further than this [m].
   float back_off_most_m;
@@ -909,7 +911,7 @@ typedef struct {
   float slow_retry_m_s;
   // Speed of the run-up of the first try after these [m/s], 0.001 to 100.
   float run_up_m_s;
-  // How much faster each time [m/s], 0 to 100.
+  // Increment of the speed per retry [m/s], 0 to 100.
   float run_up_more_m_s;
   // A run-up lasts no longer [s], 0.001 to 100.
   float run_up_s;
@@ -921,7 +923,7 @@ typedef struct {
   float allowance_m_s;
   // Slip that it is spun up to in a run-up [m/s], 0 to 100; 0: not at all.
   float spin_m_s;
-  // How much more each time [m/s], 0 to 100.
+  // Increment per retry [m/s], 0 to 100.
   float spin_more_m_s;
   // Gain of that, in multiples of the thrust's, 0 to 100.
   float spin_gain;
@@ -937,14 +939,14 @@ typedef struct {
   float period_s;
   // The target speed changes no faster [m/s^2], 0.001 to 1e6.
   float acceleration_m_s2;
-  // It is never above this, ahead and to the side [m/s], each 0.001 to 100.
+  // It is never above this, forward and lateral [m/s], each 0.001 to 100.
   float most_m_s[2];
   // Part of the commanded speed by which it is raised for the second row, and for those behind it, 0 to 10.
   float boost[2];
   // A row that stands higher than the next by this is up [m], 0.0001 to 99.
   float height_m;
-  // Where it is up by this the speed is raised by the whole of `boost`, in proportion below
-  // [m]: `height_m` + 0.0001 to 100.
+  // At this height the speed is raised by the whole of `boost`, in proportion below [m]: `height_m` + 0.0001 to
+  // 100.
   float boost_height_m;
   // The vehicle is stuck below this speed [m/s], or this part of its target, above this part
   // of the largest thrust, for this long [s].
@@ -959,15 +961,15 @@ typedef struct {
   float starting_s;
   // All rows level for this long: the obstacle is behind [s], 0 to 100.
   float level_s;
-  // What to do where it is stuck.
+  // Action if it is stuck.
   omni_retry_schedule retry;
 } omni_supervisor_config;
 
 // Chooses the target speed of a `super::Traction`. Immutable.
 //
-// It knows which row of wheels climbs next from how high the rows stand. Rows behind the first
-// need a run-up, because an impact takes most of the vehicle's energy. A vehicle that pushes with
-// all it has and does not move backs off and tries again.
+// It knows which row of wheels climbs next from how high the rows stand. Rows behind the first need a run-up, because
+// an impact absorbs most of the vehicle's energy. A vehicle that pushes with its full thrust and does not move backs
+// off and retries.
 typedef struct {
   omni_supervisor_config config;
   // Row of each wheel from the front, and from the left; how many rows there are.
@@ -991,14 +993,14 @@ typedef struct {
 typedef struct {
   omni_joint joints[OMNI_MAX_HINGES];
   uint16_t count;
-  // Slot of what carries each wheel: 0 the base, k + 1 the child of joint k.
+  // Slot of the carrier of each wheel: 0 the base, k + 1 the child of joint k.
   uint16_t carrier[3];
   // From the carrier's reference point to each wheel [m].
   float arm_m[3][3];
 } omni3_linkage;
 
-// What is known of the sensors and motors that a traction control lives with: its times follow
-// from it. Start from `TractionSensors::perfect`.
+// Known properties of the sensors and motors of a traction control, which determine its time constants. Start from
+// `TractionSensors::perfect`.
 typedef struct {
   // Counts of an encoder in a turn of the actuator, where its reading is whole counts over the
   // period, fractions allowed; 0: it is not.
@@ -1020,7 +1022,8 @@ typedef struct {
 typedef struct {
   // Control period [s], 1e-6 to 10.
   float period_s;
-  // What is known of sensors and motors. Times and dead zones below are what perfect ones allow; they grow with it.
+  // Known properties of sensors and motors. Times and dead zones below are what perfect ones allow; they grow with
+  // it.
   omni_traction_sensors sensors;
   // Thrust of every driven wheel per lack of speed, as a rate of its actuator [N.m.s/rad], 0 to 1e6.
   float thrust_gain_n_m_s_rad;
@@ -1042,14 +1045,14 @@ typedef struct {
   float acceleration_m_s2;
   // Time constant of the rates of hinges and base [s], 0 to 10.
   float rates_s;
-  // Time in which a wheel's slip is taken out, by its own inertia [s], 1e-6 to 10.
+  // Time in which a wheel's slip is removed, by its own inertia [s], 1e-6 to 10.
   float slip_s;
   // Slip that is left alone, as a speed of the rim [m/s], 0 to 100.
   float slip_free_m_s;
-  // Slip beyond that at which a wheel gives what the ground takes and nothing of the common
-  // thrust [m/s], 1e-6 to 100.
+  // Further slip at which a wheel applies only the torque that the ground transmits and none of the common thrust
+  // [m/s], 1e-6 to 100.
   float slip_width_m_s;
-  // Time constant of the estimate of what the ground takes [s], 0 to 10.
+  // Time constant of the estimated torque to the ground [s], 0 to 10.
   float contact_s;
   // Yaw rate that wheels are meant to have per heading error [1/s], 0 to 1000.
   float heading_per_s;
@@ -1069,13 +1072,13 @@ typedef struct {
   float gyro_zero_s;
   // It is found only below this part of the largest thrust, 0 to 1.
   float gyro_zero_part;
-  // Largest zero [rad/s], 0 to 100: what the gyro's datasheet says.
+  // Largest zero offset [rad/s], 0 to 100: from the gyro's datasheet.
   float gyro_zero_most_rad_s;
 } omni_traction_config;
 
 // Times and dead zones that fit sensors, motors and wheels.
 typedef struct {
-  // Angle of the actuator that one count of its encoder is [rad]; 0 where readings are not counts.
+  // Angle of the actuator that one count of its encoder is [rad]; 0 if readings are not counts.
   float count_rad;
   float slip_s;
   float contact_s;
@@ -1083,7 +1086,7 @@ typedef struct {
   // Slip that is left alone, and its inverse [m/s, s/m].
   float free_m_s;
   float per_free_s_m;
-  // What counts and noise hide of a speed [m/s]: of slow wheels counts come late as well.
+  // Part of a speed that counts and noise mask [m/s]: counts of slow wheels are also late.
   float hidden_m_s;
   float width_m_s;
   float integral_n_m_rad;
@@ -1092,7 +1095,7 @@ typedef struct {
   // Gains of a wheel's own loop.
   float own_gain_n_m_s_rad;
   float own_integral_n_m_rad;
-  // What delay and lag alone leave of a gain.
+  // Fraction of a gain that delay and lag alone leave.
   float late_part;
   // Of slower wheels counts come rarely [rad/s].
   float rare_rad_s;
@@ -1119,8 +1122,8 @@ typedef struct {
 
 // A `Drive` with traction control in place of the wheels' loops: everything around them is the drive's.
 //
-// Wheels that the fault monitor excludes, and those of which no reading arrives, have no torque and do not count for
-// the speed. `torque_ranges` of the input hold here too. In a stop nothing is tried any more: no back-off, no run-up.
+// Wheels that the fault monitor excludes, and wheels without a reading, get no torque and do not count for the speed.
+// `torque_ranges` of the input also apply here. In a stop nothing is tried any more: no back-off, no run-up.
 typedef struct {
   omni3_drive drive;
   omni3_supervisor supervisor;
@@ -1162,13 +1165,13 @@ typedef struct {
   // Index of the wheel that the measured speed hangs on, the slowest that pushes, or the fastest
   // where all brake; -1 where there is none.
   int8_t speed_wheel;
-  // What drives the wheels.
+  // The control mode of the wheels.
   omni_traction_loops loops;
   // What the choice of the target speed is at.
   omni_supervisor_mode supervisor;
 } omni3_traction_drive_output;
 
-// What an inertial measurement unit on the base says, in the base's axes: x forward, y left, z up.
+// Readings of an inertial measurement unit on the base, in the base's axes: x forward, y left, z up.
 typedef struct {
   // Turning rates about x, y and z [rad/s]: a gyro.
   float rate_rad_s[3];
@@ -1196,24 +1199,24 @@ typedef struct {
   bool imu_received;
 } omni_body_readings;
 
-// What an `Estimator` assumes of its sensors and its ground; checked by
-// `Estimator::new`. Every standard deviation is that of one reading.
+// Assumptions of an `Estimator` about its sensors and its ground; checked by
+// `Estimator::new`. Every standard deviation applies to one reading.
 typedef struct {
   // Time between steps [s], 1e-6 to 10.
   float period_s;
-  // Noise of a wheel's velocity [rad/s], 1e-6 to 1000; 0.1. Of counts: a count over the period
-  // and `sqrt(6)`: that of a difference of two rounded angles.
+  // Noise of a wheel's velocity [rad/s], 1e-6 to 1000; 0.1. For counts: a count over the period and `sqrt(6)`, the
+  // deviation of a difference of two rounded angles.
   float wheel_rad_s;
   // Noise of the gyro [rad/s], 1e-6 to 1000; 0.01.
   float gyro_rad_s;
   // Noise of the accelerometer [m/s^2], 1e-6 to 1000; 0.05.
   float accelerometer_m_s2;
-  // How far the velocity wanders where no accelerometer says so [m/s per root of s], 1e-6 to
-  // 1000; 0.3: by 1 m/s^2 for a tenth of a second, again and again.
+  // Random walk of the velocity without an accelerometer reading [m/s per root of s], 1e-6 to 1000; 0.3: by 1
+  // m/s^2 for a tenth of a second, repeatedly.
   float wander_m_s_per_sqrt_s;
   // Deviation of the gyro's bias at the start [rad/s], 1e-6 to 1000; 0.02.
   float bias_rad_s;
-  // How far the bias wanders [rad/s per root of s], 1e-9 to 1000; 1e-4.
+  // Random walk of the bias [rad/s per root of s], 1e-9 to 1000; 1e-4.
   float bias_walk_rad_s_per_sqrt_s;
   // Slip of the whole vehicle that goes unnoticed while its wheels agree [m/s], 1e-6 to 1000; 0.001.
   float slip_m_s;
@@ -1223,39 +1226,40 @@ typedef struct {
   // noise [rad/s], 0 to 1000; 0.05.
   float still_wheel_rad_s;
   // Root mean square of the gyro about its own average, beyond its noise [rad/s], 0 to 1000;
-  // 0.05. The average itself has to be within four deviations of the bias as it is known: what
-  // is learnt at first is four times `bias_rad_s`.
+  // 0.05. The average itself has to be within four deviations of the estimated bias: initially four times
+  // `bias_rad_s`.
   float still_gyro_rad_s;
   // Of each acceleration [m/s^2], 0 to 1000; 0.1.
   float still_m_s2;
 } omni_estimator_config;
 
-// The filter for a vehicle with `N` wheels. Immutable; what changes is in `EstimatorState`.
+// The filter for a vehicle with `N` wheels. Immutable; the changing state is in `EstimatorState`.
 //
 // State: place and yaw in the world; velocity of the origin along the vehicle's heading; the gyro's bias;
 // and the slip of all wheels together, as a twist that they show beyond the vehicle's own. Each period
 //
-// 1. gyro and accelerometer move the state (without accelerometer the velocity wanders, without
-//    gyro the wheels' yaw rate is taken);
+// 1. gyro and accelerometer move the state (without accelerometer the velocity follows a random walk, without gyro the
+//    wheels' yaw rate is used);
 // 2. the slip is held against none, by as little as a slip says that lasts for `slip_s` and is
 //    `slip_m_s`, as much as it is itself in any direction (wheels that slide hold in none) and as the
 //    wheels disagree. It changes by as much, but in a period by no more than 400 times what the velocity
 //    does (variances), which is little with an accelerometer. A body innovation beyond three deviations
 //    widens it at once, by its excess (after Jazwinski, *Adaptive filtering*, Automatica 5, 1969);
-// 3. every valid wheel reading is taken in by itself, its noise widened by its own residual (as
-//    variance components are estimated from redundancy: Baarda, 1968). No matrix is inverted, and
-//    the covariance is updated in Joseph's form. Its variances are never below 0.
+// 3. every valid wheel reading is processed separately, its noise increased by its own residual (as variance
+//    components are estimated from redundancy: Baarda, 1968). No matrix is inverted, and the covariance is updated in
+//    Joseph's form. Its variances are never below 0.
 //
-// A vehicle whose command is rest and that stands (wheels, gyro and accelerometer are quiet for 50 ms) has no
-// velocity, and what the gyro says beyond the wheels' yaw rate is its bias: it trembles as its loops answer their
-// encoders' noise. Nothing else teaches the bias: a wheel's slip in a turn is one-sided, and would be taken for one.
+// A vehicle that is commanded to rest and stands still (wheels, gyro and accelerometer are quiet for 50 ms) has no
+// velocity, and the gyro's difference from the wheels' yaw rate is its bias: the vehicle trembles because its loops
+// respond to encoder noise. The bias is estimated only then: a wheel's slip in a turn is one-sided, and would be
+// mistaken for a bias.
 //
-// What it is not: it has no bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s
-// of error while all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
+// Limits: it does not model a bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s of
+// error while all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
 typedef struct {
   omni_estimator_config config;
   omni3_kinematics kinematics;
-  // Squares of the forward map: what a wheel's variance adds to that of each axis.
+  // Squares of the forward map: contribution of a wheel's variance to the variance of each axis.
   float shares[3][3];
   float redundancy[3];
   // Mean squared lever of the wheels [m^2]: turning by 1 rad/s is as much as its root in m/s.
@@ -1307,7 +1311,7 @@ typedef struct {
   bool taken;
 } omni_estimator_output;
 
-// What an estimator reads in a period. All zero: nothing is read.
+// Readings of an estimator in a period. All zero: nothing is read.
 typedef struct {
   // Actuator velocities [rad/s]; each looked at only where it was `received`.
   omni3_velocities measured;
@@ -1321,7 +1325,7 @@ typedef struct {
   bool commanded_rest;
 } omni3_estimator_input;
 
-// What the loops remember between steps; `default` is a fresh start.
+// The state of the loops between steps; `default` is a fresh start.
 typedef struct {
   // Integral term of each wheel [N.m].
   float integral_n_m[4];
@@ -1333,19 +1337,19 @@ typedef struct {
   float last_measured_rad_s[4];
   // The wheel has a step to compare with; only loops with a derivative or a feed-forward set it.
   bool started[4];
-  // Which wheels are overloaded, and for how long the others have been beyond a limit.
+  // The overloaded wheels, and the time for which each other wheel has been beyond a limit.
   omni_overload overload;
-  // How far the torque has ended while every reference was 0.
+  // Progress of the torque's end while every reference was 0.
   omni_rest_state rest;
 } omni4_state;
 
-// Actuator velocities, one a wheel in the layout's order: what kinematics maps and loops control.
+// Actuator velocities, one per wheel in the layout's order, which kinematics maps and loops control.
 typedef struct {
   // Velocity of each actuator [rad/s] (positive as the wheel's rolling direction says), any finite number.
   float rad_s[4];
 } omni4_velocities;
 
-// Actuator torques, one a wheel in the layout's order: what a controller asks of motors. Not a wheel velocity.
+// Actuator torques, one per wheel in the layout's order: a controller's request to the motors. Not a wheel velocity.
 typedef struct {
   // Torque of each actuator [N.m] (positive drives the wheel in its rolling direction), any finite number.
   float n_m[4];
@@ -1378,7 +1382,7 @@ typedef struct {
   float d_n_m[4];
   // Feed-forward, likewise.
   float ff_n_m[4];
-  // Torque the loops ask for with the whole reference: what would be applied had the actuators no limit.
+  // Torque that the loops request with the whole reference: the torque that actuators without limits would apply.
   omni4_torques requested;
   // Torque to apply, always within the limits.
   omni4_torques applied;
@@ -1386,8 +1390,8 @@ typedef struct {
   omni4_torque_ranges range;
   // The requested torque is outside the limits.
   bool saturated[4];
-  // What all torques (`Saturation::ScaleTorques`) or all references
-  // (`Saturation::ScaleReferences`) were multiplied by, 0 to 1; 1 under
+  // Factor on all torques (`Saturation::ScaleTorques`) or all references
+  // (`Saturation::ScaleReferences`), 0 to 1; 1 under
   // `Saturation::Clip`.
   float common_factor;
   // Every reference has been 0 for long enough that all torque has ended: see
@@ -1400,7 +1404,7 @@ typedef struct {
 
 // Every signal of one step of a `Controller`.
 typedef struct {
-  // The command; rest where the one given was not finite, or beyond 1e6.
+  // The command; rest if the one given was not finite, or beyond 1e6.
   omni_twist command;
   // The wheels' signals.
   omni4_wheel_sample wheels;
@@ -1431,7 +1435,7 @@ typedef struct {
   omni_rest_rule rest;
 } omni4_loops;
 
-// A vehicle's controller: kinematics and wheel loops. Immutable; what changes is in `ControlState`.
+// A vehicle's controller: kinematics and wheel loops. Immutable; the changing state is in `ControlState`.
 //
 // The bare loop. `Drive` puts shaping, faults, slip and odometry around it.
 typedef struct {
@@ -1439,9 +1443,9 @@ typedef struct {
   omni4_loops wheels;
 } omni4_controller;
 
-// Dead reckoning of a vehicle with `N` wheels. Immutable; what changes is in `OdometryState`.
+// Dead reckoning of a vehicle with `N` wheels. Immutable; the changing state is in `OdometryState`.
 //
-// The maps are handed to each call: a caller that distrusts a wheel may pass another forward map, or the displacement
+// The maps are passed to each call: a caller that distrusts a wheel may pass another forward map, or the displacement
 // itself. In `f32` positions of 5000 rad come in steps of 5e-4 rad; that does not add up, because differences of
 // positions are exact.
 //
@@ -1450,26 +1454,28 @@ typedef struct {
 //
 // | path | as here | plain sums (`PlanarPose::moved_by`) |
 // |---|---|---|
-// | winding and sideways, ending far away | 0.05 mm | 36 mm |
+// | winding and lateral, ending far away | 0.05 mm | 36 mm |
 // | the same in circles of 6 m radius | 0.005 mm | 0.4 mm |
-// | straight ahead | 0.06 mm | 2.6 m |
+// | straight forward | 0.06 mm | 2.6 m |
 //
 // From positions instead of velocities the first column is at most 0.14 mm.
 typedef struct {
   float period_s;
 } omni4_odometry;
 
-// Speed limits of the actuators and what is kept within them: desaturation, or normalisation, of wheel speeds.
+// Speed limits of the actuators, and the part of a twist that is kept within them: desaturation, or normalisation, of
+// wheel speeds.
 typedef struct {
   float limit_rad_s[4];
   omni_desaturation desaturation;
 } omni4_speed_limits;
 
-// A vehicle's whole controller: readings and commands in, torques out. Immutable; what changes is
-// in `DriveState`.
+// A vehicle's whole controller: readings and commands in, torques out. Immutable; the changing state is in
+// `DriveState`.
 //
-// In order: readings are judged, faulty wheels released, the motion estimated from the rest; the command is checked,
-// limited, moved to the origin and brought within what the wheels can turn; the loops run; the pose is integrated.
+// In order: readings are judged, faulty wheels are released, and the motion is estimated from the remaining wheels;
+// the command is checked, limited, moved to the origin and scaled to the wheels' speed limits; the loops run; the pose
+// is integrated.
 typedef struct {
   omni4_controller controller;
   omni_shaper shaper;
@@ -1518,7 +1524,7 @@ typedef struct {
   bool rejected;
   // Enough wheels determine the motion; else the pose stands still.
   bool motion_known;
-  // What is wrong with each wheel.
+  // The fault of each wheel.
   omni_fault faults[4];
   // The wheel was controlled. One that is not has no torque, and its bridge is opened or
   // shorted: it has a fault, or all torque has ended at rest.
@@ -1548,7 +1554,7 @@ typedef struct {
   // A command arrived. Where none does for the time-out, the vehicle is brought to rest.
   bool commanded;
   // The emergency stop is pressed: the vehicle comes to rest at the emergency deceleration, whatever is
-  // commanded, and stays there for as long as this is said. A button that springs back has to be latched before.
+  // commanded, and stays there for as long as this is said. A momentary button has to be latched by the caller.
   bool emergency;
   // The encoder's reading arrived.
   bool received[4];
@@ -1560,9 +1566,9 @@ typedef struct {
 
 // Chooses the target speed of a `super::Traction`. Immutable.
 //
-// It knows which row of wheels climbs next from how high the rows stand. Rows behind the first
-// need a run-up, because an impact takes most of the vehicle's energy. A vehicle that pushes with
-// all it has and does not move backs off and tries again.
+// It knows which row of wheels climbs next from how high the rows stand. Rows behind the first need a run-up, because
+// an impact absorbs most of the vehicle's energy. A vehicle that pushes with its full thrust and does not move backs
+// off and retries.
 typedef struct {
   omni_supervisor_config config;
   // Row of each wheel from the front, and from the left; how many rows there are.
@@ -1574,7 +1580,7 @@ typedef struct {
 typedef struct {
   omni_joint joints[OMNI_MAX_HINGES];
   uint16_t count;
-  // Slot of what carries each wheel: 0 the base, k + 1 the child of joint k.
+  // Slot of the carrier of each wheel: 0 the base, k + 1 the child of joint k.
   uint16_t carrier[4];
   // From the carrier's reference point to each wheel [m].
   float arm_m[4][3];
@@ -1601,8 +1607,8 @@ typedef struct {
 
 // A `Drive` with traction control in place of the wheels' loops: everything around them is the drive's.
 //
-// Wheels that the fault monitor excludes, and those of which no reading arrives, have no torque and do not count for
-// the speed. `torque_ranges` of the input hold here too. In a stop nothing is tried any more: no back-off, no run-up.
+// Wheels that the fault monitor excludes, and wheels without a reading, get no torque and do not count for the speed.
+// `torque_ranges` of the input also apply here. In a stop nothing is tried any more: no back-off, no run-up.
 typedef struct {
   omni4_drive drive;
   omni4_supervisor supervisor;
@@ -1644,38 +1650,39 @@ typedef struct {
   // Index of the wheel that the measured speed hangs on, the slowest that pushes, or the fastest
   // where all brake; -1 where there is none.
   int8_t speed_wheel;
-  // What drives the wheels.
+  // The control mode of the wheels.
   omni_traction_loops loops;
   // What the choice of the target speed is at.
   omni_supervisor_mode supervisor;
 } omni4_traction_drive_output;
 
-// The filter for a vehicle with `N` wheels. Immutable; what changes is in `EstimatorState`.
+// The filter for a vehicle with `N` wheels. Immutable; the changing state is in `EstimatorState`.
 //
 // State: place and yaw in the world; velocity of the origin along the vehicle's heading; the gyro's bias;
 // and the slip of all wheels together, as a twist that they show beyond the vehicle's own. Each period
 //
-// 1. gyro and accelerometer move the state (without accelerometer the velocity wanders, without
-//    gyro the wheels' yaw rate is taken);
+// 1. gyro and accelerometer move the state (without accelerometer the velocity follows a random walk, without gyro the
+//    wheels' yaw rate is used);
 // 2. the slip is held against none, by as little as a slip says that lasts for `slip_s` and is
 //    `slip_m_s`, as much as it is itself in any direction (wheels that slide hold in none) and as the
 //    wheels disagree. It changes by as much, but in a period by no more than 400 times what the velocity
 //    does (variances), which is little with an accelerometer. A body innovation beyond three deviations
 //    widens it at once, by its excess (after Jazwinski, *Adaptive filtering*, Automatica 5, 1969);
-// 3. every valid wheel reading is taken in by itself, its noise widened by its own residual (as
-//    variance components are estimated from redundancy: Baarda, 1968). No matrix is inverted, and
-//    the covariance is updated in Joseph's form. Its variances are never below 0.
+// 3. every valid wheel reading is processed separately, its noise increased by its own residual (as variance
+//    components are estimated from redundancy: Baarda, 1968). No matrix is inverted, and the covariance is updated in
+//    Joseph's form. Its variances are never below 0.
 //
-// A vehicle whose command is rest and that stands (wheels, gyro and accelerometer are quiet for 50 ms) has no
-// velocity, and what the gyro says beyond the wheels' yaw rate is its bias: it trembles as its loops answer their
-// encoders' noise. Nothing else teaches the bias: a wheel's slip in a turn is one-sided, and would be taken for one.
+// A vehicle that is commanded to rest and stands still (wheels, gyro and accelerometer are quiet for 50 ms) has no
+// velocity, and the gyro's difference from the wheels' yaw rate is its bias: the vehicle trembles because its loops
+// respond to encoder noise. The bias is estimated only then: a wheel's slip in a turn is one-sided, and would be
+// mistaken for a bias.
 //
-// What it is not: it has no bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s
-// of error while all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
+// Limits: it does not model a bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s of
+// error while all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
 typedef struct {
   omni_estimator_config config;
   omni4_kinematics kinematics;
-  // Squares of the forward map: what a wheel's variance adds to that of each axis.
+  // Squares of the forward map: contribution of a wheel's variance to the variance of each axis.
   float shares[3][4];
   float redundancy[4];
   // Mean squared lever of the wheels [m^2]: turning by 1 rad/s is as much as its root in m/s.
@@ -1688,7 +1695,7 @@ typedef struct {
   uint32_t memory[105];
 } omni4_estimator_state;
 
-// What an estimator reads in a period. All zero: nothing is read.
+// Readings of an estimator in a period. All zero: nothing is read.
 typedef struct {
   // Actuator velocities [rad/s]; each looked at only where it was `received`.
   omni4_velocities measured;
@@ -1702,7 +1709,7 @@ typedef struct {
   bool commanded_rest;
 } omni4_estimator_input;
 
-// What the loops remember between steps; `default` is a fresh start.
+// The state of the loops between steps; `default` is a fresh start.
 typedef struct {
   // Integral term of each wheel [N.m].
   float integral_n_m[5];
@@ -1714,19 +1721,19 @@ typedef struct {
   float last_measured_rad_s[5];
   // The wheel has a step to compare with; only loops with a derivative or a feed-forward set it.
   bool started[5];
-  // Which wheels are overloaded, and for how long the others have been beyond a limit.
+  // The overloaded wheels, and the time for which each other wheel has been beyond a limit.
   omni_overload overload;
-  // How far the torque has ended while every reference was 0.
+  // Progress of the torque's end while every reference was 0.
   omni_rest_state rest;
 } omni5_state;
 
-// Actuator velocities, one a wheel in the layout's order: what kinematics maps and loops control.
+// Actuator velocities, one per wheel in the layout's order, which kinematics maps and loops control.
 typedef struct {
   // Velocity of each actuator [rad/s] (positive as the wheel's rolling direction says), any finite number.
   float rad_s[5];
 } omni5_velocities;
 
-// Actuator torques, one a wheel in the layout's order: what a controller asks of motors. Not a wheel velocity.
+// Actuator torques, one per wheel in the layout's order: a controller's request to the motors. Not a wheel velocity.
 typedef struct {
   // Torque of each actuator [N.m] (positive drives the wheel in its rolling direction), any finite number.
   float n_m[5];
@@ -1759,7 +1766,7 @@ typedef struct {
   float d_n_m[5];
   // Feed-forward, likewise.
   float ff_n_m[5];
-  // Torque the loops ask for with the whole reference: what would be applied had the actuators no limit.
+  // Torque that the loops request with the whole reference: the torque that actuators without limits would apply.
   omni5_torques requested;
   // Torque to apply, always within the limits.
   omni5_torques applied;
@@ -1767,8 +1774,8 @@ typedef struct {
   omni5_torque_ranges range;
   // The requested torque is outside the limits.
   bool saturated[5];
-  // What all torques (`Saturation::ScaleTorques`) or all references
-  // (`Saturation::ScaleReferences`) were multiplied by, 0 to 1; 1 under
+  // Factor on all torques (`Saturation::ScaleTorques`) or all references
+  // (`Saturation::ScaleReferences`), 0 to 1; 1 under
   // `Saturation::Clip`.
   float common_factor;
   // Every reference has been 0 for long enough that all torque has ended: see
@@ -1781,7 +1788,7 @@ typedef struct {
 
 // Every signal of one step of a `Controller`.
 typedef struct {
-  // The command; rest where the one given was not finite, or beyond 1e6.
+  // The command; rest if the one given was not finite, or beyond 1e6.
   omni_twist command;
   // The wheels' signals.
   omni5_wheel_sample wheels;
@@ -1812,7 +1819,7 @@ typedef struct {
   omni_rest_rule rest;
 } omni5_loops;
 
-// A vehicle's controller: kinematics and wheel loops. Immutable; what changes is in `ControlState`.
+// A vehicle's controller: kinematics and wheel loops. Immutable; the changing state is in `ControlState`.
 //
 // The bare loop. `Drive` puts shaping, faults, slip and odometry around it.
 typedef struct {
@@ -1820,9 +1827,9 @@ typedef struct {
   omni5_loops wheels;
 } omni5_controller;
 
-// Dead reckoning of a vehicle with `N` wheels. Immutable; what changes is in `OdometryState`.
+// Dead reckoning of a vehicle with `N` wheels. Immutable; the changing state is in `OdometryState`.
 //
-// The maps are handed to each call: a caller that distrusts a wheel may pass another forward map, or the displacement
+// The maps are passed to each call: a caller that distrusts a wheel may pass another forward map, or the displacement
 // itself. In `f32` positions of 5000 rad come in steps of 5e-4 rad; that does not add up, because differences of
 // positions are exact.
 //
@@ -1831,26 +1838,28 @@ typedef struct {
 //
 // | path | as here | plain sums (`PlanarPose::moved_by`) |
 // |---|---|---|
-// | winding and sideways, ending far away | 0.05 mm | 36 mm |
+// | winding and lateral, ending far away | 0.05 mm | 36 mm |
 // | the same in circles of 6 m radius | 0.005 mm | 0.4 mm |
-// | straight ahead | 0.06 mm | 2.6 m |
+// | straight forward | 0.06 mm | 2.6 m |
 //
 // From positions instead of velocities the first column is at most 0.14 mm.
 typedef struct {
   float period_s;
 } omni5_odometry;
 
-// Speed limits of the actuators and what is kept within them: desaturation, or normalisation, of wheel speeds.
+// Speed limits of the actuators, and the part of a twist that is kept within them: desaturation, or normalisation, of
+// wheel speeds.
 typedef struct {
   float limit_rad_s[5];
   omni_desaturation desaturation;
 } omni5_speed_limits;
 
-// A vehicle's whole controller: readings and commands in, torques out. Immutable; what changes is
-// in `DriveState`.
+// A vehicle's whole controller: readings and commands in, torques out. Immutable; the changing state is in
+// `DriveState`.
 //
-// In order: readings are judged, faulty wheels released, the motion estimated from the rest; the command is checked,
-// limited, moved to the origin and brought within what the wheels can turn; the loops run; the pose is integrated.
+// In order: readings are judged, faulty wheels are released, and the motion is estimated from the remaining wheels;
+// the command is checked, limited, moved to the origin and scaled to the wheels' speed limits; the loops run; the pose
+// is integrated.
 typedef struct {
   omni5_controller controller;
   omni_shaper shaper;
@@ -1899,7 +1908,7 @@ typedef struct {
   bool rejected;
   // Enough wheels determine the motion; else the pose stands still.
   bool motion_known;
-  // What is wrong with each wheel.
+  // The fault of each wheel.
   omni_fault faults[5];
   // The wheel was controlled. One that is not has no torque, and its bridge is opened or
   // shorted: it has a fault, or all torque has ended at rest.
@@ -1929,7 +1938,7 @@ typedef struct {
   // A command arrived. Where none does for the time-out, the vehicle is brought to rest.
   bool commanded;
   // The emergency stop is pressed: the vehicle comes to rest at the emergency deceleration, whatever is
-  // commanded, and stays there for as long as this is said. A button that springs back has to be latched before.
+  // commanded, and stays there for as long as this is said. A momentary button has to be latched by the caller.
   bool emergency;
   // The encoder's reading arrived.
   bool received[5];
@@ -1941,9 +1950,9 @@ typedef struct {
 
 // Chooses the target speed of a `super::Traction`. Immutable.
 //
-// It knows which row of wheels climbs next from how high the rows stand. Rows behind the first
-// need a run-up, because an impact takes most of the vehicle's energy. A vehicle that pushes with
-// all it has and does not move backs off and tries again.
+// It knows which row of wheels climbs next from how high the rows stand. Rows behind the first need a run-up, because
+// an impact absorbs most of the vehicle's energy. A vehicle that pushes with its full thrust and does not move backs
+// off and retries.
 typedef struct {
   omni_supervisor_config config;
   // Row of each wheel from the front, and from the left; how many rows there are.
@@ -1955,7 +1964,7 @@ typedef struct {
 typedef struct {
   omni_joint joints[OMNI_MAX_HINGES];
   uint16_t count;
-  // Slot of what carries each wheel: 0 the base, k + 1 the child of joint k.
+  // Slot of the carrier of each wheel: 0 the base, k + 1 the child of joint k.
   uint16_t carrier[5];
   // From the carrier's reference point to each wheel [m].
   float arm_m[5][3];
@@ -1982,8 +1991,8 @@ typedef struct {
 
 // A `Drive` with traction control in place of the wheels' loops: everything around them is the drive's.
 //
-// Wheels that the fault monitor excludes, and those of which no reading arrives, have no torque and do not count for
-// the speed. `torque_ranges` of the input hold here too. In a stop nothing is tried any more: no back-off, no run-up.
+// Wheels that the fault monitor excludes, and wheels without a reading, get no torque and do not count for the speed.
+// `torque_ranges` of the input also apply here. In a stop nothing is tried any more: no back-off, no run-up.
 typedef struct {
   omni5_drive drive;
   omni5_supervisor supervisor;
@@ -2025,38 +2034,39 @@ typedef struct {
   // Index of the wheel that the measured speed hangs on, the slowest that pushes, or the fastest
   // where all brake; -1 where there is none.
   int8_t speed_wheel;
-  // What drives the wheels.
+  // The control mode of the wheels.
   omni_traction_loops loops;
   // What the choice of the target speed is at.
   omni_supervisor_mode supervisor;
 } omni5_traction_drive_output;
 
-// The filter for a vehicle with `N` wheels. Immutable; what changes is in `EstimatorState`.
+// The filter for a vehicle with `N` wheels. Immutable; the changing state is in `EstimatorState`.
 //
 // State: place and yaw in the world; velocity of the origin along the vehicle's heading; the gyro's bias;
 // and the slip of all wheels together, as a twist that they show beyond the vehicle's own. Each period
 //
-// 1. gyro and accelerometer move the state (without accelerometer the velocity wanders, without
-//    gyro the wheels' yaw rate is taken);
+// 1. gyro and accelerometer move the state (without accelerometer the velocity follows a random walk, without gyro the
+//    wheels' yaw rate is used);
 // 2. the slip is held against none, by as little as a slip says that lasts for `slip_s` and is
 //    `slip_m_s`, as much as it is itself in any direction (wheels that slide hold in none) and as the
 //    wheels disagree. It changes by as much, but in a period by no more than 400 times what the velocity
 //    does (variances), which is little with an accelerometer. A body innovation beyond three deviations
 //    widens it at once, by its excess (after Jazwinski, *Adaptive filtering*, Automatica 5, 1969);
-// 3. every valid wheel reading is taken in by itself, its noise widened by its own residual (as
-//    variance components are estimated from redundancy: Baarda, 1968). No matrix is inverted, and
-//    the covariance is updated in Joseph's form. Its variances are never below 0.
+// 3. every valid wheel reading is processed separately, its noise increased by its own residual (as variance
+//    components are estimated from redundancy: Baarda, 1968). No matrix is inverted, and the covariance is updated in
+//    Joseph's form. Its variances are never below 0.
 //
-// A vehicle whose command is rest and that stands (wheels, gyro and accelerometer are quiet for 50 ms) has no
-// velocity, and what the gyro says beyond the wheels' yaw rate is its bias: it trembles as its loops answer their
-// encoders' noise. Nothing else teaches the bias: a wheel's slip in a turn is one-sided, and would be taken for one.
+// A vehicle that is commanded to rest and stands still (wheels, gyro and accelerometer are quiet for 50 ms) has no
+// velocity, and the gyro's difference from the wheels' yaw rate is its bias: the vehicle trembles because its loops
+// respond to encoder noise. The bias is estimated only then: a wheel's slip in a turn is one-sided, and would be
+// mistaken for a bias.
 //
-// What it is not: it has no bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s
-// of error while all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
+// Limits: it does not model a bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s of
+// error while all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
 typedef struct {
   omni_estimator_config config;
   omni5_kinematics kinematics;
-  // Squares of the forward map: what a wheel's variance adds to that of each axis.
+  // Squares of the forward map: contribution of a wheel's variance to the variance of each axis.
   float shares[3][5];
   float redundancy[5];
   // Mean squared lever of the wheels [m^2]: turning by 1 rad/s is as much as its root in m/s.
@@ -2069,7 +2079,7 @@ typedef struct {
   uint32_t memory[106];
 } omni5_estimator_state;
 
-// What an estimator reads in a period. All zero: nothing is read.
+// Readings of an estimator in a period. All zero: nothing is read.
 typedef struct {
   // Actuator velocities [rad/s]; each looked at only where it was `received`.
   omni5_velocities measured;
@@ -2083,7 +2093,7 @@ typedef struct {
   bool commanded_rest;
 } omni5_estimator_input;
 
-// What the loops remember between steps; `default` is a fresh start.
+// The state of the loops between steps; `default` is a fresh start.
 typedef struct {
   // Integral term of each wheel [N.m].
   float integral_n_m[6];
@@ -2095,19 +2105,19 @@ typedef struct {
   float last_measured_rad_s[6];
   // The wheel has a step to compare with; only loops with a derivative or a feed-forward set it.
   bool started[6];
-  // Which wheels are overloaded, and for how long the others have been beyond a limit.
+  // The overloaded wheels, and the time for which each other wheel has been beyond a limit.
   omni_overload overload;
-  // How far the torque has ended while every reference was 0.
+  // Progress of the torque's end while every reference was 0.
   omni_rest_state rest;
 } omni6_state;
 
-// Actuator velocities, one a wheel in the layout's order: what kinematics maps and loops control.
+// Actuator velocities, one per wheel in the layout's order, which kinematics maps and loops control.
 typedef struct {
   // Velocity of each actuator [rad/s] (positive as the wheel's rolling direction says), any finite number.
   float rad_s[6];
 } omni6_velocities;
 
-// Actuator torques, one a wheel in the layout's order: what a controller asks of motors. Not a wheel velocity.
+// Actuator torques, one per wheel in the layout's order: a controller's request to the motors. Not a wheel velocity.
 typedef struct {
   // Torque of each actuator [N.m] (positive drives the wheel in its rolling direction), any finite number.
   float n_m[6];
@@ -2140,7 +2150,7 @@ typedef struct {
   float d_n_m[6];
   // Feed-forward, likewise.
   float ff_n_m[6];
-  // Torque the loops ask for with the whole reference: what would be applied had the actuators no limit.
+  // Torque that the loops request with the whole reference: the torque that actuators without limits would apply.
   omni6_torques requested;
   // Torque to apply, always within the limits.
   omni6_torques applied;
@@ -2148,8 +2158,8 @@ typedef struct {
   omni6_torque_ranges range;
   // The requested torque is outside the limits.
   bool saturated[6];
-  // What all torques (`Saturation::ScaleTorques`) or all references
-  // (`Saturation::ScaleReferences`) were multiplied by, 0 to 1; 1 under
+  // Factor on all torques (`Saturation::ScaleTorques`) or all references
+  // (`Saturation::ScaleReferences`), 0 to 1; 1 under
   // `Saturation::Clip`.
   float common_factor;
   // Every reference has been 0 for long enough that all torque has ended: see
@@ -2162,7 +2172,7 @@ typedef struct {
 
 // Every signal of one step of a `Controller`.
 typedef struct {
-  // The command; rest where the one given was not finite, or beyond 1e6.
+  // The command; rest if the one given was not finite, or beyond 1e6.
   omni_twist command;
   // The wheels' signals.
   omni6_wheel_sample wheels;
@@ -2193,7 +2203,7 @@ typedef struct {
   omni_rest_rule rest;
 } omni6_loops;
 
-// A vehicle's controller: kinematics and wheel loops. Immutable; what changes is in `ControlState`.
+// A vehicle's controller: kinematics and wheel loops. Immutable; the changing state is in `ControlState`.
 //
 // The bare loop. `Drive` puts shaping, faults, slip and odometry around it.
 typedef struct {
@@ -2201,9 +2211,9 @@ typedef struct {
   omni6_loops wheels;
 } omni6_controller;
 
-// Dead reckoning of a vehicle with `N` wheels. Immutable; what changes is in `OdometryState`.
+// Dead reckoning of a vehicle with `N` wheels. Immutable; the changing state is in `OdometryState`.
 //
-// The maps are handed to each call: a caller that distrusts a wheel may pass another forward map, or the displacement
+// The maps are passed to each call: a caller that distrusts a wheel may pass another forward map, or the displacement
 // itself. In `f32` positions of 5000 rad come in steps of 5e-4 rad; that does not add up, because differences of
 // positions are exact.
 //
@@ -2212,26 +2222,28 @@ typedef struct {
 //
 // | path | as here | plain sums (`PlanarPose::moved_by`) |
 // |---|---|---|
-// | winding and sideways, ending far away | 0.05 mm | 36 mm |
+// | winding and lateral, ending far away | 0.05 mm | 36 mm |
 // | the same in circles of 6 m radius | 0.005 mm | 0.4 mm |
-// | straight ahead | 0.06 mm | 2.6 m |
+// | straight forward | 0.06 mm | 2.6 m |
 //
 // From positions instead of velocities the first column is at most 0.14 mm.
 typedef struct {
   float period_s;
 } omni6_odometry;
 
-// Speed limits of the actuators and what is kept within them: desaturation, or normalisation, of wheel speeds.
+// Speed limits of the actuators, and the part of a twist that is kept within them: desaturation, or normalisation, of
+// wheel speeds.
 typedef struct {
   float limit_rad_s[6];
   omni_desaturation desaturation;
 } omni6_speed_limits;
 
-// A vehicle's whole controller: readings and commands in, torques out. Immutable; what changes is
-// in `DriveState`.
+// A vehicle's whole controller: readings and commands in, torques out. Immutable; the changing state is in
+// `DriveState`.
 //
-// In order: readings are judged, faulty wheels released, the motion estimated from the rest; the command is checked,
-// limited, moved to the origin and brought within what the wheels can turn; the loops run; the pose is integrated.
+// In order: readings are judged, faulty wheels are released, and the motion is estimated from the remaining wheels;
+// the command is checked, limited, moved to the origin and scaled to the wheels' speed limits; the loops run; the pose
+// is integrated.
 typedef struct {
   omni6_controller controller;
   omni_shaper shaper;
@@ -2280,7 +2292,7 @@ typedef struct {
   bool rejected;
   // Enough wheels determine the motion; else the pose stands still.
   bool motion_known;
-  // What is wrong with each wheel.
+  // The fault of each wheel.
   omni_fault faults[6];
   // The wheel was controlled. One that is not has no torque, and its bridge is opened or
   // shorted: it has a fault, or all torque has ended at rest.
@@ -2310,7 +2322,7 @@ typedef struct {
   // A command arrived. Where none does for the time-out, the vehicle is brought to rest.
   bool commanded;
   // The emergency stop is pressed: the vehicle comes to rest at the emergency deceleration, whatever is
-  // commanded, and stays there for as long as this is said. A button that springs back has to be latched before.
+  // commanded, and stays there for as long as this is said. A momentary button has to be latched by the caller.
   bool emergency;
   // The encoder's reading arrived.
   bool received[6];
@@ -2322,9 +2334,9 @@ typedef struct {
 
 // Chooses the target speed of a `super::Traction`. Immutable.
 //
-// It knows which row of wheels climbs next from how high the rows stand. Rows behind the first
-// need a run-up, because an impact takes most of the vehicle's energy. A vehicle that pushes with
-// all it has and does not move backs off and tries again.
+// It knows which row of wheels climbs next from how high the rows stand. Rows behind the first need a run-up, because
+// an impact absorbs most of the vehicle's energy. A vehicle that pushes with its full thrust and does not move backs
+// off and retries.
 typedef struct {
   omni_supervisor_config config;
   // Row of each wheel from the front, and from the left; how many rows there are.
@@ -2336,7 +2348,7 @@ typedef struct {
 typedef struct {
   omni_joint joints[OMNI_MAX_HINGES];
   uint16_t count;
-  // Slot of what carries each wheel: 0 the base, k + 1 the child of joint k.
+  // Slot of the carrier of each wheel: 0 the base, k + 1 the child of joint k.
   uint16_t carrier[6];
   // From the carrier's reference point to each wheel [m].
   float arm_m[6][3];
@@ -2363,8 +2375,8 @@ typedef struct {
 
 // A `Drive` with traction control in place of the wheels' loops: everything around them is the drive's.
 //
-// Wheels that the fault monitor excludes, and those of which no reading arrives, have no torque and do not count for
-// the speed. `torque_ranges` of the input hold here too. In a stop nothing is tried any more: no back-off, no run-up.
+// Wheels that the fault monitor excludes, and wheels without a reading, get no torque and do not count for the speed.
+// `torque_ranges` of the input also apply here. In a stop nothing is tried any more: no back-off, no run-up.
 typedef struct {
   omni6_drive drive;
   omni6_supervisor supervisor;
@@ -2406,38 +2418,39 @@ typedef struct {
   // Index of the wheel that the measured speed hangs on, the slowest that pushes, or the fastest
   // where all brake; -1 where there is none.
   int8_t speed_wheel;
-  // What drives the wheels.
+  // The control mode of the wheels.
   omni_traction_loops loops;
   // What the choice of the target speed is at.
   omni_supervisor_mode supervisor;
 } omni6_traction_drive_output;
 
-// The filter for a vehicle with `N` wheels. Immutable; what changes is in `EstimatorState`.
+// The filter for a vehicle with `N` wheels. Immutable; the changing state is in `EstimatorState`.
 //
 // State: place and yaw in the world; velocity of the origin along the vehicle's heading; the gyro's bias;
 // and the slip of all wheels together, as a twist that they show beyond the vehicle's own. Each period
 //
-// 1. gyro and accelerometer move the state (without accelerometer the velocity wanders, without
-//    gyro the wheels' yaw rate is taken);
+// 1. gyro and accelerometer move the state (without accelerometer the velocity follows a random walk, without gyro the
+//    wheels' yaw rate is used);
 // 2. the slip is held against none, by as little as a slip says that lasts for `slip_s` and is
 //    `slip_m_s`, as much as it is itself in any direction (wheels that slide hold in none) and as the
 //    wheels disagree. It changes by as much, but in a period by no more than 400 times what the velocity
 //    does (variances), which is little with an accelerometer. A body innovation beyond three deviations
 //    widens it at once, by its excess (after Jazwinski, *Adaptive filtering*, Automatica 5, 1969);
-// 3. every valid wheel reading is taken in by itself, its noise widened by its own residual (as
-//    variance components are estimated from redundancy: Baarda, 1968). No matrix is inverted, and
-//    the covariance is updated in Joseph's form. Its variances are never below 0.
+// 3. every valid wheel reading is processed separately, its noise increased by its own residual (as variance
+//    components are estimated from redundancy: Baarda, 1968). No matrix is inverted, and the covariance is updated in
+//    Joseph's form. Its variances are never below 0.
 //
-// A vehicle whose command is rest and that stands (wheels, gyro and accelerometer are quiet for 50 ms) has no
-// velocity, and what the gyro says beyond the wheels' yaw rate is its bias: it trembles as its loops answer their
-// encoders' noise. Nothing else teaches the bias: a wheel's slip in a turn is one-sided, and would be taken for one.
+// A vehicle that is commanded to rest and stands still (wheels, gyro and accelerometer are quiet for 50 ms) has no
+// velocity, and the gyro's difference from the wheels' yaw rate is its bias: the vehicle trembles because its loops
+// respond to encoder noise. The bias is estimated only then: a wheel's slip in a turn is one-sided, and would be
+// mistaken for a bias.
 //
-// What it is not: it has no bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s
-// of error while all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
+// Limits: it does not model a bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s of
+// error while all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
 typedef struct {
   omni_estimator_config config;
   omni6_kinematics kinematics;
-  // Squares of the forward map: what a wheel's variance adds to that of each axis.
+  // Squares of the forward map: contribution of a wheel's variance to the variance of each axis.
   float shares[3][6];
   float redundancy[6];
   // Mean squared lever of the wheels [m^2]: turning by 1 rad/s is as much as its root in m/s.
@@ -2450,7 +2463,7 @@ typedef struct {
   uint32_t memory[107];
 } omni6_estimator_state;
 
-// What an estimator reads in a period. All zero: nothing is read.
+// Readings of an estimator in a period. All zero: nothing is read.
 typedef struct {
   // Actuator velocities [rad/s]; each looked at only where it was `received`.
   omni6_velocities measured;
@@ -2464,7 +2477,7 @@ typedef struct {
   bool commanded_rest;
 } omni6_estimator_input;
 
-// What the loops remember between steps; `default` is a fresh start.
+// The state of the loops between steps; `default` is a fresh start.
 typedef struct {
   // Integral term of each wheel [N.m].
   float integral_n_m[7];
@@ -2476,19 +2489,19 @@ typedef struct {
   float last_measured_rad_s[7];
   // The wheel has a step to compare with; only loops with a derivative or a feed-forward set it.
   bool started[7];
-  // Which wheels are overloaded, and for how long the others have been beyond a limit.
+  // The overloaded wheels, and the time for which each other wheel has been beyond a limit.
   omni_overload overload;
-  // How far the torque has ended while every reference was 0.
+  // Progress of the torque's end while every reference was 0.
   omni_rest_state rest;
 } omni7_state;
 
-// Actuator velocities, one a wheel in the layout's order: what kinematics maps and loops control.
+// Actuator velocities, one per wheel in the layout's order, which kinematics maps and loops control.
 typedef struct {
   // Velocity of each actuator [rad/s] (positive as the wheel's rolling direction says), any finite number.
   float rad_s[7];
 } omni7_velocities;
 
-// Actuator torques, one a wheel in the layout's order: what a controller asks of motors. Not a wheel velocity.
+// Actuator torques, one per wheel in the layout's order: a controller's request to the motors. Not a wheel velocity.
 typedef struct {
   // Torque of each actuator [N.m] (positive drives the wheel in its rolling direction), any finite number.
   float n_m[7];
@@ -2521,7 +2534,7 @@ typedef struct {
   float d_n_m[7];
   // Feed-forward, likewise.
   float ff_n_m[7];
-  // Torque the loops ask for with the whole reference: what would be applied had the actuators no limit.
+  // Torque that the loops request with the whole reference: the torque that actuators without limits would apply.
   omni7_torques requested;
   // Torque to apply, always within the limits.
   omni7_torques applied;
@@ -2529,8 +2542,8 @@ typedef struct {
   omni7_torque_ranges range;
   // The requested torque is outside the limits.
   bool saturated[7];
-  // What all torques (`Saturation::ScaleTorques`) or all references
-  // (`Saturation::ScaleReferences`) were multiplied by, 0 to 1; 1 under
+  // Factor on all torques (`Saturation::ScaleTorques`) or all references
+  // (`Saturation::ScaleReferences`), 0 to 1; 1 under
   // `Saturation::Clip`.
   float common_factor;
   // Every reference has been 0 for long enough that all torque has ended: see
@@ -2543,7 +2556,7 @@ typedef struct {
 
 // Every signal of one step of a `Controller`.
 typedef struct {
-  // The command; rest where the one given was not finite, or beyond 1e6.
+  // The command; rest if the one given was not finite, or beyond 1e6.
   omni_twist command;
   // The wheels' signals.
   omni7_wheel_sample wheels;
@@ -2574,7 +2587,7 @@ typedef struct {
   omni_rest_rule rest;
 } omni7_loops;
 
-// A vehicle's controller: kinematics and wheel loops. Immutable; what changes is in `ControlState`.
+// A vehicle's controller: kinematics and wheel loops. Immutable; the changing state is in `ControlState`.
 //
 // The bare loop. `Drive` puts shaping, faults, slip and odometry around it.
 typedef struct {
@@ -2582,9 +2595,9 @@ typedef struct {
   omni7_loops wheels;
 } omni7_controller;
 
-// Dead reckoning of a vehicle with `N` wheels. Immutable; what changes is in `OdometryState`.
+// Dead reckoning of a vehicle with `N` wheels. Immutable; the changing state is in `OdometryState`.
 //
-// The maps are handed to each call: a caller that distrusts a wheel may pass another forward map, or the displacement
+// The maps are passed to each call: a caller that distrusts a wheel may pass another forward map, or the displacement
 // itself. In `f32` positions of 5000 rad come in steps of 5e-4 rad; that does not add up, because differences of
 // positions are exact.
 //
@@ -2593,26 +2606,28 @@ typedef struct {
 //
 // | path | as here | plain sums (`PlanarPose::moved_by`) |
 // |---|---|---|
-// | winding and sideways, ending far away | 0.05 mm | 36 mm |
+// | winding and lateral, ending far away | 0.05 mm | 36 mm |
 // | the same in circles of 6 m radius | 0.005 mm | 0.4 mm |
-// | straight ahead | 0.06 mm | 2.6 m |
+// | straight forward | 0.06 mm | 2.6 m |
 //
 // From positions instead of velocities the first column is at most 0.14 mm.
 typedef struct {
   float period_s;
 } omni7_odometry;
 
-// Speed limits of the actuators and what is kept within them: desaturation, or normalisation, of wheel speeds.
+// Speed limits of the actuators, and the part of a twist that is kept within them: desaturation, or normalisation, of
+// wheel speeds.
 typedef struct {
   float limit_rad_s[7];
   omni_desaturation desaturation;
 } omni7_speed_limits;
 
-// A vehicle's whole controller: readings and commands in, torques out. Immutable; what changes is
-// in `DriveState`.
+// A vehicle's whole controller: readings and commands in, torques out. Immutable; the changing state is in
+// `DriveState`.
 //
-// In order: readings are judged, faulty wheels released, the motion estimated from the rest; the command is checked,
-// limited, moved to the origin and brought within what the wheels can turn; the loops run; the pose is integrated.
+// In order: readings are judged, faulty wheels are released, and the motion is estimated from the remaining wheels;
+// the command is checked, limited, moved to the origin and scaled to the wheels' speed limits; the loops run; the pose
+// is integrated.
 typedef struct {
   omni7_controller controller;
   omni_shaper shaper;
@@ -2661,7 +2676,7 @@ typedef struct {
   bool rejected;
   // Enough wheels determine the motion; else the pose stands still.
   bool motion_known;
-  // What is wrong with each wheel.
+  // The fault of each wheel.
   omni_fault faults[7];
   // The wheel was controlled. One that is not has no torque, and its bridge is opened or
   // shorted: it has a fault, or all torque has ended at rest.
@@ -2691,7 +2706,7 @@ typedef struct {
   // A command arrived. Where none does for the time-out, the vehicle is brought to rest.
   bool commanded;
   // The emergency stop is pressed: the vehicle comes to rest at the emergency deceleration, whatever is
-  // commanded, and stays there for as long as this is said. A button that springs back has to be latched before.
+  // commanded, and stays there for as long as this is said. A momentary button has to be latched by the caller.
   bool emergency;
   // The encoder's reading arrived.
   bool received[7];
@@ -2703,9 +2718,9 @@ typedef struct {
 
 // Chooses the target speed of a `super::Traction`. Immutable.
 //
-// It knows which row of wheels climbs next from how high the rows stand. Rows behind the first
-// need a run-up, because an impact takes most of the vehicle's energy. A vehicle that pushes with
-// all it has and does not move backs off and tries again.
+// It knows which row of wheels climbs next from how high the rows stand. Rows behind the first need a run-up, because
+// an impact absorbs most of the vehicle's energy. A vehicle that pushes with its full thrust and does not move backs
+// off and retries.
 typedef struct {
   omni_supervisor_config config;
   // Row of each wheel from the front, and from the left; how many rows there are.
@@ -2717,7 +2732,7 @@ typedef struct {
 typedef struct {
   omni_joint joints[OMNI_MAX_HINGES];
   uint16_t count;
-  // Slot of what carries each wheel: 0 the base, k + 1 the child of joint k.
+  // Slot of the carrier of each wheel: 0 the base, k + 1 the child of joint k.
   uint16_t carrier[7];
   // From the carrier's reference point to each wheel [m].
   float arm_m[7][3];
@@ -2744,8 +2759,8 @@ typedef struct {
 
 // A `Drive` with traction control in place of the wheels' loops: everything around them is the drive's.
 //
-// Wheels that the fault monitor excludes, and those of which no reading arrives, have no torque and do not count for
-// the speed. `torque_ranges` of the input hold here too. In a stop nothing is tried any more: no back-off, no run-up.
+// Wheels that the fault monitor excludes, and wheels without a reading, get no torque and do not count for the speed.
+// `torque_ranges` of the input also apply here. In a stop nothing is tried any more: no back-off, no run-up.
 typedef struct {
   omni7_drive drive;
   omni7_supervisor supervisor;
@@ -2787,38 +2802,39 @@ typedef struct {
   // Index of the wheel that the measured speed hangs on, the slowest that pushes, or the fastest
   // where all brake; -1 where there is none.
   int8_t speed_wheel;
-  // What drives the wheels.
+  // The control mode of the wheels.
   omni_traction_loops loops;
   // What the choice of the target speed is at.
   omni_supervisor_mode supervisor;
 } omni7_traction_drive_output;
 
-// The filter for a vehicle with `N` wheels. Immutable; what changes is in `EstimatorState`.
+// The filter for a vehicle with `N` wheels. Immutable; the changing state is in `EstimatorState`.
 //
 // State: place and yaw in the world; velocity of the origin along the vehicle's heading; the gyro's bias;
 // and the slip of all wheels together, as a twist that they show beyond the vehicle's own. Each period
 //
-// 1. gyro and accelerometer move the state (without accelerometer the velocity wanders, without
-//    gyro the wheels' yaw rate is taken);
+// 1. gyro and accelerometer move the state (without accelerometer the velocity follows a random walk, without gyro the
+//    wheels' yaw rate is used);
 // 2. the slip is held against none, by as little as a slip says that lasts for `slip_s` and is
 //    `slip_m_s`, as much as it is itself in any direction (wheels that slide hold in none) and as the
 //    wheels disagree. It changes by as much, but in a period by no more than 400 times what the velocity
 //    does (variances), which is little with an accelerometer. A body innovation beyond three deviations
 //    widens it at once, by its excess (after Jazwinski, *Adaptive filtering*, Automatica 5, 1969);
-// 3. every valid wheel reading is taken in by itself, its noise widened by its own residual (as
-//    variance components are estimated from redundancy: Baarda, 1968). No matrix is inverted, and
-//    the covariance is updated in Joseph's form. Its variances are never below 0.
+// 3. every valid wheel reading is processed separately, its noise increased by its own residual (as variance
+//    components are estimated from redundancy: Baarda, 1968). No matrix is inverted, and the covariance is updated in
+//    Joseph's form. Its variances are never below 0.
 //
-// A vehicle whose command is rest and that stands (wheels, gyro and accelerometer are quiet for 50 ms) has no
-// velocity, and what the gyro says beyond the wheels' yaw rate is its bias: it trembles as its loops answer their
-// encoders' noise. Nothing else teaches the bias: a wheel's slip in a turn is one-sided, and would be taken for one.
+// A vehicle that is commanded to rest and stands still (wheels, gyro and accelerometer are quiet for 50 ms) has no
+// velocity, and the gyro's difference from the wheels' yaw rate is its bias: the vehicle trembles because its loops
+// respond to encoder noise. The bias is estimated only then: a wheel's slip in a turn is one-sided, and would be
+// mistaken for a bias.
 //
-// What it is not: it has no bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s
-// of error while all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
+// Limits: it does not model a bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s of
+// error while all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
 typedef struct {
   omni_estimator_config config;
   omni7_kinematics kinematics;
-  // Squares of the forward map: what a wheel's variance adds to that of each axis.
+  // Squares of the forward map: contribution of a wheel's variance to the variance of each axis.
   float shares[3][7];
   float redundancy[7];
   // Mean squared lever of the wheels [m^2]: turning by 1 rad/s is as much as its root in m/s.
@@ -2831,7 +2847,7 @@ typedef struct {
   uint32_t memory[108];
 } omni7_estimator_state;
 
-// What an estimator reads in a period. All zero: nothing is read.
+// Readings of an estimator in a period. All zero: nothing is read.
 typedef struct {
   // Actuator velocities [rad/s]; each looked at only where it was `received`.
   omni7_velocities measured;
@@ -2845,7 +2861,7 @@ typedef struct {
   bool commanded_rest;
 } omni7_estimator_input;
 
-// What the loops remember between steps; `default` is a fresh start.
+// The state of the loops between steps; `default` is a fresh start.
 typedef struct {
   // Integral term of each wheel [N.m].
   float integral_n_m[8];
@@ -2857,19 +2873,19 @@ typedef struct {
   float last_measured_rad_s[8];
   // The wheel has a step to compare with; only loops with a derivative or a feed-forward set it.
   bool started[8];
-  // Which wheels are overloaded, and for how long the others have been beyond a limit.
+  // The overloaded wheels, and the time for which each other wheel has been beyond a limit.
   omni_overload overload;
-  // How far the torque has ended while every reference was 0.
+  // Progress of the torque's end while every reference was 0.
   omni_rest_state rest;
 } omni8_state;
 
-// Actuator velocities, one a wheel in the layout's order: what kinematics maps and loops control.
+// Actuator velocities, one per wheel in the layout's order, which kinematics maps and loops control.
 typedef struct {
   // Velocity of each actuator [rad/s] (positive as the wheel's rolling direction says), any finite number.
   float rad_s[8];
 } omni8_velocities;
 
-// Actuator torques, one a wheel in the layout's order: what a controller asks of motors. Not a wheel velocity.
+// Actuator torques, one per wheel in the layout's order: a controller's request to the motors. Not a wheel velocity.
 typedef struct {
   // Torque of each actuator [N.m] (positive drives the wheel in its rolling direction), any finite number.
   float n_m[8];
@@ -2902,7 +2918,7 @@ typedef struct {
   float d_n_m[8];
   // Feed-forward, likewise.
   float ff_n_m[8];
-  // Torque the loops ask for with the whole reference: what would be applied had the actuators no limit.
+  // Torque that the loops request with the whole reference: the torque that actuators without limits would apply.
   omni8_torques requested;
   // Torque to apply, always within the limits.
   omni8_torques applied;
@@ -2910,8 +2926,8 @@ typedef struct {
   omni8_torque_ranges range;
   // The requested torque is outside the limits.
   bool saturated[8];
-  // What all torques (`Saturation::ScaleTorques`) or all references
-  // (`Saturation::ScaleReferences`) were multiplied by, 0 to 1; 1 under
+  // Factor on all torques (`Saturation::ScaleTorques`) or all references
+  // (`Saturation::ScaleReferences`), 0 to 1; 1 under
   // `Saturation::Clip`.
   float common_factor;
   // Every reference has been 0 for long enough that all torque has ended: see
@@ -2924,7 +2940,7 @@ typedef struct {
 
 // Every signal of one step of a `Controller`.
 typedef struct {
-  // The command; rest where the one given was not finite, or beyond 1e6.
+  // The command; rest if the one given was not finite, or beyond 1e6.
   omni_twist command;
   // The wheels' signals.
   omni8_wheel_sample wheels;
@@ -2955,7 +2971,7 @@ typedef struct {
   omni_rest_rule rest;
 } omni8_loops;
 
-// A vehicle's controller: kinematics and wheel loops. Immutable; what changes is in `ControlState`.
+// A vehicle's controller: kinematics and wheel loops. Immutable; the changing state is in `ControlState`.
 //
 // The bare loop. `Drive` puts shaping, faults, slip and odometry around it.
 typedef struct {
@@ -2963,9 +2979,9 @@ typedef struct {
   omni8_loops wheels;
 } omni8_controller;
 
-// Dead reckoning of a vehicle with `N` wheels. Immutable; what changes is in `OdometryState`.
+// Dead reckoning of a vehicle with `N` wheels. Immutable; the changing state is in `OdometryState`.
 //
-// The maps are handed to each call: a caller that distrusts a wheel may pass another forward map, or the displacement
+// The maps are passed to each call: a caller that distrusts a wheel may pass another forward map, or the displacement
 // itself. In `f32` positions of 5000 rad come in steps of 5e-4 rad; that does not add up, because differences of
 // positions are exact.
 //
@@ -2974,26 +2990,28 @@ typedef struct {
 //
 // | path | as here | plain sums (`PlanarPose::moved_by`) |
 // |---|---|---|
-// | winding and sideways, ending far away | 0.05 mm | 36 mm |
+// | winding and lateral, ending far away | 0.05 mm | 36 mm |
 // | the same in circles of 6 m radius | 0.005 mm | 0.4 mm |
-// | straight ahead | 0.06 mm | 2.6 m |
+// | straight forward | 0.06 mm | 2.6 m |
 //
 // From positions instead of velocities the first column is at most 0.14 mm.
 typedef struct {
   float period_s;
 } omni8_odometry;
 
-// Speed limits of the actuators and what is kept within them: desaturation, or normalisation, of wheel speeds.
+// Speed limits of the actuators, and the part of a twist that is kept within them: desaturation, or normalisation, of
+// wheel speeds.
 typedef struct {
   float limit_rad_s[8];
   omni_desaturation desaturation;
 } omni8_speed_limits;
 
-// A vehicle's whole controller: readings and commands in, torques out. Immutable; what changes is
-// in `DriveState`.
+// A vehicle's whole controller: readings and commands in, torques out. Immutable; the changing state is in
+// `DriveState`.
 //
-// In order: readings are judged, faulty wheels released, the motion estimated from the rest; the command is checked,
-// limited, moved to the origin and brought within what the wheels can turn; the loops run; the pose is integrated.
+// In order: readings are judged, faulty wheels are released, and the motion is estimated from the remaining wheels;
+// the command is checked, limited, moved to the origin and scaled to the wheels' speed limits; the loops run; the pose
+// is integrated.
 typedef struct {
   omni8_controller controller;
   omni_shaper shaper;
@@ -3042,7 +3060,7 @@ typedef struct {
   bool rejected;
   // Enough wheels determine the motion; else the pose stands still.
   bool motion_known;
-  // What is wrong with each wheel.
+  // The fault of each wheel.
   omni_fault faults[8];
   // The wheel was controlled. One that is not has no torque, and its bridge is opened or
   // shorted: it has a fault, or all torque has ended at rest.
@@ -3072,7 +3090,7 @@ typedef struct {
   // A command arrived. Where none does for the time-out, the vehicle is brought to rest.
   bool commanded;
   // The emergency stop is pressed: the vehicle comes to rest at the emergency deceleration, whatever is
-  // commanded, and stays there for as long as this is said. A button that springs back has to be latched before.
+  // commanded, and stays there for as long as this is said. A momentary button has to be latched by the caller.
   bool emergency;
   // The encoder's reading arrived.
   bool received[8];
@@ -3084,9 +3102,9 @@ typedef struct {
 
 // Chooses the target speed of a `super::Traction`. Immutable.
 //
-// It knows which row of wheels climbs next from how high the rows stand. Rows behind the first
-// need a run-up, because an impact takes most of the vehicle's energy. A vehicle that pushes with
-// all it has and does not move backs off and tries again.
+// It knows which row of wheels climbs next from how high the rows stand. Rows behind the first need a run-up, because
+// an impact absorbs most of the vehicle's energy. A vehicle that pushes with its full thrust and does not move backs
+// off and retries.
 typedef struct {
   omni_supervisor_config config;
   // Row of each wheel from the front, and from the left; how many rows there are.
@@ -3098,7 +3116,7 @@ typedef struct {
 typedef struct {
   omni_joint joints[OMNI_MAX_HINGES];
   uint16_t count;
-  // Slot of what carries each wheel: 0 the base, k + 1 the child of joint k.
+  // Slot of the carrier of each wheel: 0 the base, k + 1 the child of joint k.
   uint16_t carrier[8];
   // From the carrier's reference point to each wheel [m].
   float arm_m[8][3];
@@ -3125,8 +3143,8 @@ typedef struct {
 
 // A `Drive` with traction control in place of the wheels' loops: everything around them is the drive's.
 //
-// Wheels that the fault monitor excludes, and those of which no reading arrives, have no torque and do not count for
-// the speed. `torque_ranges` of the input hold here too. In a stop nothing is tried any more: no back-off, no run-up.
+// Wheels that the fault monitor excludes, and wheels without a reading, get no torque and do not count for the speed.
+// `torque_ranges` of the input also apply here. In a stop nothing is tried any more: no back-off, no run-up.
 typedef struct {
   omni8_drive drive;
   omni8_supervisor supervisor;
@@ -3168,38 +3186,39 @@ typedef struct {
   // Index of the wheel that the measured speed hangs on, the slowest that pushes, or the fastest
   // where all brake; -1 where there is none.
   int8_t speed_wheel;
-  // What drives the wheels.
+  // The control mode of the wheels.
   omni_traction_loops loops;
   // What the choice of the target speed is at.
   omni_supervisor_mode supervisor;
 } omni8_traction_drive_output;
 
-// The filter for a vehicle with `N` wheels. Immutable; what changes is in `EstimatorState`.
+// The filter for a vehicle with `N` wheels. Immutable; the changing state is in `EstimatorState`.
 //
 // State: place and yaw in the world; velocity of the origin along the vehicle's heading; the gyro's bias;
 // and the slip of all wheels together, as a twist that they show beyond the vehicle's own. Each period
 //
-// 1. gyro and accelerometer move the state (without accelerometer the velocity wanders, without
-//    gyro the wheels' yaw rate is taken);
+// 1. gyro and accelerometer move the state (without accelerometer the velocity follows a random walk, without gyro the
+//    wheels' yaw rate is used);
 // 2. the slip is held against none, by as little as a slip says that lasts for `slip_s` and is
 //    `slip_m_s`, as much as it is itself in any direction (wheels that slide hold in none) and as the
 //    wheels disagree. It changes by as much, but in a period by no more than 400 times what the velocity
 //    does (variances), which is little with an accelerometer. A body innovation beyond three deviations
 //    widens it at once, by its excess (after Jazwinski, *Adaptive filtering*, Automatica 5, 1969);
-// 3. every valid wheel reading is taken in by itself, its noise widened by its own residual (as
-//    variance components are estimated from redundancy: Baarda, 1968). No matrix is inverted, and
-//    the covariance is updated in Joseph's form. Its variances are never below 0.
+// 3. every valid wheel reading is processed separately, its noise increased by its own residual (as variance
+//    components are estimated from redundancy: Baarda, 1968). No matrix is inverted, and the covariance is updated in
+//    Joseph's form. Its variances are never below 0.
 //
-// A vehicle whose command is rest and that stands (wheels, gyro and accelerometer are quiet for 50 ms) has no
-// velocity, and what the gyro says beyond the wheels' yaw rate is its bias: it trembles as its loops answer their
-// encoders' noise. Nothing else teaches the bias: a wheel's slip in a turn is one-sided, and would be taken for one.
+// A vehicle that is commanded to rest and stands still (wheels, gyro and accelerometer are quiet for 50 ms) has no
+// velocity, and the gyro's difference from the wheels' yaw rate is its bias: the vehicle trembles because its loops
+// respond to encoder noise. The bias is estimated only then: a wheel's slip in a turn is one-sided, and would be
+// mistaken for a bias.
 //
-// What it is not: it has no bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s
-// of error while all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
+// Limits: it does not model a bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s of
+// error while all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
 typedef struct {
   omni_estimator_config config;
   omni8_kinematics kinematics;
-  // Squares of the forward map: what a wheel's variance adds to that of each axis.
+  // Squares of the forward map: contribution of a wheel's variance to the variance of each axis.
   float shares[3][8];
   float redundancy[8];
   // Mean squared lever of the wheels [m^2]: turning by 1 rad/s is as much as its root in m/s.
@@ -3212,7 +3231,7 @@ typedef struct {
   uint32_t memory[109];
 } omni8_estimator_state;
 
-// What an estimator reads in a period. All zero: nothing is read.
+// Readings of an estimator in a period. All zero: nothing is read.
 typedef struct {
   // Actuator velocities [rad/s]; each looked at only where it was `received`.
   omni8_velocities measured;
@@ -3233,12 +3252,12 @@ typedef struct {
   omni_sum step;
 } omni_rate_limiter_state;
 
-// What a `TwistLimiter` remembers between steps; `default` is at rest.
+// The state of a `TwistLimiter` between steps; `default` is at rest.
 typedef struct {
   omni_rate_limiter_state axes[3];
 } omni_limiter_state;
 
-// What is remembered of a counter; `default` before the first reading.
+// The state of a counter; `default` before the first reading.
 typedef struct {
   // Counts since the first reading.
   int64_t counts;
@@ -3247,12 +3266,12 @@ typedef struct {
   bool read;
 } omni_counter_state;
 
-// What is remembered of one wheel's counts; `default` at rest.
+// The state of one wheel's counts; `default` at rest.
 typedef struct {
-  // Counts of the last readings, round and round, and by how much longer than a period each took [s].
+  // Ring buffer of the counts of the last readings, and the time by which each exceeded a period [s].
   int32_t counts[32];
   float longer_s[32];
-  // The place of the next, and how many until all took a period.
+  // The index of the next, and the number until all lasted one period.
   uint8_t next;
   uint8_t uneven;
   int64_t sum;
@@ -3273,7 +3292,7 @@ typedef struct {
   float rate_rad_s;
 } omni_velocity_state;
 
-// What is remembered of one wheel's encoder; `default` before the first reading.
+// The state of one wheel's encoder; `default` before the first reading.
 typedef struct {
   omni_counter_state counter;
   omni_velocity_state velocity;
@@ -3296,7 +3315,7 @@ enum omni_velocity_law_tag
   OMNI_VELOCITY_LAW_WINDOW,
   // `VelocityMethod::Edges`.
   OMNI_VELOCITY_LAW_EDGES,
-  // `VelocityMethod::Observer`: what an angle off by 1 rad corrects in a period.
+  // `VelocityMethod::Observer`: correction for an angle error of 1 rad in a period.
   OMNI_VELOCITY_LAW_OBSERVER,
 };
 #ifndef __cplusplus
@@ -3336,9 +3355,9 @@ typedef struct {
 // Once no count comes any more the velocity falls: the wheel turned less than a count since, so by every method
 // it is at most one count over the time without. A counter that has stayed within two counts for
 // `VelocityEstimator::standing_s` stands, or toggles about an edge: the velocity is exactly 0 by every method
-// until it has left them. So an encoder whose wire is cut, which is a counter that stands or toggles, repeats one
-// reading, and a `FaultMonitor` finds it. A wheel slower than three counts in that
-// time reads 0 now and then; that is at most 0.25 rad/s of coarse encoders, and 30 counts a second of fine ones.
+// until it has left them. Therefore an encoder with a cut wire, whose counter stands or toggles, repeats one reading,
+// and a `FaultMonitor` detects it. A wheel slower than three counts in that time
+// occasionally reads 0; that is at most 0.25 rad/s for coarse encoders, and 30 counts per second for fine ones.
 //
 // Nothing divides by a time or by counts that can be zero, and every reading is finite.
 //
@@ -3352,7 +3371,7 @@ typedef struct {
 } omni_velocity_estimator;
 
 // A wheel's encoder on a hardware counter: from its raw reading to a velocity, by an `EncoderCounter`
-// and a `VelocityEstimator`. `WINDOW` is 1 unless the velocity is that of a longer window.
+// and a `VelocityEstimator`. `WINDOW` is 1 unless the velocity uses a longer window.
 typedef struct {
   omni_counter counter;
   omni_velocity_estimator velocity;
@@ -3364,7 +3383,7 @@ typedef struct {
 // `min(cap, stall)`. As printed, eq. (13) turns negative above 114.5 rpm and would push a fast
 // wheel backwards; here a limit is never negative.
 typedef struct {
-  // Where the line meets rest.
+  // The line's value at rest.
   float stall_n_m;
   float slope_n_m_s_rad;
   // Largest torque in any quadrant, at most the stall torque.
@@ -3396,8 +3415,8 @@ typedef struct {
   float jerk;
 } omni_path_phase;
 
-// The way from one waypoint to the next: which pieces it has, and when how much of them is behind.
-// Made by `TrajectoryPlanner`.
+// The segment from one waypoint to the next: its pieces, and the distance along them over time. Made by
+// `TrajectoryPlanner`.
 typedef struct {
   float start_s;
   float duration_s;
@@ -3406,7 +3425,7 @@ typedef struct {
   uint16_t first;
   uint16_t count;
   bool on_the_spot;
-  // What it may do, and its speeds at both ends.
+  // Its limits, and its speeds at both ends.
   omni_motion_limits allowed;
   float ends[2];
   omni_path_phase phases[7];
@@ -3415,7 +3434,7 @@ typedef struct {
 // A piece of a path: x, y and heading as polynomials of the fifth degree of the way along it. Made by
 // `TrajectoryPlanner`.
 typedef struct {
-  // Where it begins on its segment [m, or rad of a turn on the spot].
+  // Its start on its segment [m, or rad of a turn on the spot].
   float start_m;
   // One over its length; 0 of a place.
   float per_length;
@@ -3443,11 +3462,11 @@ typedef struct {
   float wz_rad_s;
 } omni_world_twist;
 
-// What a `Trajectory` says of one time.
+// A `Trajectory` at one time.
 typedef struct {
   // The time asked for [s].
   float time_s;
-  // Where to be [m, m, rad], the heading in (-pi, pi].
+  // Reference pose [m, m, rad], the heading in (-pi, pi].
   omni_pose pose;
   // How to move [m/s, m/s, rad/s], along the world's axes.
   omni_world_twist velocity;
@@ -3457,14 +3476,14 @@ typedef struct {
   float speed_m_s;
   // The end is reached: the pose is the last one, and everything rests.
   bool done;
-  // For how long it has been reached [s]; 0 before.
+  // Time since the end was reached [s]; 0 before.
   float over_s;
 } omni_trajectory_sample;
 
 // Gains and limits of a `HolonomicFollower`.
 typedef struct {
   // Velocity asked for per distance [m/s per m], 0 to 1000. Its inverse is the time constant
-  // of the return: it should be several times that of the wheels' loops.
+  // of the return: it should be several times the time constant of the wheels' loops.
   float gain_per_s;
   // Yaw rate asked for per heading error [rad/s per rad], 0 to 1000; as above.
   float heading_gain_per_s;
@@ -3474,11 +3493,11 @@ typedef struct {
   float limit_rad_s;
 } omni_follower_config;
 
-// Follows a trajectory: its velocity, turned to where the vehicle looks, and a correction in
-// proportion to where the vehicle is not. Goes before the limits of the twist. It remembers nothing.
+// Follows a trajectory: its velocity in the vehicle frame, and a correction proportional to the pose error. Goes
+// before the limits of the twist. It remembers nothing.
 //
-// The correction of the velocity is limited as a vector, so that its direction stays; that of the
-// yaw rate takes the shorter turn.
+// The correction of the velocity is limited as a vector, so that its direction stays; the yaw rate correction follows
+// the shorter turn.
 //
 // After the end of the trajectory the command is exactly 0, so that the torque ends, while the vehicle is
 // within 5 mm and 0.01 rad of the last pose, from 2 s after the end on within 15 mm and 0.03 rad. Farther
@@ -3487,14 +3506,13 @@ typedef struct {
   omni_follower_config config;
 } omni_follower;
 
-// What a `HolonomicFollower` found and asks for.
+// Result of a `HolonomicFollower`: the errors and the command.
 typedef struct {
   // The twist to command [m/s, m/s, rad/s].
   omni_twist twist;
-  // The way to where the vehicle should be, as it looks now: forward, to the left [m]. 0 where
-  // the pose is not known.
+  // Position error in the vehicle frame: forward, left [m]. 0 if the pose is not known.
   float error_m[2];
-  // The turn to where it should look, by the shorter way [rad], in (-pi, pi]. 0 where the pose is not known.
+  // Heading error, by the shorter turn [rad], in (-pi, pi]. 0 if the pose is not known.
   float error_rad;
 } omni_follow_sample;
 

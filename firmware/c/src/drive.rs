@@ -27,7 +27,7 @@ pub struct Input<const N: usize> {
     /// A command arrived. Where none does for the time-out, the vehicle is brought to rest.
     pub commanded: bool,
     /// The emergency stop is pressed: the vehicle comes to rest at the emergency deceleration, whatever is
-    /// commanded, and stays there for as long as this is said. A button that springs back has to be latched before.
+    /// commanded, and stays there for as long as this is said. A momentary button has to be latched by the caller.
     pub emergency: bool,
     /// The encoder's reading arrived.
     pub received: [bool; N],
@@ -63,7 +63,7 @@ impl<const N: usize> Input<N> {
     }
 }
 
-/// What is wrong with a wheel.
+/// The fault of a wheel.
 #[derive(Clone, Copy)]
 #[repr(u8)]
 pub enum WheelFault {
@@ -121,7 +121,7 @@ pub struct Output<const N: usize> {
     pub rejected: bool,
     /// Enough wheels determine the motion; else the pose stands still.
     pub motion_known: bool,
-    /// What is wrong with each wheel.
+    /// The fault of each wheel.
     pub faults: [WheelFault; N],
     /// The wheel was controlled. One that is not has no torque, and its bridge is opened or
     /// shorted: it has a fault, or all torque has ended at rest.

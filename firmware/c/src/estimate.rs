@@ -11,7 +11,7 @@ use crate::drive::Deviations;
 use crate::memory::{EstimatorMemory, Memory};
 use crate::status::{Status, at, finite};
 
-/// What an estimator reads in a period. All zero: nothing is read.
+/// Readings of an estimator in a period. All zero: nothing is read.
 #[repr(C)]
 pub struct PoseInput<const N: usize> {
     /// Actuator velocities [rad/s]; each looked at only where it was `received`.

@@ -74,7 +74,7 @@ pub struct TractionOutput<const N: usize> {
     /// Index of the wheel that the measured speed hangs on, the slowest that pushes, or the fastest
     /// where all brake; -1 where there is none.
     pub speed_wheel: i8,
-    /// What drives the wheels.
+    /// The control mode of the wheels.
     pub loops: TractionLoops,
     /// What the choice of the target speed is at.
     pub supervisor: SupervisorMode,

@@ -1,9 +1,9 @@
-//! Which wheels balls stand for, and where.
+//! Which wheels balls represent, and where.
 
 use super::BALL_LEAN_RAD;
 use crate::{Override, Scenario, WheelModel, builtin_scenarios, builtin_vehicles};
 
-/// Largest lean in degrees where balls, which are asked for, are not the wheels; none where they are.
+/// Largest lean in degrees where balls, which are asked for, are not the wheels; none if they are.
 fn lean_deg(scenario: &str, sets: &[&str]) -> Option<f64> {
     let keys: Vec<_> = ["physics.wheel_model=ball"]
         .iter()
@@ -29,8 +29,8 @@ fn balls_are_the_wheels_of_every_vehicle_on_flat_ground() {
 
 #[test]
 fn balls_are_the_wheels_of_chugo7_in_every_built_in_scenario_but_across_steep_hills() {
-    // Five omni wheels roll straight at what is ahead; two stand crosswise, meet it with a roller
-    // and are not asked to push.
+    // Five omni wheels roll straight at the obstacle; two are transverse, meet it with a roller and do not have to
+    // push.
     for scenario in builtin_scenarios()
         .into_iter()
         .filter(|name| *name != "height_map")
@@ -108,7 +108,7 @@ fn an_omni_ball_is_the_wheel_within_ten_degrees_of_straight_ahead() {
     assert!(at(std::f64::consts::FRAC_PI_2).is_some_and(|lean| lean > 60.0));
     assert_eq!(lean_deg("step", &["perturbation.yaw_rad=0.03"]), None);
     assert!(lean_deg("step", &["perturbation.yaw_rad=0.3"]).is_some());
-    // A vehicle that turns meets the edge at any angle; one that goes sideways needs the crosswise wheels to push.
+    // A vehicle that turns meets the edge at any angle; one that goes sideways needs the transverse wheels to push.
     assert!(lean_deg("step", &["command.wz_rad_s=0.1"]).is_some());
     assert!(lean_deg("step", &["command.vy_m_s=0.1"]).is_some());
     // Wheels of three at 120 degrees, and corner wheels at 45, are met aslant.

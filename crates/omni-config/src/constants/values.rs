@@ -12,20 +12,20 @@ const COUNTER_BITS: u32 = 16;
 /// What a scenario's controller is made of, in `f32`.
 pub(super) struct Values {
     pub(super) traction: Option<TractionValues>,
-    /// The firmware's whole step, where the scenario has a `[drive]`.
+    /// The firmware's whole step, if the scenario has a `[drive]`.
     pub(super) drive: Option<Box<dyn Constant>>,
     pub(super) controller: Box<dyn Constant>,
-    /// What each wheel's motor gives.
+    /// Torque limits of each wheel's motor.
     pub(super) motors: Box<dyn Constant>,
     pub(super) limiter: TwistLimiter<f32>,
     /// From an encoder's counter to a velocity.
     pub(super) encoder: Option<Encoder<f32, LONGEST_WINDOW>>,
     pub(super) path: Option<PlannedPath>,
-    /// Of pose and velocity; none where the period is too long for one.
+    /// Of pose and velocity; none if the period is too long for one.
     pub(super) estimator: Option<Box<dyn Constant>>,
 }
 
-/// Traction control, where that is the scenario's policy.
+/// Traction control, if it is the scenario's policy.
 pub(super) struct TractionValues {
     pub(super) supervisor: Box<dyn Constant>,
     pub(super) traction: Box<dyn Constant>,

@@ -45,7 +45,7 @@ pub(super) const EDGE: f64 = 0.05;
 impl Barrel {
     /// A barrel of a largest radius and half a length whose profile follows a rim of radius `rim_m`
     /// seen at a roller angle of cosine `cos`, or whose ends are thinner than its middle by
-    /// `crown_m`. None where no barrel is that long.
+    /// `crown_m`. None if no barrel is that long.
     pub(super) fn new(
         radius_m: f64,
         half_length_m: f64,
@@ -88,7 +88,7 @@ impl Barrel {
         })
     }
 
-    /// How much thinner the profile is at the ends than in the middle \[m\].
+    /// Difference of the profile's radius between middle and ends \[m\].
     fn crown(profile: Profile, radius_m: f64, half_length_m: f64) -> Option<f64> {
         let sine = Self::sine_at(profile, radius_m, half_length_m, 0.0)?;
         let [_, end] = profile.touch(sine, radius_m, 0.0);

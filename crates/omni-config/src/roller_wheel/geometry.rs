@@ -1,4 +1,4 @@
-//! Where the rollers of a wheel are, how large they may be, and how round the wheel is.
+//! Geometry of a wheel's rollers: their positions, their largest size, and the roundness of the wheel.
 
 use std::f64::consts::PI;
 
@@ -123,8 +123,8 @@ impl RollerWheel {
     /// Moments of inertia of a roller about its axis, as of a solid cylinder, and across it \[kg.m^2\].
     ///
     /// Across it a roller turns only with its wheel, whose inertia is the file's whatever part of it is
-    /// called the roller's. So that part is large, m R^2: the engine's contacts are as stiff as what
-    /// they push is heavy, and would give more at the ends of a roller, which tips, than in its middle.
+    /// called the roller's. Therefore that part is large, m R^2: the stiffness of the engine's contacts is proportional
+    /// to the mass that they push, so that a roller, which tips, would yield more at its ends than in its middle.
     #[must_use]
     pub fn roller_inertia_kg_m2(&self) -> [f64; 2] {
         let radius = self.barrel.radius_m();
@@ -179,7 +179,7 @@ impl RollerWheel {
     }
 
     /// Room between two rollers \[m\], turned by plus and minus `half_rad` about the axle and
-    /// `along_m` apart on it, less what is kept; below 0 where they overlap.
+    /// `along_m` apart on it, less what is kept; below 0 if they overlap.
     ///
     /// A half turn about the radius between them swaps the two, so if any plane parts them, one
     /// through that radius does.
@@ -203,7 +203,7 @@ impl RollerWheel {
     }
 }
 
-/// Where a function with one peak is highest in an interval.
+/// Position of the maximum of a function with one peak in an interval.
 fn highest([mut low, mut high]: [f64; 2], function: impl Fn(f64) -> f64) -> f64 {
     for _ in 0..60 {
         let (a, b) = (low + (high - low) / 3.0, high - (high - low) / 3.0);

@@ -1,4 +1,4 @@
-//! What `control.policy = "auto"` is in a scenario.
+//! Resolution of `control.policy = "auto"` in a scenario.
 
 use omni_core::Real;
 
@@ -7,9 +7,9 @@ use crate::control::{AUTO, AutoPolicy, LOOPS};
 use crate::{Error, Precision, for_wheel_count, wheel_count_refused};
 
 impl Scenario {
-    /// What was chosen where the file names no policy: traction control with the sensors that there
-    /// are, and loops of the wheels where traction control would be refused, as with motors that follow
-    /// their command too late, or where a part of such loops is given. None where a policy is named.
+    /// The choice if the file names no policy: traction control with the available sensors, or loops of the wheels if
+    /// traction control would be rejected, for example with motors that follow their command too late, or if a part of
+    /// such loops is set. None if a policy is named.
     ///
     /// ```
     /// use omni_config::{Override, Scenario};
@@ -47,10 +47,10 @@ impl Scenario {
         other
     }
 
-    /// The same scenario for where only loops of single wheels will do: a policy that was not named is one of them.
+    /// The same scenario for uses that require loops of single wheels: a policy that was not named is one of them.
     ///
     /// # Errors
-    /// As [`Scenario::without_traction`] where traction control is named.
+    /// As [`Scenario::without_traction`] if traction control is named.
     ///
     /// ```
     /// use omni_config::Scenario;
@@ -90,10 +90,12 @@ impl Scenario {
             Precision::F64 => for_wheel_count!(count, build[f64](self), refuse),
         };
         match built {
-            // Who gave it wants traction control.
+            // The user who set it requires traction control.
             Err(error) if self.control.max_retries.is_some() => Err(error),
             Err(error) => {
-                self.choose(AutoPolicy::loops(format!("traction control is refused: {error}")));
+                self.choose(AutoPolicy::loops(format!(
+                    "traction control is rejected: {error}"
+                )));
                 Ok(())
             }
             Ok(()) => Ok(()),

@@ -1,4 +1,4 @@
-//! How a scenario's wheels are simulated: with rollers or as balls, and in which parts of a physics step.
+//! Simulation of a scenario's wheels: with rollers or as balls, and the parts of a physics step.
 
 use super::Scenario;
 use crate::microseconds::seconds;
@@ -10,7 +10,7 @@ use crate::{Engine, Error, RollerWheel, Source, Terrain, WheelModel};
 const ROLLER_STEP_US: u64 = 250;
 
 impl Scenario {
-    /// Parts that a physics step is taken in where wheels have rollers.
+    /// Parts of a physics step if wheels have rollers.
     ///
     /// ```
     /// use omni_config::{Override, Scenario};
@@ -34,7 +34,7 @@ impl Scenario {
         self.physics.roller_substeps.unwrap_or(derived)
     }
 
-    /// Where every wheel shall have rollers, every wheel has some that fit.
+    /// If every wheel must have rollers, every wheel has fitting rollers.
     pub(super) fn check_rollers(&self, source: &Source) -> Result<(), Error> {
         let missing = |i: &usize| self.rollers(*i).is_none();
         let wheels = 0..self.vehicle.wheel.len();
@@ -71,7 +71,7 @@ impl Scenario {
         Ok(())
     }
 
-    /// The rollers of the wheel with that index, from 0, as `physics.wheel_model` has it; none for a ball.
+    /// The rollers of the wheel with that index, from 0, according to `physics.wheel_model`; none for a ball.
     ///
     /// ```
     /// use omni_config::{Override, Scenario};
@@ -85,8 +85,8 @@ impl Scenario {
         self.vehicle.rollers(wheel, self.wheel_model)
     }
 
-    /// What `physics.wheel_model` is on this ground: [`WheelModel::Auto`] is rollers where some ball is
-    /// not the wheel it stands for and every wheel has rollers that fit, and stays where balls are valid.
+    /// The effect of `physics.wheel_model` on this ground: [`WheelModel::Auto`] becomes rollers if some ball does not
+    /// represent its wheel and every wheel has rollers that fit, and stays if balls are valid.
     #[must_use]
     pub fn wheel_model(&self) -> WheelModel {
         self.wheel_model

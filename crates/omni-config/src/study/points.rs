@@ -1,4 +1,4 @@
-//! From a study to its scenarios, each checked; what is wrong with one is said of the axis that it came from.
+//! From a study to its scenarios, each checked; an error names the axis that it came from.
 
 use std::path::Path;
 
@@ -19,7 +19,7 @@ use crate::{Error, Scenario};
 pub struct Point {
     /// The value of each axis, in the axes' order.
     pub values: Vec<Value>,
-    /// The scenario, checked; each run gives it another seed.
+    /// The scenario, checked; each run uses another seed.
     pub scenario: Scenario,
 }
 
@@ -27,8 +27,7 @@ impl Study {
     /// Every combination of the axes' values, the last axis fastest, with some more keys replaced.
     ///
     /// # Errors
-    /// What is wrong with the first that is wrong, in one line that names the study's file, the
-    /// axis, the value and what is allowed.
+    /// The first error, in one line that names the study's file, the axis, the value and the allowed range.
     ///
     /// ```
     /// use omni_config::{Source, Study};
@@ -57,7 +56,7 @@ impl Study {
     /// Each value of each axis once: the first combination, then every other value with the first
     /// ones of all other axes. As many points as there are values, where [`Study::each_point`] has
     /// as many as their product. All of them are points of the study: what is wrong with one is
-    /// wrong with the study. What only two values together break is not found.
+    /// wrong with the study. Errors that only two values together cause are not found.
     ///
     /// ```
     /// let study = omni_config::Study::load("climb_map")?; // three axes of four and five values
@@ -136,7 +135,7 @@ impl Study {
         Override::new(key, value)
     }
 
-    /// What is wrong with a combination, said of the axis or the setting that it came from.
+    /// The error of a combination, attributed to its axis or setting.
     fn explained(
         &self,
         error: Error,
@@ -173,7 +172,7 @@ impl Study {
                 let message = format!("{} = {}: {message}", settings[i].key(), settings[i].value());
                 self.refuse("set", message)
             }
-            _ => error, // of --set, in the words that it is refused with elsewhere
+            _ => error, // of --set, with the same message as elsewhere
         }
     }
 
@@ -199,7 +198,7 @@ impl Study {
     }
 }
 
-/// What all points of a study are made of.
+/// The common part of all points of a study.
 struct Grid<'a> {
     study: &'a Study,
     overrides: &'a [Override],
@@ -280,7 +279,7 @@ fn combination(values: &[Vec<Value>], mut index: usize) -> Vec<Value> {
     chosen
 }
 
-/// How much of a key that is refused is this key's: its length where one is the other or within it, with `vehicle.` or
+/// How much of a key that is rejected is this key's: its length where one is the other or within it, with `vehicle.` or
 /// without, as messages about vehicles are; 0 otherwise.
 fn shared(own: &str, refused: &str) -> usize {
     let within = |a: &str, b: &str| {

@@ -6,7 +6,7 @@ use serde::de::{Deserializer, Error as _};
 use serde::{Deserialize, Serialize};
 use toml::Value;
 
-/// Seeds of a study at most.
+/// Largest number of seeds of a study.
 const MOST_SEEDS: usize = 100_000;
 
 /// Seeds: a number of seeds, counted from 0, or a list.
@@ -34,7 +34,7 @@ impl Seeds {
     /// The seeds that a value of a file means.
     ///
     /// # Errors
-    /// The value and what is allowed.
+    /// The value and the allowed range.
     ///
     /// ```
     /// use omni_config::Seeds;

@@ -1,4 +1,4 @@
-//! Where the ground is, and how high.
+//! Extent and height of the ground.
 
 use super::{Obstacle, Terrain};
 
@@ -20,7 +20,7 @@ impl Terrain {
         }
     }
 
-    /// Where the obstacle lies; none on flat ground.
+    /// Extent of the obstacle; none on flat ground.
     #[must_use]
     pub fn obstacle(&self) -> Option<Obstacle> {
         let (from_m, length) = match self {
@@ -80,7 +80,7 @@ impl Terrain {
         }
     }
 
-    /// Height of the first edge that a wheel meets \[m\]; 0 where it meets none at once.
+    /// Height of the first edge that a wheel meets \[m\]; 0 if it meets none at once.
     #[must_use]
     pub fn first_edge_m(&self) -> f64 {
         match self {
@@ -133,7 +133,7 @@ impl Terrain {
         }
     }
 
-    /// What a person would call it, as `over a step of 5.0 cm`.
+    /// A description for people, such as `over a step of 5.0 cm`.
     #[must_use]
     pub fn described(&self) -> String {
         let cm = |metres: &f64| format!("{:.1} cm", 100.0 * metres);
@@ -173,7 +173,7 @@ impl Terrain {
         }
     }
 
-    /// What no single key shows: the key, and what is wrong with it.
+    /// Checks across several keys: the key, and its error.
     pub(crate) fn refusal(&self) -> Option<(&'static str, String)> {
         match self {
             Self::Bumps {

@@ -1,4 +1,4 @@
-//! What a vehicle file may leave out or say in other words, written out before the file is read.
+//! Optional keys and short forms of a vehicle file, written out before the file is read.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -62,8 +62,7 @@ const RATIO: Number = number_in(
     [1e-3, 1e4],
     "Turns of the rotor per turn of the wheel, 0.001 to 1e4, for rotor_inertia_kg_m2.",
 );
-/// The damping of a hinge whose file gives none takes so long to stop what it carries \[s\], where
-/// nothing else moves it.
+/// Time in which the default damping of a hinge stops its load \[s\], if nothing else moves it.
 const HINGE_STOPS_S: f64 = 0.2;
 
 /// Writes out what is short, and says what was assumed for what is left out.
@@ -132,7 +131,7 @@ fn in_unit_read(
     Ok(())
 }
 
-/// What a motor's rotor adds to the inertia of its wheel \[kg.m^2\].
+/// Inertia that a motor's rotor adds to its wheel \[kg.m^2\].
 fn rotor(source: &Source, motor: &mut Table) -> Result<Option<f64>, Error> {
     let rotor_kg_m2 = ROTOR.taken(source, "motor", motor)?;
     let ratio = RATIO.taken(source, "motor", motor)?;
@@ -280,7 +279,7 @@ fn hinges(table: &mut Table, notes: &mut Vec<String>) {
     }
 }
 
-/// The mass of the whole vehicle, as a scale gives it: the base has what is left.
+/// The mass of the whole vehicle, as weighed: the base has the remaining mass.
 fn total_mass(source: &Source, table: &mut Table, notes: &mut Vec<String>) -> Result<(), Error> {
     let Some(total_kg) = TOTAL_MASS.taken(source, "", table)? else {
         return Ok(());
@@ -307,7 +306,7 @@ fn total_mass(source: &Source, table: &mut Table, notes: &mut Vec<String>) -> Re
     Ok(())
 }
 
-/// Tables of a list; what is no table is for the reader to refuse.
+/// Tables of a list; the reader rejects other values.
 fn tables<'a>(table: &'a mut Table, key: &str) -> impl Iterator<Item = &'a mut Table> {
     let list = table.get_mut(key).and_then(Value::as_array_mut);
     list.into_iter().flatten().filter_map(Value::as_table_mut)
@@ -318,7 +317,7 @@ fn named(part: &Table) -> String {
     part.get("name").map_or_else(String::new, Value::to_string)
 }
 
-/// The numbers of a list; none where there is no list.
+/// The numbers of a list; none if there is no list.
 fn numbers(keys: &Table, key: &str) -> Vec<f64> {
     let list = keys.get(key).and_then(Value::as_array);
     list.into_iter().flatten().filter_map(number).collect()

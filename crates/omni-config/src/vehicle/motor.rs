@@ -1,4 +1,4 @@
-//! The motors of a vehicle, as their data sheets give them.
+//! The motors of a vehicle, by their data sheets.
 
 use garde::Validate;
 use omni_core::TorqueLimit;
@@ -11,7 +11,7 @@ use crate::ranges::{
     self, DAMPING_N_M_S_RAD, EFFICIENCY, GEAR_FRICTION_N_M, NO_LOAD_RAD_S, NO_LOAD_RPM, STALL_TORQUE_N_M, one,
 };
 
-/// Keys of which a file gives exactly one.
+/// Keys of which a file must set exactly one.
 const LINE: [&str; 3] = ["slope_n_m_s_rad", "no_load_rpm", "no_load_rad_s"];
 
 /// Torque-speed line of every actuator, four-quadrant: its torque at rest, and either the slope of torque over speed
@@ -39,13 +39,13 @@ pub struct Motor {
     #[serde(default)]
     #[garde(adapt(ranges), range(min = NO_LOAD_RAD_S.min, max = NO_LOAD_RAD_S.max))]
     pub no_load_rad_s: Option<f64>,
-    /// Most torque that the drive lets the motor have \[N.m\], 1e-6 to the stall torque, at every
+    /// Torque limit of the motor driver \[N.m\], 1e-6 to the stall torque, at every
     /// speed: the corner of a current limit. Left out: the stall torque.
     #[serde(default)]
     #[garde(adapt(ranges), range(min = STALL_TORQUE_N_M.min, max = STALL_TORQUE_N_M.max))]
     pub torque_limit_n_m: Option<f64>,
-    /// Dry (Coulomb) friction of the gear at the wheel \[N.m\], 0 to 1e6: the same at every speed,
-    /// also at rest. The torque-speed line does not include it. 0 by default.
+    /// Dry (Coulomb) friction of the gear at the wheel \[N.m\], 0 to 1e6: equal at every speed, also at rest. The
+    /// torque-speed line does not include it. 0 by default.
     #[serde(default)]
     #[garde(adapt(ranges), range(min = GEAR_FRICTION_N_M.min, max = GEAR_FRICTION_N_M.max))]
     pub gear_friction_n_m: f64,
@@ -53,16 +53,16 @@ pub struct Motor {
     #[serde(default)]
     #[garde(adapt(ranges), range(min = DAMPING_N_M_S_RAD.min, max = DAMPING_N_M_S_RAD.max))]
     pub viscous_n_m_s_rad: f64,
-    /// Efficiency of the gear, 0.01 to 1: driving, the wheel gets this part of the torque; driven
-    /// by the ground, the motor feels this part of it. 1 by default.
+    /// Efficiency of the gear, 0.01 to 1: driving, the wheel receives this fraction of the torque; driven by the
+    /// ground, the motor receives this fraction. 1 by default.
     #[serde(default = "one")]
     #[garde(adapt(ranges), range(min = EFFICIENCY.min, max = EFFICIENCY.max))]
     pub efficiency: f64,
 }
 
 impl Motor {
-    /// Torque lost per speed while driving \[N.m per rad/s\], whichever key the file gives: with a
-    /// speed without load the stall torque over it. 0 for a constant limit.
+    /// Torque lost per speed while driving \[N.m per rad/s\], for either key of the file: with a no-load speed, the
+    /// stall torque over it. 0 for a constant limit.
     ///
     /// ```
     /// let motor = omni_config::Vehicle::load("omni3")?.motor;
@@ -100,7 +100,7 @@ impl Motor {
             .or_else(by_slope)
     }
 
-    /// Most torque that it ever gives \[N.m\]: that at rest, or the limit of its drive.
+    /// Largest torque \[N.m\]: the stall torque, or the limit of its driver.
     ///
     /// ```
     /// use omni_config::{Override, Source, Vehicle};
@@ -126,7 +126,7 @@ impl Motor {
             .capped(R::of(self.peak_torque_n_m()))
     }
 
-    /// What the gear of a wheel with this `gear` (wheel turns per motor turn) takes; none where it takes nothing.
+    /// Losses of the gear of a wheel with this `gear` (wheel turns per motor turn); none without losses.
     ///
     /// # Errors
     /// As [`Gearbox::new`] and [`GearFriction::new`]; a loaded vehicle has been checked.
@@ -148,7 +148,7 @@ impl Motor {
         GearFriction::new(gearbox, self.gear_friction_n_m, self.viscous_n_m_s_rad).map(Some)
     }
 
-    /// What is wrong with it that no single key shows.
+    /// Its error across several keys.
     pub(super) fn refusal(&self) -> Option<String> {
         if let Some(limit) = self
             .torque_limit_n_m

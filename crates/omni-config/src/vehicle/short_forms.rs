@@ -22,11 +22,11 @@ pub(super) struct Mecanum4 {
     /// From the front axles to the rear ones \[m\], 0.001 to 100.
     #[garde(adapt(ranges), range(min = EDGE_M.min, max = EDGE_M.max))]
     wheelbase_m: f64,
-    /// From the middle of the left wheels to that of the right ones \[m\], 0.001 to 100.
+    /// Distance from the middle of the left wheels to the middle of the right wheels \[m\], 0.001 to 100.
     #[garde(adapt(ranges), range(min = EDGE_M.min, max = EDGE_M.max))]
     track_m: f64,
-    /// What the axes of the rollers on the ground form, seen from above; O if left out. From above
-    /// the upper rollers are seen, which form the other letter. With X a vehicle hardly turns.
+    /// Shape of the roller axes on the ground, seen from above; O if left out. From above the upper rollers are seen,
+    /// which form the other letter. With X a vehicle hardly turns.
     #[serde(default)]
     #[garde(skip)]
     mounting: Mounting,
@@ -47,7 +47,7 @@ pub(super) struct Mecanum4 {
     body: Option<String>,
 }
 
-/// What the axes of mecanum wheels' rollers on the ground form.
+/// Shape of the roller axes of mecanum wheels on the ground.
 #[derive(Clone, Copy, Default, Deserialize)]
 #[cfg_attr(feature = "schema", derive(JsonSchema), schemars(inline))]
 pub(super) enum Mounting {
@@ -64,7 +64,7 @@ pub(super) struct Omni3 {
     /// From the middle of the vehicle to a wheel \[m\], 0.001 to 100.
     #[garde(adapt(ranges), range(min = EDGE_M.min, max = EDGE_M.max))]
     lever_m: f64,
-    /// Where the first wheel is, counter-clockwise from ahead \[deg\], -360 to 360; 0 if left out.
+    /// Direction of the first wheel, counter-clockwise from forward \[deg\], -360 to 360; 0 if left out.
     #[serde(default)]
     #[garde(adapt(ranges), range(min = HEADING_DEG.min, max = HEADING_DEG.max))]
     angle_deg: f64,
@@ -85,7 +85,7 @@ pub(super) struct Omni3 {
     body: Option<String>,
 }
 
-/// What all wheels of a short form have.
+/// Common keys of all wheels of a short form.
 struct Alike {
     radius_m: f64,
     mass_kg: f64,

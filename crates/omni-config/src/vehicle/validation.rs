@@ -1,4 +1,4 @@
-//! What no single key shows: names that refer to each other, wheels that can move the vehicle, a shape that can stand.
+//! Checks across several keys: names that refer to each other, wheels that can move the vehicle, a stable shape.
 
 use super::Vehicle;
 use crate::Error;
@@ -10,7 +10,7 @@ use crate::wheel_spec::{WheelContact, WheelSpec};
 const LEAST_LEVER: f64 = 0.01;
 
 impl Vehicle {
-    /// What no single key shows: names that refer to each other, and wheels that together move the vehicle.
+    /// Checks across several keys: names that refer to each other, and wheels that together move the vehicle.
     pub(super) fn check(&self, source: &Source) -> Result<(), Error> {
         if let Some(message) = self.motor.refusal() {
             return Err(source.refuse("motor", message));

@@ -3,7 +3,7 @@
 use crate::digits::digits;
 use crate::{Error, Vehicle};
 
-/// Dry friction is doubtful beyond this part of the torque that the motor gives the wheel at rest.
+/// Dry friction is doubtful beyond this fraction of the motor's stall torque at the wheel.
 const DRY: f64 = 0.5;
 /// Viscous friction is doubtful that leaves the wheel less than this part of the speed that limits and motor allow.
 const VISCOUS: f64 = 0.5;
@@ -34,7 +34,7 @@ impl Vehicle {
         }
         let top = self.top_rad_s()?;
         let slowed = self.wheel.iter().find_map(|wheel| {
-            // Where the line's torque at the wheel is that of both frictions.
+            // Speed at which the line's torque at the wheel equals both frictions.
             let gear = wheel.gear;
             let left = at_wheel(motor.stall_torque_n_m, gear) - dry;
             let slope = at_wheel(motor.line_slope_n_m_s_rad(), gear) / gear;

@@ -30,7 +30,7 @@ impl Vehicle {
         }))
     }
 
-    /// Wheels whose rollers are mounted the other way round than those of the others ask for.
+    /// Wheels whose rollers are mounted in the opposite sense to the other wheels' layout.
     pub(super) fn wrong_hand(&self) -> Result<Option<String>, Error> {
         if let Some(wrong) = self.beside_the_diamond() {
             let why = "the roller axes on the ground should form a diamond";
@@ -106,7 +106,7 @@ impl Vehicle {
         Some((0..wrong.len()).filter(|index| wrong[*index]).collect())
     }
 
-    /// The line about wheels that look like those of the other side.
+    /// The line about wheels that look like wheels of the other side.
     fn other_hands(&self, wrong: &[usize], why: &str) -> String {
         let wheels = || wrong.iter().map(|index| &self.wheel[*index]);
         let names: Vec<_> = wheels().map(|wheel| wheel.name.as_str()).collect();

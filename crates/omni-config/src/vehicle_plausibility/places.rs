@@ -3,12 +3,13 @@
 use crate::digits::digits;
 use crate::{Body, Vehicle};
 
-/// A centre of mass as high as this many times the way between the wheels furthest apart is doubtful: mm taken for m.
+/// A centre of mass as high as this multiple of the distance between the wheels furthest apart is doubtful: mm mistaken
+/// for m.
 const HIGH: f64 = 3.0;
-/// A box is doubtful whose longest edge is so many times that way: cm taken for m.
+/// A box whose longest edge exceeds this multiple of that distance is doubtful: cm mistaken for m.
 const LARGE: f64 = 5.0;
-/// A box is doubtful whose longest edge is below this part of that way: mm taken for cm, or places
-/// of wheels in another unit.
+/// A box whose longest edge is below this fraction of that distance is doubtful: mm mistaken for cm, or wheel positions
+/// in another unit.
 const SMALL: f64 = 0.05;
 
 impl Vehicle {

@@ -1,4 +1,4 @@
-//! What a drive is made of, and what arrives in one period.
+//! The parts of a drive, and its input in one period.
 
 use crate::Real;
 use crate::drive::{FaultConfig, SlipConfig};
@@ -9,7 +9,7 @@ use crate::motor::TorqueRanges;
 use crate::shaping::ShapingConfig;
 
 /// Everything a [`Drive`](crate::drive::Drive) is made of; checked by
-/// [`Drive::new`](crate::drive::Drive::new). Its period is that of `control.pid`.
+/// [`Drive::new`](crate::drive::Drive::new). Its period is the period of `control.pid`.
 ///
 /// ```
 /// use omni_core::{BodyTwist, Drive, DriveConfig, DriveInput, DriveState, WheelLayout, WheelVelocities};
@@ -30,11 +30,11 @@ use crate::shaping::ShapingConfig;
 pub struct DriveConfig<R, const N: usize> {
     /// The wheels.
     pub layout: WheelLayout<R, N>,
-    /// How the vehicle's motion is estimated from the wheels while all are trusted.
+    /// Method that estimates the vehicle's motion from the wheels while all are trusted.
     pub forward: ForwardMap,
     /// The wheels' loops. Its period is the drive's.
     pub control: WheelControlConfig<R, N>,
-    /// What the loops do once the command is rest, and in every stop: time-out, emergency stop, safe stop.
+    /// Behaviour of the loops once the command is rest, and in every stop: time-out, emergency stop, safe stop.
     pub rest: Rest<R>,
     /// Limits, time-out and emergency stop of the command.
     pub shaping: ShapingConfig<R>,
@@ -76,7 +76,7 @@ impl<R: Real, const N: usize> DriveConfig<R, N> {
     }
 }
 
-/// What arrived in one period.
+/// The input of one period.
 ///
 /// ```
 /// use omni_core::motor::TorqueRange;
@@ -100,11 +100,11 @@ impl<R: Real, const N: usize> DriveConfig<R, N> {
 pub struct DriveInput<R, const N: usize> {
     /// A new command, if one arrived: the twist of the command point.
     pub command: Option<BodyTwist<R>>,
-    /// Actuator velocity of each wheel \[rad/s\], none where no reading arrived.
+    /// Actuator velocity of each wheel \[rad/s\], none if no reading arrived.
     pub readings_rad_s: [Option<R>; N],
     /// The emergency stop is pressed: the vehicle comes to rest at the emergency deceleration,
     /// whatever is commanded, and stays there for as long as this is said. A level: it is to be
-    /// true in every step of the stop. A button that springs back has to be latched before.
+    /// true in every step of the stop. A momentary button has to be latched by the caller.
     pub emergency: bool,
     /// Wheels known to be off the ground: they go on turning, but do not count for the motion.
     pub lifted: [bool; N],
@@ -137,8 +137,7 @@ impl<R: Real, const N: usize> DriveInput<R, N> {
     }
 
     /// [`DriveInput::measured`], but a reading of NaN did not arrive, as in a link, a log and
-    /// [`Readings`](crate::policy::Readings). What is no velocity otherwise, as an infinite one, is
-    /// for the monitor to judge.
+    /// [`Readings`](crate::policy::Readings). Other invalid velocities, such as infinity, are left to the monitor.
     ///
     /// ```
     /// use omni_core::{DriveInput, WheelVelocities};

@@ -10,7 +10,7 @@ use crate::geometry::WheelVelocities;
 use crate::scalar::is_plausible;
 use crate::{ConfigError, Real};
 
-/// What is wrong with a wheel.
+/// The fault of a wheel.
 ///
 /// ```
 /// use omni_core::drive::{Fault, FaultMonitor, FaultState};
@@ -51,7 +51,7 @@ impl Fault {
     }
 }
 
-/// Watches the readings of all wheels. Immutable; what changes is in [`FaultState`].
+/// Watches the readings of all wheels. Immutable; the changing state is in [`FaultState`].
 ///
 /// ```
 /// use omni_core::drive::{Fault, FaultMonitor, FaultState};
@@ -74,7 +74,7 @@ pub struct FaultMonitor<R> {
 
 constant_struct!(FaultMonitor<R> { config: FaultConfig<R> });
 
-/// What the monitor remembers; `default` is a fresh start.
+/// The monitor's state; `default` is a fresh start.
 ///
 /// ```
 /// use omni_core::drive::{Fault, FaultMonitor, FaultState};
@@ -111,7 +111,7 @@ struct WheelHistory<R> {
     /// Last finite reading, accepted or not, and the periods without any since.
     last: Option<R>,
     last_gap: u16,
-    /// What the others said when the reading last changed.
+    /// Velocity by the other wheels when the reading last changed.
     said_then: Option<R>,
     fault: Option<Fault>,
     /// The reading has changed since the fault.
@@ -123,7 +123,7 @@ struct WheelHistory<R> {
     good: u16,
 }
 
-/// What a period of evidence counts, and one in which nothing but the torque speaks against a reading.
+/// Weight of a period of evidence, and of a period in which only the torque contradicts a reading.
 const FULL: f64 = 10.0;
 const FAINT: f64 = 1.0;
 
@@ -217,8 +217,8 @@ impl<R: Real, const N: usize> FaultState<R, N> {
         usable
     }
 
-    /// What is wrong with each wheel, in the layout's order; none where its readings are accepted.
-    /// [`Fault::Lost`] hides any other.
+    /// The fault of each wheel, in the layout's order; none if its readings are accepted. [`Fault::Lost`] hides any
+    /// other.
     ///
     /// ```
     /// use omni_core::drive::{Fault, FaultState};
@@ -239,7 +239,7 @@ impl<R: Real, const N: usize> FaultState<R, N> {
     }
 }
 
-/// What the readings are compared with.
+/// The values that readings are compared with.
 ///
 /// ```
 /// use omni_core::drive::{Expectation, Fault, FaultMonitor, FaultState};
@@ -263,7 +263,7 @@ impl<R: Real, const N: usize> FaultState<R, N> {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Expectation<'a, R, const N: usize> {
-    /// Velocity \[rad/s\] each wheel should have by what the other wheels say.
+    /// Velocity \[rad/s\] of each wheel that the other wheels imply.
     pub by_others: &'a WheelVelocities<R, N>,
     /// Which of these are worth something: the others must determine it.
     pub checked: &'a [bool; N],
@@ -301,13 +301,13 @@ impl<R: Real> FaultMonitor<R> {
         Ok(Self { config })
     }
 
-    /// Does it find encoders that read 0 while motors pull?
+    /// Whether it detects encoders that read 0 while motors apply torque.
     pub(crate) fn judges_standing(&self) -> bool {
         self.config.stuck_periods != u16::MAX && self.config.stuck_torque_n_m.is_finite_real()
     }
 
-    /// One step: readings in (`None` where none has arrived), velocities to go on with out. A
-    /// faulty wheel's is 0 and not to be used: see [`FaultState::faults`]. Never NaN. O(N).
+    /// One step: readings in (`None` if none has arrived), velocities for further use out. A faulty wheel's is 0 and
+    /// not to be used: see [`FaultState::faults`]. Never NaN. O(N).
     ///
     /// ```
     /// use omni_core::drive::{Expectation, Fault, FaultMonitor, FaultState};
@@ -356,8 +356,8 @@ impl<R: Real> FaultMonitor<R> {
         velocities
     }
 
-    /// Evidence against a reading, should it stay the same: that the motor pulls in vain. None
-    /// where nothing speaks against it.
+    /// Evidence against a reading, should it stay the same: that the motor pulls in vain. None if nothing speaks
+    /// against it.
     fn pulls_in_vain<const N: usize>(
         &self,
         state: &FaultState<R, N>,
@@ -410,7 +410,7 @@ impl<R: Real> FaultMonitor<R> {
         (hard && alone()).then_some(pulled * R::of(FAINT))
     }
 
-    /// Judges one reading; the velocity to go on with if the wheel has no fault.
+    /// Judges one reading; returns the velocity for further use if the wheel has no fault.
     fn judge(
         &self,
         wheel: &mut WheelHistory<R>,
@@ -496,7 +496,7 @@ impl<R: Real> FaultMonitor<R> {
         wheel.fault.is_none() && read.abs() > self.config.stuck_rad_s
     }
 
-    /// Can a wheel get from one velocity to another in one period and so many missed ones?
+    /// Whether a wheel can change from one velocity to another in one period plus the missed periods.
     fn reaches(&self, from: R, to: R, missed: u16) -> bool {
         (to - from).abs() <= self.config.jump_rad_s * (R::one() + R::of(f64::from(missed)))
     }

@@ -11,11 +11,12 @@ use crate::loops::Controller;
 use crate::shaping::CommandShaper;
 use crate::{ConfigError, Real};
 
-/// A vehicle's whole controller: readings and commands in, torques out. Immutable; what changes is
-/// in [`DriveState`](crate::DriveState).
+/// A vehicle's whole controller: readings and commands in, torques out. Immutable; the changing state is in
+/// [`DriveState`](crate::DriveState).
 ///
-/// In order: readings are judged, faulty wheels released, the motion estimated from the rest; the command is checked,
-/// limited, moved to the origin and brought within what the wheels can turn; the loops run; the pose is integrated.
+/// In order: readings are judged, faulty wheels are released, and the motion is estimated from the remaining wheels;
+/// the command is checked, limited, moved to the origin and scaled to the wheels' speed limits; the loops run; the pose
+/// is integrated.
 ///
 /// ```
 /// use omni_core::{BodyTwist, Coordination, Drive, DriveConfig, DriveInput, DriveMode, DriveState, PidConfig, PidGains};
@@ -78,7 +79,7 @@ impl<R: Real, const N: usize> Drive<R, N> {
     /// A drive as configured.
     ///
     /// # Errors
-    /// Those of the parts, with the parameter out of range: [`Controller::with_forward`], [`CommandShaper::new`],
+    /// As the parts, with the parameter out of range: [`Controller::with_forward`], [`CommandShaper::new`],
     /// [`SlipDetector::new`], [`FaultMonitor::new`], [`CovarianceGrowth::new`]; `command_point_m` outside +-1000 m;
     /// those of [`Controller::with_rest`].
     pub fn new(config: DriveConfig<R, N>) -> Result<Self, ConfigError> {

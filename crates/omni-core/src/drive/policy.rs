@@ -47,7 +47,7 @@ impl<R: Real, const N: usize> DrivePolicy<R, N> {
         &self.drive
     }
 
-    /// Everything that the last step did; none before the first.
+    /// The result of the last step; none before the first.
     ///
     /// ```
     /// use omni_core::drive::DrivePolicy;
@@ -64,7 +64,7 @@ impl<R: Real, const N: usize> DrivePolicy<R, N> {
         self.sample.as_ref()
     }
 
-    /// What it remembers.
+    /// Its state.
     #[must_use]
     pub fn state(&self) -> &DriveState<R, N> {
         &self.state
@@ -86,7 +86,7 @@ impl<R: Real, const N: usize> DrivePolicy<R, N> {
         self.emergency = pressed;
     }
 
-    /// What it remembers, to set a pose or to release a safe stop.
+    /// Its state, to set a pose or to release a safe stop.
     ///
     /// ```
     /// use omni_core::drive::DrivePolicy;

@@ -1,4 +1,4 @@
-//! What one step of a drive returns.
+//! Result of one step of a drive.
 
 use crate::Real;
 use crate::drive::{Fault, SlipSample};
@@ -72,7 +72,7 @@ impl DriveMode {
 pub struct DriveSample<R, const N: usize> {
     /// How far the vehicle can be relied on.
     pub mode: DriveMode,
-    /// What is wrong with each wheel.
+    /// The fault of each wheel.
     pub faults: [Option<Fault>; N],
     /// The command as shaped, still of the command point.
     pub shaped: ShapedCommand<R>,
@@ -80,16 +80,16 @@ pub struct DriveSample<R, const N: usize> {
     pub desaturated: Desaturated<R, N>,
     /// The loops.
     pub wheels: WheelSample<R, N>,
-    /// Motors whose windings shall be shorted. In a safe stop and an emergency stop those of wheels
-    /// with a fault, because no torque can be controlled without a reading, and a vehicle of three
-    /// wheels would roll on; and all when the torque has ended. At rest otherwise all when the torque
-    /// has ended, if [`Rest::short_windings`](crate::loops::Rest::short_windings) asks for it.
+    /// Motors whose windings shall be shorted. In a safe stop and an emergency stop: the motors of faulty wheels,
+    /// because no torque can be controlled without a reading and a vehicle of three wheels would coast; and all motors
+    /// when the torque has ended. Otherwise at rest: all motors when the torque has ended, if
+    /// [`Rest::short_windings`](crate::loops::Rest::short_windings) requests it.
     pub brake: [bool; N],
     /// Enough wheels determine the motion: `slip` means something, and the pose was integrated.
     pub motion_known: bool,
-    /// What the wheels say of the motion and of each other.
+    /// The motion by the wheels, and their disagreement.
     pub slip: SlipSample<R, N>,
-    /// Where the vehicle is by what its wheels say.
+    /// Pose by odometry.
     pub pose: PlanarPose<R>,
 }
 

@@ -1,7 +1,7 @@
 //! Slip detection by redundancy; a slipping wheel is left out of the forward kinematics until it grips again.
 //!
-//! Seven wheels determine three motions four times over. A wheel that slips or has lost the ground
-//! breaks that agreement; the residual of the others names it (data snooping, Baarda 1968).
+//! Seven wheels determine three motions four times over. A wheel that slips or has lost the ground breaks that
+//! agreement; the residual of the other wheels identifies it (data snooping, Baarda 1968).
 
 #[cfg(test)]
 mod tests;
@@ -38,15 +38,15 @@ pub struct SlipConfig<R> {
     pub leave_rad_s: R,
     /// Control periods in a row that a wheel must be suspected before it is left out, 1 to 65535.
     pub enter_periods: u16,
-    /// Control periods in a row below `leave_rad_s` before it is let in again, 1 to 65535.
+    /// Consecutive control periods below `leave_rad_s` before it is included again, 1 to 65535.
     pub leave_periods: u16,
 }
 
 constant_struct!(SlipConfig<R> { enter_rad_s: R, leave_rad_s: R, enter_periods: u16, leave_periods: u16 });
 
 impl<R: Real> SlipConfig<R> {
-    /// What is usual for a control period \[s\]: out after 10 ms above 2 rad/s, in again after 50
-    /// ms below 1 rad/s, in whole periods.
+    /// Usual values for a control period \[s\]: excluded after 10 ms above 2 rad/s, included again after 50 ms below 1
+    /// rad/s, in whole periods.
     ///
     /// ```
     /// use omni_core::drive::SlipConfig;
@@ -104,8 +104,8 @@ pub struct SlipDetector<R> {
 
 constant_struct!(SlipDetector<R> { config: SlipConfig<R> });
 
-/// What the detector remembers: which wheels are excluded, for how long each seemed to slip, and
-/// the forward map of the rest.
+/// The detector's state: the excluded wheels, the time for which each seemed to slip, and the forward map of the
+/// remaining wheels.
 ///
 /// ```
 /// use omni_core::drive::{SlipConfig, SlipDetector, SlipState};
@@ -157,7 +157,7 @@ pub struct SlipState<R, const N: usize> {
 pub struct SlipSample<R, const N: usize> {
     /// The motion by the trusted wheels.
     pub estimated: BodyTwist<R>,
-    /// What each wheel says beyond that motion \[rad/s\]; of a wheel left out, its whole slip.
+    /// Residual velocity of each wheel relative to that motion \[rad/s\]; for an excluded wheel, its whole slip.
     pub residual: WheelVelocities<R, N>,
     /// Slip \[rad/s\] of each wheel if it alone slips: the residual over the wheel's redundancy. 0 for a wheel that the
     /// others cannot check.
@@ -227,8 +227,8 @@ impl<R: Real, const N: usize> SlipState<R, N> {
     /// Declares which wheels do not count: lifted, lost, or with a broken encoder. They stay out
     /// until declared otherwise.
     ///
-    /// False, and nothing changes but that wheels found slipping are let in again to help, where
-    /// the rest would not determine the three motions apart.
+    /// False if the remaining wheels would not determine the three motions; then nothing changes, except that wheels
+    /// found slipping are included again.
     ///
     /// ```
     /// use omni_core::drive::SlipState;
@@ -260,7 +260,7 @@ impl<R: Real, const N: usize> SlipState<R, N> {
         enough
     }
 
-    /// Forms the forward map anew. False where too few wheels are left; then nothing changes.
+    /// Forms the forward map anew. False if too few wheels are left; then nothing changes.
     fn refresh(&mut self, kinematics: &Kinematics<R, N>) -> bool {
         let excluded = self.excluded();
         // The map as chosen, be it least squares or not, while every wheel is trusted.
@@ -280,7 +280,7 @@ impl<R: Real, const N: usize> SlipState<R, N> {
     }
 }
 
-/// How many times more of the disagreement the slip of the suspect must explain than that of anyone else.
+/// Factor by which the suspect's slip must explain more of the disagreement than the slip of any other wheel.
 const MARGIN: f64 = 1.25;
 
 /// Redundancy below which the others check a wheel too little to exclude it.
@@ -312,12 +312,12 @@ impl<R: Real> SlipDetector<R> {
         Ok(Self { config })
     }
 
-    /// One step: what the actuator velocities `measured` \[rad/s\] say of the vehicle and of each other.
+    /// One step: evaluates the actuator velocities `measured` \[rad/s\] for the vehicle's motion and for each other.
     ///
-    /// The wheel is suspect whose slip alone would explain most of the squared residual (the w-test of data snooping),
-    /// by a quarter more than that of any other; one that the others see less than a twentieth of is not. At most one
-    /// wheel is left out a step, the most suspected. A measurement of a declared wheel may be anything finite. Closed
-    /// form, O(N).
+    /// The suspect is the wheel whose slip alone would explain most of the squared residual (the w-test of data
+    /// snooping), a quarter more than the slip of any other wheel; a wheel of whose slip the other wheels see less than
+    /// a twentieth is not suspected. At most one wheel is left out a step, the most suspected. A measurement of a
+    /// declared wheel may be anything finite. Closed form, O(N).
     ///
     /// ```
     /// use omni_core::drive::{SlipConfig, SlipDetector, SlipState};
@@ -395,7 +395,7 @@ impl<R: Real> SlipDetector<R> {
             if state.periods[i] >= self.config.enter_periods {
                 state.slipping[i] = true;
                 state.periods[i] = 0;
-                // Where too few would be left, the wheel stays in.
+                // If too few wheels would remain, the wheel stays included.
                 state.slipping[i] = kinematics.excluding(&state.excluded()).is_some();
                 changed |= state.slipping[i];
             }

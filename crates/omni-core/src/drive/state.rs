@@ -1,4 +1,4 @@
-//! What a drive remembers.
+//! The state of a drive.
 
 use super::model::Drive;
 use crate::Real;
@@ -8,7 +8,7 @@ use crate::geometry::WheelVelocities;
 use crate::loops::ControlState;
 use crate::shaping::ShaperState;
 
-/// What a [`Drive`] remembers.
+/// The state of a [`Drive`].
 ///
 /// ```
 /// use omni_core::geometry::PlanarPose;
@@ -31,7 +31,7 @@ pub struct DriveState<R, const N: usize> {
     pub(super) shaper: ShaperState<R>,
     /// The readings' history.
     pub faults: FaultState<R, N>,
-    /// Where the vehicle is.
+    /// Pose of the vehicle.
     pub odometry: OdometryState<R, N>,
     /// How sure that is.
     pub covariance: PoseCovariance<R>,
@@ -40,7 +40,7 @@ pub struct DriveState<R, const N: usize> {
     pub(super) stopping: bool,
     /// Periods in a row in which too few wheels determined the motion.
     pub(super) blind_periods: u16,
-    /// What the wheels should have measured by what the others said, and which of these are worth something.
+    /// The velocities that the other wheels imply, and which of them are significant.
     pub(super) by_others: WheelVelocities<R, N>,
     #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub(super) checked: [bool; N],

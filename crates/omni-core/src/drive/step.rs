@@ -14,7 +14,7 @@ use crate::geometry::{BodyTwist, Desaturated, Kinematics, WheelVelocities};
 use crate::loops::wheel_loops::LoopInputs;
 use crate::loops::{ControlState, WheelSample};
 
-/// What the loops of a drive are to do in a period.
+/// The task of a drive's loops in a period.
 pub(super) struct Asked<'a, R, const N: usize> {
     pub(super) inputs: LoopInputs<'a, R, N>,
     /// The twist of the origin that this is of.
@@ -27,7 +27,7 @@ impl<R: Real, const N: usize> Drive<R, N> {
     /// One period: torques that move the vehicle as commanded, as far as command, limits and wheels allow. To be called
     /// once every control period. O(N).
     ///
-    /// Never fails: nonsense in the input is refused, or its wheel is released.
+    /// Never fails: an invalid input is rejected, or its wheel is released.
     ///
     /// ```
     /// use omni_core::{BodyTwist, Drive, DriveConfig, DriveInput, DriveMode, DriveState, WheelLayout, WheelVelocities};
@@ -96,7 +96,7 @@ impl<R: Real, const N: usize> Drive<R, N> {
         let dropped = state.faults.usable().map(|usable| !usable);
         let kinematics = self.controller.kinematics();
 
-        // What the remaining wheels say of the motion.
+        // The motion by the remaining wheels.
         let mut excluded = dropped;
         for (excluded, &lifted) in excluded.iter_mut().zip(&input.lifted) {
             *excluded |= lifted;
@@ -106,7 +106,7 @@ impl<R: Real, const N: usize> Drive<R, N> {
         sample.slip = if enough {
             self.slip.step(kinematics, &mut state.slip, &beneath)
         } else {
-            // What too few wheels say is no motion.
+            // Too few wheels determine no motion.
             SlipSample::unknown(excluded)
         };
         // Lifted wheels still hold the vehicle on its course when they come down: no reason to stop.
@@ -124,7 +124,7 @@ impl<R: Real, const N: usize> Drive<R, N> {
             state.shaper.release();
         }
 
-        // What the wheels shall do.
+        // The task of the wheels.
         sample.shaped = self.shaper.step(&mut state.shaper, input.command.as_ref());
         let twist = sample.shaped.twist;
         let twist = if self.discretize {
@@ -202,7 +202,7 @@ impl<R: Real, const N: usize> Drive<R, N> {
         }
     }
 
-    /// What the next period's readings will be compared with.
+    /// The values that the next period's readings will be compared with.
     fn store_expectation(
         &self,
         state: &mut DriveState<R, N>,
@@ -219,7 +219,7 @@ impl<R: Real, const N: usize> Drive<R, N> {
         }
         state.checked = slip.checked;
         for (checked, &lifted) in state.checked.iter_mut().zip(&input.lifted) {
-            // What the ground does says nothing of a wheel in the air.
+            // Ground contact is irrelevant to a wheel in the air.
             *checked &= !lifted;
         }
         state.reference = wheels.reference;

@@ -12,8 +12,8 @@ use crate::{ConfigError, Real};
 
 /// A [`Drive`] with traction control in place of the wheels' loops: everything around them is the drive's.
 ///
-/// Wheels that the fault monitor excludes, and those of which no reading arrives, have no torque and do not count for
-/// the speed. `torque_ranges` of the input hold here too. In a stop nothing is tried any more: no back-off, no run-up.
+/// Wheels that the fault monitor excludes, and wheels without a reading, get no torque and do not count for the speed.
+/// `torque_ranges` of the input also apply here. In a stop nothing is tried any more: no back-off, no run-up.
 ///
 /// ```
 /// use omni_core::drive::{BodyReadings, TractionDrive, TractionDriveState};
@@ -41,7 +41,7 @@ pub struct TractionDrive<R, const N: usize> {
 
 constant_struct!(TractionDrive<R, const N> { drive: Drive<R, N>, supervisor: Supervisor<R, N>, traction: Traction<R, N> });
 
-/// What a vehicle's bodies are read to do, for [`TractionDrive::step`].
+/// Measured motion of a vehicle's bodies, for [`TractionDrive::step`].
 ///
 /// ```
 /// use omni_core::drive::BodyReadings;
@@ -53,7 +53,7 @@ constant_struct!(TractionDrive<R, const N> { drive: Drive<R, N>, supervisor: Sup
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct BodyReadings<'a, R> {
-    /// Angle of every hinge \[rad\], in the vehicle's order; empty where none are read.
+    /// Angle of every hinge \[rad\], in the vehicle's order; empty if none are read.
     pub hinges_rad: &'a [R],
     /// Their rates \[rad/s\].
     pub hinges_rad_s: &'a [R],
@@ -79,7 +79,7 @@ impl<R: Real> BodyReadings<'_, R> {
     }
 }
 
-/// What a [`TractionDrive`] remembers.
+/// The state of a [`TractionDrive`].
 ///
 /// ```
 /// use omni_core::drive::TractionDriveState;
@@ -96,7 +96,7 @@ impl<R: Real> BodyReadings<'_, R> {
     serde(bound(deserialize = "R: Real + serde::Deserialize<'de>"))
 )]
 pub struct TractionDriveState<R, const N: usize> {
-    /// What is around the loops: safe stops end here, faults and the pose are read here.
+    /// The state around the loops: safe stops end here, faults and the pose are read here.
     pub drive: DriveState<R, N>,
     supervised: SupervisedState<R, N>,
 }
@@ -151,7 +151,7 @@ impl<R: Real, const N: usize> TractionDriveState<R, N> {
         }
     }
 
-    /// What the supervisor is at.
+    /// Phase of the supervisor.
     #[must_use]
     pub fn supervisor(&self) -> &SupervisorState<R> {
         &self.supervised.supervisor
@@ -174,7 +174,7 @@ impl<R: Real, const N: usize> TractionDriveState<R, N> {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub struct TractionDriveSample<R, const N: usize> {
-    /// What is around the loops; `drive.wheels` are the law's.
+    /// The sample around the loops; `drive.wheels` comes from the control law.
     pub drive: DriveSample<R, N>,
     /// The law.
     pub traction: TractionSample<R, N>,
@@ -184,7 +184,7 @@ impl<R: Real, const N: usize> TractionDrive<R, N> {
     /// Traction control inside `drive`, whose own loops are not used but for how their torque ends.
     ///
     /// # Errors
-    /// `period_s`, where the law's is not that of the drive.
+    /// `period_s`, if the control law's period differs from the drive's period.
     pub fn new(
         drive: Drive<R, N>,
         supervisor: Supervisor<R, N>,
@@ -203,13 +203,13 @@ impl<R: Real, const N: usize> TractionDrive<R, N> {
         })
     }
 
-    /// What is around the loops.
+    /// The part around the loops.
     #[must_use]
     pub fn drive(&self) -> &Drive<R, N> {
         &self.drive
     }
 
-    /// One period, as [`Drive::step`]; `body` is what the bodies are read to do. O(N).
+    /// One period, as [`Drive::step`]; `body` is the measured motion of the bodies. O(N).
     ///
     /// ```
     /// use omni_core::drive::{BodyReadings, TractionDriveState};

@@ -36,7 +36,7 @@ impl<R: Real> PoseCovariance<R> {
     /// Independent uncertainties with the variances `[x, y, yaw]` >= 0 \[m^2, m^2, rad^2\].
     ///
     /// # Errors
-    /// Parameter `x_m2`, `y_m2` or `yaw_rad2` where it is negative or not finite.
+    /// Parameter `x_m2`, `y_m2` or `yaw_rad2` if it is negative or not finite.
     ///
     /// ```
     /// use omni_core::estimate::PoseCovariance;
@@ -100,7 +100,8 @@ impl<R: Real> PoseCovariance<R> {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct OdometryNoise<R> {
     /// k >= 0: standard deviation of a wheel's angle after it turned by a radian \[rad per root of rad\]. Uneven
-    /// ground, rollers. Errors of different steps are independent, so that the variance grows as the way does.
+    /// ground, rollers. Errors of different steps are independent, so that the variance grows in proportion to the
+    /// distance.
     pub wheel_rad_per_sqrt_rad: R,
     /// g >= 0: variance per squared residual of a step, the part of the increment that no motion of the vehicle
     /// explains. Slip. A lasting slip s \[rad/s\] adds g s^2 dt^2 each step: its effect is proportional to the period.
@@ -112,14 +113,14 @@ pub struct OdometryNoise<R> {
 /// `P' = F P F^T + G (J diag(q) J^T) G^T`, F and G being the derivatives of the exact step by the pose and by the
 /// displacement, and J the forward map.
 ///
-/// What it is not: it has no model of bias. A wrong wheel radius, a wrong layout, a bent axle or a wheel
-/// that always slips the same way give errors that grow with the way, not with its root, and are not in
-/// here. Wheels are taken as independent. To first order: beyond a yaw deviation of some 0.3 rad the true
-/// distribution is no longer an ellipse. It only grows; to take in a measurement is a filter's business.
+/// Limits: it has no model of bias. A wrong wheel radius, a wrong layout, a bent axle or a wheel that always slips in
+/// one direction cause errors that grow with the distance, not with its root, and are not included. Wheels are assumed
+/// independent. To first order: beyond a yaw deviation of some 0.3 rad the true distribution is no longer an ellipse.
+/// It only grows; including a measurement is the task of a filter.
 ///
-/// In `f32` the sums are plain: 100,000 steps at 0.3 m/s and 100 Hz leave it 0.5 % from `f64`, and
-/// what a step adds is lost once it is below 6e-8 of what is there, after some ten million. Step it
-/// every tenth period, with the increments summed, where that matters.
+/// In `f32` the sums are plain: 100,000 steps at 0.3 m/s and 100 Hz leave it 0.5 % from `f64`, and the increment of a
+/// step is lost once it is below 6e-8 of the sum, after some ten million steps. If that matters, step it every tenth
+/// period, with the increments summed.
 ///
 /// The usual name: first-order propagation of errors, the prediction of an extended Kalman filter.
 ///
@@ -150,7 +151,7 @@ pub struct CovarianceGrowth<R> {
 constant_struct!(CovarianceGrowth<R> { per_rad: R, per_residual: R });
 
 impl<R: Real> OdometryNoise<R> {
-    /// What stands where there is none: wheels that are never wrong.
+    /// Placeholder if there is none: wheels without error.
     pub(crate) fn none() -> Self {
         Self {
             wheel_rad_per_sqrt_rad: R::zero(),
@@ -163,7 +164,7 @@ impl<R: Real> CovarianceGrowth<R> {
     /// Growth by the noise given.
     ///
     /// # Errors
-    /// Parameter `wheel_rad_per_sqrt_rad` or `residual_gain` where it is negative or not finite.
+    /// Parameter `wheel_rad_per_sqrt_rad` or `residual_gain` if it is negative or not finite.
     pub fn new(noise: OdometryNoise<R>) -> Result<Self, ConfigError> {
         let k = not_negative("wheel_rad_per_sqrt_rad", noise.wheel_rad_per_sqrt_rad)?;
         Ok(Self {
@@ -175,7 +176,7 @@ impl<R: Real> CovarianceGrowth<R> {
     /// One step from `start`, the estimated pose before it, with the actuator increments `increments` \[rad\]
     /// ([`Odometry::increments`](crate::estimate::Odometry::increments), or velocities times the period).
     ///
-    /// False, and nothing changed, where the result would not be finite.
+    /// False, and nothing changed, if the result would not be finite.
     ///
     /// ```
     /// use omni_core::estimate::{CovarianceGrowth, OdometryNoise, PoseCovariance};
@@ -207,8 +208,8 @@ impl<R: Real> CovarianceGrowth<R> {
         )
     }
 
-    /// As [`CovarianceGrowth::step`] with a forward map `forward`, one row an axis \[m, m, 1\], and residuals
-    /// `residuals` of the caller's. A wheel that is left out has a column of zeros.
+    /// As [`CovarianceGrowth::step`] with a forward map `forward`, one row per axis \[m, m, 1\], and residuals
+    /// `residuals` of the caller's. An excluded wheel has a column of zeros.
     ///
     /// ```
     /// use omni_core::estimate::{CovarianceGrowth, OdometryNoise, PoseCovariance};

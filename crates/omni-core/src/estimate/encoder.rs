@@ -5,7 +5,7 @@ use crate::error::within;
 use crate::estimate::{VelocityConfig, VelocityEstimator, VelocityMethod, VelocityState};
 use crate::{ConfigError, Real};
 
-/// What an [`Encoder`] is made of.
+/// The configuration of an [`Encoder`].
 ///
 /// ```
 /// use omni_core::estimate::{Encoder, EncoderConfig, EncoderState, VelocityMethod};
@@ -22,19 +22,19 @@ use crate::{ConfigError, Real};
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct EncoderConfig<R> {
-    /// Edges a turn of what shall be measured, 1 to 1e9, all of them counted (four a line of a
-    /// quadrature encoder), times the gear's ratio where the encoder sits before the gear.
+    /// Counted edges per turn of the measured shaft, 1 to 1e9 (four per line of a quadrature encoder), times the gear
+    /// ratio if the encoder sits before the gear.
     pub counts_per_turn: R,
     /// Bits of the counter, 2 to 32.
     pub bits: u32,
-    /// How a velocity is made of the counts.
+    /// Method that estimates a velocity from the counts.
     pub velocity: VelocityMethod<R>,
     /// Control period \[s\], 0.000001 to 10.
     pub period_s: R,
 }
 
 /// A wheel's encoder on a hardware counter: from its raw reading to a velocity, by an [`EncoderCounter`]
-/// and a [`VelocityEstimator`]. `WINDOW` is 1 unless the velocity is that of a longer window.
+/// and a [`VelocityEstimator`]. `WINDOW` is 1 unless the velocity uses a longer window.
 ///
 /// ```
 /// use omni_core::estimate::{Encoder, EncoderConfig, EncoderState, VelocityMethod};
@@ -58,7 +58,7 @@ pub struct Encoder<R, const WINDOW: usize = 1> {
 
 constant_struct!(Encoder<R, const WINDOW> { counter: EncoderCounter<R>, velocity: VelocityEstimator<R, WINDOW> });
 
-/// What is remembered of one wheel's encoder; `default` before the first reading.
+/// The state of one wheel's encoder; `default` before the first reading.
 ///
 /// ```
 /// use omni_core::estimate::EncoderState;
@@ -107,7 +107,7 @@ impl<R: Real, const WINDOW: usize> Encoder<R, WINDOW> {
     /// An encoder of that configuration.
     ///
     /// # Errors
-    /// Those of [`EncoderCounter::new`] and [`VelocityEstimator::new`].
+    /// As [`EncoderCounter::new`] and [`VelocityEstimator::new`].
     pub fn new(config: EncoderConfig<R>) -> Result<Self, ConfigError> {
         let counter = EncoderCounter::new(config.counts_per_turn, config.bits)?;
         let velocity = VelocityEstimator::new(VelocityConfig {
@@ -118,9 +118,9 @@ impl<R: Real, const WINDOW: usize> Encoder<R, WINDOW> {
         Ok(Self { counter, velocity })
     }
 
-    /// One control period: takes in the counter as it stands, and returns the velocity \[rad/s\];
-    /// none where it could not be read. The first reading after such a period is right about the
-    /// time. The wheel may turn by less than half the counter's range between two readings.
+    /// One control period: reads the present counter, and returns the velocity \[rad/s\]; none if the counter could not
+    /// be read. The first reading after such a period accounts for the elapsed time. The wheel may turn by less than
+    /// half the counter's range between two readings.
     ///
     /// `since_edge_s` is as in [`VelocityEstimator::step`].
     ///
@@ -151,8 +151,8 @@ impl<R: Real, const WINDOW: usize> Encoder<R, WINDOW> {
         Some(self.velocity.step(&mut state.velocity, counts, since_edge_s))
     }
 
-    /// The velocity \[rad/s\] by a counter that was read `since_reading_s` \[s\] after the last
-    /// time, where that was measured: as [`VelocityEstimator::step_after`].
+    /// The velocity \[rad/s\] by a counter that was read `since_reading_s` \[s\] after the last time, if that time was
+    /// measured: as [`VelocityEstimator::step_after`].
     ///
     /// ```
     /// use omni_core::estimate::{Encoder, EncoderConfig, EncoderState};
@@ -220,7 +220,7 @@ pub struct EncoderCounter<R> {
 
 constant_struct!(EncoderCounter<R> { count_rad: R, unused: u32 });
 
-/// What is remembered of a counter; `default` before the first reading.
+/// The state of a counter; `default` before the first reading.
 ///
 /// ```
 /// use omni_core::estimate::CounterState;
@@ -266,12 +266,11 @@ impl CounterState {
 }
 
 impl<R: Real> EncoderCounter<R> {
-    /// An encoder of `counts_per_turn` edges a turn of what shall be measured, 1 to 1e9, all of
-    /// them counted (four a line of a quadrature encoder), times the gear's ratio where it sits
-    /// before the gear; and a counter of `bits`, 2 to 32.
+    /// An encoder of `counts_per_turn` counted edges per turn of the measured shaft, 1 to 1e9 (four per line of a
+    /// quadrature encoder), times the gear ratio if it sits before the gear; and a counter of `bits`, 2 to 32.
     ///
     /// # Errors
-    /// Parameter `counts_per_turn` or `bits` where it is out of range.
+    /// Parameter `counts_per_turn` or `bits` if it is out of range.
     pub fn new(counts_per_turn: R, bits: u32) -> Result<Self, ConfigError> {
         let counts = within("counts_per_turn", counts_per_turn, 1.0..=1e9, "1 to 1e9")?;
         if !(2..=32).contains(&bits) {
@@ -290,8 +289,8 @@ impl<R: Real> EncoderCounter<R> {
     }
 
     /// Takes in a reading and returns the counts since the one before, positive forwards; 0 for the
-    /// first. Bits that the counter does not have are ignored. The way round is the shorter one:
-    /// read at least once in half the counter's range.
+    /// first. Bits beyond the counter's width are ignored. The way round is the shorter one: read at least once in half
+    /// the counter's range.
     ///
     /// ```
     /// use omni_core::estimate::{CounterState, EncoderCounter};
@@ -302,7 +301,7 @@ impl<R: Real> EncoderCounter<R> {
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
     pub fn update(&self, state: &mut CounterState, raw: u32) -> i32 {
-        // The counter's highest bit becomes that of 32: differences wrap as it does, and keep their sign.
+        // The counter's highest bit becomes bit 31 of 32: differences wrap as it does, and keep their sign.
         let aligned = raw << (self.unused & 31);
         let counts = if state.read {
             (aligned.wrapping_sub(state.last) as i32) >> (self.unused & 31)

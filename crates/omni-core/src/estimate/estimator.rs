@@ -1,8 +1,8 @@
 //! Pose and velocity from wheels, gyro and accelerometer, with wheel slip as a state.
 //!
-//! An extended Kalman filter. What is special is the slip: that of all wheels together is a part of
-//! the state, because it lasts, and no redundancy of wheels sees it, while an accelerometer does.
-//! What the wheels say against each other widens their noise.
+//! An extended Kalman filter. Its special feature is the slip: the common slip of all wheels is a part of the state,
+//! because it persists and no redundancy of wheels detects it, while an accelerometer does. Disagreement between the
+//! wheels increases their noise.
 
 mod config;
 mod correction;
@@ -23,7 +23,8 @@ use matrix::{BIAS, Matrix, Motion, SIZE, SLIP, SLIP_Y, VX, VY, X, Y, YAW};
 
 /// Innovation squared over its variance from which on a slip has changed at once: three standard deviations.
 const SUDDEN: f64 = 9.0;
-/// Most that a period adds to the variance of the slip, over that of the wheels' noise: what `f32` can take off again.
+/// Largest addition of a period to the variance of the slip, relative to the wheels' noise: the amount that `f32` can
+/// subtract again.
 const MOST: f64 = 1e4;
 /// Disagreement that passes for noise of the readings, over their variance: its estimate over 20
 /// periods is off by a third.
@@ -37,34 +38,35 @@ const LEAST_REDUNDANCY: f64 = 0.05;
 /// Part of the squared disagreement that is noise of the wheel's reading. All of it is in what the
 /// slip may be: what lasts is no noise.
 const AS_NOISE: f64 = 0.5;
-/// Most that a slip changes unforeseen in a period, over what the velocity does (variances): so little of
-/// such a change is taken for one of the velocity. More, and every period expects a change that comes in few.
+/// Largest unpredicted change of the slip in a period, relative to the velocity's change (variances), so that little of
+/// such a change is mistaken for a change of velocity. More, and every period expects a change that comes in few.
 const RESTLESS: f64 = 400.0;
 /// Standard deviation of a vehicle's velocity that stands \[m/s\]: its loops answer the noise of their encoders.
 const STANDING_M_S: f64 = 3e-4;
 
-/// The filter for a vehicle with `N` wheels. Immutable; what changes is in [`EstimatorState`].
+/// The filter for a vehicle with `N` wheels. Immutable; the changing state is in [`EstimatorState`].
 ///
 /// State: place and yaw in the world; velocity of the origin along the vehicle's heading; the gyro's bias;
 /// and the slip of all wheels together, as a twist that they show beyond the vehicle's own. Each period
 ///
-/// 1. gyro and accelerometer move the state (without accelerometer the velocity wanders, without
-///    gyro the wheels' yaw rate is taken);
+/// 1. gyro and accelerometer move the state (without accelerometer the velocity follows a random walk, without gyro the
+///    wheels' yaw rate is used);
 /// 2. the slip is held against none, by as little as a slip says that lasts for `slip_s` and is
 ///    `slip_m_s`, as much as it is itself in any direction (wheels that slide hold in none) and as the
 ///    wheels disagree. It changes by as much, but in a period by no more than 400 times what the velocity
 ///    does (variances), which is little with an accelerometer. A body innovation beyond three deviations
 ///    widens it at once, by its excess (after Jazwinski, *Adaptive filtering*, Automatica 5, 1969);
-/// 3. every valid wheel reading is taken in by itself, its noise widened by its own residual (as
-///    variance components are estimated from redundancy: Baarda, 1968). No matrix is inverted, and
-///    the covariance is updated in Joseph's form. Its variances are never below 0.
+/// 3. every valid wheel reading is processed separately, its noise increased by its own residual (as variance
+///    components are estimated from redundancy: Baarda, 1968). No matrix is inverted, and the covariance is updated in
+///    Joseph's form. Its variances are never below 0.
 ///
-/// A vehicle whose command is rest and that stands (wheels, gyro and accelerometer are quiet for 50 ms) has no
-/// velocity, and what the gyro says beyond the wheels' yaw rate is its bias: it trembles as its loops answer their
-/// encoders' noise. Nothing else teaches the bias: a wheel's slip in a turn is one-sided, and would be taken for one.
+/// A vehicle that is commanded to rest and stands still (wheels, gyro and accelerometer are quiet for 50 ms) has no
+/// velocity, and the gyro's difference from the wheels' yaw rate is its bias: the vehicle trembles because its loops
+/// respond to encoder noise. The bias is estimated only then: a wheel's slip in a turn is one-sided, and would be
+/// mistaken for a bias.
 ///
-/// What it is not: it has no bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s
-/// of error while all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
+/// Limits: it does not model a bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s of
+/// error while all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
 ///
 /// ```
 /// use omni_core::estimate::{Estimator, EstimatorConfig, EstimatorInput};
@@ -92,7 +94,7 @@ const STANDING_M_S: f64 = 3e-4;
 pub struct Estimator<R, const N: usize> {
     config: EstimatorConfig<R>,
     kinematics: Kinematics<R, N>,
-    /// Squares of the forward map: what a wheel's variance adds to that of each axis.
+    /// Squares of the forward map: contribution of a wheel's variance to the variance of each axis.
     shares: [[R; N]; 3],
     redundancy: [R; N],
     /// Mean squared lever of the wheels \[m^2\]: turning by 1 rad/s is as much as its root in m/s.
@@ -107,7 +109,7 @@ constant_struct!(Estimator<R, const N> {
     lever_m2: R,
 });
 
-/// What the filter has come to: estimates and their covariance. Made by [`Estimator::start`].
+/// The filter's state: estimates and their covariance. Made by [`Estimator::start`].
 ///
 /// ```
 /// use omni_core::estimate::{Estimator, EstimatorConfig};
@@ -138,13 +140,13 @@ pub struct EstimatorState<R, const N: usize> {
     turning: R,
     /// Mean square of the yaw rate about its average \[rad^2/s^2\].
     restless: R,
-    /// For how long all has been quiet \[s\].
+    /// Time for which everything has been quiet \[s\].
     still_s: R,
     /// The slip that was last held against none is that to the left.
     sideways: bool,
 }
 
-/// What a step of an [`Estimator`] did.
+/// Result of a step of an [`Estimator`].
 ///
 /// ```
 /// use omni_core::estimate::{Estimator, EstimatorConfig, EstimatorInput};
@@ -160,14 +162,14 @@ pub struct EstimatorState<R, const N: usize> {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub struct EstimatorStep<R> {
-    /// Normalised innovation squared: sum over the wheels of innovation squared over its variance. Chi-square
-    /// with `readings` degrees of freedom where the model holds. 0 or more; 0 where nothing was taken in.
+    /// Normalised innovation squared: sum over the wheels of innovation squared over its variance. Chi-square with
+    /// `readings` degrees of freedom if the model holds. 0 or more; 0 if no reading was used.
     pub nis: R,
-    /// Wheels that were taken in.
+    /// Wheels whose readings were used.
     pub readings: usize,
-    /// The vehicle was taken to stand: a zero-velocity update, and no wheel was taken in.
+    /// The vehicle counted as standing: a zero-velocity update, without wheel readings.
     pub standing: bool,
-    /// False where the result was not finite: nothing changed.
+    /// False if the result was not finite: nothing changed.
     pub taken: bool,
 }
 
@@ -213,8 +215,7 @@ impl<R: Real, const N: usize> EstimatorState<R, N> {
         BodyTwist::from_array([vx, vy, self.yaw_rate - self.bias])
     }
 
-    /// What the wheels show beyond the vehicle's motion, all together, as a twist. Its yaw rate has
-    /// the gyro's noise in it.
+    /// Common slip of all wheels relative to the vehicle's motion, as a twist. Its yaw rate includes the gyro's noise.
     ///
     /// ```
     /// use omni_core::estimate::{Estimator, EstimatorConfig};
@@ -228,7 +229,7 @@ impl<R: Real, const N: usize> EstimatorState<R, N> {
         BodyTwist::from_array(self.slip)
     }
 
-    /// What the gyro says at rest \[rad/s\].
+    /// Reading of the gyro at rest \[rad/s\].
     #[must_use]
     pub fn gyro_bias_rad_s(&self) -> R {
         self.bias
@@ -286,8 +287,8 @@ impl<R: Real, const N: usize> EstimatorState<R, N> {
         self.covariance.0[BIAS][BIAS].abs().sqrt()
     }
 
-    /// Sets the pose and how well it is known; what it had to do with the rest is forgotten. False,
-    /// and nothing changed, where `pose` is not finite.
+    /// Sets the pose and its uncertainty; its correlation with the other states is reset. False, and nothing changed,
+    /// if `pose` is not finite.
     ///
     /// ```
     /// use omni_core::estimate::{Estimator, EstimatorConfig, PoseCovariance};

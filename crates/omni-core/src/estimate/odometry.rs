@@ -10,7 +10,7 @@ use crate::geometry::{BodyDisplacement, BodyTwist, Kinematics, PlanarPose, Wheel
 use crate::sum::Sum;
 use crate::{ConfigError, Real};
 
-/// An angle of at most one turn beyond (-pi, pi]. A turn is taken off to twice the precision.
+/// An angle of at most one turn beyond (-pi, pi]. A full turn is subtracted in twice the precision.
 fn wrapped<R: Real>(angle: Sum<R>) -> Sum<R> {
     let pi = R::pi();
     let wrapped = if angle.total > pi {
@@ -28,7 +28,7 @@ fn wrapped<R: Real>(angle: Sum<R>) -> Sum<R> {
     }
 }
 
-/// What an odometry step did.
+/// Result of an odometry step.
 ///
 /// ```
 /// use omni_core::estimate::{Odometry, OdometryState, OdometryStep};
@@ -56,9 +56,9 @@ pub enum OdometryStep<R> {
     Skipped,
 }
 
-/// Dead reckoning of a vehicle with `N` wheels. Immutable; what changes is in [`OdometryState`].
+/// Dead reckoning of a vehicle with `N` wheels. Immutable; the changing state is in [`OdometryState`].
 ///
-/// The maps are handed to each call: a caller that distrusts a wheel may pass another forward map, or the displacement
+/// The maps are passed to each call: a caller that distrusts a wheel may pass another forward map, or the displacement
 /// itself. In `f32` positions of 5000 rad come in steps of 5e-4 rad; that does not add up, because differences of
 /// positions are exact.
 ///
@@ -67,9 +67,9 @@ pub enum OdometryStep<R> {
 ///
 /// | path | as here | plain sums ([`PlanarPose::moved_by`]) |
 /// |---|---|---|
-/// | winding and sideways, ending far away | 0.05 mm | 36 mm |
+/// | winding and lateral, ending far away | 0.05 mm | 36 mm |
 /// | the same in circles of 6 m radius | 0.005 mm | 0.4 mm |
-/// | straight ahead | 0.06 mm | 2.6 m |
+/// | straight forward | 0.06 mm | 2.6 m |
 ///
 /// From positions instead of velocities the first column is at most 0.14 mm.
 ///
@@ -98,7 +98,7 @@ pub struct Odometry<R, const N: usize> {
 
 constant_struct!(Odometry<R, const N> { period_s: R });
 
-/// Where odometry has come to; `default` is at the world's origin with no position read.
+/// The state of odometry; `default` is at the world's origin with no position read.
 ///
 /// ```
 /// use omni_core::estimate::{Odometry, OdometryState};
@@ -128,7 +128,7 @@ impl<R: Real, const N: usize> Default for OdometryState<R, N> {
 }
 
 impl<R: Real, const N: usize> OdometryState<R, N> {
-    /// At the origin, facing +x, for a `static` too.
+    /// At the origin, facing +x, also for a `static`.
     #[must_use]
     pub const fn new() -> Self {
         let zero = Sum::of(R::ZERO);
@@ -161,7 +161,7 @@ impl<R: Real, const N: usize> OdometryState<R, N> {
         }
     }
 
-    /// Sets the pose; false, and nothing changed, where `pose` is not finite. Its yaw is wrapped.
+    /// Sets the pose; false, and nothing changed, if `pose` is not finite. Its yaw is wrapped.
     ///
     /// The last positions stay, so that the next step adds what the wheels turn from here and no jump.
     ///
@@ -186,7 +186,8 @@ impl<R: Real, const N: usize> OdometryState<R, N> {
         finite
     }
 
-    /// Forgets the last positions: the next ones only start, as the first did. For encoders that were set to zero.
+    /// Discards the last positions: the next positions only initialise, as the first did. For encoders that were set to
+    /// zero.
     ///
     /// ```
     /// use omni_core::estimate::{Odometry, OdometryState, OdometryStep};
@@ -217,7 +218,7 @@ impl<R: Real, const N: usize> Odometry<R, N> {
 
     /// The core of every step: the pose moves by `displacement`, exactly for a twist that was constant.
     ///
-    /// Skipped where the displacement, or the pose after it, is not finite.
+    /// Skipped if the displacement, or the pose after it, is not finite.
     ///
     /// ```
     /// use omni_core::estimate::{Odometry, OdometryState};
@@ -248,7 +249,7 @@ impl<R: Real, const N: usize> Odometry<R, N> {
 
     /// One period at the actuator velocities `velocities` \[rad/s\], held constant over it.
     ///
-    /// Skipped where the twist that they amount to is not finite.
+    /// Skipped if the resulting twist is not finite.
     ///
     /// ```
     /// use omni_core::estimate::{Odometry, OdometryState};
@@ -285,8 +286,8 @@ impl<R: Real, const N: usize> Odometry<R, N> {
     /// From the actuator positions `positions` \[rad\], unwrapped, of the last call to these; the first positions only
     /// start. `kinematics` may leave wheels out ([`Kinematics::excluding`]).
     ///
-    /// Skipped where one is not finite. The next finite positions then make up for it: what was turned meanwhile is
-    /// taken as one arc.
+    /// Skipped if one is not finite. The next finite positions then compensate: the rotation since the last valid row
+    /// counts as one arc.
     ///
     /// ```
     /// use omni_core::estimate::{Odometry, OdometryState};
@@ -318,7 +319,7 @@ impl<R: Real, const N: usize> Odometry<R, N> {
         step
     }
 
-    /// What each actuator turned \[rad\] from the last step to `positions`; none before the first. Changes nothing.
+    /// Rotation of each actuator \[rad\] from the last step to `positions`; none before the first. Changes nothing.
     ///
     /// For who needs them besides the pose, as [`PoseCovariance`](crate::estimate::PoseCovariance)
     /// does: to be called before the step.

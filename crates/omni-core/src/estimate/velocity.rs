@@ -20,7 +20,7 @@ const STANDING_COUNTS: i32 = 2;
 const STANDING_S: f64 = 0.1;
 const SLOWEST_RAD_S: f64 = 0.25;
 
-/// How a velocity is made of counts.
+/// Method that estimates a velocity from counts.
 ///
 /// With a count of angle `d`, a period `T` and a wheel that turns steadily, the reading is off by
 /// at most (in brackets what it lags behind a wheel that speeds up):
@@ -64,7 +64,7 @@ impl<R> Default for VelocityMethod<R> {
     }
 }
 
-/// What a [`VelocityEstimator`] is made of.
+/// The configuration of a [`VelocityEstimator`].
 ///
 /// ```
 /// use omni_core::estimate::{VelocityConfig, VelocityEstimator, VelocityMethod, VelocityState};
@@ -96,9 +96,9 @@ pub struct VelocityConfig<R> {
 /// Once no count comes any more the velocity falls: the wheel turned less than a count since, so by every method
 /// it is at most one count over the time without. A counter that has stayed within two counts for
 /// [`VelocityEstimator::standing_s`] stands, or toggles about an edge: the velocity is exactly 0 by every method
-/// until it has left them. So an encoder whose wire is cut, which is a counter that stands or toggles, repeats one
-/// reading, and a [`FaultMonitor`](crate::drive::FaultMonitor) finds it. A wheel slower than three counts in that
-/// time reads 0 now and then; that is at most 0.25 rad/s of coarse encoders, and 30 counts a second of fine ones.
+/// until it has left them. Therefore an encoder with a cut wire, whose counter stands or toggles, repeats one reading,
+/// and a [`FaultMonitor`](crate::drive::FaultMonitor) detects it. A wheel slower than three counts in that time
+/// occasionally reads 0; that is at most 0.25 rad/s for coarse encoders, and 30 counts per second for fine ones.
 ///
 /// Nothing divides by a time or by counts that can be zero, and every reading is finite.
 ///
@@ -157,7 +157,7 @@ pub enum VelocityLaw<R> {
     },
     /// [`VelocityMethod::Edges`].
     Edges,
-    /// [`VelocityMethod::Observer`]: what an angle off by 1 rad corrects in a period.
+    /// [`VelocityMethod::Observer`]: correction for an angle error of 1 rad in a period.
     Observer {
         /// Bandwidth \[rad/s\].
         bandwidth_rad_s: R,
@@ -170,7 +170,7 @@ pub enum VelocityLaw<R> {
 
 constant_enum!(VelocityLaw<R> { Window { periods, rad_s_per_count }, Edges, Observer { bandwidth_rad_s, angle, rate_per_s } });
 
-/// What is remembered of one wheel's counts; `default` at rest.
+/// The state of one wheel's counts; `default` at rest.
 ///
 /// ```
 /// use omni_core::estimate::{VelocityConfig, VelocityEstimator, VelocityMethod, VelocityState};
@@ -186,12 +186,12 @@ constant_enum!(VelocityLaw<R> { Window { periods, rad_s_per_count }, Edges, Obse
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct VelocityState<R, const WINDOW: usize = 1> {
-    /// Counts of the last readings, round and round, and by how much longer than a period each took \[s\].
+    /// Ring buffer of the counts of the last readings, and the time by which each exceeded a period \[s\].
     #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     counts: [i32; WINDOW],
     #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     longer_s: [R; WINDOW],
-    /// The place of the next, and how many until all took a period.
+    /// The index of the next, and the number until all lasted one period.
     next: u8,
     uneven: u8,
     sum: i64,
@@ -256,8 +256,8 @@ impl<R: Real, const WINDOW: usize> VelocityEstimator<R, WINDOW> {
     /// `VelocityEstimator::<f32, 8>::new(..)`.
     ///
     /// # Errors
-    /// Parameter `count_rad`, `period_s`, `periods` or `bandwidth_rad_s` where it is out of range. A bandwidth beyond
-    /// one over the period would be the counts of a period again; one below a thousandth of that is lost in rounding.
+    /// Parameter `count_rad`, `period_s`, `periods` or `bandwidth_rad_s` if it is out of range. A bandwidth beyond one
+    /// over the period would be the counts of a period again; one below a thousandth of that is lost in rounding.
     pub fn new(config: VelocityConfig<R>) -> Result<Self, ConfigError> {
         let count_rad = within("count_rad", config.count_rad, 1e-9..=7.0, "1e-9 to 7")?;
         let period_s = period(config.period_s)?;
@@ -304,8 +304,8 @@ impl<R: Real, const WINDOW: usize> VelocityEstimator<R, WINDOW> {
         })
     }
 
-    /// How long a counter must stay within two counts before its wheel stands \[s\]: 0.1, or the time
-    /// of three counts at 0.25 rad/s where that is longer, in whole control periods, at least two.
+    /// Time for which a counter must stay within two counts before its wheel counts as standing \[s\]: 0.1, or the time
+    /// of three counts at 0.25 rad/s if that is longer, in whole control periods, at least two.
     ///
     /// ```
     /// use omni_core::estimate::{VelocityConfig, VelocityEstimator, VelocityMethod};
@@ -326,8 +326,8 @@ impl<R: Real, const WINDOW: usize> VelocityEstimator<R, WINDOW> {
     /// be called every control period; [`VelocityEstimator::missed`] stands for a period without a reading.
     ///
     /// `since_edge_s` is the time from the last edge to the end of the period \[s\], of a period with
-    /// counts; without it (or where it is not within the time since the last reading) `Edges` takes it for 0
-    /// and then is off by up to a period over the time between edges. The other methods do not look at it.
+    /// counts; without it (or if it is not within the time since the last reading) `Edges` assumes 0, with an error of
+    /// up to a period over the time between edges. The other methods do not look at it.
     ///
     /// ```
     /// use omni_core::estimate::{VelocityConfig, VelocityEstimator, VelocityMethod, VelocityState};
@@ -347,7 +347,7 @@ impl<R: Real, const WINDOW: usize> VelocityEstimator<R, WINDOW> {
         self.advance(state, counts, since_reading_s, since_edge_s)
     }
 
-    /// A control period passes without a reading: the counts that come next are of this period too.
+    /// A control period passes without a reading: the next counts include this period.
     ///
     /// ```
     /// use omni_core::estimate::{VelocityConfig, VelocityEstimator, VelocityState};
@@ -363,9 +363,9 @@ impl<R: Real, const WINDOW: usize> VelocityEstimator<R, WINDOW> {
         state.waited_s = (state.waited_s + self.period_s).limited(R::zero(), R::of(LONGEST_WAIT_S));
     }
 
-    /// [`VelocityEstimator::step`] where the time since the last reading was measured:
-    /// `since_reading_s` \[s\], a thousandth of the control period to 1000 s. Outside of that, or
-    /// NaN, it counts as the control period. Periods that were [missed](Self::missed) are part of it.
+    /// [`VelocityEstimator::step`] with a measured time since the last reading: `since_reading_s` \[s\], a thousandth
+    /// of the control period to 1000 s. Outside of that, or NaN, it counts as the control period. Periods that were
+    /// [missed](Self::missed) are part of it.
     ///
     /// ```
     /// use omni_core::estimate::{VelocityConfig, VelocityEstimator, VelocityState};
@@ -464,7 +464,7 @@ impl<R: Real, const WINDOW: usize> VelocityEstimator<R, WINDOW> {
         }
     }
 
-    /// The velocity of a window whose readings did not all take a period \[rad/s\].
+    /// The velocity of a window whose readings did not all last one period \[rad/s\].
     #[cold]
     fn uneven_rad_s(&self, state: &VelocityState<R, WINDOW>, periods: usize) -> R {
         let mut time_s = whole::<R>(periods as i64) * self.period_s;

@@ -8,7 +8,7 @@ use crate::error::within;
 use crate::geometry::{BodyTwist, Kinematics, PathFactors, WheelVelocities};
 use crate::{ConfigError, Real};
 
-/// What is kept of a twist for which a wheel would have to turn faster than it can.
+/// The part of a twist that is kept if a wheel would exceed its highest speed.
 ///
 /// ```
 /// use omni_core::geometry::{Desaturation, SpeedLimits};
@@ -34,9 +34,9 @@ use crate::{ConfigError, Real};
 pub enum Desaturation {
     /// The direction: the whole twist is scaled by one factor, so that the path stays the same.
     Uniform,
-    /// The yaw rate, as far as it is possible alone; the rest goes to translation, in its direction.
+    /// The yaw rate, as far as it is possible alone; the remaining capacity is used for translation, in its direction.
     KeepsYaw,
-    /// Translation, as far as it is possible alone; the rest goes to yaw.
+    /// Translation, as far as it is possible alone; the remaining capacity is used for yaw.
     KeepsTranslation,
 }
 
@@ -46,7 +46,8 @@ constant_enum!(Desaturation {
     KeepsTranslation
 });
 
-/// Speed limits of the actuators and what is kept within them: desaturation, or normalisation, of wheel speeds.
+/// Speed limits of the actuators, and the part of a twist that is kept within them: desaturation, or normalisation, of
+/// wheel speeds.
 ///
 /// ```
 /// use omni_core::geometry::{Desaturation, SpeedLimits};
@@ -97,11 +98,11 @@ pub struct Desaturated<R, const N: usize> {
     pub twist: BodyTwist<R>,
     /// The wheel velocities \[rad/s\] that belong to it, within the limits.
     pub velocities: WheelVelocities<R, N>,
-    /// What translation was multiplied by, 0 to 1.
+    /// Factor on the translation, 0 to 1.
     pub translation_factor: R,
-    /// What the yaw rate was multiplied by, 0 to 1.
+    /// Factor on the yaw rate, 0 to 1.
     pub yaw_factor: R,
-    /// Index of the wheel that set the smallest factor; none where nothing was reduced.
+    /// Index of the wheel that set the smallest factor; none if nothing was reduced.
     pub limiting: Option<usize>,
 }
 
@@ -119,7 +120,7 @@ impl<R: Real, const N: usize> Desaturated<R, N> {
 }
 
 impl<R: Real, const N: usize> SpeedLimits<R, N> {
-    /// What stands where there are none.
+    /// Placeholder if there are none.
     pub(crate) fn none() -> Self {
         Self {
             limit_rad_s: [R::one() / R::zero(); N],

@@ -91,7 +91,8 @@ impl<R: Real> Gram<R> {
         }
     }
 
-    /// Square root of the largest over the smallest eigenvalue: that of the scaled `A` itself. Infinite where singular.
+    /// Square root of the largest over the smallest eigenvalue: the condition number of the scaled `A` itself. Infinite
+    /// if singular.
     pub(super) fn condition_number(&self) -> R {
         let [least, most] = matrix3::eigenvalues(&self.matrix);
         if least > R::zero() {

@@ -1,8 +1,8 @@
 //! Kinematics: body twist to wheel velocities and back.
 //!
 //! The inverse map `A` is built from the layout and is exact (eq. (9)). The forward map is a left inverse of it:
-//! least squares by default, weighted where some wheels deserve more trust, the paper's average (7) by name. What the
-//! wheels say beyond the three motions of a rigid body is the redundancy residual.
+//! least squares by default, weighted if some wheels are more reliable, or the paper's average (7) by name. The part of
+//! wheel velocities beyond the three motions of a rigid body is the redundancy residual.
 
 #[cfg(feature = "serde")]
 mod rows;
@@ -16,7 +16,7 @@ use crate::error::within;
 use crate::geometry::{BodyDisplacement, BodyTwist, WheelAngles, WheelLayout, WheelVelocities};
 use crate::{ConfigError, Real};
 
-/// How a body twist is estimated from more wheel velocities than a body has motions.
+/// Method that estimates a body twist from more wheel velocities than degrees of freedom.
 ///
 /// ```
 /// use omni_core::geometry::ForwardMap;
@@ -36,7 +36,7 @@ use crate::{ConfigError, Real};
 pub enum ForwardMap {
     /// `(A^T A)^-1 A^T`: the twist with the smallest sum of squared wheel errors \[rad/s\].
     LeastSquares,
-    /// Eq. (7) for any layout: per axis, the mean of what each wheel that the axis turns says alone.
+    /// Eq. (7) for any layout: per axis, the mean of the separate estimates of all wheels that the axis turns.
     PaperAverage,
 }
 
@@ -73,7 +73,7 @@ impl<R: Real, const N: usize> Kinematics<R, N> {
     /// The maps of `layout`, forward by least squares.
     ///
     /// # Errors
-    /// Parameter `layout` where the wheels cannot move the vehicle in three directions (the value is the rank reached),
+    /// Parameter `layout` if the wheels cannot move the vehicle in three directions (the value is the rank),
     /// `condition_number` above [`crate::geometry::CONDITION_LIMIT`].
     pub fn new(layout: &WheelLayout<R, N>) -> Result<Self, ConfigError> {
         Self::with_forward(layout, ForwardMap::LeastSquares)
@@ -82,8 +82,8 @@ impl<R: Real, const N: usize> Kinematics<R, N> {
     /// The maps of `layout` with the forward map named.
     ///
     /// # Errors
-    /// As [`Kinematics::new`]; parameter `forward_map` where the average is not a left inverse of this layout (the
-    /// value is the largest deviation from the identity).
+    /// As [`Kinematics::new`]; parameter `forward_map` if the average is not a left inverse of this layout (the value
+    /// is the largest deviation from the identity).
     ///
     /// ```
     /// use omni_core::geometry::ForwardMap;
@@ -113,8 +113,8 @@ impl<R: Real, const N: usize> Kinematics<R, N> {
     /// The maps of `layout`, forward by weighted least squares: the twist with the smallest
     /// `sum of weight_i error_i^2`.
     ///
-    /// `weights` are 0 to 1e6, one a wheel: the inverse variance of what each wheel says, in any
-    /// unit. A wheel of weight 0 is excluded; at least three wheels that span the plane must count.
+    /// `weights` are 0 to 1e6, one per wheel: the inverse variance of each wheel's measurement, in any unit. A wheel of
+    /// weight 0 is excluded; at least three wheels that span the plane must count.
     ///
     /// # Errors
     /// As [`Kinematics::new`], of the wheels with a weight; parameter `weight` with the wheel's index.
@@ -144,8 +144,9 @@ impl<R: Real, const N: usize> Kinematics<R, N> {
         })
     }
 
-    /// The same vehicle with the wheels marked in `excluded` left out of the forward map: least squares of the rest.
-    /// None where the rest no longer separates the three motions (rank below 3, or too ill-conditioned to trust).
+    /// The same vehicle with the wheels marked in `excluded` left out of the forward map: least squares over the
+    /// remaining wheels. None if these no longer separate the three motions (rank below 3, or too ill-conditioned to
+    /// trust).
     ///
     /// Closed form, O(N): may be called in a control step. A map that was not least squares becomes it.
     ///
@@ -215,7 +216,7 @@ impl<R: Real, const N: usize> Kinematics<R, N> {
     }
 
     /// The twist that the actuator velocities \[rad/s\] amount to: eq. (6), by the forward map chosen. Linear;
-    /// velocities that no motion explains are averaged out, not refused.
+    /// velocities that no motion explains are averaged out, not rejected.
     ///
     /// ```
     /// use omni_core::{Kinematics, WheelLayout};
@@ -334,7 +335,7 @@ impl<R: Real, const N: usize> Kinematics<R, N> {
         self.inverse_along(&self.forward_along(velocities, path), path)
     }
 
-    /// The rest, `(I - A A+) v` \[rad/s\]: zero where no wheel slips, `N - 3` independent checks.
+    /// The redundancy residual, `(I - A A+) v` \[rad/s\]: zero if no wheel slips, `N - 3` independent checks.
     ///
     /// ```
     /// use omni_core::{Kinematics, WheelLayout};
@@ -349,8 +350,8 @@ impl<R: Real, const N: usize> Kinematics<R, N> {
         self.residual_beyond(velocities, &self.forward(velocities))
     }
 
-    /// The part of `velocities` \[rad/s\] that is not the motion `twist`: [`Kinematics::residual`] where their own
-    /// [`Kinematics::forward`] is known already.
+    /// The part of `velocities` \[rad/s\] that is not the motion `twist`: [`Kinematics::residual`] if their own
+    /// [`Kinematics::forward`] is already known.
     ///
     /// ```
     /// use omni_core::{BodyTwist, Kinematics, WheelLayout};
@@ -373,9 +374,9 @@ impl<R: Real, const N: usize> Kinematics<R, N> {
         rest
     }
 
-    /// How far each wheel is checked by the others: `1 - (A A+)_ii`, 0 (its word is final) to 1 (the others know it
-    /// all). A wheel that alone slips by `d` shows a residual of `d` times this; the sum is `N - 3`. Geodesy's
-    /// redundancy numbers.
+    /// Redundancy of each wheel: `1 - (A A+)_ii`, 0 (the other wheels cannot check it) to 1 (the other wheels determine
+    /// it completely). A wheel that alone slips by `d` shows a residual of `d` times this; the sum is `N - 3`.
+    /// Geodesy's redundancy numbers.
     ///
     /// ```
     /// use omni_core::{Kinematics, WheelLayout};
@@ -420,8 +421,8 @@ impl<R: Real, const N: usize> Kinematics<R, N> {
         &self.inverse
     }
 
-    /// The forward map, 3 x `N`, one row an axis, in \[m/rad, m/rad, 1\]: J of eq. (7) where
-    /// [`ForwardMap::PaperAverage`] was chosen. A wheel left out has a column of zeros.
+    /// The forward map, 3 x `N`, one row per axis, in \[m/rad, m/rad, 1\]: J of eq. (7) if [`ForwardMap::PaperAverage`]
+    /// was chosen. An excluded wheel has a column of zeros.
     #[must_use]
     pub fn forward_matrix(&self) -> &[[R; N]; 3] {
         &self.forward
@@ -438,7 +439,7 @@ impl<R: Real, const N: usize> Kinematics<R, N> {
     }
 }
 
-/// Each wheel's part of the squared residual, `r_i^2 / sum of r_j^2`: 0 to 1, summing to 1; all 0 where nothing is left
+/// Each wheel's part of the squared residual, `r_i^2 / sum of r_j^2`: 0 to 1, summing to 1; all 0 if nothing is left
 /// over. The residual is [`Kinematics::residual`].
 ///
 /// ```

@@ -27,8 +27,8 @@ pub struct Wheel<R> {
     /// The way the vehicle moves when this wheel alone turns positively, in the body frame; any length but zero.
     pub rolling_direction: [R; 2],
     /// Angle \[rad\] from the rolling direction to the axis of the roller on the ground (counter-clockwise is +):
-    /// 0 for an omni wheel, +-pi/4 for a mecanum wheel. Never +-pi/2: a roller whose axis lies along the axle lets the
-    /// ground slip away in the rolling direction, and the wheel pushes nothing.
+    /// 0 for an omni wheel, +-pi/4 for a mecanum wheel. Never +-pi/2: a roller whose axis is parallel to the axle rolls
+    /// freely in the rolling direction, so that the wheel transmits no force.
     pub roller_angle_rad: R,
     /// Rolling radius r \[m\], 0.0001 to 100: the radius that turns velocity into path, not the largest one.
     pub radius_m: R,
@@ -41,8 +41,8 @@ pub struct Wheel<R> {
 
 impl<R: Real> Wheel<R> {
     /// An omni wheel (rollers along the rim) at `position_m` \[m\], rolling along `rolling_direction` (any length but
-    /// zero), its radius `radius_m` \[m\]; direct drive. Ranges as those of the fields, checked when put into a
-    /// [`WheelLayout`].
+    /// zero), its radius `radius_m` \[m\]; direct drive. The fields' ranges apply; they are checked when a
+    /// [`WheelLayout`] is built.
     ///
     /// ```
     /// use omni_core::geometry::Wheel;
@@ -200,8 +200,8 @@ impl<R: Real> Wheel<R> {
     }
 }
 
-/// `N` wheels that together can move the vehicle in every direction; checked when built. Their order is that of every
-/// array over wheels.
+/// `N` wheels that together can move the vehicle in every direction; checked when built. Their order is the order of
+/// every array over wheels.
 ///
 /// ```
 /// use omni_core::{Kinematics, WheelLayout};
@@ -332,9 +332,10 @@ impl<R: Real> WheelLayout<R, 4> {
 impl<R: Real> WheelLayout<R, 7> {
     /// The seven-wheel vehicle of Chugo et al. (2004), read off the signs of eq. (9); gear 1.
     ///
-    /// `r1_m` is the distance of the transverse wheels 2 and 6 ahead of and behind the middle, `r2_m` that of the
-    /// side wheels from the centre line, `radius_m` the wheels' radius, all in metres and > 0. Wheels 1, 2, 3 are the
-    /// rear row (right, transverse, left), 4 the middle, 5, 6, 7 the front row. The paper gives none of the lengths.
+    /// `r1_m` is the distance of the transverse wheels 2 and 6 in front of and behind the middle, `r2_m` the distance
+    /// of the side wheels from the centre line, `radius_m` the wheels' radius, all in metres and > 0. Wheels 1, 2, 3
+    /// are the rear row (right, transverse, left), 4 the middle, 5, 6, 7 the front row. The paper states none of the
+    /// lengths.
     ///
     /// # Errors
     /// As [`WheelLayout::new`].
@@ -379,7 +380,7 @@ mod tests {
         let error = WheelLayout::new(row).expect_err("three wheels in one line roll one way");
         assert_eq!((error.parameter, error.value), ("layout", 1.0));
 
-        // Four forward wheels steer like a tank: forward and yaw, never sideways.
+        // Four forward wheels steer like a tank: forward and yaw, never lateral.
         let tank = [[0.2, 0.2], [0.2, -0.2], [-0.2, 0.2], [-0.2, -0.2]].map(|p| wheel(p, [1.0, 0.0]));
         assert_eq!(WheelLayout::new(tank).expect_err("no sideways motion").value, 2.0);
     }
@@ -409,7 +410,7 @@ mod tests {
 
     #[test]
     fn an_ill_conditioned_layout_is_refused_with_its_condition_number() {
-        // Three wheels that differ from parallel by a milliradian: sideways motion hardly turns any of them.
+        // Three wheels that differ from parallel by a milliradian: lateral motion hardly turns any of them.
         let nearly = [(0.3, -1e-3), (-0.3, 0.0), (0.3, 1e-3)].map(|(y, a)| wheel([0.0, y], [1.0, a]));
         let error = WheelLayout::new(nearly).expect_err("sideways motion is a thousandth of a wheel's");
         assert_eq!(error.parameter, "condition_number");

@@ -34,7 +34,7 @@ pub(super) fn determinant<R: Real>(matrix: &Rows<R>) -> R {
     a * x - b * y + c * z
 }
 
-/// The inverse, by cofactors; none where the determinant is 0.
+/// The inverse, by cofactors; none if the determinant is 0.
 pub(super) fn inverse<R: Real>(matrix: &Rows<R>) -> Option<Rows<R>> {
     let det = determinant(matrix);
     let ([a, b, c], [d, e, f], [g, h, i]) = (matrix[0], matrix[1], matrix[2]);

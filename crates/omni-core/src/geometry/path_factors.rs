@@ -26,7 +26,7 @@ pub struct PathFactors<R, const N: usize> {
 }
 
 impl<R: Real, const N: usize> PathFactors<R, N> {
-    /// One factor a wheel, each 0.01 to 100.
+    /// One factor per wheel, each 0.01 to 100.
     ///
     /// # Errors
     /// Parameter `path_factor` with the wheel's index.
@@ -40,7 +40,7 @@ impl<R: Real, const N: usize> PathFactors<R, N> {
         })
     }
 
-    /// One factor a wheel, as it is read in a control period: what is not within 0.01 to 100 is 1, flat ground.
+    /// One factor per wheel, as read in a control period: a value outside 0.01 to 100 counts as 1, flat ground.
     ///
     /// ```
     /// use omni_core::geometry::PathFactors;
@@ -77,7 +77,7 @@ impl<R: Real, const N: usize> PathFactors<R, N> {
         }
     }
 
-    /// What the wheels' velocities \[rad/s\] would be on flat ground: over the factors. Undoes
+    /// The equivalent wheel velocities \[rad/s\] on flat ground: divided by the factors. Undoes
     /// [`PathFactors::of_wheels`].
     ///
     /// ```

@@ -5,7 +5,7 @@
 use crate::Real;
 use crate::trig::cardinal_sine;
 
-/// Velocity of the vehicle in its own frame: what the inverse kinematics takes. Not a world velocity.
+/// Velocity of the vehicle in its own frame: the input of the inverse kinematics. Not a world velocity.
 ///
 /// ```
 /// use omni_core::{BodyTwist, Kinematics, WheelLayout};
@@ -151,9 +151,9 @@ impl<R: Real> BodyTwist<R> {
         }
     }
 
-    /// The twist of the origin that gives the point of the body at `[x_m, y_m]` \[m\] the twist
-    /// `of_point` (along the body's axes): a command for a tool, a towed load or any other centre
-    /// of rotation. Undoes [`BodyTwist::at_point`].
+    /// The twist of the origin for which the point of the body at `[x_m, y_m]` \[m\] has the twist `of_point` (along
+    /// the body's axes): a command for a tool, a towed load or any other centre of rotation. Undoes
+    /// [`BodyTwist::at_point`].
     ///
     /// ```
     /// use omni_core::BodyTwist;
@@ -166,7 +166,7 @@ impl<R: Real> BodyTwist<R> {
         of_point.at_point([-x_m, -y_m])
     }
 
-    /// The same motion seen from the world, for a vehicle at `pose`: (vx, vy) turned by the yaw. The place has no
+    /// The same motion seen from the world, for a vehicle at `pose`: (vx, vy) turned by the yaw. The position has no
     /// effect. Undoes [`WorldTwist::to_body`]. In `f32` the yaw should stay within 8192 rad ([`Real::sine_cosine`]).
     ///
     /// ```
@@ -189,7 +189,8 @@ impl<R: Real> BodyTwist<R> {
     }
 }
 
-/// A body twist held for some time: forward and sideways along the axes that turn with the vehicle, and the turn.
+/// A body twist held for some time: forward and lateral displacement along the axes that turn with the vehicle, and the
+/// turn.
 ///
 /// Not the chord from start to end: a vehicle that turns by dyaw covers sin(dyaw/2) / (dyaw/2) of
 /// (dx, dy) as the crow flies. Made by [`BodyTwist::over`], or
@@ -282,8 +283,8 @@ pub struct WorldTwist<R> {
 }
 
 impl<R: Real> WorldTwist<R> {
-    /// The same motion in the frame of a vehicle at `pose`: (vx, vy) turned back by the yaw. The place has no effect.
-    /// Undoes [`BodyTwist::to_world`]. In `f32` the yaw should stay within 8192 rad ([`Real::sine_cosine`]).
+    /// The same motion in the frame of a vehicle at `pose`: (vx, vy) turned back by the yaw. The position has no
+    /// effect. Undoes [`BodyTwist::to_world`]. In `f32` the yaw should stay within 8192 rad ([`Real::sine_cosine`]).
     ///
     /// ```
     /// use omni_core::geometry::{PlanarPose, WorldTwist};

@@ -7,7 +7,7 @@ macro_rules! per_wheel {
         impl<R: Real, const N: usize> $name<R, N> {
             /// Zero for every wheel.
             ///
-            /// At rest, or without torque: a start for what is filled in wheel by wheel.
+            /// At rest, or without torque: a start for values that are filled in wheel by wheel.
             #[must_use]
             pub const fn zero() -> Self {
                 Self {
@@ -38,7 +38,7 @@ macro_rules! per_wheel {
     };
 }
 
-/// Actuator velocities, one a wheel in the layout's order: what kinematics maps and loops control.
+/// Actuator velocities, one per wheel in the layout's order, which kinematics maps and loops control.
 ///
 /// ```
 /// use omni_core::WheelVelocities;
@@ -73,7 +73,7 @@ pub struct WheelVelocities<R, const N: usize> {
 per_wheel!(WheelVelocities, rad_s);
 
 impl<R: Real, const N: usize> WheelVelocities<R, N> {
-    /// What was received of `N` wheels; those beyond what there is count as not received.
+    /// The received values of `N` wheels; missing ones count as not received.
     pub(crate) fn received(rad_s: &[R]) -> Self {
         let mut velocities = Self {
             rad_s: [R::of(f64::NAN); N],
@@ -85,7 +85,7 @@ impl<R: Real, const N: usize> WheelVelocities<R, N> {
     }
 }
 
-/// Actuator torques, one a wheel in the layout's order: what a controller asks of motors. Not a wheel velocity.
+/// Actuator torques, one per wheel in the layout's order: a controller's request to the motors. Not a wheel velocity.
 ///
 /// ```
 /// use omni_core::geometry::WheelTorques;
@@ -107,7 +107,7 @@ pub struct WheelTorques<R, const N: usize> {
 
 per_wheel!(WheelTorques, n_m);
 
-/// Actuator angles or their increments, one a wheel in the layout's order: what position encoders read.
+/// Actuator angles or their increments, one per wheel in the layout's order: readings of position encoders.
 ///
 /// ```
 /// use omni_core::geometry::WheelAngles;

@@ -1,4 +1,4 @@
-//! How the bodies of a linkage and the wheels on them move.
+//! Motion of the bodies of a linkage and of their wheels.
 
 #[cfg(test)]
 mod tests;
@@ -7,7 +7,7 @@ use super::tree::{Attitude, Linkage, MAX_HINGES};
 use crate::Real;
 use crate::scalar::is_plausible;
 
-/// How the bodies of a [`Linkage`] stand and turn, and how each wheel moves with them.
+/// Attitude and rates of the bodies of a [`Linkage`], and the resulting motion of each wheel.
 ///
 /// ```
 /// use omni_core::linkage::{Attitude, CarriedWheel, Linkage};
@@ -32,8 +32,8 @@ pub struct LinkageMotion<R, const N: usize> {
     /// Height of each wheel's centre above the base's origin \[m\].
     #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub height_m: [R; N],
-    /// How fast it rises against the wheels that stand \[m/s\]. Those that stand are the median:
-    /// most wheels do, and where the halves are even the lower one does.
+    /// Its rate of rise relative to the wheels on the ground \[m/s\]. The reference is the median, because most wheels
+    /// are on the ground; the lower median for an even number.
     #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub rise_m_s: [R; N],
     #[cfg_attr(feature = "serde", serde(skip, default = "BodyMotion::flat"))]
@@ -55,8 +55,8 @@ impl<R: Real, const N: usize> LinkageMotion<R, N> {
         }
     }
 
-    /// How the body in that slot points and turns: 0 is the base, others are
-    /// [`Linkage::carrier`]'s. The base's where there is none.
+    /// Attitude and rates of the body in that slot: 0 is the base, others are the slots of [`Linkage::carrier`]. The
+    /// base's values if there is no such body.
     ///
     /// ```
     /// use omni_core::linkage::{Attitude, LinkageMotion};
@@ -156,12 +156,12 @@ fn small_angle<R: Real>(x: R) -> (R, R) {
 }
 
 impl<R: Real, const N: usize> Linkage<R, N> {
-    /// How the wheels move, from how the base points and turns and from the hinges: angles \[rad\]
-    /// and rates \[rad/s\] in the order in which they were given. A hinge without a reading, or
-    /// with one that is no number, stands at 0. O(N).
+    /// Motion of the wheels, from the base's attitude and rates and from the hinges: angles \[rad\] and rates \[rad/s\]
+    /// in the order in which they were given. A hinge without a reading, or with one that is no number, stands at 0.
+    /// O(N).
     ///
-    /// Angles of parallel hinges add up exactly. Of hinges across each other the product of two
-    /// angles is left out: 1 % of an arm where both are 0.1 rad.
+    /// Angles of parallel hinges add up exactly. For hinges at right angles the product of two angles is neglected: 1 %
+    /// of an arm if both are 0.1 rad.
     ///
     /// ```
     /// use omni_core::linkage::{Attitude, CarriedWheel, Linkage};

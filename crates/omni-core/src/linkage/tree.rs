@@ -6,7 +6,7 @@ use crate::policy::Imu;
 use crate::scalar::all_plausible;
 use crate::{ConfigError, Real};
 
-/// Hinges of a vehicle at most.
+/// Largest number of hinges of a vehicle.
 pub const MAX_HINGES: usize = 8;
 
 /// A passive hinge between two bodies of a tree, as the vehicle stands on flat ground.
@@ -30,7 +30,7 @@ pub struct HingeGeometry<R> {
     pub anchor_m: [R; 3],
 }
 
-/// A wheel and what carries it.
+/// A wheel and its carrier.
 ///
 /// ```
 /// use omni_core::linkage::CarriedWheel;
@@ -64,7 +64,7 @@ pub struct Joint<R> {
 
 constant_struct!(Joint<R> { parent: u16, reading: u16, nose_up: R, left_up: R, arm_m: [R; 3] });
 
-/// How a body points and turns: up is positive for its nose and for its left side.
+/// Attitude and rates of a body: up is positive for its nose and for its left side.
 ///
 /// ```
 /// use omni_core::linkage::Attitude;
@@ -106,7 +106,7 @@ impl<R: Real> Attitude<R> {
         Self::LEVEL
     }
 
-    /// The base's, by its inertial measurement unit; level where that says nothing ([`Imu::silent`]).
+    /// The base's attitude, from its inertial measurement unit; level if that is silent ([`Imu::silent`]).
     ///
     /// ```
     /// use omni_core::linkage::Attitude;
@@ -165,7 +165,7 @@ impl<R: Real> Attitude<R> {
 pub struct Linkage<R, const N: usize> {
     pub(super) joints: [Joint<R>; MAX_HINGES],
     pub(super) count: u16,
-    /// Slot of what carries each wheel: 0 the base, k + 1 the child of joint k.
+    /// Slot of the carrier of each wheel: 0 the base, k + 1 the child of joint k.
     pub(super) carrier: [u16; N],
     /// From the carrier's reference point to each wheel \[m\].
     pub(super) arm_m: [[R; 3]; N],
@@ -176,12 +176,12 @@ constant_struct!(Linkage<R, const N> {
 });
 
 impl<R: Real, const N: usize> Linkage<R, N> {
-    /// Of a tree of hinges, in any order, and of what carries the wheels. Turns of hinges about
-    /// vertical axes lift nothing and are left out of account.
+    /// A linkage from a tree of hinges, in any order, and the carriers of the wheels. Turns of hinges about vertical
+    /// axes lift nothing and are left out of account.
     ///
     /// # Errors
-    /// Parameter `hinges` for more than [`MAX_HINGES`]; `hinge.child` or `hinge.parent` where they make no tree whose
-    /// root is body 0, with the index of the hinge; `hinge.axis`, `hinge.anchor_m`, `wheel.body`, `wheel.centre_m`.
+    /// Parameter `hinges` for more than [`MAX_HINGES`]; `hinge.child` or `hinge.parent` if they form no tree whose root
+    /// is body 0, with the index of the hinge; `hinge.axis`, `hinge.anchor_m`, `wheel.body`, `wheel.centre_m`.
     pub fn new(hinges: &[HingeGeometry<R>], wheels: &[CarriedWheel<R>; N]) -> Result<Self, ConfigError> {
         if hinges.len() > MAX_HINGES {
             return Err(ConfigError::new("hinges", hinges.len() as f64, "8 at most"));
@@ -249,7 +249,7 @@ impl<R: Real, const N: usize> Linkage<R, N> {
         Ok(linkage)
     }
 
-    /// How many hinges there are: so many readings [`Linkage::motion`] looks at.
+    /// Number of hinges, which is the number of readings that [`Linkage::motion`] uses.
     ///
     /// ```
     /// use omni_core::linkage::{CarriedWheel, Linkage};
@@ -279,11 +279,12 @@ impl<R: Real, const N: usize> Linkage<R, N> {
     }
 }
 
-/// Speed along its push of a wheel that rolls without slip \[m/s\], signed as `push_m_s`: what the ground asks of a
-/// wheel that moves over it with `ground_m_s` >= 0, `push_m_s` of that along its push, and rises with `rise_m_s`.
+/// Speed along its push of a wheel that rolls without slip \[m/s\], signed as `push_m_s`: the speed that the ground
+/// imposes on a wheel that moves over it with `ground_m_s` >= 0, of which `push_m_s` along its push, and rises with
+/// `rise_m_s`.
 ///
-/// It rolls in the plane that its centre moves in: a wheel that points ahead up the edge, along the
-/// hypotenuse; one that points crosswise does not feel it.
+/// It rolls in the plane of its centre's motion: a wheel that points forward rolls up the edge, along the hypotenuse; a
+/// transverse wheel is not affected.
 ///
 /// ```
 /// use omni_core::linkage::rolled_speed;

@@ -12,7 +12,7 @@ use crate::loops::{ControlState, Rest, RestRule, WheelControlConfig, WheelContro
 use crate::scalar::all_plausible;
 use crate::{ConfigError, Real};
 
-/// A vehicle's controller: kinematics and wheel loops. Immutable; what changes is in [`ControlState`].
+/// A vehicle's controller: kinematics and wheel loops. Immutable; the changing state is in [`ControlState`].
 ///
 /// The bare loop. [`Drive`](crate::drive::Drive) puts shaping, faults, slip and odometry around it.
 ///
@@ -64,7 +64,7 @@ constant_struct!(Controller<R, const N> { kinematics: Kinematics<R, N>, wheels: 
 // Not `non_exhaustive`: as `WheelSample`.
 #[repr(C)]
 pub struct ControlSample<R, const N: usize> {
-    /// The command; rest where the one given was not finite, or beyond 1e6.
+    /// The command; rest if the one given was not finite, or beyond 1e6.
     pub command: BodyTwist<R>,
     /// The wheels' signals.
     pub wheels: WheelSample<R, N>,
@@ -120,7 +120,7 @@ impl<R: Real, const N: usize> Controller<R, N> {
     /// The same controller with another rule for rest than [`Rest::default`].
     ///
     /// # Errors
-    /// Those of [`WheelController::with_rest`].
+    /// As [`WheelController::with_rest`].
     ///
     /// ```
     /// use omni_core::loops::Rest;
@@ -163,8 +163,8 @@ impl<R: Real, const N: usize> Controller<R, N> {
     /// One step: torques that move the vehicle with `command`, given the actuator velocities `measured` \[rad/s\]. To
     /// be called once every control period.
     ///
-    /// A command that is not finite, or beyond 1e6, stands for rest; a measurement that is not releases its wheel. What
-    /// the measured velocities say of the vehicle's motion is [`Kinematics::forward`] and [`Kinematics::residual`].
+    /// A command that is not finite, or beyond 1e6, stands for rest; a measurement that is not releases its wheel.
+    /// [`Kinematics::forward`] and [`Kinematics::residual`] evaluate the measured velocities.
     ///
     /// ```
     /// use omni_core::{BodyTwist, ControlState, Controller, WheelLayout};

@@ -1,7 +1,7 @@
-//! Coordination laws: what the wheels do together when one of them saturates.
+//! Coordination laws: joint behaviour of the wheels when one of them saturates.
 //!
-//! Two choices that do not depend on each other: how torques are brought within limits ([`Saturation`]), and which
-//! error the integrals take in ([`Integral`]). Every law is closed form and O(N).
+//! Two independent choices: the method that brings torques within limits ([`Saturation`]), and the error that the
+//! integrals accumulate ([`Integral`]). Every law is closed form and O(N).
 
 #[cfg(test)]
 mod tests;
@@ -43,14 +43,14 @@ pub enum Saturation<R> {
     /// limit, and the loops see the error against the reduced reference (a conditioned controller
     /// shared by the wheels). Ratios of velocities are kept and nothing winds up.
     ScaleReferences {
-        /// The factor never falls below this, 0 to 1: a wheel may then saturate. 0 lets one blocked wheel stop all.
+        /// The factor never falls below this, 0 to 1: a wheel may then saturate. With 0, one blocked wheel stops all.
         floor: R,
     },
 }
 
 constant_enum!(Saturation<R> { Clip, ScaleTorques, ScaleReferences { floor } });
 
-/// Which error the integrals take in.
+/// The error that the integrals accumulate.
 ///
 /// ```
 /// use omni_core::loops::{Integral, Saturation};
@@ -103,14 +103,14 @@ constant_enum!(Integral { PerWheel, Shared });
 pub struct Coordination<R> {
     /// How torques are brought within limits.
     pub saturation: Saturation<R>,
-    /// Which error the integrals take in.
+    /// The error that the integrals accumulate.
     pub integral: Integral,
 }
 
 constant_struct!(Coordination<R> { saturation: Saturation<R>, integral: Integral });
 
 impl<R: Real> Coordination<R> {
-    /// Names that [`Coordination::preset`] knows. A preset's meaning never changes; a new law gets a new name.
+    /// Names that [`Coordination::preset`] knows. A preset's meaning never changes; a new law receives a new name.
     pub const PRESETS: [&'static str; 4] = [
         "independent",
         "scale_torques",
@@ -186,7 +186,7 @@ impl<R: Real> Coordination<R> {
         }
     }
 
-    /// What the text of section 3.2 describes: references reduced together, to no less than 0.3 of what was asked.
+    /// The method in the text of section 3.2: references reduced together, to no less than 0.3 of the request.
     ///
     /// ```
     /// use omni_core::loops::WheelController;
@@ -243,9 +243,9 @@ impl<R: Real> Coordination<R> {
     }
 }
 
-/// The common factor c = min c_i of eqs. (11), (12), with |torque| so that wheels turning backwards are limited too.
+/// The common factor c = min c_i of eqs. (11), (12), with |torque| so that wheels turning backwards are also limited.
 ///
-/// 1 where no torque of `requested_n_m` exceeds its range, 0 where one does whose range ends at 0.
+/// 1 if no torque of `requested_n_m` exceeds its range, 0 if one does whose range ends at 0.
 ///
 /// ```
 /// use omni_core::loops::torque_factor;
@@ -267,7 +267,7 @@ pub fn torque_factor<R: Real, const N: usize>(requested_n_m: &[R; N], ranges: &T
 }
 
 /// The common speed factor of [`Saturation::ScaleReferences`]: the largest s in `floor..=1` with every
-/// torque short of the limit that its own reference pushes it towards; `floor` where there is none.
+/// torque short of the limit that its own reference pushes it towards; `floor` if there is none.
 ///
 /// `requested_n_m`: torque of each wheel for its whole reference. `slopes_n_m`: the part of it that
 /// is proportional to the reference, so that the torque for s times the reference is

@@ -29,13 +29,13 @@ impl<R: Real> Law<'_, R> {
     /// One step, eq. (10): with e' = share(e), the torques are u = p(e) + i(I, e') + d + ff,
     /// brought within their limits, and I' = I + ki T e' + what anti-windup adds.
     ///
-    /// It starts from the references, measurements and ranges in `out`; those of wheels that are not active
-    /// are 0. The integrals take in what `share` makes of the errors, each wheel its own where there is
-    /// none. `share` is linear, and the identity on the references. `some_released`: not all wheels are
-    /// active. `waits`: integrals know of limits that last only ([`Overload`]), otherwise of every limit.
+    /// It starts from the references, measurements and ranges in `out`; values of wheels that are not active are 0. The
+    /// integrals take in what `share` makes of the errors, each wheel its own if there is none. `share` is linear, and
+    /// the identity on the references. `some_released`: not all wheels are active. `waits`: integrals know of limits
+    /// that last only ([`Overload`]), otherwise of every limit.
     ///
-    /// The usual case, every wheel there and none at its limit, is straight loops over the wheels that write where the
-    /// result is wanted; whatever else happens is in functions of its own.
+    /// The usual case, with every wheel active and none at its limit, consists of straight loops over the wheels that
+    /// write the result in place; separate functions handle all other cases.
     #[inline]
     pub(super) fn step<const N: usize>(
         self,
@@ -219,7 +219,7 @@ fn all_finite<R: Real, const N: usize>(values: &[R; N]) -> bool {
     sum.is_finite_real()
 }
 
-/// Loops whose torque is not a number, because their state was set to nonsense, give nothing and start afresh.
+/// Loops whose torque is not a number, because their state was set to invalid values, apply no torque and restart.
 #[inline(never)]
 fn start_afresh_where_not_finite<R: Real, const N: usize>(
     state: &mut ControlState<R, N>,

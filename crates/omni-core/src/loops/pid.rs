@@ -22,7 +22,7 @@ pub(crate) use correction::Excess;
 pub use feed_forward::{Discrete, FeedForward};
 pub use sample::{LastStep, PidSample, PidState, PidTerms};
 
-/// A PID loop's constants. What changes from step to step is in [`PidState`].
+/// A PID loop's constants. The changing state is in [`PidState`].
 ///
 /// Formed once from a [`PidConfig`]; derivatives are backward differences, zero in the first step. With the
 /// reference r, the measurement y, the period T, the weights b and c and the filter time Td of the derivative:
@@ -55,7 +55,7 @@ pub struct Pid<R> {
     kp_reference: R,
     /// ki T.
     ki_dt: R,
-    /// ki T where the integral takes in an error before the output; 0 otherwise.
+    /// ki T if the integral includes an error before the output; 0 otherwise.
     ki_dt_output: R,
     /// kd / (Td + T).
     kd_discrete: R,
@@ -67,10 +67,10 @@ pub struct Pid<R> {
     /// Some term compares with the step before: a derivative or a feed-forward.
     remembers: bool,
     feeds_forward: bool,
-    /// 1 / (du/dr) \[rad/s per N.m\], 0 where du/dr is 0; in the first step.
+    /// 1 / (du/dr) \[rad/s per N.m\], 0 if du/dr is 0; in the first step.
     inverse_slope: R,
     inverse_first_slope: R,
-    // Part of an excess that a conditioned integral takes back; in a first step.
+    // Fraction of an excess that a conditioned integral removes; in a first step.
     conditioned_gain: R,
     first_conditioned_gain: R,
     anti_windup: AntiWindup<R>,

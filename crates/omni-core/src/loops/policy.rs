@@ -47,19 +47,19 @@ impl<R: Real, const N: usize> ControllerPolicy<R, N> {
         &self.controller
     }
 
-    /// Everything that the last step did.
+    /// The result of the last step.
     #[must_use]
     pub fn sample(&self) -> &ControlSample<R, N> {
         &self.sample
     }
 
-    /// What it remembers.
+    /// Its state.
     #[must_use]
     pub fn state(&self) -> &(TwistLimiterState<R>, ControlState<R, N>) {
         &self.state
     }
 
-    /// Goes on from what another one of the same kind remembered.
+    /// Continues from the state of another controller of the same kind.
     pub fn restore(&mut self, state: (TwistLimiterState<R>, ControlState<R, N>)) {
         self.state = state;
     }

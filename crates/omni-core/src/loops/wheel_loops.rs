@@ -54,11 +54,11 @@ constant_struct!(WheelController<R, const N> {
     rest: RestRule<R>,
 });
 
-/// What one step of the loops starts from.
+/// The input of one step of the loops.
 pub(crate) struct LoopInputs<'a, R, const N: usize> {
     pub(crate) reference: &'a WheelVelocities<R, N>,
     pub(crate) measured: &'a WheelVelocities<R, N>,
-    /// Wheels to be released whatever they measure; none where none is known.
+    /// Wheels to be released whatever they measure; none if none is known.
     pub(crate) dropped: Option<&'a [bool; N]>,
     /// Ranges that hold besides the actuators' own limits.
     pub(crate) within: Option<&'a TorqueRanges<R, N>>,
@@ -70,8 +70,8 @@ impl<R: Real, const N: usize> WheelController<R, N> {
     /// Loops as configured.
     ///
     /// # Errors
-    /// Those of [`Pid::new`]; `floor` outside 0 to 1; parameter `integral` for [`Integral::Shared`], which needs the
-    /// layout that a [`crate::loops::Controller`] has.
+    /// As [`Pid::new`]; `floor` outside 0 to 1; parameter `integral` for [`Integral::Shared`], which needs the layout
+    /// of a [`crate::loops::Controller`].
     pub fn new(config: WheelControlConfig<R, N>) -> Result<Self, ConfigError> {
         if config.coordination.integral == Integral::Shared {
             let allowed = "per wheel (0): wheels without a vehicle cannot share an integral";
@@ -111,7 +111,7 @@ impl<R: Real, const N: usize> WheelController<R, N> {
         })
     }
 
-    /// Are the windings of the motors to be shorted when the torque has ended? [`Rest::short_windings`].
+    /// Whether the windings of the motors are to be shorted when the torque has ended. [`Rest::short_windings`].
     ///
     /// ```
     /// use omni_core::loops::{Rest, WheelController};

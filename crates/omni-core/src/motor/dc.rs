@@ -27,7 +27,7 @@ pub struct DcMotorConfig<R> {
     pub torque_constant_n_m_a: R,
     /// Resistance between the terminals \[ohm\], > 0.
     pub resistance_ohm: R,
-    /// Current at no load \[A\], >= 0: what friction takes.
+    /// No-load current \[A\], >= 0, which overcomes friction.
     pub no_load_current_a: R,
     /// Voltage of the supply \[V\], > 0.
     pub supply_v: R,
@@ -92,7 +92,7 @@ impl<R: Real> DcMotor<R> {
         &self.config
     }
 
-    /// The torque-speed line at the shaft \[N.m, rad/s\], friction taken off, capped by the current limit: stall torque
+    /// The torque-speed line at the shaft \[N.m, rad/s\], less friction, capped by the current limit: stall torque
     /// `kt (U / R - i0)`, slope `kt^2 / R`. Braking, friction would help; it is left out, on the safe side.
     ///
     /// ```

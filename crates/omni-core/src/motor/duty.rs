@@ -3,7 +3,7 @@
 use super::dc::DcMotor;
 use crate::Real;
 
-/// What a bridge without a current loop is to do for a torque, and what comes of it.
+/// Duty cycle of a bridge without a current loop for a torque, and the result.
 ///
 /// ```
 /// use omni_core::motor::{DcMotor, DcMotorConfig};
@@ -30,9 +30,9 @@ pub struct MotorDuty<R> {
     pub duty: R,
     /// Current that flows with it \[A\], positive forwards.
     pub current_a: R,
-    /// Torque at the shaft with it \[N.m\]: what was asked for, unless limited.
+    /// Resulting torque at the shaft \[N.m\]: the requested torque, unless limited.
     pub torque_n_m: R,
-    /// The supply or the driver's current limit gives no more than this.
+    /// The supply voltage or the driver's current limit restricts the torque.
     pub limited: bool,
 }
 

@@ -1,12 +1,11 @@
-//! What a gear takes: dry and viscous friction besides its efficiency.
+//! Losses of a gear: dry and viscous friction besides its efficiency.
 
 use super::gearbox::Gearbox;
 use crate::error::not_negative;
 use crate::motor::TorqueRange;
 use crate::{ConfigError, Real};
 
-/// A gear with an efficiency, and friction at its output: dry (Coulomb, the same at every speed,
-/// and what holds at rest) and viscous.
+/// A gear with an efficiency, and friction at its output: dry (Coulomb, equal at every speed, and static) and viscous.
 ///
 /// The plant of the simulation is built on it. For a controller it says which motor torque makes up
 /// for friction: feed-forward.
@@ -32,7 +31,7 @@ impl<R: Real> GearFriction<R> {
     /// A gear with friction at its output: `coulomb_n_m` >= 0 \[N.m\] and `viscous_n_m_s_rad` >= 0 \[N.m per rad/s\].
     ///
     /// # Errors
-    /// Parameter `coulomb_n_m` or `viscous_n_m_s_rad` where it is negative or not finite.
+    /// Parameter `coulomb_n_m` or `viscous_n_m_s_rad` if it is negative or not finite.
     pub fn new(gear: Gearbox<R>, coulomb_n_m: R, viscous_n_m_s_rad: R) -> Result<Self, ConfigError> {
         Ok(Self {
             gear,
@@ -69,7 +68,7 @@ impl<R: Real> GearFriction<R> {
     }
 
     /// Torque at the output \[N.m\] that a motor torque \[N.m\] makes at an output velocity
-    /// \[rad/s\]. At rest: what is beyond friction, the motor driving; 0 where it moves nothing.
+    /// \[rad/s\]. At rest: the torque beyond friction, the motor driving; 0 if it moves nothing.
     ///
     /// ```
     /// use omni_core::motor::{GearFriction, Gearbox};
@@ -97,8 +96,8 @@ impl<R: Real> GearFriction<R> {
     }
 
     /// Motor torque \[N.m\] for a torque at the output \[N.m\] at an output velocity \[rad/s\]: the
-    /// inverse of [`GearFriction::output_torque`], and the feed-forward of friction. At rest: what
-    /// moves the gear with that torque left; 0 for 0.
+    /// inverse of [`GearFriction::output_torque`], and the feed-forward of friction. At rest: the torque that moves the
+    /// gear and leaves this torque; 0 for 0.
     ///
     /// Give it the velocity of the reference: the sign of a measured one chatters about rest.
     ///
@@ -143,7 +142,7 @@ mod tests {
             let friction = GearFriction::new(gear, coulomb, viscous).expect("valid");
             let output = friction.output_torque(torque, velocity);
             let (motor_w, output_w) = (torque * gear.motor_velocity(velocity), output * velocity);
-            // What friction takes at least: the dry part. Rounding of the largest term.
+            // Minimum friction: the dry part. Rounding of the largest term.
             let rounding = 1e-14 * (motor_w.abs() / efficiency + output_w.abs() + 1.0);
             prop_assert!(motor_w - output_w >= coulomb * velocity.abs() + viscous * velocity * velocity - rounding);
             let back = friction.motor_torque(output, velocity);

@@ -4,8 +4,8 @@ use crate::error::within;
 use crate::motor::TorqueRange;
 use crate::{ConfigError, Real};
 
-/// A reduction with an efficiency. Losses act against the flow of power: driving, the output gets less than the motor
-/// gives; driven by the load, the motor holds more than it gives.
+/// A reduction with an efficiency. Losses act against the flow of power: driving, the output torque is less than the
+/// motor's; driven by the load, the motor holds more than its torque.
 ///
 /// For a model that has torque limits at the wheel. [`crate::geometry::Wheel::geared`] needs only
 /// the ratio of velocities.
@@ -30,7 +30,7 @@ impl<R: Real> Gearbox<R> {
     /// `ratio` turns of the motor for one of the output, 0.001 to 1e6; `efficiency` 0.01 to 1 in both directions.
     ///
     /// # Errors
-    /// Parameter `ratio` or `efficiency` where it is out of range.
+    /// Parameter `ratio` or `efficiency` if it is out of range.
     pub fn new(ratio: R, efficiency: R) -> Result<Self, ConfigError> {
         Ok(Self {
             ratio: within("ratio", ratio, 1e-3..=1e6, "0.001 to 1e6")?,
@@ -109,7 +109,7 @@ impl<R: Real> Gearbox<R> {
         }
     }
 
-    /// Does power flow from the load to the motor?
+    /// Whether power flows from the load to the motor.
     fn is_back_driven(&self, torque: R, velocity: R) -> bool {
         (torque > R::zero() && velocity < R::zero()) || (torque < R::zero() && velocity > R::zero())
     }
@@ -139,7 +139,7 @@ mod tests {
             let gear = Gearbox::new(ratio, efficiency).expect("valid");
             let output = gear.output_torque(torque, velocity);
             let (motor_w, output_w) = (torque * gear.motor_velocity(velocity), output * velocity);
-            // Driving: less comes out. Braking: the load gives more than arrives (both negative).
+            // Driving: less comes out. Braking: the load supplies more than arrives (both negative).
             prop_assert!(output_w <= motor_w * (1.0 + 1e-15 * motor_w.signum()));
             prop_assert!((gear.motor_torque(output, velocity) - torque).abs() <= 1e-15 * torque.abs() * 4.0);
             let range = gear.output_range(&TorqueRange { lower_n_m: -torque.abs(), upper_n_m: torque.abs() }, velocity);

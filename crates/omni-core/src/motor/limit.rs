@@ -27,7 +27,7 @@ use crate::{ConfigError, Real};
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(C)]
 pub struct TorqueLimit<R> {
-    /// Where the line meets rest.
+    /// The line's value at rest.
     stall_n_m: R,
     slope_n_m_s_rad: R,
     /// Largest torque in any quadrant, at most the stall torque.
@@ -40,7 +40,7 @@ impl<R: Real> TorqueLimit<R> {
     /// The same limit `torque_n_m` > 0 \[N.m\] at every velocity.
     ///
     /// # Errors
-    /// Parameter `torque_n_m` where it is not finite or not positive.
+    /// Parameter `torque_n_m` if it is not finite or not positive.
     ///
     /// ```
     /// use omni_core::TorqueLimit;
@@ -61,7 +61,7 @@ impl<R: Real> TorqueLimit<R> {
     /// A line from `stall_torque_n_m` > 0 \[N.m\] at rest down by `slope_n_m_s_rad` >= 0 \[N.m per rad/s\].
     ///
     /// # Errors
-    /// Parameter `stall_torque_n_m` or `slope_n_m_s_rad` where it is out of range or not finite.
+    /// Parameter `stall_torque_n_m` or `slope_n_m_s_rad` if it is out of range or not finite.
     ///
     /// ```
     /// use omni_core::TorqueLimit;
@@ -80,10 +80,10 @@ impl<R: Real> TorqueLimit<R> {
         })
     }
 
-    /// The same with no more than `torque_n_m` > 0 \[N.m\] in any quadrant: what a current limit leaves.
+    /// The same with no more than `torque_n_m` > 0 \[N.m\] in any quadrant: the effect of a current limit.
     ///
     /// # Errors
-    /// Parameter `torque_n_m` where it is not finite or not positive.
+    /// Parameter `torque_n_m` if it is not finite or not positive.
     ///
     /// ```
     /// use omni_core::TorqueLimit;
@@ -124,7 +124,7 @@ impl<R: Real> TorqueLimit<R> {
         }
     }
 
-    /// Lowest and highest torque \[N.m\] at the actuator velocity \[rad/s\]. Nothing where that is NaN.
+    /// Lowest and highest torque \[N.m\] at the actuator velocity \[rad/s\]. Nothing if that is NaN.
     ///
     /// ```
     /// use omni_core::motor::TorqueRange;
@@ -145,10 +145,10 @@ impl<R: Real> TorqueLimit<R> {
         )
     }
 
-    /// The duty of a bridge without a current loop, -1 to 1, that gives `torque_n_m` \[N.m\] at
-    /// `velocity_rad_s` \[rad/s\], or the nearest there is: the line at part of the supply's voltage,
-    /// `torque = stall duty - slope velocity`, solved for the duty. The torque is held within the cap. Duty 0
-    /// shorts the motor, which brakes with `slope velocity`; to let a wheel go, open the bridge. 0 for NaN.
+    /// The duty cycle of a bridge without a current loop, -1 to 1, that produces `torque_n_m` \[N.m\] at
+    /// `velocity_rad_s` \[rad/s\], or the nearest possible torque: the line at a fraction of the supply voltage,
+    /// `torque = stall duty - slope velocity`, solved for the duty. The torque is held within the cap. Duty 0 shorts
+    /// the motor, which brakes with `slope velocity`; to release a wheel, open the bridge. 0 for NaN.
     ///
     /// It needs no more than a data sheet's stall torque and no-load speed at the supply's voltage. With resistance,
     /// torque constant and friction known, [`DcMotor::duty`](crate::motor::DcMotor::duty) also returns the current.

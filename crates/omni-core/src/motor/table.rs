@@ -4,8 +4,8 @@ use super::torque_range::{TorqueRange, four_quadrants, known};
 use crate::error::{not_negative, positive};
 use crate::{ConfigError, Real};
 
-/// Driving torque as a piecewise-linear function of speed, in four quadrants: what a brushless
-/// drive with field weakening or a measured motor does, where no straight line fits.
+/// Driving torque as a piecewise-linear function of speed, in four quadrants: for a brushless drive with field
+/// weakening or a measured motor, which a straight line does not fit.
 ///
 /// Below the first point its torque holds, beyond the last one the last torque: end with 0 N.m at the no-load speed.
 ///
@@ -29,9 +29,8 @@ impl<R: Real, const M: usize> TorqueTable<R, M> {
     /// torque > 0 \[N.m\], which also bounds the driving torque.
     ///
     /// # Errors
-    /// With the point's index: parameter `point.speed_rad_s` where a speed is not above the one before (the first:
-    /// negative), `point.driving_torque_n_m` where a torque is negative. `points` where there are none,
-    /// `braking_torque_n_m`.
+    /// With the point's index: parameter `point.speed_rad_s` if a speed is not above the previous one (the first:
+    /// negative), `point.driving_torque_n_m` if a torque is negative. `points` if there are none, `braking_torque_n_m`.
     pub fn new(points: [(R, R); M], braking_torque_n_m: R) -> Result<Self, ConfigError> {
         if M == 0 {
             return Err(ConfigError::new("points", 0.0, "1 or more"));
@@ -54,7 +53,7 @@ impl<R: Real, const M: usize> TorqueTable<R, M> {
     }
 
     /// Lowest and highest torque \[N.m\] at the actuator velocity \[rad/s\]. At rest both are the braking torque;
-    /// nothing where the velocity is NaN. O(M).
+    /// nothing if the velocity is NaN. O(M).
     ///
     /// ```
     /// use omni_core::motor::TorqueTable;

@@ -1,4 +1,4 @@
-//! I2t: how long a motor may give more torque than it can give for ever.
+//! I2t: time for which a motor may exceed its continuous torque.
 
 use crate::error::{period, positive, within};
 use crate::motor::TorqueRange;
@@ -28,13 +28,13 @@ use crate::{ConfigError, Real};
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ThermalConfig<R> {
-    /// Torque that it can give for ever \[N.m\], > 0.
+    /// Continuous torque \[N.m\], > 0.
     pub continuous_torque_n_m: R,
-    /// Torque that it can give when cold \[N.m\], at least the continuous one.
+    /// Peak torque when cold \[N.m\], at least the continuous torque.
     pub peak_torque_n_m: R,
     /// Thermal time constant of the winding \[s\], > 0.
     pub time_constant_s: R,
-    /// Heat, as a share of what is allowed, from which torque is taken back, 0 to 0.99. 0.8 is usual.
+    /// Heat, as a fraction of the allowed heat, above which torque is reduced, 0 to 0.99. 0.8 is usual.
     pub derating_start: R,
     /// Control period \[s\], > 0 and short against the time constant.
     pub period_s: R,
@@ -117,7 +117,7 @@ impl<R: Real> ThermalState<R> {
         }
     }
 
-    /// 0 cold, 1 as hot as allowed; more where it gave more torque than was allowed. Never negative.
+    /// 0 cold, 1 as hot as allowed; more if it applied more torque than allowed. Never negative.
     #[must_use]
     pub fn heat(&self) -> R {
         self.heat.total
@@ -134,8 +134,8 @@ impl<R: Real> ThermalModel<R> {
     /// A model with these figures.
     ///
     /// # Errors
-    /// The field of [`ThermalConfig`] that is out of range, by its name; `period_s` where it is so long that one period
-    /// at peak torque could overheat the motor.
+    /// The field of [`ThermalConfig`] that is out of range, by its name; `period_s` if it is so long that one period at
+    /// peak torque could overheat the motor.
     pub fn new(config: ThermalConfig<R>) -> Result<Self, ConfigError> {
         let continuous = positive("continuous_torque_n_m", config.continuous_torque_n_m)?;
         let peak = positive("peak_torque_n_m", config.peak_torque_n_m)?;
@@ -209,7 +209,7 @@ impl<R: Real> ThermalModel<R> {
         (self.continuous * (R::one() + self.steepness * left).sqrt()).limited(self.continuous, self.peak)
     }
 
-    /// A motor's torque range \[N.m\] cut to what its heat allows.
+    /// A motor's torque range \[N.m\] within its thermal limit.
     ///
     /// ```
     /// use omni_core::motor::{ThermalModel, ThermalState, TorqueRange};

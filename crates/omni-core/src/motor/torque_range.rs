@@ -1,4 +1,4 @@
-//! The torques that motors can give at their present velocities.
+//! The torque ranges of motors at their present velocities.
 
 use crate::Real;
 use crate::constants::constant_struct;
@@ -74,7 +74,7 @@ impl<R: Real> TorqueRange<R> {
         }
     }
 
-    /// Is `torque_n_m` \[N.m\] outside? The limits themselves are inside, and so is NaN.
+    /// Whether `torque_n_m` \[N.m\] is outside. The limits themselves are inside, and so is NaN.
     ///
     /// ```
     /// use omni_core::motor::TorqueRange;
@@ -126,7 +126,7 @@ pub struct TorqueRanges<R, const N: usize> {
 }
 
 impl<R: Real, const N: usize> TorqueRanges<R, N> {
-    /// The range of one wheel; nothing but 0 where `index` is not below `N`.
+    /// The range of one wheel; nothing but 0 if `index` is not below `N`.
     ///
     /// ```
     /// use omni_core::motor::{TorqueRange, TorqueRanges};
@@ -158,7 +158,7 @@ impl<R: Real, const N: usize> TorqueRanges<R, N> {
         }
     }
 
-    /// Sets the range of one wheel; nothing where `index` is not below `N`.
+    /// Sets the range of one wheel; nothing if `index` is not below `N`.
     ///
     /// ```
     /// use omni_core::motor::TorqueRanges;
@@ -201,8 +201,8 @@ impl<R: Real, const N: usize> TorqueRanges<R, N> {
     }
 }
 
-/// The range of a motor that gives at most `driving` with its velocity and `braking` against it or
-/// in any case. A velocity that is NaN has no direction to drive in: the caller's business.
+/// The range of a motor with at most `driving` torque along its velocity and `braking` torque against it. A velocity
+/// that is NaN has no driving direction; the caller has to handle it.
 #[inline]
 pub(super) fn four_quadrants<R: Real>(driving: R, braking: R, velocity: R) -> TorqueRange<R> {
     let zero = R::zero();
@@ -214,7 +214,7 @@ pub(super) fn four_quadrants<R: Real>(driving: R, braking: R, velocity: R) -> To
     }
 }
 
-/// `range`, or nothing where the velocity it is for is NaN.
+/// `range`, or nothing if the velocity it is for is NaN.
 #[inline]
 pub(super) fn known<R: Real>(velocity: R, range: TorqueRange<R>) -> TorqueRange<R> {
     if velocity.partial_cmp(&R::zero()).is_none() {

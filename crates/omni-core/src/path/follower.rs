@@ -20,7 +20,7 @@ use crate::{ConfigError, Real};
 #[repr(C)]
 pub struct FollowerConfig<R> {
     /// Velocity asked for per distance \[m/s per m\], 0 to 1000. Its inverse is the time constant
-    /// of the return: it should be several times that of the wheels' loops.
+    /// of the return: it should be several times the time constant of the wheels' loops.
     pub gain_per_s: R,
     /// Yaw rate asked for per heading error \[rad/s per rad\], 0 to 1000; as above.
     pub heading_gain_per_s: R,
@@ -34,13 +34,12 @@ constant_struct!(FollowerConfig<R> { gain_per_s: R, heading_gain_per_s: R, limit
 
 /// At the end of a trajectory a vehicle this near to the last pose is there \[m\], \[rad\].
 const THERE: [f64; 2] = [0.005, 0.01];
-/// So many times that is near enough for one that has had [`SETTLES_S`], so that what noise and
-/// drift of the pose make is not corrected.
+/// After [`SETTLES_S`], this multiple is near enough, so that noise and drift of the pose are not corrected.
 const STAYS: f64 = 3.0;
-/// Time to get there after the end \[s\]: four of the time constants of the default gain.
+/// Settling time after the end \[s\]: four time constants of the default gain.
 const SETTLES_S: f64 = 2.0;
 
-/// What a [`HolonomicFollower`] found and asks for.
+/// Result of a [`HolonomicFollower`]: the errors and the command.
 ///
 /// ```
 /// use omni_core::geometry::PlanarPose;
@@ -60,18 +59,17 @@ const SETTLES_S: f64 = 2.0;
 pub struct Follow<R> {
     /// The twist to command \[m/s, m/s, rad/s\].
     pub twist: BodyTwist<R>,
-    /// The way to where the vehicle should be, as it looks now: forward, to the left \[m\]. 0 where
-    /// the pose is not known.
+    /// Position error in the vehicle frame: forward, left \[m\]. 0 if the pose is not known.
     pub error_m: [R; 2],
-    /// The turn to where it should look, by the shorter way \[rad\], in (-pi, pi]. 0 where the pose is not known.
+    /// Heading error, by the shorter turn \[rad\], in (-pi, pi]. 0 if the pose is not known.
     pub error_rad: R,
 }
 
-/// Follows a trajectory: its velocity, turned to where the vehicle looks, and a correction in
-/// proportion to where the vehicle is not. Goes before the limits of the twist. It remembers nothing.
+/// Follows a trajectory: its velocity in the vehicle frame, and a correction proportional to the pose error. Goes
+/// before the limits of the twist. It remembers nothing.
 ///
-/// The correction of the velocity is limited as a vector, so that its direction stays; that of the
-/// yaw rate takes the shorter turn.
+/// The correction of the velocity is limited as a vector, so that its direction stays; the yaw rate correction follows
+/// the shorter turn.
 ///
 /// After the end of the trajectory the command is exactly 0, so that the torque ends, while the vehicle is
 /// within 5 mm and 0.01 rad of the last pose, from 2 s after the end on within 15 mm and 0.03 rad. Farther
@@ -119,7 +117,7 @@ impl<R: Real> HolonomicFollower<R> {
         Ok(Self { config })
     }
 
-    /// The twist to command, for a vehicle at `pose` that should be where `sample` says.
+    /// The twist to command, for a vehicle at `pose` with the reference `sample`.
     ///
     /// ```
     /// use omni_core::geometry::PlanarPose;

@@ -1,4 +1,4 @@
-//! What the wheels can turn and push, of a motion along a path.
+//! Limits of the wheels' speed and torque for a motion along a path.
 
 use crate::error::{each_within, finite, not_negative, positive, within};
 use crate::geometry::{BodyTwist, Kinematics, PlanarPose, WheelTorques, WheelVelocities, WorldTwist};
@@ -22,13 +22,13 @@ use super::time_law::bisected;
 pub struct PlanarInertia<R> {
     /// Mass of everything \[kg\], > 0.
     pub mass_kg: R,
-    /// Moment of inertia of everything about the vertical through the centre of mass \[kg.m^2\], > 0.
+    /// Yaw moment of inertia of the whole vehicle about the centre of mass \[kg.m^2\], > 0.
     pub yaw_kg_m2: R,
     /// Centre of mass, from the vehicle's origin, forward and to the left \[m\].
     pub centre_m: [R; 2],
 }
 
-/// What a trajectory keeps to. Checked by [`TrajectoryPlanner::new`](crate::path::TrajectoryPlanner::new).
+/// The limits of a trajectory. Checked by [`TrajectoryPlanner::new`](crate::path::TrajectoryPlanner::new).
 ///
 /// ```
 /// use omni_core::path::{PathLimits, PlanarInertia};
@@ -44,7 +44,7 @@ pub struct PlanarInertia<R> {
 #[non_exhaustive]
 pub struct PathLimits<R, const N: usize> {
     /// Speed, acceleration, deceleration and jerk along the path, 0.001 or more (a speed may be 0);
-    /// the acceleration also of what a bend takes across it. Acceleration and deceleration are finite.
+    /// the acceleration also limits the lateral acceleration in bends. Acceleration and deceleration are finite.
     pub linear: MotionLimits<R>,
     /// The same of the heading.
     pub yaw: MotionLimits<R>,
@@ -54,14 +54,14 @@ pub struct PathLimits<R, const N: usize> {
     pub quickest: BodyTwist<R>,
     /// Fastest that actuators turn \[rad/s\], 0.001 or more, finite.
     pub speeds_rad_s: [R; N],
-    /// What actuators push at a speed.
+    /// Torque of the actuators at a speed.
     pub torques: [TorqueLimit<R>; N],
-    /// What they have to push.
+    /// The inertia that they accelerate.
     pub body: PlanarInertia<R>,
     /// Inertia of each wheel and rotor about its axle, as its actuator feels it \[kg.m^2\], >= 0; 0 by default.
     pub wheel_kg_m2: [R; N],
-    /// How much of the wheels' speeds and torques the trajectory may take, 0.05 to 1: the rest is
-    /// for the follower. 0.9 by default.
+    /// Fraction of the wheels' speeds and torques that the trajectory may use, 0.05 to 1: the remaining fraction is for
+    /// the follower. 0.9 by default.
     pub share: R,
 }
 
@@ -126,7 +126,7 @@ impl<R: Real, const N: usize> PathLimits<R, N> {
 /// A speed may be 0, which nothing moves at.
 const LEAST: f64 = 1e-3;
 
-/// `value` if it is 0, or enough to get anywhere; infinity means no limit.
+/// `value` if it is 0, or large enough; infinity means no limit.
 fn speed_limit<R: Real>(parameter: &'static str, value: R) -> Result<(), ConfigError> {
     if value == R::ZERO {
         return Ok(());
@@ -135,14 +135,14 @@ fn speed_limit<R: Real>(parameter: &'static str, value: R) -> Result<(), ConfigE
     within(parameter, value, LEAST..=f64::INFINITY, allowed).map(|_| ())
 }
 
-/// `value` if it is enough to get anywhere; infinity means no limit.
+/// `value` if it is large enough; infinity means no limit.
 fn change_limit<R: Real>(parameter: &'static str, value: R) -> Result<(), ConfigError> {
     let allowed = "0.001 or more (infinity: no limit)";
     within(parameter, value, LEAST..=f64::INFINITY, allowed).map(|_| ())
 }
 
-/// The part of every limit on accelerations that bends may take, so that the rest is left for
-/// speeding up and slowing down.
+/// The fraction of every limit on accelerations that bends may use, so that the remaining fraction is left for speeding
+/// up and slowing down.
 const BENDS: f64 = 0.5;
 /// A jerk has three parts: of the bend's change, of speeding up in a bend, of the change of that.
 const JERK_PARTS: f64 = 3.0;
@@ -205,7 +205,8 @@ impl<R: Real, const N: usize> Vehicle<R, N> {
         (twist, along, rates)
     }
 
-    /// Actuator torques for an acceleration: those of the smallest sum of squares that give the force and the moment.
+    /// Actuator torques for an acceleration: the set with the smallest sum of squares that produces the force and the
+    /// moment.
     pub(crate) fn torques(&self, heading: R, velocity: [R; 3], acceleration: [R; 3]) -> WheelTorques<R, N> {
         let (twist, [ax, ay, yaw], rates) = Self::in_body(heading, velocity, acceleration);
         let PlanarInertia {

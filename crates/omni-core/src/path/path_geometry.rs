@@ -1,4 +1,4 @@
-//! Where a path goes between its waypoints, and where the vehicle looks meanwhile.
+//! Geometry of a path between its waypoints, and the vehicle's heading along it.
 
 use crate::{ConfigError, Real};
 
@@ -14,7 +14,7 @@ const SAME_RAD: f64 = 1e-6;
 const LEADS_ON: f64 = 0.2;
 /// Pieces of a spline from one waypoint to the next.
 const SPLINE_PIECES: u16 = 4;
-/// Turn of one piece of an arc \[rad\] at most.
+/// Largest turn of one piece of an arc \[rad\].
 const ARC_PIECE_RAD: f64 = core::f64::consts::FRAC_PI_4;
 
 /// A section of the path, from one waypoint to the next.
@@ -50,7 +50,7 @@ impl<R: Real> Section<R> {
         match self {
             Self::Arc(arc) => {
                 let turn = (arc.sweep.abs().as_f64() / ARC_PIECE_RAD).min(8.0);
-                // Rounded up; a sweep is 6.2 rad at most.
+                // Rounded up; a sweep is at most 6.2 rad.
                 (1..=8_u16).find(|n| turn <= f64::from(*n) + 1e-6).unwrap_or(8)
             }
             Self::Spline => SPLINE_PIECES,
@@ -123,7 +123,7 @@ fn lay_between<R: Real>(
     start
 }
 
-/// Where the spline from waypoint `i` to the next begins, or ends.
+/// Start, or end, of the spline from waypoint `i` to the next.
 fn station<R: Real>(waypoints: &[Waypoint<R>], i: usize, end: bool) -> Station<R> {
     let here = if end { i + 1 } else { i };
     let before = here.checked_sub(1).and_then(|k| waypoints.get(k));
@@ -189,7 +189,7 @@ fn free_end<R: Real>(waypoints: &[Waypoint<R>], i: usize, end: bool) -> Option<S
     })
 }
 
-/// The circle through three points, at the middle one; none where the first and the last are one.
+/// The circle through three points, at the middle one; none if the first and the last are one.
 fn through<R: Real>(a: [R; 2], b: [R; 2], c: [R; 2]) -> Option<Station<R>> {
     let (first, second, whole) = (between(a, b), between(b, c), norm(between(a, c)));
     let (la, lb) = (norm(first), norm(second));

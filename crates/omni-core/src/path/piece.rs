@@ -1,10 +1,10 @@
-//! Where a path goes: pieces of it as polynomials of the way along them, and the waypoints they are made from.
+//! Path geometry: pieces as polynomials of the distance along them, and the waypoints that define them.
 
 use crate::Real;
 use crate::constants::constant_struct;
 use crate::trig::cardinal_sine;
 
-/// How a path comes to a waypoint from the one before.
+/// Shape of a path from the previous waypoint.
 ///
 /// ```
 /// use omni_core::path::WayShape;
@@ -17,8 +17,8 @@ use crate::trig::cardinal_sine;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum WayShape<R> {
-    /// Straight. Where the waypoint is where the one before is, the vehicle turns there to the
-    /// heading, or waits for the time.
+    /// Straight. If the waypoint coincides with the previous one, the vehicle turns on the spot to the heading, or
+    /// waits for the time.
     Line,
     /// Along the circle on which the direction of travel turns by `sweep_rad` \[rad\] from one
     /// waypoint to the other: left is +, 0.01 to 6.2 or as much to the right.
@@ -26,12 +26,13 @@ pub enum WayShape<R> {
         /// Turn of the direction of travel \[rad\].
         sweep_rad: R,
     },
-    /// Smooth through this waypoint and its neighbours, direction and curvature continuous: where neighbours are
-    /// splines too, those of the circle through the three points; where the neighbour is a line or an arc, its.
+    /// Smooth through this waypoint and its neighbours, direction and curvature continuous: if the neighbours are also
+    /// splines, equal to the circle through the three points; if the neighbour is a line or an arc, equal to the
+    /// neighbour's.
     Spline,
 }
 
-/// A place of a path, with what shall hold there. Made by [`Waypoint::at`].
+/// A waypoint of a path with optional constraints. Made by [`Waypoint::at`].
 ///
 /// ```
 /// use omni_core::path::{WayShape, Waypoint};
@@ -49,22 +50,22 @@ pub struct Waypoint<R> {
     pub x_m: R,
     /// World y \[m\], -10000 to 10000.
     pub y_m: R,
-    /// Heading there \[rad\], -1000 to 1000, reached by the shorter turn from the heading before;
-    /// none leaves the turn to the next waypoint that has one. Of the first waypoint none is 0.
+    /// Heading at the waypoint \[rad\], -1000 to 1000, reached by the shorter turn from the previous heading; if none,
+    /// the turn continues to the next waypoint with a heading. Of the first waypoint none is 0.
     pub heading_rad: Option<R>,
     /// The way here from the waypoint before; without effect on the first.
     pub shape: WayShape<R>,
-    /// Fastest on the way here \[m/s\], above 0 and up to 1000; none is as fast as limits let it.
+    /// Highest speed on the segment to this waypoint \[m/s\], above 0 and up to 1000; if none, only the limits apply.
     /// Without effect on the first.
     pub speed_m_s: Option<R>,
-    /// When the vehicle is there \[s\] from the start, above 0 and up to 100000, later than the
-    /// time of the waypoint before; none is as soon as limits let it. At that waypoint the vehicle
-    /// is no faster than the mean before and after it. Without effect on the first, which is at 0.
+    /// Time of arrival \[s\] from the start, above 0 and up to 100000, later than the previous waypoint's time; if
+    /// none, as early as the limits allow. At that waypoint the vehicle is no faster than the mean before and after it.
+    /// Without effect on the first, which is at 0.
     pub time_s: Option<R>,
 }
 
 impl<R: Real> Waypoint<R> {
-    /// The place `x_m`, `y_m` \[m\], reached straight, as soon as limits let it, with any heading.
+    /// The position `x_m`, `y_m` \[m\], reached on a straight line, as early as the limits allow, with any heading.
     ///
     /// ```
     /// use omni_core::path::Waypoint;
@@ -96,7 +97,7 @@ impl<R: Real> Waypoint<R> {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct PathPiece<R> {
-    /// Where it begins on its segment \[m, or rad of a turn on the spot\].
+    /// Its start on its segment \[m, or rad of a turn on the spot\].
     pub(crate) start_m: R,
     /// One over its length; 0 of a place.
     pub(crate) per_length: R,

@@ -12,18 +12,18 @@ use super::trajectory::{Trajectory, TrajectorySample};
 
 /// Makes trajectories of waypoints. Nothing is allocated; the caller brings the room.
 ///
-/// What a trajectory keeps to, segment by segment, at both ends and 31 points between of each piece of it:
+/// Limits of a trajectory, segment by segment, at both ends and at 31 points between them on each piece:
 /// - No wheel turns faster than `share` of its speed, and no motor so fast that it keeps less than
 ///   a quarter of its torque at rest.
-/// - What bends and turns of the heading take of wheels' torques at the segment's highest speed is half of
-///   `share` at most; speeding up and slowing down have what is left of `share` at that speed. Torques are those
-///   of the smallest sum of squares that give the body its acceleration, centripetal included, and wheels theirs.
+/// - Bends and turns of the heading use at most half of `share` of the wheels' torques at the segment's highest speed;
+///   speeding up and slowing down use the remaining part of `share` at that speed. Torques are the set with the
+///   smallest sum of squares that accelerates the body, centripetal acceleration included, and the wheels.
 /// - The components of the twist, their changes, and velocity, acceleration and jerk of path and heading
-///   stay within their limits, of which bends take half (of a jerk a third) at the highest speed.
+///   stay within their limits, of which bends use half (of a jerk a third) at the highest speed.
 ///
 /// Between those points a limit may be passed by a hundredth at most (tested), which [`PathLimits::share`]
-/// leaves room for. Acceleration is zero where segments meet, and the speed is as high there as both let it,
-/// or zero at a corner. A friction limit of the ground is not known: `linear.acceleration` is where to say it.
+/// leaves room for. Acceleration is zero at the joints of segments, and the speed there is as high as both segments
+/// allow, or zero at a corner. The ground's friction limit is not known: set `linear.acceleration` accordingly.
 ///
 /// ```
 /// use omni_core::path::{PathLimits, PathPiece, PathSegment, PlanarInertia};
@@ -64,7 +64,7 @@ impl<R: Real, const N: usize> TrajectoryPlanner<R, N> {
         })
     }
 
-    /// How many segments and pieces [`TrajectoryPlanner::plan`] needs room for.
+    /// Numbers of segments and pieces that [`TrajectoryPlanner::plan`] needs room for.
     ///
     /// ```
     /// use omni_core::path::{TrajectoryPlanner, WayShape, Waypoint};
@@ -82,10 +82,10 @@ impl<R: Real, const N: usize> TrajectoryPlanner<R, N> {
     /// The trajectory through `waypoints`, 2 to 1000 of them, from rest to rest, in the room given.
     ///
     /// # Errors
-    /// `waypoints` where there are too few or too many, `segments` or `pieces` where the room is too
-    /// small; else `waypoint.` and what is wrong with the waypoint whose `index` the error has: a value
-    /// out of range, `waypoint.x_m` where there is nothing to do on the way there, `waypoint.time_s`
-    /// where it is sooner than limits let the vehicle be there, or no later than before.
+    /// `waypoints` if there are too few or too many, `segments` or `pieces` if the room is too small; otherwise
+    /// `waypoint.` and the wrong field of the waypoint with the error's `index`: a value out of range, `waypoint.x_m`
+    /// if the segment to it is empty, `waypoint.time_s` if it is earlier than the limits allow, or no later than the
+    /// previous time.
     ///
     /// ```
     /// use omni_core::path::{PathLimits, PathPiece, PathSegment, PlanarInertia};
@@ -147,7 +147,7 @@ impl<R: Real, const N: usize> TrajectoryPlanner<R, N> {
         Ok(Trajectory::new(segments, pieces))
     }
 
-    /// Actuator velocities \[rad/s\] of a vehicle that is where a sample says, and moves so.
+    /// Actuator velocities \[rad/s\] of a vehicle that follows a sample exactly.
     ///
     /// ```
     /// use omni_core::path::{PathPiece, PathSegment, Waypoint};
@@ -164,8 +164,8 @@ impl<R: Real, const N: usize> TrajectoryPlanner<R, N> {
         self.vehicle.kinematics.inverse(&sample.feed_forward())
     }
 
-    /// Actuator torques \[N.m\] that a sample's acceleration takes: of all that give it, those of
-    /// the smallest sum of squares. What friction takes is not in them.
+    /// Actuator torques \[N.m\] that a sample's acceleration requires: of all torques that produce it, the set with the
+    /// smallest sum of squares. Friction is not included.
     ///
     /// ```
     /// use omni_core::path::{PathPiece, PathSegment, Waypoint};

@@ -8,8 +8,8 @@ use crate::scalar::max;
 use crate::sum::Sum;
 use crate::{ConfigError, Real};
 
-/// From standing to its full rate a trajectory takes this long \[s\], and back: what it asks for
-/// changes within what wheels can do.
+/// Time of a trajectory from standstill to its full rate \[s\], and back, so that its changes stay within the wheels'
+/// limits.
 const FULL_S: f64 = 0.2;
 /// A trajectory that is slower than this part of its rate is held up.
 const HELD_UP: f64 = 0.1;
@@ -26,8 +26,8 @@ const HELD_UP: f64 = 0.1;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(C)]
 pub struct ProgressConfig<R> {
-    /// A vehicle that is farther than this from where it should be \[m\], 0.001 to 100, slows its trajectory down; from
-    /// twice that on the trajectory stands. It should be several times the error of a vehicle that is not held up.
+    /// A vehicle with a larger position error than this \[m\], 0.001 to 100, slows its trajectory down; from twice this
+    /// error on, the trajectory stands still. It should be several times the error of a vehicle that is not held up.
     pub lag_m: R,
     /// The same of its heading \[rad\], 0.001 to 100.
     pub lag_rad: R,
@@ -67,7 +67,7 @@ pub struct PathProgress<R> {
 
 constant_struct!(PathProgress<R> { config: ProgressConfig<R> });
 
-/// How far a trajectory has come, and for how long it waited.
+/// Progress of a trajectory, and its waiting time.
 ///
 /// ```
 /// use omni_core::path::ProgressState;
@@ -78,8 +78,8 @@ constant_struct!(PathProgress<R> { config: ProgressConfig<R> });
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ProgressState<R> {
-    /// All the time that it waited \[s\]: exactly 0 until it first waits, so that until then its
-    /// time is the clock's in every bit.
+    /// Total waiting time \[s\]: exactly 0 until it first waits, so that until then its time is bit-identical to the
+    /// clock's.
     waited: Sum<R>,
     /// The clock at the last step \[s\].
     clock_s: R,
@@ -101,20 +101,20 @@ impl<R: Real> Default for ProgressState<R> {
 }
 
 impl<R: Real> ProgressState<R> {
-    /// How much later than planned it is by now \[s\].
+    /// Present delay relative to the plan \[s\].
     #[must_use]
     pub fn waited_s(&self) -> R {
         self.waited.total
     }
 
-    /// For how long the vehicle has been held up without interruption \[s\]: the trajectory is
-    /// slower than a tenth of its rate.
+    /// Time for which the vehicle has been held up without interruption \[s\]: the trajectory is slower than a tenth of
+    /// its rate.
     #[must_use]
     pub fn held_up_s(&self) -> R {
         self.held_up_s
     }
 
-    /// How fast the trajectory's time goes, 0 to 1.
+    /// Rate of the trajectory's time, 0 to 1.
     #[must_use]
     pub fn rate(&self) -> R {
         self.rate
@@ -133,8 +133,8 @@ impl<R: Real> PathProgress<R> {
         Ok(Self { config })
     }
 
-    /// Where the vehicle should be, and how it should move, at a time \[s\] since the start, for a vehicle at `pose`.
-    /// Time that goes backwards, or is no number, is that of before. A pose that is not finite holds nothing up.
+    /// Reference pose and motion at a time \[s\] since the start, for a vehicle at `pose`. If time goes backwards, or
+    /// is not a number, the previous time is used. A pose that is not finite holds nothing up.
     ///
     /// ```
     /// use omni_core::path::{PathPiece, PathProgress, PathSegment, ProgressConfig, ProgressState, Waypoint};
@@ -162,7 +162,7 @@ impl<R: Real> PathProgress<R> {
         } else {
             R::ZERO
         };
-        // What the vehicle follows so far.
+        // The vehicle's present reference.
         let before = trajectory.at(state.clock_s - state.waited.total);
         let wanted = if before.done {
             R::ONE

@@ -1,4 +1,4 @@
-//! When a path is where: speeds at its waypoints, and what meets their times.
+//! Timing of a path: speeds at its waypoints, and the limits that meet their times.
 
 use crate::error::within;
 use crate::shaping::MotionLimits;
@@ -8,8 +8,8 @@ use super::piece::{PathPiece, Waypoint};
 use super::segment::PathSegment;
 use super::time_law::{Profile, Ramp, bisected};
 
-/// Where the direction of travel changes by more than this \[rad\] from one segment to the next, the
-/// vehicle stops between them. So does it where the heading turns by more than this per metre more.
+/// If the direction of travel changes by more than this \[rad\] from one segment to the next, the vehicle stops between
+/// them, and also if the heading's turn per metre changes by more than this.
 const CORNER: f64 = 2e-3;
 
 /// The longest trajectory \[s\], which is twelve days.
@@ -104,7 +104,7 @@ fn is_smooth<R: Real>(a: &PathSegment<R>, b: &PathSegment<R>, pieces: &[PathPiec
 }
 
 /// The mean speed \[m/s\] of a run that takes `lasts` \[s\], less what its turns on the spot take;
-/// infinite where it ends with waiting.
+/// infinite if it ends with waiting.
 fn mean_speed<R: Real>(run: &[PathSegment<R>], lasts: R) -> R {
     let (mut way, mut left) = (R::ZERO, lasts);
     for segment in run {
@@ -170,7 +170,7 @@ fn slowed<R: Real>(run: &mut [PathSegment<R>], asked: R, rounding: R) -> bool {
         last.duration_s = if asked > least { asked - least } else { R::ZERO };
         return true;
     }
-    // Where the vehicle moves at all, its turns on the spot take the time they take.
+    // If the vehicle moves at all, the duration of its turns on the spot is fixed.
     let moving = run.iter().any(|segment| !segment.on_the_spot);
     let held = |segment: &PathSegment<R>| segment.on_the_spot != moving;
     let top = run.iter().filter(|s| held(s)).fold(R::ZERO, |top, s| {

@@ -6,8 +6,8 @@ use crate::Real;
 use crate::constants::constant_struct;
 use crate::shaping::MotionLimits;
 
-/// The way from one waypoint to the next: which pieces it has, and when how much of them is behind.
-/// Made by [`TrajectoryPlanner`](crate::path::TrajectoryPlanner).
+/// The segment from one waypoint to the next: its pieces, and the distance along them over time. Made by
+/// [`TrajectoryPlanner`](crate::path::TrajectoryPlanner).
 ///
 /// ```
 /// use omni_core::path::PathSegment;
@@ -26,7 +26,7 @@ pub struct PathSegment<R> {
     pub(super) first: u16,
     pub(super) count: u16,
     pub(super) on_the_spot: bool,
-    /// What it may do, and its speeds at both ends.
+    /// Its limits, and its speeds at both ends.
     pub(super) allowed: MotionLimits<R>,
     pub(super) ends: [R; 2],
     pub(super) phases: [Phase<R>; 7],
@@ -75,13 +75,13 @@ impl<R: Real> PathSegment<R> {
         self.start_s
     }
 
-    /// How long its way is \[m\]; \[rad\] of a turn on the spot, 0 of waiting.
+    /// Its length \[m\]; \[rad\] for a turn on the spot, 0 for waiting.
     #[must_use]
     pub fn length_m(&self) -> R {
         self.length_m
     }
 
-    /// What the plan let it do along its path \[m/s, m/s^2, m/s^3\]; in rad of a turn on the spot.
+    /// Limits of the plan along its path \[m/s, m/s^2, m/s^3\]; in rad for a turn on the spot.
     #[must_use]
     pub fn limits(&self) -> MotionLimits<R> {
         self.allowed

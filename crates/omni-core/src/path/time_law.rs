@@ -1,4 +1,4 @@
-//! When a path is where: speeding up and slowing down with limited jerk.
+//! Time law of a path: speeding up and slowing down with limited jerk.
 
 use crate::Real;
 use crate::constants::constant_struct;
@@ -42,7 +42,7 @@ impl<R: Real> Phase<R> {
     }
 }
 
-/// What a speed may do: the limits of one segment.
+/// Limits of the speed on one segment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Ramp<R> {
     pub(crate) acceleration: R,
@@ -115,7 +115,7 @@ impl<R: Real> Profile<R> {
         bisected(if from > to { from } else { to }, self.most, fits)
     }
 
-    /// The phases, and how long they take together \[s\]. The last one ends at rest in its own time, to be held.
+    /// The phases, and their total duration \[s\]. The last one ends at rest in its own time, to be held.
     pub(crate) fn phases(&self) -> ([Phase<R>; 7], R) {
         let peak = self.peak();
         let [from, to] = self.ends;

@@ -1,4 +1,4 @@
-//! Trajectories: where the vehicle shall be when. Sampled without state.
+//! Trajectories: reference poses over time. Sampled without state.
 
 #[cfg(test)]
 mod tests;
@@ -8,10 +8,10 @@ use super::segment::PathSegment;
 use crate::Real;
 use crate::geometry::{BodyTwist, PlanarPose, WorldTwist};
 
-/// Where a vehicle shall be when. Sampled without state, in a time that grows with the logarithm of its length.
+/// A reference trajectory. Sampled without state, in a time that grows with the logarithm of its length.
 ///
-/// What is not made by [`TrajectoryPlanner`](crate::path::TrajectoryPlanner) is sampled too,
-/// whatever comes of it: nothing panics.
+/// A trajectory that does not come from [`TrajectoryPlanner`](crate::path::TrajectoryPlanner) can also be sampled, with
+/// any result: nothing panics.
 ///
 /// ```
 /// use omni_core::path::Trajectory;
@@ -24,7 +24,7 @@ pub struct Trajectory<'a, R> {
     pieces: &'a [PathPiece<R>],
 }
 
-/// What a [`Trajectory`] says of one time.
+/// A [`Trajectory`] at one time.
 ///
 /// ```
 /// use omni_core::path::Trajectory;
@@ -39,7 +39,7 @@ pub struct Trajectory<'a, R> {
 pub struct TrajectorySample<R> {
     /// The time asked for \[s\].
     pub time_s: R,
-    /// Where to be \[m, m, rad\], the heading in (-pi, pi].
+    /// Reference pose \[m, m, rad\], the heading in (-pi, pi].
     pub pose: PlanarPose<R>,
     /// How to move \[m/s, m/s, rad/s\], along the world's axes.
     pub velocity: WorldTwist<R>,
@@ -49,12 +49,12 @@ pub struct TrajectorySample<R> {
     pub speed_m_s: R,
     /// The end is reached: the pose is the last one, and everything rests.
     pub done: bool,
-    /// For how long it has been reached \[s\]; 0 before.
+    /// Time since the end was reached \[s\]; 0 before.
     pub over_s: R,
 }
 
 impl<R: Real> TrajectorySample<R> {
-    /// The body twist of a vehicle that is where it should be \[m/s, m/s, rad/s\].
+    /// The body twist of a vehicle at the reference pose \[m/s, m/s, rad/s\].
     ///
     /// ```
     /// use omni_core::path::Trajectory;
@@ -68,7 +68,7 @@ impl<R: Real> TrajectorySample<R> {
 }
 
 impl<'a, R: Real> Trajectory<'a, R> {
-    /// Of segments and pieces that a planner made, for a `static` too.
+    /// A trajectory from a planner's segments and pieces, also for a `static`.
     #[must_use]
     pub const fn new(segments: &'a [PathSegment<R>], pieces: &'a [PathPiece<R>]) -> Self {
         Self { segments, pieces }
@@ -98,8 +98,8 @@ impl<'a, R: Real> Trajectory<'a, R> {
             .map_or(R::ZERO, |last| last.start_s + last.duration_s)
     }
 
-    /// What it says of a time \[s\] from its start: the first pose, at rest, before 0 and of what
-    /// is no number, the last one from [`Trajectory::duration_s`] on.
+    /// The sample at a time \[s\] from its start: the first pose, at rest, before 0 and for NaN, the last pose from
+    /// [`Trajectory::duration_s`] on.
     ///
     /// ```
     /// use omni_core::path::Trajectory;
@@ -108,7 +108,7 @@ impl<'a, R: Real> Trajectory<'a, R> {
     /// ```
     #[must_use]
     pub fn at(&self, time_s: R) -> TrajectorySample<R> {
-        // What is no number is before the start.
+        // NaN counts as before the start.
         let asked = if time_s > R::ZERO { time_s } else { R::ZERO };
         let end_s = self.duration_s();
         let done = time_s >= end_s;

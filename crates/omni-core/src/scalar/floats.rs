@@ -8,9 +8,9 @@ impl Sealed for f32 {
     const QUARTER_TURN: [Self; 3] = [1.570_312_5, 0.000_483_751_3, 7.549_79e-8];
     const TURN_REST: Self = -1.748_455_5e-7;
     const ROUNDER: Self = 12_582_912.0;
-    /// Processors without an operating system have a root in software only, of 50 instructions:
-    /// this takes a third of that. Half of the exponent and a line through the fraction are off by
-    /// 3.4 %; each step of Newton's method squares that.
+    /// Processors without an operating system compute a root only in software, with 50 instructions: this needs a third
+    /// of them. Half of the exponent and a line through the fraction are off by 3.4 %; each step of Newton's method
+    /// squares that.
     #[inline(always)]
     fn per_root(self) -> Self {
         let half = 0.5 * self;

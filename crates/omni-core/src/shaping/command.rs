@@ -8,7 +8,7 @@ use crate::shaping::twist_limits::Vector;
 use crate::shaping::{AxisLimits, TwistLimiter, TwistLimiterState, TwistLimits};
 use crate::{ConfigError, Real};
 
-/// How fast an emergency stop loses speed. Linear and yaw stop each by itself, so that neither waits for the other.
+/// Deceleration of an emergency stop. Linear and yaw motion stop independently, so that neither waits for the other.
 /// Checked by [`CommandShaper::new`].
 ///
 /// ```
@@ -35,8 +35,8 @@ pub struct EmergencyDeceleration<R> {
     pub yaw_rad_s2: R,
 }
 
-/// When a vehicle that has come to rest by itself moves again: after an emergency stop, a safe stop
-/// or a time-out, and after the start.
+/// Condition for motion after an automatic stop: after an emergency stop, a safe stop or a time-out, and after the
+/// start.
 ///
 /// ```
 /// use omni_core::shaping::{CommandShaper, CommandStatus, Restart, ShaperState, ShapingConfig};
@@ -152,8 +152,8 @@ impl<R: Real> ShapingConfig<R> {
 #[repr(u8)]
 #[non_exhaustive]
 pub enum CommandStatus {
-    /// No command since the start or since the release of an emergency stop, or none of rest yet
-    /// where [`Restart::Neutral`] wants one: rest, or on the way there.
+    /// No command since the start or since the release of an emergency stop, or no command of rest yet if
+    /// [`Restart::Neutral`] requires one: at rest, or decelerating to rest.
     Idle,
     /// The twist is the command.
     Following,
@@ -181,15 +181,15 @@ pub enum CommandStatus {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct ShapedCommand<R> {
-    /// What the vehicle is to do.
+    /// The twist for the vehicle.
     pub twist: BodyTwist<R>,
     /// Why.
     pub status: CommandStatus,
-    /// A command arrived in this period and was refused: a component is not finite or above 1e6 in magnitude.
+    /// A command arrived in this period and was rejected: a component is not finite or above 1e6 in magnitude.
     pub rejected: bool,
 }
 
-/// What a [`CommandShaper`] remembers between steps; `default` is at rest, without a command.
+/// The state of a [`CommandShaper`] between steps; `default` is at rest, without a command.
 ///
 /// ```
 /// use omni_core::shaping::{CommandShaper, ShaperState, ShapingConfig};
@@ -218,7 +218,7 @@ impl<R: Real> Default for ShaperState<R> {
 }
 
 impl<R: Real> ShaperState<R> {
-    /// Moving steadily with `twist`, without a command: a vehicle that is taken over while it moves.
+    /// In steady motion with `twist`, without a command: for control that begins while the vehicle moves.
     ///
     /// ```
     /// use omni_core::shaping::{AxisLimits, CommandShaper, ShaperState, ShapingConfig, TwistLimits};
@@ -284,17 +284,17 @@ impl<R: Real> ShaperState<R> {
         self.stopped = false;
     }
 
-    /// Is the emergency stop latched?
+    /// Whether the emergency stop is latched.
     #[must_use]
     pub fn is_stopped(&self) -> bool {
         self.stopped
     }
 }
 
-/// Turns the commands that arrive into a twist every control period: refuses nonsense, lets commands expire, keeps to
-/// the limits and stops in an emergency. What changes from step to step is in [`ShaperState`].
+/// Turns the commands that arrive into a twist every control period: rejects invalid commands, expires old commands,
+/// keeps the limits and stops in an emergency. The changing state is in [`ShaperState`].
 ///
-/// A refused command counts as none: the last good one stays in force until it expires. A command that expires is
+/// A rejected command counts as none: the last valid command stays in force until it expires. A command that expires is
 /// followed by rest, within the limits. An emergency stop has its own deceleration and no jerk limit. After its release
 /// commands are followed from the velocity reached.
 ///
@@ -328,7 +328,7 @@ pub struct CommandShaper<R> {
     limiter: TwistLimiter<R>,
     /// The highest age at which a command counts.
     oldest: u32,
-    /// Linear and yaw speed that an emergency stop takes a period.
+    /// Linear and yaw speed that an emergency stop removes per period.
     emergency_steps: [R; 2],
     /// Only a command of rest ends rest.
     neutral: bool,
@@ -341,7 +341,7 @@ impl<R: Real> CommandShaper<R> {
     ///
     /// # Errors
     /// Parameter `period_s`, `timeout_s`, `emergency_deceleration.linear_m_s2` or `emergency_deceleration.yaw_rad_s2`
-    /// where it is out of range; those of the limits as in [`TwistLimiter::new`].
+    /// if it is out of range; errors of the limits as in [`TwistLimiter::new`].
     pub fn new(config: ShapingConfig<R>, period_s: R) -> Result<Self, ConfigError> {
         let dt = period(period_s)?;
         let oldest = match config.timeout_s {
@@ -445,8 +445,8 @@ impl<R: Real> CommandShaper<R> {
 /// `velocity` shorter by `step`, no less than nothing.
 fn less<R: Real>(velocity: Vector<R>, step: R) -> Vector<R> {
     let speed = velocity.norm();
-    // Where the step is below the resolution of R, or the square of the speed overflows, it stops at once: a brake must
-    // never do nothing.
+    // If the step is below the resolution of R, or the square of the speed overflows, it stops at once, because a brake
+    // must always act.
     let rest = (speed - step) / speed;
     let factor = if speed > step && rest < R::one() {
         rest

@@ -1,6 +1,6 @@
 //! Heading hold: an outer loop with a gyro.
 //!
-//! Wheels know the heading only as far as they do not slip, and on a step they do. A gyro knows
+//! Wheels measure the heading only if they do not slip, and on a step they slip. A gyro knows
 //! better: what the vehicle was commanded to turn less what it has turned is an error of heading,
 //! and a yaw rate in proportion to it takes the vehicle back.
 
@@ -22,7 +22,7 @@ use crate::{ConfigError, Real};
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct HeadingHoldConfig<R> {
     /// Yaw rate asked for per heading error \[rad/s per rad\], 0 to 1000. The inverse is the time
-    /// constant of the return: it should be several times that of the wheels' loops.
+    /// constant of the return: it should be several times the time constant of the wheels' loops.
     pub gain_per_s: R,
     /// Largest correction of the yaw rate \[rad/s\], 0 to 1000.
     pub limit_rad_s: R,
@@ -33,7 +33,7 @@ pub struct HeadingHoldConfig<R> {
 /// Adds to a commanded twist the yaw rate that keeps the heading, by a gyro. Goes before the limits of the twist.
 ///
 /// A command of rest is left as it is, so that stops end without torque. The error is kept for the way on as it is: the
-/// bias of a gyro would fill it while the vehicle stands. What turns the vehicle during that time is not turned back.
+/// bias of a gyro would fill it while the vehicle stands. Rotation of the vehicle during that time is not corrected.
 ///
 /// ```
 /// use omni_core::shaping::{HeadingHold, HeadingHoldConfig, HeadingHoldState};

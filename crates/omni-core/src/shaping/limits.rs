@@ -1,4 +1,4 @@
-//! Velocity, acceleration and jerk limits of one axis: a rate limiter that looks ahead.
+//! Velocity, acceleration and jerk limits of one axis: a rate limiter with look-ahead.
 //!
 //! Inside, all rates are velocity steps: what the velocity may gain or lose in one control period. A period is then one
 //! addition, and no division by the period is left.
@@ -11,7 +11,7 @@ use crate::{ConfigError, Real};
 /// Limits of one axis. The unit of velocity is the user's, \[m/s\] or \[rad/s\]; the other units follow from it.
 ///
 /// Forward is positive velocity, reverse negative. Acceleration is speed growing, deceleration speed shrinking.
-/// Infinity means no limit. Checked where a [`RateLimiter`] or a [`crate::shaping::TwistLimiter`] is made of it.
+/// Infinity means no limit. Checked when a [`RateLimiter`] or a [`crate::shaping::TwistLimiter`] is built from it.
 ///
 /// ```
 /// use omni_core::shaping::AxisLimits;
@@ -54,7 +54,7 @@ impl<R: Real> AxisLimits<R> {
         Self::symmetric(none, none, none, none)
     }
 
-    /// The same limits forward and in reverse; units and ranges as those of the fields.
+    /// The same limits forward and in reverse; units and ranges as for the fields.
     ///
     /// ```
     /// use omni_core::shaping::AxisLimits;
@@ -76,7 +76,7 @@ impl<R: Real> AxisLimits<R> {
     }
 }
 
-/// What errors call the parameters of an axis, in the order of the fields of [`AxisLimits`].
+/// Names of the parameters of an axis in errors, in the order of the fields of [`AxisLimits`].
 pub(crate) type AxisNames = [&'static str; 7];
 
 /// [`AxisNames`] with a prefix.
@@ -148,7 +148,7 @@ impl<R: Real> Default for RateLimiterState<R> {
 }
 
 impl<R: Real> RateLimiterState<R> {
-    /// At rest, for a `static` too.
+    /// At rest, also for a `static`.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -201,7 +201,7 @@ impl<R: Real> RateLimiterState<R> {
 pub struct Steps<R> {
     /// Speed that a period adds to a motion in this direction.
     up: R,
-    /// Speed that a period takes from a motion in the opposite direction.
+    /// Speed that a period removes from a motion in the opposite direction.
     down: R,
 }
 
@@ -217,7 +217,7 @@ impl<R: Real> Steps<R> {
         } else if braked <= R::zero() {
             braked
         } else {
-            // At rest after the part -velocity / down of the period; the rest of it accelerates.
+            // At rest after the part -velocity / down of the period; the remaining part accelerates.
             self.up * (R::one() + velocity / self.down)
         };
         // This way round NaN, which is 0 times no limit, counts as there.
@@ -253,13 +253,13 @@ pub(crate) fn ramp_start<R: Real>(distance: R, base: R, jerk_step: R) -> R {
     if start < highest { start } else { highest }
 }
 
-/// Rate limiter of one axis; see [`AxisLimits`]. What changes from step to step is in [`RateLimiterState`].
+/// Rate limiter of one axis; see [`AxisLimits`]. The changing state is in [`RateLimiterState`].
 ///
-/// With a jerk limit it looks ahead: it accelerates no more than it can take back before the target,
-/// and brakes a reversal no harder than it can ease before it turns. A target that stays is reached
-/// exactly, and overshot by rounding only (an ulp), except where the acceleration of an earlier target
-/// leaves no choice. The velocity limits hold in any case. Without a jerk limit no square root is
-/// taken; a period in which the velocity changes sign is shared between deceleration and acceleration.
+/// With a jerk limit it looks ahead: it accelerates no more than it can reverse before the target, and brakes a
+/// reversal no harder than it can ease before the velocity changes sign. A target that stays is reached exactly, and
+/// overshot by rounding only (an ulp), except if the acceleration of an earlier target leaves no choice. The velocity
+/// limits hold in any case. Without a jerk limit, no square root is computed; a period in which the velocity changes
+/// sign is shared between deceleration and acceleration.
 ///
 /// ```
 /// use omni_core::shaping::{AxisLimits, RateLimiter, RateLimiterState};
@@ -339,7 +339,7 @@ impl<R: Real> RateLimiter<R> {
     /// One control period towards `target` \[m/s or rad/s\]: the velocity to command next, always finite.
     ///
     /// A target that is not finite holds the velocity. A limit whose share of one period is below the resolution of `R`
-    /// at the present velocity (acceleration of 6e-5 at 1.0, 1 kHz and `f32`) lets the velocity rest where it is.
+    /// at the present velocity (acceleration of 6e-5 at 1.0, 1 kHz and `f32`) leaves the velocity unchanged.
     ///
     /// ```
     /// use omni_core::shaping::{AxisLimits, RateLimiter, RateLimiterState};
@@ -399,7 +399,7 @@ impl<R: Real> RateLimiter<R> {
     fn step_smoothly(&self, state: &mut RateLimiterState<R>, target: R) {
         let zero = R::zero();
         let distance = state.velocity.gap(target);
-        // Seen so that the target lies ahead.
+        // Mirrored so that the target is in the positive direction.
         let (sign, steps) = if distance < zero {
             (-R::one(), &self.backward)
         } else {

@@ -80,7 +80,7 @@ impl<R: Real> MotionLimits<R> {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum TwistLimits<R> {
-    /// Each axis by itself: each is as quick as it may be, and the path bends where one of them lags.
+    /// Each axis separately: each is as fast as its limits allow, and the path bends while one of them lags.
     PerAxis {
         /// Forward velocity \[m/s\].
         vx: AxisLimits<R>,
@@ -91,7 +91,7 @@ pub enum TwistLimits<R> {
     },
     /// One factor for the whole twist, so that a limit slows the motion down and leaves the curvature of
     /// the path alone. Changes of the twist run along the straight line from the present twist to the
-    /// target. A speed limit of 0 in one group lets only twists pass that have nothing in that group.
+    /// target. A speed limit of 0 in one group passes only twists without a component in that group.
     AlongMotion {
         /// The velocity (vx, vy) as a vector, whatever its direction \[m/s\].
         linear: MotionLimits<R>,
@@ -100,7 +100,7 @@ pub enum TwistLimits<R> {
     },
 }
 
-/// What a [`TwistLimiter`] remembers between steps; `default` is at rest.
+/// The state of a [`TwistLimiter`] between steps; `default` is at rest.
 ///
 /// ```
 /// use omni_core::shaping::{MotionLimits, TwistLimiter, TwistLimiterState, TwistLimits};
@@ -128,7 +128,7 @@ impl<R: Real> Default for TwistLimiterState<R> {
 }
 
 impl<R: Real> TwistLimiterState<R> {
-    /// At rest, for a `static` too.
+    /// At rest, also for a `static`.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -170,15 +170,15 @@ impl<R: Real> TwistLimiterState<R> {
     }
 }
 
-/// Rate limiter of a twist; see [`TwistLimits`]. What changes from step to step is in [`TwistLimiterState`].
+/// Rate limiter of a twist; see [`TwistLimits`]. The changing state is in [`TwistLimiterState`].
 ///
 /// [`TwistLimits::PerAxis`] is three [`RateLimiter`]s. [`TwistLimits::AlongMotion`] first scales the target so that it
 /// obeys both speed limits. The change D of the twist that is left is then done in part: one factor for vx, vy and wz,
 /// the largest that both groups, linear and yaw, allow. A group decelerates while its part of D has a component against
-/// its velocity. A jerk limit looks ahead along D as [`RateLimiter`] does, and limits the change of the acceleration by
-/// one factor too. A target that stays is reached exactly; from rest, along a straight line and without overshoot. Only
-/// where a changed target finds an acceleration that points elsewhere and would carry a group out of its limits does
-/// that group first take its acceleration back, by itself.
+/// its velocity. A jerk limit looks ahead along D as [`RateLimiter`] does, and also limits the change of the
+/// acceleration by one factor. A target that stays is reached exactly; from rest, along a straight line and without
+/// overshoot. Only where a changed target finds an acceleration that points elsewhere and would carry a group out of
+/// its limits does that group first reduce its acceleration, separately.
 ///
 /// ```
 /// use omni_core::shaping::{MotionLimits, TwistLimiter, TwistLimiterState, TwistLimits};
@@ -204,7 +204,7 @@ constant_struct!(TwistLimiter<R> { law: Law<R> });
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-/// How a twist is limited, in velocity steps a period.
+/// Limits of a twist, in velocity steps per period.
 #[repr(C, u8)]
 pub enum Law<R> {
     /// [`TwistLimits::PerAxis`].
@@ -261,8 +261,8 @@ impl<R: Real> TwistLimiter<R> {
 
     /// One control period towards `target`: the twist to command next, always finite.
     ///
-    /// A target with a component that is not finite holds the twist, per axis that component only. Along the motion
-    /// components are first cut to +-1e9, so that their squares stay finite in `f32`.
+    /// A target with a component that is not finite holds the twist; per axis, it holds only that component. Along the
+    /// motion components are first cut to +-1e9, so that their squares stay finite in `f32`.
     ///
     /// ```
     /// use omni_core::shaping::{MotionLimits, TwistLimiter, TwistLimiterState, TwistLimits};
@@ -281,7 +281,7 @@ impl<R: Real> TwistLimiter<R> {
     pub fn step(&self, state: &mut TwistLimiterState<R>, target: &BodyTwist<R>) -> BodyTwist<R> {
         match &self.law {
             Law::PerAxis { axes: limiters } => {
-                // Not a loop: with constant limits the compiler then knows those of each axis.
+                // Not a loop, so that the compiler knows constant limits of each axis.
                 let [vx, vy, wz] = limiters;
                 let [x, y, z] = &mut state.axes;
                 vx.step(x, target.vx_m_s);
@@ -338,12 +338,12 @@ fn smaller<R: Real>(a: R, b: R) -> R {
     if b < a { b } else { a }
 }
 
-/// `part / whole`, no more than 1; 1 where the whole is nothing.
+/// `part / whole`, no more than 1; 1 if the whole is nothing.
 fn share<R: Real>(part: R, whole: R) -> R {
     if part < whole { part / whole } else { R::one() }
 }
 
-/// Limits of one group in velocity steps a period.
+/// Limits of one group in velocity steps per period.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(C)]

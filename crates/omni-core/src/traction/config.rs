@@ -1,4 +1,4 @@
-//! What a traction control is configured with.
+//! The configuration of traction control.
 
 use super::encoder::window_s;
 use crate::constants::constant_struct;
@@ -19,7 +19,7 @@ use crate::{ConfigError, Real};
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct TractionWheel<R> {
-    /// What its actuator gives.
+    /// Torque of its actuator.
     pub limit: TorqueLimit<R>,
     /// Inertia of wheel, gear and motor at the actuator \[kg.m^2\], 1e-22 to 1e6.
     pub inertia_kg_m2: R,
@@ -27,7 +27,7 @@ pub struct TractionWheel<R> {
     /// up: the direction in which the wheel rolls over its gear, negative where its actuator is
     /// mounted the other way round. Each within +-1e6.
     pub carrier: [R; 2],
-    /// Where it stands: x forward, y left of the vehicle's origin \[m\], each within +-100 m.
+    /// Its position: x forward, y left of the vehicle's origin \[m\], each within +-100 m.
     pub place_m: [R; 2],
 }
 
@@ -44,8 +44,8 @@ impl<R: Real> TractionWheel<R> {
     }
 }
 
-/// What is known of the sensors and motors that a traction control lives with: its times follow
-/// from it. Start from [`TractionSensors::perfect`].
+/// Known properties of the sensors and motors of a traction control, which determine its time constants. Start from
+/// [`TractionSensors::perfect`].
 ///
 /// ```
 /// use omni_core::traction::TractionSensors;
@@ -92,7 +92,8 @@ constant_struct!(TractionSensors<R> { encoder_counts: R, encoder_noise_rad_s: R,
 pub struct TractionConfig<R> {
     /// Control period \[s\], 1e-6 to 10.
     pub period_s: R,
-    /// What is known of sensors and motors. Times and dead zones below are what perfect ones allow; they grow with it.
+    /// Known properties of sensors and motors. Times and dead zones below are what perfect ones allow; they grow with
+    /// it.
     pub sensors: TractionSensors<R>,
     /// Thrust of every driven wheel per lack of speed, as a rate of its actuator \[N.m.s/rad\], 0 to 1e6.
     pub thrust_gain_n_m_s_rad: R,
@@ -114,14 +115,14 @@ pub struct TractionConfig<R> {
     pub acceleration_m_s2: R,
     /// Time constant of the rates of hinges and base \[s\], 0 to 10.
     pub rates_s: R,
-    /// Time in which a wheel's slip is taken out, by its own inertia \[s\], 1e-6 to 10.
+    /// Time in which a wheel's slip is removed, by its own inertia \[s\], 1e-6 to 10.
     pub slip_s: R,
     /// Slip that is left alone, as a speed of the rim \[m/s\], 0 to 100.
     pub slip_free_m_s: R,
-    /// Slip beyond that at which a wheel gives what the ground takes and nothing of the common
-    /// thrust \[m/s\], 1e-6 to 100.
+    /// Further slip at which a wheel applies only the torque that the ground transmits and none of the common thrust
+    /// \[m/s\], 1e-6 to 100.
     pub slip_width_m_s: R,
-    /// Time constant of the estimate of what the ground takes \[s\], 0 to 10.
+    /// Time constant of the estimated torque to the ground \[s\], 0 to 10.
     pub contact_s: R,
     /// Yaw rate that wheels are meant to have per heading error \[1/s\], 0 to 1000.
     pub heading_per_s: R,
@@ -141,7 +142,7 @@ pub struct TractionConfig<R> {
     pub gyro_zero_s: R,
     /// It is found only below this part of the largest thrust, 0 to 1.
     pub gyro_zero_part: R,
-    /// Largest zero \[rad/s\], 0 to 100: what the gyro's datasheet says.
+    /// Largest zero offset \[rad/s\], 0 to 100: from the gyro's datasheet.
     pub gyro_zero_most_rad_s: R,
 }
 
@@ -233,7 +234,7 @@ impl<R: Real> TractionConfig<R> {
         }
     }
 
-    /// The same with what is known of sensors and motors.
+    /// The same with known properties of sensors and motors.
     ///
     /// ```
     /// use omni_core::traction::{TractionConfig, TractionSensors};
@@ -337,7 +338,7 @@ impl<R: Real> TractionConfig<R> {
 #[repr(C)]
 #[doc(hidden)]
 pub struct TractionTimes<R> {
-    /// Angle of the actuator that one count of its encoder is \[rad\]; 0 where readings are not counts.
+    /// Angle of the actuator that one count of its encoder is \[rad\]; 0 if readings are not counts.
     pub(super) count_rad: R,
     pub(super) slip_s: R,
     pub(super) contact_s: R,
@@ -345,7 +346,7 @@ pub struct TractionTimes<R> {
     /// Slip that is left alone, and its inverse \[m/s, s/m\].
     pub(super) free_m_s: R,
     pub(super) per_free_s_m: R,
-    /// What counts and noise hide of a speed \[m/s\]: of slow wheels counts come late as well.
+    /// Part of a speed that counts and noise mask \[m/s\]: counts of slow wheels are also late.
     pub(super) hidden_m_s: R,
     pub(super) width_m_s: R,
     pub(super) integral_n_m_rad: R,
@@ -354,7 +355,7 @@ pub struct TractionTimes<R> {
     /// Gains of a wheel's own loop.
     pub(super) own_gain_n_m_s_rad: R,
     pub(super) own_integral_n_m_rad: R,
-    /// What delay and lag alone leave of a gain.
+    /// Fraction of a gain that delay and lag alone leave.
     pub(super) late_part: R,
     /// Of slower wheels counts come rarely \[rad/s\].
     pub(super) rare_rad_s: R,
@@ -365,7 +366,7 @@ constant_struct!(TractionTimes<R> {
     own_integral_n_m_rad: R, late_part: R, rare_rad_s: R
 });
 
-/// Slip is taken out no faster than in so many periods, delays, windows of counts: it would swing.
+/// Slip is removed no faster than in this many periods, delays, windows of counts, because it would oscillate.
 const PERIODS: f64 = 5.0;
 const DELAYS: f64 = 6.0;
 const WINDOWS: f64 = 4.0;
@@ -401,7 +402,7 @@ impl<R: Real> TractionTimes<R> {
             rough_m_s = count_rad / window * way_m;
             rare_rad_s = R::of(RARE) * count_rad / window;
         }
-        // What is read late or over a while is answered more softly.
+        // Late or averaged readings are answered with lower gains.
         let softer = |old_s: R| {
             if old_s > R::of(FRESH_S) {
                 R::of(FRESH_S) / old_s
@@ -445,8 +446,8 @@ impl<R: Real> TractionTimes<R> {
         }
     }
 
-    /// Gains of a wheel's own loop, proportional and integral: softer by the delay alone where the
-    /// readings are taken as they come.
+    /// Gains of a wheel's own loop, proportional and integral: reduced only for the delay if the readings are used as
+    /// they arrive.
     #[inline(always)]
     pub(super) fn own(&self, config: &TractionConfig<R>, raw: bool) -> [R; 2] {
         if raw {

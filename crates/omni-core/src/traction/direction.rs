@@ -1,4 +1,4 @@
-//! What depends on the direction of travel: which wheels drive, and how far each goes a turn.
+//! Quantities that depend on the direction of travel: the driven wheels, and their distance per turn.
 
 use super::model::Traction;
 use super::state::{TractionState, WheelAlongTravel};
@@ -13,18 +13,18 @@ const DRIVEN_PART: f64 = 0.3;
 /// at an edge press the vehicle along it: with 0.3 `chugo7` stays at the built-in step at 18
 /// degrees and more off straight ahead, with 0.6 it climbs (docs/study.md).
 const ENOUGH_PART: f64 = 0.6;
-/// Where sensors may hide this part of the commanded speed, slip does not stand out from noise.
+/// If sensors may mask this fraction of the commanded speed, slip cannot be distinguished from noise.
 const HIDDEN_PART: f64 = 0.5;
 const HIDDEN_AGAIN: f64 = 0.4;
-/// Where less than twice this part of the wheels' turning carries the vehicle on, it turns on the spot.
+/// If less than twice this fraction of the wheels' rotation moves the vehicle, it turns on the spot.
 const ON_THE_SPOT: f64 = 0.05;
 /// Part of their levers by which pushes may turn the vehicle and count as balanced.
 const BALANCED_PART: f64 = 0.01;
 
 impl<R: Real, const N: usize> Traction<R, N> {
     /// Takes a command for the direction of travel. [`Traction::step`] does so itself; a
-    /// [`super::Supervisor`] must know it before. What is known along the old direction is taken over
-    /// as far as the new one points there. What is no command, as NaN, is none: the last one goes on.
+    /// [`super::Supervisor`] must know it before. Knowledge along the old direction is kept in proportion to the new
+    /// direction's component along it. An invalid command, such as NaN, is ignored: the last one remains.
     ///
     /// ```
     /// use omni_core::traction::TractionState;
@@ -77,7 +77,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         for along in [&mut state.target_m_s, &mut state.integral_n_m, &mut state.drift_m] {
             *along *= kept;
         }
-        // So is what wheels say against each other.
+        // The disagreement of wheels is scaled likewise.
         for time_s in [&mut state.carried_s, &mut state.off_speed_s] {
             *time_s *= max(kept, zero);
         }
@@ -124,7 +124,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
                 slip_gain: self.inertia_kg_m2[i] / self.times.slip_s * rate_rad_m[i],
             };
             let wheel = &mut state.wheels[i];
-            // What the ground takes along the thrust is so along another thrust too.
+            // The torque to the ground along one thrust also holds along another thrust.
             wheel.contact_n_m *= along * old.along;
             // It turns as fast as before.
             wheel.speed_m_s = if old.driven {

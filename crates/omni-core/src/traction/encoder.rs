@@ -5,8 +5,8 @@ use crate::Real;
 /// What the width of a count may make of the rate \[rad/s\].
 const RATE_RAD_S: f64 = 0.3;
 
-/// How fast wheels change their rate in an impact \[rad/s^2\]: 15 m/s^2 of a rim of 0.15 m. What is
-/// read over a longer time is out of date by as much as it is more precise.
+/// Rate of change of wheel velocity in an impact \[rad/s^2\]: 15 m/s^2 of a rim of 0.15 m. What is read over a longer
+/// time is out of date by as much as it is more precise.
 const CHANGE_RAD_S2: f64 = 100.0;
 
 /// Time over which a rate is best read from counts of this angle \[s\].
@@ -14,8 +14,7 @@ pub(super) fn window_s<R: Real>(count_rad: R) -> R {
     (count_rad / R::of(CHANGE_RAD_S2)).sqrt()
 }
 
-/// What is remembered of an encoder: where the wheel is between two counts, how fast it turns,
-/// since when no count came.
+/// The state of an encoder: the wheel's position between two counts, its rate, and the time since the last count.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

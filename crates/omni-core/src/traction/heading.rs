@@ -18,7 +18,7 @@ const LEVEL_RAD: f64 = 0.02;
 /// A gyro is used once its zero was looked at for so long \[s\].
 const FOUND_S: f64 = 0.05;
 
-/// What turning asks of the wheels.
+/// Effect of turning on the wheels.
 #[derive(Clone, Copy)]
 pub(super) struct Turn<R> {
     /// Yaw rate that the wheels are meant to have \[rad/s\].
@@ -33,8 +33,8 @@ pub(super) struct Turn<R> {
 }
 
 impl<R: Real, const N: usize> Traction<R, N> {
-    /// Steps the yaw rate, by the gyro less its zero, or by the wheels where there is none, or none
-    /// whose zero is known; returns it as it is read, without the filter.
+    /// Steps the yaw rate, by the gyro less its zero, or by the wheels if there is none, or none whose zero is known;
+    /// returns it as it is read, without the filter.
     pub(super) fn measure_yaw(
         &self,
         state: &mut TractionState<R, N>,
@@ -158,7 +158,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         };
         state.drift_m = drift.limited(-R::of(DRIFT_M), R::of(DRIFT_M));
         let gain = self.times.thrust_gain_n_m_s_rad;
-        // Where much of the torque is asked for, what is high is held back.
+        // If much of the torque is requested, raised wheels are held back.
         let load = state.thrust_n_m.abs() - config.levelling_from * state.largest_motor_n_m;
         let levels = load > zero;
         let mut level = zero;
@@ -180,7 +180,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         }
     }
 
-    /// Torque that a wheel with the outermost lever gives up because its carrier points up to its side \[N.m\].
+    /// Torque reduction of a wheel with the outermost lever arm because its carrier points up to its side \[N.m\].
     #[inline(always)]
     pub(super) fn tilt(&self, state: &TractionState<R, N>, turn: &Turn<R>, i: usize) -> R {
         let attitude = state.motion.attitude(self.linkage.carrier(i));

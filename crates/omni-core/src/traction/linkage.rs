@@ -7,13 +7,14 @@ use crate::linkage::{Attitude, LinkageMotion, MAX_HINGES, NO_RISE, rolled};
 use crate::policy::Readings;
 use crate::scalar::{follow, is_plausible, max, min};
 
-/// So many wheels determine how the vehicle moves. One of them that is wrong is found by one more, or by a gyro.
+/// This many wheels determine the vehicle's motion. An error of one of them is detected by a further wheel, or by a
+/// gyro.
 const MOTIONS: usize = 3;
-/// Traction control comes back once a wheel was to spare for so long \[s\].
+/// Traction control resumes once there was a redundant wheel for this time \[s\].
 const SPARE_AGAIN_S: f64 = 0.5;
 
-/// A reading is stuck if it does not change by a bit while its motor gives more than this part of its torque:
-/// for the first time if it is 0, else for the second \[s\]. A stuck reading of 0 is used again after the last.
+/// A reading is stuck if it stays bit-identical while its motor applies more than this fraction of its torque: for the
+/// first time if it is 0, else for the second \[s\]. A stuck reading of 0 is used again after the last.
 const STUCK_PART: f64 = 0.5;
 const STUCK_STANDING_S: f64 = 1.0;
 const STUCK_TURNING_S: f64 = 0.25;
@@ -65,7 +66,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         rates
     }
 
-    /// How the bodies turn and the wheels rise, through the filter of the rates. What is no number counts as 0.
+    /// How the bodies turn and the wheels rise, through the filter of the rates. NaN counts as 0.
     pub(super) fn find_motion(&self, state: &mut TractionState<R, N>, readings: &Readings<'_, R>) {
         let part = self.config.part(self.config.rates_s);
         let read = Attitude::of_imu(&readings.imu);
@@ -142,7 +143,8 @@ impl<R: Real, const N: usize> Traction<R, N> {
         free
     }
 
-    /// Speed along the way at which a wheel that rises so does not slip \[m/s\]: that of its centre, up the edge too.
+    /// Speed along the way at which a wheel that rises so does not slip \[m/s\]: the speed of its centre, also up the
+    /// edge.
     pub(super) fn rolled_m_s(&self, speed_m_s: R, sign: R, rise_m_s: R, cosine_squared: R) -> R {
         let rise = rise_m_s * rise_m_s;
         if rise < R::of(NO_RISE) {

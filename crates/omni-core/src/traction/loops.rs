@@ -2,7 +2,7 @@
 
 use crate::constants::constant_enum;
 
-/// What drives the wheels.
+/// The control mode of the wheels.
 ///
 /// ```
 /// use omni_core::traction::{TractionLoops, TractionState};

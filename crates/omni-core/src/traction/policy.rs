@@ -1,4 +1,4 @@
-//! Traction control behind the same face as any controller.
+//! Traction control behind the interface of all controllers.
 
 use super::model::Traction;
 use super::sample::TractionSample;
@@ -10,7 +10,7 @@ use crate::policy::{Policy, Readings};
 use crate::shaping::{TwistLimiter, TwistLimiterState};
 use crate::{ConfigError, Real};
 
-/// What a [`TractionPolicy`] remembers: to be kept and given back, [`TractionPolicy::state`],
+/// The state of a [`TractionPolicy`]: to be kept and given back, [`TractionPolicy::state`],
 /// [`TractionPolicy::restore`].
 ///
 /// ```
@@ -147,7 +147,7 @@ impl<R: Real, const N: usize> TractionPolicy<R, N> {
     /// The same policy, whose torque ends as `rest` says instead of [`Rest::default`].
     ///
     /// # Errors
-    /// Those of [`WheelController::with_rest`](crate::loops::WheelController::with_rest).
+    /// As [`WheelController::with_rest`](crate::loops::WheelController::with_rest).
     ///
     /// ```
     /// use omni_core::loops::Rest;
@@ -180,25 +180,25 @@ impl<R: Real, const N: usize> TractionPolicy<R, N> {
         &self.traction
     }
 
-    /// Everything that the last step did.
+    /// The result of the last step.
     #[must_use]
     pub fn sample(&self) -> &TractionSample<R, N> {
         &self.sample
     }
 
-    /// What the supervisor is at.
+    /// Phase of the supervisor.
     #[must_use]
     pub fn supervisor(&self) -> &SupervisorState<R> {
         &self.state.supervised.supervisor
     }
 
-    /// What it remembers.
+    /// Its state.
     #[must_use]
     pub fn state(&self) -> &TractionPolicyState<R, N> {
         &self.state
     }
 
-    /// Goes on from what another one remembered.
+    /// Continues from the state of another one.
     pub fn restore(&mut self, state: TractionPolicyState<R, N>) {
         self.state = state;
     }

@@ -16,13 +16,13 @@ use crate::loops::WheelSample;
 pub struct TractionSample<R, const N: usize> {
     /// The command.
     pub command: BodyTwist<R>,
-    /// The wheels' signals. Of driven wheels `p_n_m` is the common thrust, `d_n_m` what slip,
-    /// heading and level make of it; of wheels across the way `p_n_m` and `i_n_m` are their own
-    /// loops'. No reference is reduced: the common factor is 1.
+    /// The wheels' signals. For driven wheels `p_n_m` is the common thrust, and `d_n_m` its change by slip, heading and
+    /// level control; for transverse wheels `p_n_m` and `i_n_m` are the terms of their own loops. No reference is
+    /// reduced: the common factor is 1.
     pub wheels: WheelSample<R, N>,
-    /// What drives the wheels.
+    /// The control mode of the wheels.
     pub loops: TractionLoops,
-    /// Measured speed over the commanded, -1 to 1; 1 where none is commanded.
+    /// Measured speed over the commanded, -1 to 1; 1 if none is commanded.
     pub factor: R,
     /// Measured speed along the direction of travel \[m/s\].
     pub speed_m_s: R,
@@ -30,7 +30,7 @@ pub struct TractionSample<R, const N: usize> {
     pub target_m_s: R,
     /// Common thrust \[N.m\].
     pub thrust_n_m: R,
-    /// The wheel that the measured speed hangs on: the slowest that pushes, or the fastest where all brake.
+    /// The wheel that determines the measured speed: the slowest driving wheel, or the fastest if all brake.
     pub speed_wheel: Option<usize>,
     /// Yaw rate \[rad/s\].
     pub yaw_rad_s: R,
@@ -40,9 +40,9 @@ pub struct TractionSample<R, const N: usize> {
     pub heading_rad: R,
     /// The gyro's zero \[rad/s\].
     pub gyro_zero_rad_s: R,
-    /// Slip of each driven wheel along the direction of travel \[rad/s\]; 0 of the others.
+    /// Slip of each driven wheel along the direction of travel \[rad/s\]; 0 for other wheels.
     pub slip_rad_s: [R; N],
-    /// What the ground takes of each driven wheel's torque \[N.m\], by its own estimate; 0 of the others.
+    /// Torque of each driven wheel that the ground transmits \[N.m\], by the wheel's own estimate; 0 for other wheels.
     pub contact_n_m: [R; N],
 }
 

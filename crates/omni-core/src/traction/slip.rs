@@ -18,7 +18,7 @@ const RECOVERS_S: f64 = 1.0;
 /// A measured speed has a direction above this \[m/s\].
 const SURE_M_S: f64 = 5e-3;
 
-/// What the motion asks of the wheels in a period, the same for all.
+/// Common demand of the motion on the wheels in a period.
 pub(super) struct Asked<'a, R, const N: usize> {
     pub(super) rates_rad_s: &'a [R; N],
     pub(super) rolling_rad_s: &'a [R; N],
@@ -117,7 +117,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         let (travel, speed, rise_m_s) = (&state.travel[i], state.speed_m_s, state.motion.rise_m_s[i]);
         let most = state.wheels[i].most_n_m;
         let thrust = (state.thrust_n_m * travel.part).limited(-most, most);
-        // What the ground takes: the motor's torque less what turns the wheel faster.
+        // Torque to the ground: the motor's torque minus the part that accelerates the wheel.
         let wheel = &mut state.wheels[i];
         let change = (asked.rates_rad_s[i] - wheel.measured_rad_s) / config.period_s;
         let taken = wheel.applied_n_m - self.inertia_kg_m2[i] * change;
@@ -165,7 +165,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         own += self.turned_by(i) * asked.turn.thrust_n_m + travel.side_rate_rad_m * asked.turn.side_n_m2_rad
             - travel.lever * self.tilt(state, &asked.turn, i);
         if asked.turn.levels {
-            // Whatever is taken from a wheel that pushes, it is not turned back.
+            // However much torque is removed from a driving wheel, it is not turned backwards.
             let floor = -gain.abs() * max(ahead * rim, zero);
             own = sized * max(sized * own, floor);
         }
@@ -180,9 +180,10 @@ impl<R: Real, const N: usize> Traction<R, N> {
 
     /// The torque of a wheel that slips, everything along the thrust \[N.m\].
     ///
-    /// Beyond what is free a faster wheel gives what the ground takes, and is slowed down only as far as it is faster
-    /// than both the vehicle (by `back`) and half of its target: so a wrong speed can take thrust away, but never
-    /// turns a wheel back. A slower wheel is driven only as far as it is slower than both the vehicle and its target.
+    /// Beyond the free slip, a faster wheel applies only the torque that the ground transmits, and is slowed down only
+    /// as far as it is faster than both the vehicle (by `back`) and half of its target, so that a wrong speed can
+    /// reduce thrust, but never turns a wheel backwards. A slower wheel is driven only as far as it is slower than both
+    /// the vehicle and its target.
     #[inline(always)]
     fn slip_torque(&self, thrust: R, contact: R, slip: R, free: R, [back, lack]: [R; 2], gain: R) -> R {
         let (zero, one) = (R::zero(), R::one());

@@ -5,7 +5,7 @@ use super::state::TractionState;
 use crate::Real;
 use crate::scalar::{follow, max, min};
 
-/// What the wheels say of the vehicle's speed.
+/// The vehicle's speed by the wheels.
 pub(super) struct MeasuredSpeed<R> {
     /// The speed \[m/s\], along the target.
     speed_m_s: R,
@@ -14,13 +14,13 @@ pub(super) struct MeasuredSpeed<R> {
 }
 
 impl<R: Real, const N: usize> Traction<R, N> {
-    /// Steps the speed by the rolling speeds of the driven wheels, and returns the wheel that gives
-    /// it; none where none is usable, or where slip does not stand out from noise.
+    /// Steps the speed by the rolling speeds of the driven wheels, and returns the wheel that determines it; none if
+    /// none is usable, or if slip cannot be distinguished from noise.
     ///
-    /// No wheel that pushes is slower than the ground beneath it, so the slowest gives the speed, and all that
-    /// agree with it are averaged: what is no slip has the mean of all wheels. Each wheel is filtered before any
-    /// is chosen, or the least of many noisy numbers would be noise. One wheel alone can say that the vehicle
-    /// stands; that it goes back takes two. Where all wheels brake it is the fastest that gives the speed.
+    /// No driving wheel is slower than the ground beneath it, so that the slowest wheel determines the speed, and all
+    /// wheels that agree with it are averaged: what is no slip has the mean of all wheels. Each wheel is filtered
+    /// before any is chosen, or the least of many noisy numbers would be noise. One wheel alone can indicate
+    /// standstill; backward motion requires two. If all wheels brake, the fastest wheel determines the speed.
     pub(super) fn measure_speed(
         &self,
         state: &mut TractionState<R, N>,
@@ -36,7 +36,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
             follow(&mut wheel.speed_m_s, now, part);
         }
         if !state.can_discern() {
-            // What hides slip hides which wheel is the slowest: all of them.
+            // Noise that masks slip also masks the slowest wheel: then all wheels are used.
             let [dx, dy] = state.direction;
             let [ahead, left, _] = self.kinematics.forward_matrix();
             let along: [R; N] = core::array::from_fn(|i| ahead[i] * dx + left[i] * dy);

@@ -1,4 +1,4 @@
-//! What a traction control remembers.
+//! The state of traction control.
 
 use super::encoder::EncoderState;
 use super::loops::TractionLoops;
@@ -7,8 +7,8 @@ use crate::geometry::BodyTwist;
 use crate::linkage::{LinkageMotion, MAX_HINGES};
 use crate::scalar::is_plausible;
 
-/// What [`super::Traction`] remembers between periods; `default` is a fresh start. It is of one
-/// [`super::Traction`] only: what that works out for a direction of travel is kept here.
+/// The state of [`super::Traction`] between periods; `default` is a fresh start. It belongs to one [`super::Traction`]
+/// only, whose results for a direction of travel it stores.
 ///
 /// ```
 /// use omni_core::traction::TractionState;
@@ -28,7 +28,7 @@ pub struct TractionState<R, const N: usize> {
     pub(super) commanded_m_s: R,
     #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub(super) reference_rad_s: [R; N],
-    /// Direction of travel in the vehicle's frame, a unit vector: that of the last command that was not rest.
+    /// Direction of travel in the vehicle's frame, a unit vector: the direction of the last command that was not rest.
     pub(super) direction: [R; 2],
     /// `travel` has been worked out for `direction`.
     pub(super) wheels_found: bool,
@@ -42,7 +42,7 @@ pub struct TractionState<R, const N: usize> {
     /// that has been looked at \[rad/s, s\].
     pub(super) base_zero_rad_s: [R; 2],
     pub(super) base_found_s: R,
-    /// The attitude of the period before, nose and left side; none where it was not read \[rad\].
+    /// The attitude of the period before, nose and left side; none if it was not read \[rad\].
     pub(super) attitude_rad: Option<[R; 2]>,
     pub(super) hinges_rad_s: [R; MAX_HINGES],
     /// How the wheels rise is known: there are hinges, and every one and the attitude of the base are read.
@@ -65,8 +65,8 @@ pub struct TractionState<R, const N: usize> {
     /// Time over which the zero was found so far \[s\].
     pub(super) gyro_found_s: R,
     pub(super) loops: TractionLoops,
-    /// For how long the vehicle has been held up, has had no need of traction control, has had most
-    /// wheels off the speed \[s\].
+    /// Times for which the vehicle has been held up, has not needed traction control, and has had most wheels off the
+    /// speed \[s\].
     pub(super) held_up_s: R,
     /// The speed when that began, along the target \[m/s\].
     pub(super) held_up_m_s: R,
@@ -80,7 +80,7 @@ pub struct TractionState<R, const N: usize> {
     pub(super) raw: bool,
     /// Time until traction control is possible again, once there are wheels to spare \[s\]; 0 when it is.
     pub(super) redundant_again_s: R,
-    /// Thrust at which every driven wheel gives its largest torque \[N.m\].
+    /// Thrust at which every driven wheel applies its largest torque \[N.m\].
     pub(super) full_thrust_n_m: R,
     /// For how long one wheel has shown a slow vehicle while the ground carried most driven wheels,
     /// less four times the time for which it was not so \[s\].
@@ -91,7 +91,7 @@ pub struct TractionState<R, const N: usize> {
     pub(super) wheels: [WheelState<R>; N],
 }
 
-/// What is remembered of a wheel.
+/// The state of a wheel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -109,7 +109,7 @@ pub(super) struct WheelState<R> {
     pub(super) applied_n_m: R,
     /// Largest torque that its motor has.
     pub(super) most_n_m: R,
-    /// What the ground takes.
+    /// Torque to the ground.
     pub(super) contact_n_m: R,
     /// Of its own loop.
     pub(super) integral_n_m: R,
@@ -150,7 +150,7 @@ impl<R: Real, const N: usize> Default for TractionState<R, N> {
 }
 
 impl<R: Real, const N: usize> TractionState<R, N> {
-    /// A fresh start, for a `static` too.
+    /// A fresh start, also for a `static`.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -195,9 +195,9 @@ impl<R: Real, const N: usize> TractionState<R, N> {
         }
     }
 
-    /// A start of a vehicle that moves with `twist` already: after a reset, or where another controller
-    /// drove it. Without it the speed is found within the time in which the vehicle could have reached
-    /// it, and wheels brake until then. A twist that is not finite, or beyond 1e6, is none.
+    /// A start of a vehicle that moves with `twist` already: after a reset, or if another controller drove it. Without
+    /// it the speed is found within the time in which the vehicle could have reached it, and wheels brake until then. A
+    /// twist that is not finite, or beyond 1e6, is none.
     ///
     /// ```
     /// use omni_core::BodyTwist;
@@ -212,7 +212,7 @@ impl<R: Real, const N: usize> TractionState<R, N> {
         if !twist.to_array().into_iter().all(is_plausible) {
             return Self::new();
         }
-        // In the vehicle's frame, which is that of the first direction.
+        // In the vehicle's frame, the frame of the first direction.
         Self {
             speed_m_s: twist.vx_m_s,
             drift_m_s: twist.vy_m_s,
@@ -233,7 +233,7 @@ impl<R: Real, const N: usize> TractionState<R, N> {
         self.thrust_n_m
     }
 
-    /// What drives the wheels.
+    /// The control mode of the wheels.
     #[must_use]
     pub fn loops(&self) -> TractionLoops {
         self.loops
@@ -249,12 +249,12 @@ impl<R: Real, const N: usize> TractionState<R, N> {
         self.slip_observable && self.redundant_again_s == R::zero()
     }
 
-    /// What the target is faster, as a rate of the wheel with the most turns per way \[rad/s\].
+    /// Excess speed of the target, as a rate of the wheel with the most turns per distance \[rad/s\].
     pub(super) fn lack_rad_s(&self) -> R {
         (self.target_m_s - self.speed_m_s) * self.largest_rate_rad_m
     }
 
-    /// Sign of the target, ahead where it is none.
+    /// Sign of the target, forward if there is none.
     pub(super) fn target_sign(&self) -> R {
         if self.target_m_s < R::zero() {
             -R::one()
@@ -263,7 +263,7 @@ impl<R: Real, const N: usize> TractionState<R, N> {
         }
     }
 
-    /// Measured speed over the commanded, -1 to 1; 1 where none is commanded.
+    /// Measured speed over the commanded, -1 to 1; 1 if none is commanded.
     pub(super) fn speed_part(&self) -> R {
         if self.commanded_m_s > R::zero() {
             (self.speed_m_s / self.commanded_m_s).limited(-R::one(), R::one())
@@ -292,7 +292,7 @@ pub(super) struct WheelAlongTravel<R> {
     pub(super) lever: R,
     /// Square of the cosine of the angle between its push and the direction.
     pub(super) cosine_squared: R,
-    /// Torque taken out per speed of slip \[N.s\], with the sign of `along`.
+    /// Torque removed per speed of slip \[N.s\], with the sign of `along`.
     pub(super) slip_gain: R,
 }
 

@@ -20,11 +20,11 @@ pub(crate) struct Supervised<'a, R, const N: usize> {
     pub(crate) rest: RestRule<R>,
     /// Ranges of the torques that hold besides the motors' own.
     pub(crate) within: Option<&'a TorqueRanges<R, N>>,
-    /// The command is that of a stop: nothing is tried any more.
+    /// The command is a stop: no further retry.
     pub(crate) stops: bool,
 }
 
-/// What it remembers.
+/// Its state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

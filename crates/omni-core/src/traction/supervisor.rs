@@ -1,4 +1,4 @@
-//! What target speed a vehicle should have: more for rows that need a run-up, another try where it is stuck.
+//! Target speed of a vehicle: higher for rows that need a run-up, a retry if it is stuck.
 
 mod config;
 mod state;
@@ -22,23 +22,23 @@ const BEGUN_PART: f64 = 0.6;
 const IMPACT_PART: f64 = 0.3;
 /// A vehicle that drives on faster than this part of its target needs no spin.
 const ROLLS_PART: f64 = 0.6;
-/// Backing off lasts no longer than this many times what its way takes.
+/// Backing off lasts no longer than this multiple of the nominal time for its distance.
 const BACK_OFF_TIMES: f64 = 4.0;
-/// A vehicle that is stuck for so long after its last try gives up \[s\].
+/// A vehicle that is stuck for this long after its last retry gives up \[s\].
 const GIVES_UP_S: f64 = 1.0;
 /// A vehicle that gives this part of its thrust for so long \[s\], and neither rises nor stands on
 /// a slope of so much \[rad\], is stuck whatever its wheels say: all of them may spin as commanded.
 const VAIN_PART: f64 = 0.5;
 const VAIN_S: f64 = 5.0;
 const LEVEL_RAD: f64 = 0.05;
-/// Where nothing is tried, one that has this part of its commanded speed is not stuck.
+/// If nothing is tried, one that has this part of its commanded speed is not stuck.
 const CREEPS_PART: f64 = 0.5;
 
 /// Chooses the target speed of a [`super::Traction`]. Immutable.
 ///
-/// It knows which row of wheels climbs next from how high the rows stand. Rows behind the first
-/// need a run-up, because an impact takes most of the vehicle's energy. A vehicle that pushes with
-/// all it has and does not move backs off and tries again.
+/// It knows which row of wheels climbs next from how high the rows stand. Rows behind the first need a run-up, because
+/// an impact absorbs most of the vehicle's energy. A vehicle that pushes with its full thrust and does not move backs
+/// off and retries.
 ///
 /// ```
 /// use omni_core::traction::{Supervisor, SupervisorConfig};
@@ -126,7 +126,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
             1 => config.boost[0],
             _ => config.boost[1],
         };
-        // A low edge takes no more than the thrust at hand.
+        // A low edge requires no more than the available thrust.
         let part =
             ((drop - config.height_m) / (config.boost_height_m - config.height_m)).limited(zero, R::one());
         let mut speed = commanded * (R::one() + boost * part);
@@ -167,7 +167,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
     }
 
     /// Nothing is tried while slip does not stand out from noise: the target is the commanded
-    /// speed, and what was tried counts. A vehicle that is stuck gives up here too.
+    /// speed, and what was tried counts. A stuck vehicle also gives up here.
     fn without_retries(
         &self,
         state: &mut SupervisorState<R>,
@@ -182,7 +182,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
         state.target_m_s = traction.commanded_m_s;
         // One that is commanded to creep and creeps is not stuck.
         let slow = min(self.config.stuck_m_s, R::of(CREEPS_PART) * traction.commanded_m_s);
-        // Wheels that are mute, as those of a stuck vehicle may be, do not push: it is stuck yet.
+        // Wheels without readings, such as on a stuck vehicle, do not push: it is still stuck.
         let stuck = self.is_stuck(traction, slow);
         if stuck || moves(traction, slow) {
             state.stuck_s = SupervisorState::count(state.stuck_s, self.config.period_s, stuck);
@@ -210,9 +210,9 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
             && !moves(traction, slow_m_s)
     }
 
-    /// Tries are of the furthest row so far: those of a row are over once a row behind it climbs
-    /// for the first time. All are over where every row is past the obstacle. A vehicle that falls
-    /// back to level ground goes on counting, or it would try for ever.
+    /// Retries count for the furthest row so far: the retries of a row end once a row behind it climbs for the first
+    /// time. All are over where every row is past the obstacle. A vehicle that falls back to level ground goes on
+    /// counting, or it would try for ever.
     fn progress(&self, state: &mut SupervisorState<R>, (axis, _): (usize, bool)) {
         let (config, zero) = (&self.config, R::zero());
         if state.row > state.furthest {

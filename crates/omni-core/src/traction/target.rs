@@ -1,8 +1,8 @@
-//! What a vehicle under traction control is to do in a period.
+//! Target of a vehicle under traction control in a period.
 
 use crate::Real;
 
-/// What the vehicle is to do in this period.
+/// The vehicle's target in this period.
 ///
 /// ```
 /// use omni_core::traction::TractionTarget;
@@ -17,7 +17,7 @@ pub struct TractionTarget<R, const N: usize> {
     pub speed_m_s: R,
     /// The wheels of the row that climbs next.
     pub climbing: [bool; N],
-    /// Slip that these may have beyond that of the others \[m/s\], 0 or more.
+    /// Slip that these wheels may have beyond the other wheels' slip \[m/s\], 0 or more.
     pub allowance_m_s: R,
     /// Slip that these are meant to have \[m/s\]: flywheels whose spin keeps friction at its limit
     /// through an impact. 0 is none.

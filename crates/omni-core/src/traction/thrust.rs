@@ -13,8 +13,8 @@ const HELD_UP_PART: f64 = 0.5;
 const HELD_UP_THRUST: f64 = 0.8;
 /// One that gains so much of its target within the time below is not.
 const GAINS_PART: f64 = 0.05;
-/// After so long of it traction control takes over \[s\]. The second is of vehicles that do not see how their
-/// wheels rise: what plain loops climb is climbed by then.
+/// Time after which traction control takes over \[s\]. The second is of vehicles that do not see how their wheels rise:
+/// what plain loops climb is climbed by then.
 const HELD_UP_S: f64 = 0.15;
 const HELD_UP_BLIND_S: f64 = 0.3;
 /// Slip that calls for traction control, in multiples of what is left alone.
@@ -24,7 +24,7 @@ const SLIPS: f64 = 2.5;
 const CALM_S: f64 = 0.5;
 const CALM_PART: f64 = 0.4;
 const CALM_RAD: f64 = 0.02;
-/// Wheels that go back faster than this, or ahead of the target by more than that \[m/s\], are off the speed.
+/// Wheels that turn backwards faster than this, or exceed the target by more than this \[m/s\], are off the speed.
 const BACKWARD_M_S: f64 = 0.1;
 const OFF_SPEED_M_S: f64 = 0.5;
 /// Where most are so for this long, plain loops take over until the command rests \[s\].
@@ -38,7 +38,7 @@ const CARRIED_S: f64 = 0.06;
 const LEAK: f64 = 4.0;
 
 impl<R: Real, const N: usize> Traction<R, N> {
-    /// Chooses what drives the wheels. Whichever takes over begins with the torque that there is.
+    /// Chooses what drives the wheels. The controller that takes over begins with the present torque.
     pub(super) fn choose_loops(
         &self,
         state: &mut TractionState<R, N>,
@@ -96,7 +96,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         let off_speed = 2 * off_speed > driven || speed < -R::of(BACKWARD_M_S);
         // One shows a slow vehicle, and the ground carries the others.
         let wrong = least_m_s < R::of(HELD_UP_PART) * wanted && 2 * carried >= driven && carried > 0;
-        // What cannot see how its wheels rise takes a climb for slip: it helps only where the vehicle is held up.
+        // What cannot see how its wheels rise takes a climb for slip: it helps only if the vehicle is held up.
         let held_up_s = R::of(if state.reads_linkage {
             HELD_UP_S
         } else {
@@ -182,7 +182,8 @@ impl<R: Real, const N: usize> Traction<R, N> {
         if parts > R::zero() { sum / parts } else { R::zero() }
     }
 
-    /// What the lack of speed asks for \[N.m\]: softer near none, where a stiff loop turns small errors into heat.
+    /// Torque for the lack of speed \[N.m\]: with a lower gain near zero, where a stiff loop would turn small errors
+    /// into heat.
     fn proportional(&self, state: &TractionState<R, N>) -> R {
         let (config, one, error) = (&self.config, R::one(), state.lack_rad_s());
         let soft = config.soft_part + (one - config.soft_part) * min(error.abs() * config.soft_s_rad, one);
@@ -209,8 +210,8 @@ impl<R: Real, const N: usize> Traction<R, N> {
         state.integral_n_m = sign * (sign * state.integral_n_m).limited(-largest, ahead);
     }
 
-    /// The thrust that a driven wheel has at most, and that at which every one gives what it has
-    /// \[N.m\]: those with less way per turn get a smaller part of it.
+    /// The largest thrust of a driven wheel, and the thrust at which every wheel applies its largest torque \[N.m\]:
+    /// wheels with less distance per turn receive a smaller part of it.
     pub(super) fn find_largest(&self, state: &mut TractionState<R, N>, range: &TorqueRanges<R, N>) {
         (state.largest_motor_n_m, state.full_thrust_n_m) = (R::zero(), R::zero());
         for i in 0..N {

@@ -289,8 +289,8 @@ fn a_short_buffer_is_left_without_an_answer() {
 
 #[test]
 fn a_server_of_seven_wheels_is_small() {
-    // State 4 numbers a wheel, and 5 words in whose bits overloads of all wheels are counted; answer
-    // 11 numbers, 2 marks and 2 bytes of the report a wheel: what is not stated in the docs is new.
+    // State 4 numbers per wheel, and 5 words in whose bits overloads of all wheels are counted; answer 11 numbers, 2
+    // marks and 2 bytes of the report a wheel: what is not stated in the docs is new.
     let bytes = core::mem::size_of::<Server<LoopsState<7>, 7>>();
     assert!(bytes <= 76 * 7 + 5 * 4 + 80 + 20, "{bytes}");
 }

@@ -24,7 +24,7 @@ use crate::topic;
 const MOST_ANSWERS: usize = 64;
 /// Channels that a client may announce to publish on.
 const MOST_ANNOUNCED: usize = 64;
-/// How long a client may read nothing before it is cut off.
+/// Time without reading after which a client is disconnected.
 const SLOWEST: Duration = Duration::from_secs(10);
 
 /// Serves a client until it goes, does not read, or the run ends.
@@ -67,7 +67,7 @@ struct Viewer {
     wants: Mutex<Wants>,
 }
 
-/// What a client is sent.
+/// Messages to a client.
 struct Wants {
     /// The subscription to each topic, if there is one.
     topics: Vec<Option<u32>>,
@@ -118,7 +118,7 @@ impl Viewer {
         }
     }
 
-    /// An event as this client gets it, if it wants it.
+    /// An event in this client's format, if it subscribes.
     fn wanted(&self, event: &Event) -> Option<Message> {
         match event {
             Event::Message(topic, time_ns, data) => {

@@ -1,8 +1,8 @@
-//! Who may open a connection: programs of this machine, and pages that are known viewers.
+//! Access control of connections: programs of this machine, and pages that are known viewers.
 //!
-//! A browser lets every page connect to this machine. It says whose page it is (`Origin`) and which
-//! name was looked up (`Host`, which a page of elsewhere can make resolve to this machine). A
-//! program that is no browser sends no `Origin`, and could send any.
+//! A browser allows every page to connect to this machine. It says whose page it is (`Origin`) and which name was
+//! looked up (`Host`, which a page of elsewhere can make resolve to this machine). A program that is no browser sends
+//! no `Origin`, and could send any.
 
 use tokio_tungstenite::tungstenite::http::uri::Authority;
 use tokio_tungstenite::tungstenite::http::{HeaderMap, header};
@@ -16,7 +16,7 @@ const VIEWERS: [&str; 4] = [
 ];
 /// Names of this machine, as a browser writes them.
 const THIS_MACHINE: [&str; 3] = ["localhost", "127.0.0.1", "[::1]"];
-/// What is shown of a header of others \[characters\].
+/// Shown length of a foreign header \[characters\].
 const MOST_SHOWN: usize = 100;
 
 /// Whose pages may connect.
@@ -28,7 +28,7 @@ pub(super) struct Guard {
 
 impl Guard {
     /// Known viewers, pages of this machine and the origins of `more`, or the one of these that is
-    /// none; with `own_page` the run's own page and those of `more` alone.
+    /// none; with `own_page` only the run's own page and the pages of `more`.
     pub(super) fn new(more: &[String], own_page: bool) -> Result<Self, String> {
         let known = VIEWERS
             .iter()
@@ -49,7 +49,7 @@ impl Guard {
         })
     }
 
-    /// Nothing, or in one line why a request is refused.
+    /// Nothing, or in one line why a request is rejected.
     pub(super) fn check(&self, headers: &HeaderMap) -> Result<(), String> {
         let host = only(headers, header::HOST)?.ok_or("no Host, allowed: localhost, 127.0.0.1 or [::1]")?;
         let Some(port) = here(host) else {
@@ -87,7 +87,7 @@ fn only(headers: &HeaderMap, name: header::HeaderName) -> Result<Option<&str>, S
     }
 }
 
-/// The port, or none, of a name of this machine; nothing where it is another name, or more than name and port.
+/// The port, or none, of a name of this machine; nothing if it is another name, or more than name and port.
 fn here(authority: &str) -> Option<Option<u16>> {
     let rest = THIS_MACHINE.iter().find_map(|name| {
         let (start, rest) = authority.split_at_checked(name.len())?;

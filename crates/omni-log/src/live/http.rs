@@ -1,4 +1,4 @@
-//! Answers to a browser: the page, a viewer's WebSocket, or a refusal.
+//! Answers to a browser: the page, a viewer's WebSocket, or an error.
 
 use std::convert::Infallible;
 use std::sync::{Arc, LazyLock, Mutex, PoisonError};
@@ -27,14 +27,14 @@ use tokio_tungstenite::tungstenite::protocol::{Role, WebSocketConfig};
 
 use super::hub::{Hub, MOST_VIEWERS};
 
-/// How long a client may take to say what it wants, and to read a page.
+/// Time limit for a client to send its request, and to read a page.
 const HANDSHAKE: Duration = Duration::from_secs(10);
 /// Longest request \[bytes\], and the most headers in it.
 const LONGEST_REQUEST: usize = 16 << 10;
 const MOST_HEADERS: usize = 64;
 /// Longest message of a client \[bytes\]: what it subscribes to, a few numbers, a twist.
 const LONGEST_MESSAGE: usize = 64 << 10;
-/// What viewers must speak.
+/// Protocol of viewers.
 const PROTOCOL: &str = "foxglove.sdk.v1";
 const TEXT: HeaderValue = HeaderValue::from_static("text/plain; charset=utf-8");
 const HTML: HeaderValue = HeaderValue::from_static("text/html; charset=utf-8");
@@ -46,7 +46,7 @@ type Answer = Response<Full<Bytes>>;
 /// One file, in which everything is: no request follows but for the run itself.
 struct Page {
     html: Bytes,
-    /// What the page may do: run the script and the style that are in it, and connect to where it came from.
+    /// Permissions of the page: its own script and style, and connections to its origin.
     may: HeaderValue,
 }
 
@@ -107,10 +107,10 @@ pub(super) async fn answer(stream: TcpStream, hub: &Hub) -> Option<(Socket, Owne
 /// What becomes a viewer once it has read its answer.
 type Becomes = Option<(OnUpgrade, OwnedSemaphorePermit)>;
 
-/// The answer, or a refusal of one line.
+/// The answer, or an error of one line.
 fn answered(request: &mut Request<Incoming>, hub: &Hub) -> Result<(Answer, Becomes), Box<Answer>> {
     hub.guard.check(request.headers()).map_err(|why| {
-        hub.warn(&format!("refused {why}"));
+        hub.warn(&format!("rejected {why}"));
         refusal(StatusCode::FORBIDDEN, &why)
     })?;
     if request.headers().contains_key(UPGRADE) {
@@ -147,7 +147,7 @@ fn upgraded(
     }
     let place = hub.places.clone().try_acquire_owned().map_err(|_| {
         let why = format!("{MOST_VIEWERS} viewers are connected, the largest number allowed");
-        hub.warn(&format!("refused a viewer: {why}"));
+        hub.warn(&format!("rejected a viewer: {why}"));
         refusal(StatusCode::SERVICE_UNAVAILABLE, &why)
     })?;
     response

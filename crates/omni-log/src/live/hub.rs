@@ -1,4 +1,4 @@
-//! What all clients of a live run share: its topics, settings and places, and what they are sent.
+//! Shared state of all clients of a live run: its topics, settings and slots, and their messages.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
@@ -14,11 +14,11 @@ use tokio_tungstenite::tungstenite::Message;
 use super::guard::Guard;
 use super::requests::{ClientId, Requests, Setting};
 
-/// Clients at a time; one more is refused.
+/// Clients at a time; one more is rejected.
 pub(super) const MOST_VIEWERS: usize = 16;
 /// Messages that a slow client may be behind before it misses some.
 const BACKLOG: usize = 1024;
-/// Lines about connections that were refused, in a run.
+/// Lines about connections that were rejected, in a run.
 const MOST_LINES: usize = 20;
 
 /// A topic that is served.
@@ -30,7 +30,7 @@ pub(super) struct Topic {
     pub(super) schema: &'static str,
 }
 
-/// What every client is sent, if it wants it.
+/// Messages for every client that subscribes.
 #[derive(Clone)]
 pub(super) enum Event {
     /// A message of the topic with this index, at a simulated time \[ns\].
@@ -129,13 +129,13 @@ impl Hub {
     pub(super) fn warn(&self, line: &str) {
         match self.lines.fetch_add(1, Ordering::Relaxed) {
             n if n < MOST_LINES => (self.warn)(line),
-            MOST_LINES => (self.warn)("more connections are refused; further refusals are not reported"),
+            MOST_LINES => (self.warn)("more connections are rejected; further rejections are not reported"),
             _ => {}
         }
     }
 }
 
-/// Server and topics as clients get them at first.
+/// Server and topics, as first sent to clients.
 fn greeting(allow_control: bool, topics: &[Topic]) -> [Message; 2] {
     let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     let mut info = ServerInfo::new(concat!("omnistep ", env!("CARGO_PKG_VERSION")))

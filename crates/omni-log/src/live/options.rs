@@ -1,4 +1,4 @@
-//! How a live run is asked for.
+//! Options of a live run.
 
 use std::path::PathBuf;
 
@@ -6,7 +6,7 @@ use super::pilot::Pilot;
 #[cfg(feature = "ros2")]
 use super::ros::Ros2;
 
-/// Where and how fast a live run is, and what others may do to it.
+/// Address, rate and permissions of a live run.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Live {
@@ -15,25 +15,25 @@ pub struct Live {
     /// Its place on ROS 2; none for none.
     #[cfg(feature = "ros2")]
     pub ros2: Option<Ros2>,
-    /// Where its log is written; none for no log. Not with [`Live::allow_control`]: a log has one
-    /// policy. Until the run's end the file is called `.part`, and stays so where an error ends it.
+    /// Path of its log; none for no log. Not with [`Live::allow_control`]: a log has one policy. Until the run's end
+    /// the file is called `.part`, and remains so if an error ends the run.
     pub log: Option<PathBuf>,
     /// Simulated seconds per second of the clock, at least 0.001; infinity for as fast as it goes.
     pub real_time_factor: f64,
-    /// Starts when the first viewer subscribes to something, or the first ROS 2 node does.
+    /// Starts when the first viewer or the first ROS 2 node subscribes to a topic.
     pub wait: bool,
     /// When it ends.
     pub until: Until,
     /// Stands until it is commanded to drive, whatever the scenario's command is.
     pub stands: bool,
-    /// Who drives it from this program, if it is driven from here.
+    /// Driver of the run in this program, if any.
     pub pilot: Option<Pilot>,
     /// Viewers may change command, policy and torque limit; else they watch.
     pub allow_control: bool,
-    /// Of web pages only the run's own may connect, and those of [`Live::origins`]: neither other
-    /// pages of this machine nor known viewers.
+    /// Only the run's own web page may connect, and pages of [`Live::origins`]: neither other pages of this machine nor
+    /// known viewers.
     pub own_page: bool,
-    /// Origins of web pages that may connect besides those of known viewers and of this machine, as
+    /// Origins of further web pages that may connect, besides known viewers and pages of this machine, such as
     /// `https://viewer.example`.
     pub origins: Vec<String>,
 }
@@ -96,7 +96,7 @@ impl Live {
     }
 }
 
-/// Where a live run is, once it is there.
+/// Addresses of a live run, once it is open.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Opened {

@@ -2,10 +2,10 @@
 
 use std::time::{Duration, Instant};
 
-/// How far ahead of the clock a run may be before it waits.
+/// Largest lead of a run over the clock before it waits.
 const AHEAD: Duration = Duration::from_millis(2);
-/// How far behind it may be before it goes on from where it is: a machine that slept, or that is
-/// too slow, does not chase the clock.
+/// Largest lag before it continues from its present time: a machine that slept, or that is too slow, does not chase the
+/// clock.
 const BEHIND: Duration = Duration::from_millis(500);
 
 /// Keeps a run in step with the clock.
@@ -28,7 +28,7 @@ impl Pacer {
         }
     }
 
-    /// How long a run that is at that time \[s\] has to wait; none at all where it is late.
+    /// Waiting time of a run at that time \[s\]; none if it is late.
     pub(super) fn wait(&mut self, time_s: f64, now: Instant) -> Option<Duration> {
         let (start, from_s) = self.start;
         let due = Duration::try_from_secs_f64((time_s - from_s) / self.speed).unwrap_or(Duration::MAX);
@@ -57,7 +57,7 @@ mod tests {
         let start = Instant::now();
         let after = |seconds| start + Duration::from_secs_f64(seconds);
         let mut pacer = Pacer::new(2.0, start);
-        // A second of simulation is half a second on the clock; 2 ms ahead are no reason to wait.
+        // A second of simulation is half a second on the clock; a lead of 2 ms is no reason to wait.
         assert_eq!(pacer.wait(1.0, after(0.4)), Some(Duration::from_secs_f64(0.1)));
         assert_eq!(pacer.wait(1.0, after(0.4985)), None);
         // 0.4 s late: it catches up.

@@ -1,4 +1,4 @@
-//! The data of the page of a live run as JSON: the scene once, its state 30 times a second.
+//! The data of the page of a live run as JSON: the scene once, its state 30 times per second.
 
 use std::time::{Duration, Instant};
 
@@ -13,7 +13,7 @@ use crate::scene;
 /// Time between two states.
 const EVERY: Duration = Duration::from_millis(33);
 
-/// What there is to see, and whether this page may control.
+/// The scene, and whether this page may control.
 #[derive(Serialize)]
 struct SceneMessage<'a> {
     #[serde(flatten)]
@@ -21,7 +21,7 @@ struct SceneMessage<'a> {
     allow_control: bool,
 }
 
-/// The page's topics: viewers may have them too.
+/// The page's topics, which viewers may also use.
 pub(super) const TOPICS: [Topic; 2] = [json("/page/scene"), json("/page/state")];
 
 const fn json(name: &'static str) -> Topic {
@@ -44,7 +44,7 @@ impl Page {
         Self { first, due: None }
     }
 
-    /// What there is to see: for who comes now.
+    /// The scene, for a new client.
     pub(super) fn describe(&self, scenario: &Scenario, hub: &Hub) {
         if hub.is_wanted(self.first) {
             let (scene, allow_control) = (scene::scene(scenario), hub.allow_control);
@@ -52,7 +52,7 @@ impl Page {
         }
     }
 
-    /// How it is after a period, if that is due.
+    /// The state after a period, if it is due.
     pub(super) fn push(&mut self, messages: &Messages, simulation: &Simulation, hub: &Hub) {
         let (now, state_of) = (Instant::now(), self.first + 1);
         if self.due.is_some_and(|due| now < due) || !hub.is_wanted(state_of) {

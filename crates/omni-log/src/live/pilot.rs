@@ -24,12 +24,12 @@ impl Pilot {
     }
 
     /// Asks for a twist: vx forwards, vy to the left \[m/s\], wz to the left \[rad/s\]. One that
-    /// the scenario may not ask for is refused, and the run's `warn` says why.
+    /// the scenario may not ask for is rejected, and the run's `warn` says why.
     pub fn ask(&self, twist: [f64; 3]) {
         *self.asked.lock().unwrap_or_else(PoisonError::into_inner) = Some(twist);
     }
 
-    /// What was asked since the last time.
+    /// Requests since the last call.
     pub(super) fn take(&self) -> Option<[f64; 3]> {
         self.asked.lock().unwrap_or_else(PoisonError::into_inner).take()
     }

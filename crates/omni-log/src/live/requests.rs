@@ -1,4 +1,4 @@
-//! What clients ask for, and what the run takes from it.
+//! Requests of clients, and their effect on the run.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -17,13 +17,13 @@ const TORQUE: &str = "vehicle.motor.stall_torque_n_m";
 
 /// Names that clients have for [`Twist`].
 const TWIST: [&str; 2] = [Twist::TYPE, "geometry_msgs/Twist"];
-/// How long a command holds on the clock.
+/// Real time for which a command holds.
 pub(super) const COMMAND_HOLDS: Duration = Duration::from_millis(500);
 
 /// Which client.
 pub(super) type ClientId = u64;
 
-/// What a setting is, or should become.
+/// Value of a setting, present or requested.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Setting {
     Number(f64),
@@ -42,7 +42,7 @@ impl std::fmt::Display for Setting {
     }
 }
 
-/// Where the threads of clients leave what the run's thread takes.
+/// Exchange between the threads of clients and the run's thread.
 pub(super) struct Requests {
     pending: Mutex<Pending>,
     /// Held by who changes the scenario, never by the run: checking one with a picture of a ground
@@ -57,7 +57,7 @@ struct Pending {
     subscribed: bool,
 }
 
-/// Who commands the vehicle.
+/// Source of the vehicle's command.
 enum Command {
     /// The scenario: no client has commanded yet.
     Scenario,
@@ -140,7 +140,7 @@ impl Requests {
         self.pending().settings()
     }
 
-    /// Sets what is allowed of a client's settings; why not the rest.
+    /// Applies the allowed settings of a client, and reports why others are not allowed.
     pub(super) fn set(&self, who: ClientId, settings: &[(String, Setting)], now: Instant) -> Vec<String> {
         let _alone = self.setting.lock().unwrap_or_else(PoisonError::into_inner);
         let set = settings
@@ -275,7 +275,7 @@ fn allowed(scenario: &Scenario, [vx_m_s, vy_m_s, wz_rad_s]: [f64; 3]) -> Result<
     })
 }
 
-/// How a client encodes what it publishes on `/cmd_vel`.
+/// Encoding of a client's messages on `/cmd_vel`.
 pub(super) struct Published {
     pub(super) encoding: String,
     pub(super) schema: String,

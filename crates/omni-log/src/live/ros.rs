@@ -76,7 +76,8 @@ impl OnRos {
         self.node.take_subscribed()
     }
 
-    /// What is sent once, and kept for who comes later. Sending cannot fail: who is too slow misses messages.
+    /// Messages that are sent once, and kept for later subscribers. Sending cannot fail: who is too slow misses
+    /// messages.
     pub(super) fn describe(&mut self) {
         let _ = self.messages.describe(self.driven, &mut self.node);
         let fixed = TransformStamped {
@@ -117,8 +118,8 @@ impl OnRos {
     }
 }
 
-/// What the inertial measurement unit says. Its attitude is not measured; how noisy its rates are
-/// is the scenario's, which it does not know.
+/// Readings of the inertial measurement unit. Its attitude is not measured; how noisy its rates are is the scenario's,
+/// which it does not know.
 fn imu(simulation: &Simulation) -> Imu {
     let sensed = &simulation.sensed().imu;
     Imu {

@@ -18,12 +18,12 @@ use super::{client, http};
 
 /// Connections that wait for the end of their handshake; one more, and the oldest is closed.
 const MOST_WAITING: usize = 16;
-/// Pause after the system refused a connection, and where a handshake was ended to make room for it.
+/// Pause after the system rejected a connection, or after a handshake was ended to make room for it.
 const PAUSE: Duration = Duration::from_millis(100);
 const TAKE: Duration = Duration::from_millis(1);
-/// Time until it is said again that the system refuses connections.
+/// Time between warnings that the system rejects connections.
 const SILENCE: Duration = Duration::from_secs(60);
-/// How long clients may take for the last messages at the end.
+/// Time limit of clients for the last messages at the end.
 const FAREWELL: Duration = Duration::from_secs(1);
 
 /// The open port.
@@ -34,7 +34,7 @@ pub(super) struct Server {
 }
 
 impl Server {
-    /// Opens a port on 127.0.0.1, or says why not. `warn` gets what the user who started the run should know.
+    /// Opens a port on 127.0.0.1, or says why not. `warn` receives messages for the user who started the run.
     pub(super) fn start(
         port: u16,
         requests: Arc<Requests>,
@@ -58,7 +58,7 @@ impl Server {
     pub(super) fn stop(self) {
         self.hub.send(Event::End);
         let all = self.hub.places.acquire_many(MOST_VIEWERS as u32);
-        // Who does not read in time misses the rest.
+        // Clients that do not read in time miss the remaining messages.
         let _ = self
             .runtime
             .block_on(async { timeout(FAREWELL, all).await.is_ok() });

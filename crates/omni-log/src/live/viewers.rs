@@ -87,12 +87,12 @@ impl Viewers {
         })
     }
 
-    /// Where the port is.
+    /// Address of the port.
     pub(super) fn address(&self) -> String {
         format!("ws://127.0.0.1:{}", self.server.port)
     }
 
-    /// What is sent once. Sending cannot fail: who is too slow misses messages.
+    /// Messages that are sent once. Sending cannot fail: who is too slow misses messages.
     pub(super) fn describe(&mut self) {
         let _ = self.messages.describe(None, &mut self.served);
         self.page.describe(self.messages.scenario(), &self.served.hub);
@@ -113,7 +113,7 @@ impl Viewers {
     /// The messages of a control period.
     pub(super) fn push(&mut self, simulation: &Simulation) {
         if self.requests.take_subscribed() {
-            // Latched, as ROS has it: who comes later gets them too.
+            // Latched in the sense of ROS: later subscribers also receive them.
             self.describe();
         }
         let _ = self.messages.push(simulation.period(), &mut self.served);
@@ -126,7 +126,7 @@ impl Viewers {
     }
 }
 
-/// Where the run's messages go: to those that want them.
+/// Sends the run's messages to their subscribers.
 struct Served {
     hub: Arc<Hub>,
     buffer: Vec<u8>,

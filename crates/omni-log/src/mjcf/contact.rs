@@ -7,8 +7,8 @@
 
 use super::numbers::{number, numbers};
 
-/// How much of a contact's speed its damper takes in a step: so much that it acts within few, and
-/// so little that it does not swing.
+/// Fraction of a contact's speed that its damper removes in a step: large enough to act within few steps, and small
+/// enough not to oscillate.
 const DAMPED: f64 = 0.4;
 /// Values of `solimp` that leave both the constraint and its softness in the digits that the solver has.
 const SOLIMP: [f64; 2] = [0.05, 0.99];

@@ -200,7 +200,7 @@ pub(super) fn write(xml: &mut Xml, parts: &[Part], contact: &Contact) -> io::Res
                     ("type", &"box"),
                     ("pos", &numbers(centre_m)),
                     ("size", &numbers(half_m)),
-                    // Who has priority gives all of a contact.
+                    // The geom with priority determines the whole contact.
                     ("priority", &2),
                     ("condim", &3),
                     ("friction", &numbers(&[*friction, 0.0, 0.0])),

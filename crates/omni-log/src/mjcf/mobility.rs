@@ -16,7 +16,7 @@ struct Turn {
     anchor_m: Vector3<f64>,
 }
 
-/// One inverse mass a wheel \[1/kg\], the mean over its rollers.
+/// One inverse mass per wheel \[1/kg\], the mean over its rollers.
 pub(super) fn mobilities_per_kg(vehicle: &Vehicle, rollers: &[RollerWheel]) -> Vec<f64> {
     let unknowns = BASE + vehicle.hinge.len() + vehicle.wheel.len();
     let mut mass = DMatrix::zeros(unknowns, unknowns);

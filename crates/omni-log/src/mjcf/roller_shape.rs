@@ -1,4 +1,4 @@
-//! What a roller is made of for MuJoCo, which has no barrel.
+//! Shape of a roller for MuJoCo, which has no barrel.
 //!
 //! No single shape that it has follows the rim: between rollers a capsule is off by half of its own length squared
 //! over the wheel's diameter, the ellipsoid that osculates the rim by `p R t^4 / (8 rho)` (0.4 mm on a wheel of 66 mm
@@ -54,7 +54,7 @@ impl RollerShape {
     }
 }
 
-/// The ellipsoids; none where they do not do.
+/// The ellipsoids; none if they do not do.
 fn pieces(wheel: &RollerWheel) -> Option<Vec<Piece>> {
     let cos = libm::cos(wheel.roller_angle_rad);
     let sine = |turn: f64| cos * libm::sin(turn);

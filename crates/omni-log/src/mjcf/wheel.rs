@@ -19,7 +19,7 @@ pub(super) struct Wheel<'a> {
     pub(super) rollers: RollerWheel,
     pub(super) contact: Contact,
     pub(super) shape: RollerShape,
-    /// How much lower than on the radius alone it is mounted \[m\].
+    /// Offset of its mounting below its radius \[m\].
     pub(super) lower_m: f64,
 }
 

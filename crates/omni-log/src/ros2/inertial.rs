@@ -1,4 +1,4 @@
-//! What a vehicle feels of its motion, and the time.
+//! Inertial messages of a vehicle, and the time.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,4 +1,4 @@
-//! What a controller read, as a message.
+//! A controller's input, as a message.
 
 use omni_config::Vehicle;
 use omni_sim::Sensed;
@@ -8,16 +8,16 @@ use super::{Header, Vector3};
 use crate::topic;
 use crate::urdf::IMU_LINK;
 
-/// `omnistep_msgs/msg/Sensors`: what the sensors said at the start of one control period. NaN is a
-/// reading that did not arrive, or of a sensor that the vehicle has not.
+/// `omnistep_msgs/msg/Sensors`: the sensor readings at the start of one control period. NaN marks a missing reading, or
+/// a sensor that the vehicle lacks.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Sensors {
     /// End of the control period, and the frame of the inertial measurement unit.
     pub header: Header,
-    /// Actuator velocities \[rad/s\], one a wheel, in the order of the vehicle file.
+    /// Actuator velocities \[rad/s\], one per wheel, in the order of the vehicle file.
     pub wheels_rad_s: Vec<f64>,
-    /// Angles of the hinges \[rad\], one a hinge, in the order of the vehicle file.
+    /// Angles of the hinges \[rad\], one per hinge, in the order of the vehicle file.
     pub hinges_rad: Vec<f64>,
     /// Rates of the hinges \[rad/s\].
     pub hinges_rad_s: Vec<f64>,
@@ -50,7 +50,7 @@ impl Sensors {
         }
     }
 
-    /// What a vehicle's sensors said; why it cannot be that vehicle's.
+    /// Sensor readings of a vehicle, or the reason why they cannot be from this vehicle.
     pub(crate) fn sensed(&self, vehicle: &Vehicle) -> Result<Sensed, String> {
         for (what, found, expected) in [
             ("wheels", &self.wheels_rad_s, vehicle.wheel.len()),

@@ -1,4 +1,4 @@
-//! Comparison of a vehicle with what a controller assumes of it, and the refusal of what differs.
+//! Comparison of a vehicle with a controller's assumptions, and the errors about differences.
 
 use omni_config::{Error, Vehicle};
 

@@ -11,7 +11,7 @@ use crate::ground_around::ground_around;
 const COLOUR: (&str, [f64; 4]) = ("ground", [0.62, 0.6, 0.56, 1.0]);
 
 /// The ground around a scenario's way as URDF: one link, the world's frame. Fields of heights are shown as columns,
-/// at most 40 along each side, each as high as the mean of the field there; all else is what the physics have.
+/// at most 40 along each side, each as high as the mean of the field there; all else is as in the physics.
 ///
 /// ```
 /// use omni_config::Scenario;

@@ -35,10 +35,10 @@ impl JointInterface {
 
 /// The hardware component: of ros2_control's package `joint_state_topic_hardware_interface`.
 const PLUGIN: &str = "joint_state_topic_hardware_interface/JointStateTopicSystem";
-/// Its name, and with it that of its node: another one than that of a run.
+/// Its name, and the name of its node, which differs from a run's node.
 const NAME: &str = "omnistep_wheels";
-/// Its parameters; topics are in the namespace of the controller manager. A command is sent in every period,
-/// as a run takes silence for a stop: by itself the component sends only what differs from the state.
+/// Its parameters; topics are in the namespace of the controller manager. A command is sent in every period, because a
+/// run treats silence as a stop: by itself the component sends only what differs from the state.
 const PARAMETERS: [(&str, &str); 3] = [
     ("joint_commands_topic", "joint_commands"),
     ("joint_states_topic", "joint_states"),
@@ -51,9 +51,9 @@ const INITIAL_VALUE: &str = "0.0";
 /// the topic `joint_commands` and seen on `joint_states`, both in the namespace of the controller
 /// manager, by ros2_control's own hardware component.
 ///
-/// Joints are those of [`vehicle_urdf`](crate::vehicle_urdf). Commands are limited to what it gives
-/// as limits. Passive hinges are not in the block: a command of the component names every joint of
-/// it, and has no value for one that is not commanded.
+/// Joints are as in [`vehicle_urdf`](crate::vehicle_urdf). Commands are limited to its stated limits. Passive hinges
+/// are not in the block: a command of the component names every joint of it, and has no value for one that is not
+/// commanded.
 ///
 /// ```
 /// use omni_config::Vehicle;

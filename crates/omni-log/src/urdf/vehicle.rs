@@ -11,7 +11,7 @@ use crate::xml::{Xml, element, leaf, list};
 
 /// The link of the vehicle's first body, by the name that ROS tools expect.
 pub const BASE_LINK: &str = "base_link";
-/// The frame in which odometry has the vehicle, by the name that ROS tools expect.
+/// The frame of odometry, by the name that ROS tools expect.
 pub const ODOM_LINK: &str = "odom";
 /// The frame of a map, by the name that ROS tools expect.
 pub const MAP_LINK: &str = "map";
@@ -74,9 +74,9 @@ pub fn link_frame_m(vehicle: &Vehicle, body: &str) -> [f64; 3] {
 /// The vehicle as URDF: a link a body and a wheel, a joint a hinge and a wheel.
 ///
 /// Bodies are the boxes that their inertia is of, wheels are cylinders as wide as `width_m` says; their inertia
-/// across the axle is taken for half of that about it, a disc's. Hinges have their limits and damping, and mimic
+/// transverse to the axle is half the inertia about it, as for a disc. Hinges have their limits and damping, and mimic
 /// each other where they are coupled. Wheels turn without end; their effort is the motor's stall torque behind the
-/// gear, their velocity its no-load speed, or 1000 rad/s where there is none. A hinge has no motor: its effort is 0.
+/// gear, their velocity its no-load speed, or 1000 rad/s if there is none. A hinge has no motor: its effort is 0.
 ///
 /// ```
 /// use omni_config::Vehicle;

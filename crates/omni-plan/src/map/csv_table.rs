@@ -15,7 +15,7 @@ impl Map {
     /// the greatest y, as in a picture.
     ///
     /// # Errors
-    /// What is wrong with the file, in one line.
+    /// The error of the file, in one line.
     ///
     /// ```
     /// let error = omni_plan::Map::from_csv("missing.csv", 0.05, [0.0, 0.0]).unwrap_err();

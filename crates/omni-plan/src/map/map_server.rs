@@ -59,11 +59,11 @@ fn trinary() -> String {
 }
 
 impl Map {
-    /// A map of ROS's map_server, `NAME.yaml`, on even ground or with the heights of a second picture.
-    /// Its modes `trinary` and `scale` are read, without rotation; pictures are PGM or PNG, grey.
+    /// A ROS map_server map, `NAME.yaml`, on even ground or with the heights of a second picture. Its modes `trinary`
+    /// and `scale` are read, without rotation; pictures are PGM or PNG, grey.
     ///
     /// # Errors
-    /// What is wrong with a file, in one line.
+    /// The error of a file, in one line.
     ///
     /// ```
     /// let error = omni_plan::Map::from_map_server("missing.yaml", None).unwrap_err();

@@ -12,7 +12,7 @@ use crate::error::{check_key, refused};
 use crate::grid::{MOST_CELLS, RESOLUTION_M};
 use crate::{Error, Grid};
 
-/// Heights of black and white \[m\], as those of a scenario's terrain.
+/// Heights of black and white \[m\], as in a scenario's terrain.
 const LEVEL_M: f64 = 10.0;
 /// World x of a picture's lower edge \[m\].
 const START_M: f64 = 1e4;
@@ -54,7 +54,7 @@ impl Map {
     /// side is at the greatest y, its middle column at y = 0, as in a scenario's `height_map`. A cell is a pixel.
     ///
     /// # Errors
-    /// What is wrong with the file or the scale, in one line.
+    /// The error of the file or the scale, in one line.
     ///
     /// ```
     /// use omni_plan::{Map, PictureScale};
@@ -72,7 +72,7 @@ impl Map {
     /// The ground of a picture that was read before, as [`from_png`](Self::from_png); messages name it `file`.
     ///
     /// # Errors
-    /// What is wrong with the scale, in one line.
+    /// The error of the scale, in one line.
     pub fn from_picture(file: &str, picture: &HeightMap, scale: &PictureScale) -> Result<Self, Error> {
         check_key(file, "pixel_m", scale.pixel_m, RESOLUTION_M[0], RESOLUTION_M[1])?;
         check_key(file, "black_height_m", scale.black_height_m, -LEVEL_M, LEVEL_M)?;

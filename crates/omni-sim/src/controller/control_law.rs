@@ -1,4 +1,4 @@
-//! What every controller is to the simulation, whatever it is written for.
+//! The simulation's interface of all controllers.
 
 use omni_core::{BodyTwist, Kinematics, Readings, Real, WheelVelocities};
 
@@ -11,7 +11,7 @@ pub(super) trait ControlLaw: Send + Sync {
     /// One control step. Overwrites `sample` but for what was asked for, the measured velocities
     /// and the path, whatever is returned; its report is empty before.
     fn step(&mut self, readings: &Readings<'_, f64>, sample: &mut ControlSample) -> Result<(), Error>;
-    /// What it reports.
+    /// Its report.
     fn columns(&self) -> ReportColumns {
         ReportColumns::default()
     }
@@ -23,7 +23,7 @@ pub(super) trait ControlLaw: Send + Sync {
     fn save(&self) -> Option<Vec<u8>> {
         None
     }
-    /// Goes on from a state that [`ControlLaw::save`] gave; says whether it is one.
+    /// Continues from a state of [`ControlLaw::save`]; returns whether it is valid.
     fn restore(&mut self, _state: &[u8]) -> bool {
         false
     }
@@ -31,11 +31,12 @@ pub(super) trait ControlLaw: Send + Sync {
     fn hand_over(&self) -> Option<Vec<u8>> {
         None
     }
-    /// Starts from what [`ControlLaw::hand_over`] gave, while the vehicle moves with `twist`; says whether it can.
+    /// Starts from the result of [`ControlLaw::hand_over`], while the vehicle moves with `twist`; returns whether it
+    /// can.
     fn take_over(&mut self, _handed: &[u8], _twist: &BodyTwist<f64>) -> bool {
         false
     }
-    /// What was not received so far; none without a link.
+    /// Missing messages so far; none without a link.
     fn link_counters(&self) -> Option<LinkCounters> {
         None
     }

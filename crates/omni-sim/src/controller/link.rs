@@ -37,7 +37,7 @@ struct Received {
     first: Vec<u8>,
 }
 
-/// What came within the time-out.
+/// The data received within the time-out.
 pub(super) enum Event<const N: usize> {
     Message(FromController<Answer<N>>),
     Damaged(FrameError),

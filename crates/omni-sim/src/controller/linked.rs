@@ -54,7 +54,7 @@ pub(super) struct Linked<const N: usize> {
     asked: [f32; 3],
     /// Largest amount of each wheel's velocity so far: an estimate from coarse counts does not go beyond.
     fastest_rad_s: [f32; N],
-    /// It is traction control, which reads the bodies' motion too.
+    /// It is traction control, which also reads the bodies' motion.
     grips: bool,
     /// It is a drive.
     drives: bool,
@@ -231,7 +231,7 @@ impl<const N: usize> ControlLaw for Linked<N> {
 }
 
 impl<const N: usize> Linked<N> {
-    /// What a drive reports in its last answer, whose numbers were checked.
+    /// Report of a drive in its last answer, with checked numbers.
     fn report(&self) -> Option<DriveReport> {
         let (report, brake) = (&self.last.drive, self.last.brake());
         let [x_m, y_m, yaw_rad] = report.pose.map(f64::from);
@@ -260,7 +260,7 @@ impl<const N: usize> Linked<N> {
     }
 }
 
-/// The bodies' motion as a message has it. More hinges than that are refused with the scenario.
+/// The bodies' motion as a message has it. More hinges than that are rejected with the scenario.
 fn bodies(readings: &Readings<'_, f64>) -> Bodies {
     let mut bodies = Bodies::none();
     let put = |to: &mut [f32], from: &[f64]| {

@@ -9,7 +9,7 @@ use crate::{Error, ReportColumns, TraceBuilder, WheelSignals};
 
 /// Signals of a policy at most: a name costs at each message of a log.
 pub const MOST_SIGNALS: usize = 256;
-/// Characters of a policy's name at most.
+/// Largest number of characters of a policy's name.
 const LONGEST_NAME: usize = 80;
 /// What its snapshots begin with: those of another controller are not taken for its own.
 const OWN: &str = "a controller of one's own";
@@ -154,7 +154,7 @@ impl<const N: usize> ControlLaw for UserPolicy<N> {
                 reference_rad_s: reference.rad_s[i],
                 measured_rad_s: measured.rad_s[i],
                 requested_n_m,
-                // Nothing where it is no number; the period ends the run then.
+                // Nothing if it is no number; the period ends the run then.
                 applied_n_m: if requested_n_m.is_finite() {
                     range.clip(requested_n_m)
                 } else {

@@ -10,7 +10,7 @@ use super::link::Link;
 use crate::Error;
 use crate::config::open_regular;
 
-/// Where the workspace in `firmware/` puts the image, seen from the top of the repository.
+/// Path of the image from the workspace in `firmware/`, relative to the top of the repository.
 pub const DEFAULT_FIRMWARE: &str = "firmware/target/thumbv7em-none-eabihf/release/loop";
 
 /// A firmware image, to be run in QEMU.
@@ -19,8 +19,8 @@ pub const DEFAULT_FIRMWARE: &str = "firmware/target/thumbv7em-none-eabihf/releas
 pub struct Firmware {
     /// The image: an ELF file for a Cortex-M4F that serves omni-link frames on the semihosting console.
     pub image: PathBuf,
-    /// How long to wait for an answer. The emulator loses none: 2 s by default, so that a busy
-    /// machine is not taken for a broken one.
+    /// Time limit for an answer. The emulator loses none: 2 s by default, so that a busy machine is not taken for a
+    /// broken one.
     pub time_out: Duration,
 }
 
@@ -37,7 +37,7 @@ impl Firmware {
     /// Starts the emulator, which runs until the link is dropped.
     ///
     /// # Errors
-    /// [`Error::Firmware`] where the image or the emulator is missing.
+    /// [`Error::Firmware`] if the image or the emulator is missing.
     pub fn start(&self) -> Result<Link, Error> {
         let name = self.image.display().to_string();
         let refuse = |reason: String| Error::Firmware {

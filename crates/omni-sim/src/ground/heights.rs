@@ -6,7 +6,7 @@ use super::Shape;
 pub(crate) type Rectangle = [[f64; 2]; 2];
 
 impl Shape {
-    /// Height of its upper side at a place \[m\]; none where it does not lie there.
+    /// Height of its upper side at a place \[m\]; none if it does not lie there.
     pub(crate) fn height_m(&self, [x, y]: [f64; 2]) -> Option<f64> {
         match self {
             Self::Field {
@@ -22,7 +22,7 @@ impl Shape {
                     let (i, u) = cell(along, *rows);
                     let (j, v) = cell(aside, *columns);
                     let height = |i: usize, j: usize| heights_m[i * columns + j];
-                    // Two triangles a cell, as the engines have them.
+                    // Two triangles per cell, as in the engines.
                     let (ahead, right) = (height(i + 1, j), height(i, j + 1));
                     if u + v <= 1.0 {
                         let here = height(i, j);
@@ -37,7 +37,7 @@ impl Shape {
         }
     }
 
-    /// The most that its height can be within a rectangle \[m\]; none where it does not lie there.
+    /// The most that its height can be within a rectangle \[m\]; none if it does not lie there.
     pub(crate) fn highest_m(&self, [[from_x, to_x], [from_y, to_y]]: Rectangle) -> Option<f64> {
         match self {
             Self::Box {
@@ -91,7 +91,7 @@ fn cell(part: f64, nodes: usize) -> (usize, f64) {
     (first, at - first as f64)
 }
 
-/// The nodes around all cells between two parts of an extent; none where these lie beside it.
+/// The nodes around all cells between two parts of an extent; none if these lie beside it.
 fn nodes(from: f64, to: f64, nodes: usize) -> Option<std::ops::RangeInclusive<usize>> {
     let last = (nodes - 1) as f64;
     let meets = from <= 1.0 && to >= 0.0;

@@ -13,7 +13,7 @@ const TORQUE_PART: f64 = 0.25;
 const ERROR: [f64; 3] = [0.25, 0.25, 0.5];
 /// Worth of full torque on all wheels.
 const PER_EFFORT: f64 = -0.05;
-/// Of physics that gave up.
+/// For a simulation that diverged.
 const FAILED: f64 = -1.0;
 /// Error below which the twist counts as followed, for so long \[s\] without a break.
 const FOLLOWED: (f64, f64) = (0.3, 1.0);

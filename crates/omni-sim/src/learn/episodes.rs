@@ -6,7 +6,7 @@ use super::{Episode, Task, Turn};
 use crate::Error;
 use crate::config::Scenario;
 
-/// Who begins the next episode, and when.
+/// Start of the next episode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Autoreset {
@@ -30,7 +30,7 @@ pub enum Autoreset {
 /// ```
 pub struct Episodes {
     episodes: Vec<Episode>,
-    /// None where one thread is enough: then this one.
+    /// None if one thread is enough: then this one.
     pool: Option<Pool>,
     /// Environments that are stepped between two looks at whether to go on.
     at_once: usize,
@@ -60,10 +60,10 @@ fn pool(threads: usize) -> Result<Pool, Error> {
 }
 
 impl Episodes {
-    /// `count` environments as [`Episode::new`] makes them, stepped by `threads` threads; 0 for one a core.
+    /// `count` environments as [`Episode::new`] makes them, stepped by `threads` threads; 0 for one per core.
     ///
     /// # Errors
-    /// As [`Episode::new`]; [`Error::Argument`] for a count of 0, or where the system gives no threads.
+    /// As [`Episode::new`]; [`Error::Argument`] for a count of 0, or if the system gives no threads.
     pub fn new(
         task: Task,
         scenario: &Scenario,
@@ -98,7 +98,7 @@ impl Episodes {
     /// nothing is returned and every episode is over.
     ///
     /// # Errors
-    /// As [`Episode::reset`]; [`Error::Argument`] where there is not one seed and one flag an environment.
+    /// As [`Episode::reset`]; [`Error::Argument`] if there is not one seed and one flag an environment.
     pub fn reset(
         &mut self,
         seeds: &[Option<u64>],

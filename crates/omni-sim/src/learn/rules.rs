@@ -6,7 +6,7 @@ use crate::{Error, Simulation};
 /// A quantity that differs between episodes, drawn uniformly from a range.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Draw {
-    /// What it is, with its unit, as `height_m`.
+    /// Its name with its unit, such as `height_m`.
     pub name: &'static str,
     /// Lowest and highest value drawn.
     pub range: [f64; 2],
@@ -30,9 +30,9 @@ impl Draw {
 
 /// A task's own part in an episode.
 pub(super) trait Rules: Send + Sync {
-    /// What differs between episodes.
+    /// The quantities that differ between episodes.
     fn draws(&self) -> Vec<Draw>;
-    /// Numbers in an action.
+    /// Size of an action.
     fn actions(&self) -> usize;
     /// A new episode with what was drawn, in the order of [`Rules::draws`].
     fn begin(&mut self, drawn: &[f64], scenario: &mut Scenario);

@@ -23,8 +23,8 @@ const CLIMBED: f64 = 2.0;
 const PER_EFFORT_S: f64 = -0.1;
 /// Of a second one radian off the heading.
 const PER_RAD_S: f64 = -0.5;
-/// Of tipping over, leaning as far as no ground asks, running away, or of physics that gave up or
-/// gave something back for nothing.
+/// For tipping over, leaning further than the ground requires, running away, or a simulation that diverged or gained
+/// energy.
 const FAILED: f64 = -1.0;
 
 const INFO: &[&str] = &[

@@ -15,7 +15,7 @@ pub struct BodyName {
 }
 
 impl BodyName {
-    /// None where it is longer than a file's names are: 40 bytes.
+    /// None if it is longer than a file's names are: 40 bytes.
     #[must_use]
     pub(crate) fn new(name: &str) -> Option<Self> {
         let mut bytes = [0; MOST];

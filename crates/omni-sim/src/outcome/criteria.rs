@@ -87,7 +87,7 @@ const AT_STOP_RAD: f64 = 0.02;
 pub(super) struct Lean {
     most_rad: f64,
     allowed_rad: f64,
-    /// From there on each hinge is at its stop \[rad\]; infinite where the ground may turn it so far.
+    /// From there on each hinge is at its stop \[rad\]; infinite if the ground may turn it so far.
     stop_rad: Vec<f64>,
     period_s: f64,
     at_stop_s: f64,
@@ -156,7 +156,7 @@ const GAINED_PART: f64 = 0.1;
 /// And so much \[m\] times the weight: twenty times what any built-in run gains at any time, 0.05 mm.
 const GAINED_M: f64 = 1e-3;
 
-/// Does the physics give back more than was put in?
+/// Whether the physics returns more energy than was put in.
 pub(super) struct Gain {
     weight_n: f64,
     released_j: f64,
@@ -167,9 +167,9 @@ pub(super) struct Gain {
 /// Energy out of nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Gained {
-    /// So much of it \[J\].
+    /// Energy gained \[J\].
     pub(crate) gained_j: f64,
-    /// While so much went through the vehicle \[J\].
+    /// Energy through the vehicle in the same time \[J\].
     pub(crate) through_j: f64,
 }
 
@@ -185,7 +185,7 @@ impl Gain {
 
     pub(super) fn push(&mut self, seen: &Observation) {
         let energy = &seen.energy;
-        // A vehicle that falls has what it falls too.
+        // A falling vehicle also gains its potential energy.
         self.released_j = self.released_j.max(-energy.potential_j);
         let through_j = energy.turnover_j + self.released_j;
         let gained_j = energy.made_j();
@@ -246,7 +246,7 @@ mod tests {
             "the wrong way too"
         );
         assert!(runs_away(&[(501, commanded, [0.0, 0.551, 0.0])]), "and sideways");
-        // 64 counts a turn: asked 0.3 m/s, drove 2.6.
+        // 64 counts per turn: asked 0.3 m/s, drove 2.6.
         assert!(runs_away(&[(501, commanded, forward(2.6))]));
         // A break of one period begins anew: drops and bumps.
         assert!(!runs_away(&[

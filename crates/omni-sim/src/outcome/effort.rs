@@ -1,4 +1,4 @@
-//! What limits a vehicle that makes no way: whether its wheels slip or its motors stand at their limit.
+//! Limiting factor of a vehicle that makes no progress: whether its wheels slip or its motors stand at their limit.
 
 use std::collections::VecDeque;
 
@@ -14,20 +14,20 @@ const SLIDES_PART: f64 = 0.1;
 const FULL_PART: f64 = 0.9;
 /// For so much of the time.
 const MOST_OF_IT: f64 = 0.5;
-/// Motors push where one of them gives this part of its most torque.
+/// Motors push if one of them applies this fraction of its largest torque.
 const PUSHES_PART: f64 = 0.01;
 /// What is judged: the last so many windows of so many periods' time \[ns\] in which motors pushed, a second together.
 const WINDOWS: usize = 10;
 const WINDOW_US: u64 = 100_000;
 
-/// What kept a vehicle from its commanded way.
+/// Factor that limited a vehicle's commanded motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum LimitedBy {
     /// Motors were at their limit, and their wheels stood.
     Torque,
-    /// Wheels slipped: the ground gave no more.
+    /// Wheels slipped: the ground transmitted no more.
     Friction,
     /// Neither: when the time ended it still moved, or its loops had not brought up the torque.
     Time,

@@ -19,15 +19,15 @@ use super::{Outcome, Verdict};
 pub struct Figure {
     /// Its name in JSON, logs, Parquet and Python: the field of [`Outcome`].
     pub key: &'static str,
-    /// What tables call it.
+    /// Its name in tables.
     pub title: &'static str,
     /// The unit that tables show it in, empty for a ratio or a count.
     pub unit: &'static str,
-    /// What it says, in one or two sentences.
+    /// Its meaning, in one or two sentences.
     pub meaning: &'static str,
     /// Which way is better.
     pub better: Better,
-    /// Most decimals that a table shows: what is finer means nothing.
+    /// Largest number of decimals in tables: finer ones are not significant.
     decimals: usize,
     /// Significant digits that a table shows.
     digits: i32,
@@ -47,7 +47,7 @@ pub enum Better {
 }
 
 impl Better {
-    /// Its name for other languages: `lower`, `zero`, or empty where neither way is better.
+    /// Its name for other languages: `lower`, `zero`, or empty if neither way is better.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -173,7 +173,7 @@ impl Figure {
         }
     }
 
-    /// Tables show it of such outcomes only.
+    /// Tables show it only for such outcomes.
     const fn of(self, shown_of: fn(&Outcome) -> bool) -> Self {
         Self { shown_of, ..self }
     }
@@ -187,7 +187,7 @@ impl Figure {
         }
     }
 
-    /// Its value in the table's unit; none where it was not measured.
+    /// Its value in the table's unit; none if it was not measured.
     #[must_use]
     pub fn value(&self, outcome: &Outcome) -> Option<f64> {
         (self.value)(outcome).filter(|value| value.is_finite())
@@ -200,7 +200,7 @@ impl Figure {
     }
 
     /// Its value with three significant digits, and no more decimals than mean something (a
-    /// position to the millimetre); none where it was not measured.
+    /// position to the millimetre); none if it was not measured.
     #[must_use]
     pub fn shown(&self, outcome: &Outcome) -> Option<String> {
         self.value(outcome)

@@ -1,4 +1,4 @@
-//! How much friction wheels called for.
+//! Friction that wheels required.
 
 use super::mean::WINDOW_NS;
 use crate::observation::Observation;
@@ -8,7 +8,7 @@ const FRICTION_BINS: usize = 300;
 /// Load under which a wheel's friction says nothing \[N\], as a part of the weight.
 const LIGHT: f64 = 0.01;
 
-/// How often wheels called for how much friction.
+/// Histogram of the friction that wheels required.
 pub(super) struct FrictionUse {
     window_ns: u64,
     periods: u32,
@@ -53,7 +53,7 @@ impl FrictionUse {
         self.periods = 0;
     }
 
-    /// The upper edge of the bin under which that part of the averages lies; NaN where there are none.
+    /// The upper edge of the bin under which that part of the averages lies; NaN if there are none.
     pub(super) fn percentile(&self, part: f64) -> f64 {
         let total: u64 = self.bins.iter().sum();
         let mut below = 0;

@@ -43,7 +43,7 @@ pub(crate) struct Meter {
     reach_m: Vec<f64>,
     radius_m: Vec<f64>,
     rows: Vec<Vec<usize>>,
-    /// Travel along the push per turn of the actuator, one a wheel \[m/rad\].
+    /// Travel along the push per turn of the actuator, one per wheel \[m/rad\].
     way_per_rad: Vec<f64>,
     /// The policy's common factor is on references; else it is on torques.
     scales_references: bool,
@@ -122,7 +122,7 @@ struct Travel {
     commanded_turn_m: f64,
 }
 
-/// What the last period showed.
+/// Observation of the last period.
 #[derive(Default)]
 struct Last {
     passed: Vec<bool>,
@@ -135,7 +135,7 @@ impl Meter {
         let edge_m = scenario.terrain.first_edge_m();
         let reach = |w: &crate::config::WheelSpec| {
             let radius = w.contact_radius_m();
-            // How far ahead of its centre a wheel on the ground meets the edge.
+            // Forward distance from the centre of a wheel on the ground to its contact with the edge.
             let above = (radius - edge_m).max(0.0);
             (radius * radius - above * above).sqrt()
         };
@@ -306,7 +306,7 @@ impl Meter {
         self.whereabouts.cross(seen);
     }
 
-    /// Has every wheel stood beyond the obstacle?
+    /// Whether every wheel has stood beyond the obstacle.
     pub(crate) fn is_across(&self) -> bool {
         self.phase == Phase::Climbed
     }
@@ -473,8 +473,8 @@ impl Progress {
         ways.is_some_and(|[[gone, commanded], _]| gone < STALLED_PART * commanded)
     }
 
-    /// At an obstacle: it went along it, and not across as commanded. Traction control that backs
-    /// off goes back more than aside.
+    /// At an obstacle: it went along it, and not across as commanded. Traction control that backs off moves backward
+    /// more than laterally.
     fn slid_along(&self) -> bool {
         self.a_second_ago().is_some_and(|then| {
             let [across, along] = [0, 1].map(|k| self.now.place_m[k] - then.place_m[k]);

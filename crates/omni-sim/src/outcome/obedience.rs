@@ -9,7 +9,8 @@ use crate::config::Scenario;
 use crate::control_sample::ControlSample;
 use crate::observation::Observation;
 
-/// Slower motion, and a slower command, has no direction \[m/s\], about the origin that of the farthest wheel.
+/// Slower motion, and a slower command, has no direction \[m/s\]; yaw counts as the speed of the farthest wheel about
+/// the origin.
 const LEAST_M_S: f64 = 0.02;
 /// Nor has motion below this part of the command.
 const LEAST_PART: f64 = 0.1;
@@ -126,7 +127,7 @@ impl Obedience {
         }
     }
 
-    /// Adds a period; `path_off_rad` is how far the heading is off that of a path.
+    /// Adds a period; `path_off_rad` is the heading error relative to a path.
     pub(super) fn push(&mut self, sample: &ControlSample, seen: &Observation, path_off_rad: f64) {
         self.found.off_course |= path_off_rad.abs() > OFF_RAD;
         if !sample.command.to_array().iter().all(|part| part.is_finite()) {

@@ -1,4 +1,4 @@
-//! Where the vehicle came to: against its path, and against what its wheels say.
+//! Final pose of the vehicle, relative to its path and to odometry.
 
 use omni_core::geometry::PlanarPose;
 
@@ -8,7 +8,7 @@ use crate::following::{error_of, true_pose};
 use crate::observation::Observation;
 use crate::report::PathReport;
 
-/// How far the vehicle was from where it should be, and where it is.
+/// Errors of the vehicle's pose, and its present pose.
 pub(super) struct PoseErrors {
     path: Option<PathErrors>,
     /// Where it was after the last period \[m\]; none before the first.
@@ -17,7 +17,7 @@ pub(super) struct PoseErrors {
     end: Option<(PlanarPose<f64>, f64)>,
 }
 
-/// How far it was from a path.
+/// Its distance from a path.
 struct PathErrors {
     /// When the path is over if it never waits \[s\], and its last pose.
     duration_s: f64,
@@ -68,7 +68,7 @@ impl PoseErrors {
         }
     }
 
-    /// Adds a period. Returns how far the heading is off that of the path \[rad\]; 0 without one.
+    /// Adds a period. Returns the heading error relative to the path \[rad\]; 0 without one.
     pub(super) fn push(&mut self, path: Option<&PathReport>, seen: &Observation) -> f64 {
         let both = self.path.as_mut().zip(path);
         let off_rad = both.map_or(0.0, |(errors, path)| errors.push(path, seen));
@@ -83,12 +83,12 @@ impl PoseErrors {
         self.end = Some((true_pose(seen), off_m));
     }
 
-    /// Where the vehicle is now \[m\].
+    /// Present position of the vehicle \[m\].
     pub(super) fn place(&self) -> [f64; 2] {
         self.last.unwrap_or([f64::NAN; 2])
     }
 
-    /// The true pose at the end of what counts; NaN where nothing did.
+    /// The true pose at the end of what counts; NaN if nothing did.
     pub(super) fn pose(&self) -> PlanarPose<f64> {
         let nowhere = PlanarPose {
             x_m: f64::NAN,
@@ -110,7 +110,7 @@ impl PoseErrors {
         self.path.as_ref().map(|path| path.peak_m)
     }
 
-    /// Since when the vehicle is at the end of its path \[s\]; none where it is not.
+    /// Since when the vehicle is at the end of its path \[s\]; none if it is not.
     pub(super) fn arrived_s(&self) -> Option<f64> {
         self.path.as_ref()?.arrived_s
     }

@@ -46,7 +46,7 @@ impl SlipSpeedStd {
         }
     }
 
-    /// NaN where no wheel was driven.
+    /// NaN if no wheel was driven.
     pub(super) fn ratio(&self) -> f64 {
         (self.variances / self.asked).sqrt()
     }

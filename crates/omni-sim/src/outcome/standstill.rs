@@ -1,15 +1,16 @@
-//! Where motors give their full torque and the vehicle does not move.
+//! Standstill: motors apply their full torque and the vehicle does not move.
 
 use super::criteria::farthest_wheel_m;
 use crate::config::Scenario;
 use crate::observation::Observation;
 
-/// A vehicle that stays within so much of where it was stands \[m\], about the origin that of the farthest wheel.
+/// A vehicle stands if it stays within this distance of its position \[m\]; yaw counts as the distance of the farthest
+/// wheel about the origin.
 const STANDS_M: f64 = 0.02;
 /// This part of the torque that the motor has at standstill is all of it.
 const FULL_PART: f64 = 0.9;
 
-/// For how long a standing vehicle's motors gave their full torque.
+/// Time for which a standing vehicle's motors applied their full torque.
 pub(super) struct Standstill {
     reach_m: f64,
     period_us: u64,
@@ -70,7 +71,7 @@ impl Standstill {
         self.longest.time_us as f64 / 1e6
     }
 
-    /// When that began, from the start of the run \[s\]; none where there was none.
+    /// When that began, from the start of the run \[s\]; none if there was none.
     pub(super) fn began_s(&self) -> Option<f64> {
         (self.longest.time_us > 0).then_some(self.longest.from_us as f64 / 1e6)
     }

@@ -1,4 +1,5 @@
-//! Where the underside of a body meets the ground: physics has no contact there, a real vehicle would stand or scrape.
+//! Contact of a body's underside with the ground, which the physics does not model: a real vehicle would stand or
+//! scrape.
 
 use rapier3d_f64::prelude::{Pose, Rotation, Vector};
 
@@ -16,7 +17,7 @@ const SPACING_M: [f64; 2] = [0.005, 0.02];
 /// Most points of an underside along an edge, less one.
 const MOST_CELLS: f64 = 100.0;
 
-/// Where a body first met the ground.
+/// First contact of a body with the ground.
 #[derive(Clone, Copy)]
 pub(super) struct Touched {
     pub(super) body: BodyName,
@@ -135,7 +136,7 @@ impl Face {
         })
     }
 
-    /// Its point that is deepest in the ground, and how deep; none where no point is deeper than `least_m`.
+    /// Its point that is deepest in the ground, and how deep; none if no point is deeper than `least_m`.
     fn deepest(&self, place: &Pose, ground: &[Shape], least_m: f64) -> Option<(Vector, f64)> {
         let corner = place * self.corner;
         let steps = self.steps.map(|step| place.rotation * step);

@@ -1,4 +1,4 @@
-//! From commanded torques to those that act, and what turns meanwhile: lag, the motors' line, faults, angles, work.
+//! From commanded to applied torques, and the resulting rotation: lag, the motors' line, faults, angles, work.
 //!
 //! A motor is bound by its torque-speed line at the speed that it truly has, whatever the controller read.
 //! Both engines ask for the torques of a step, put them on their wheels, and say how fast the actuators turn after it.
@@ -25,14 +25,14 @@ pub(super) struct Actuation {
     step_s: f64,
     /// Motors whose windings are shorted.
     shorted: Vec<bool>,
-    /// What is left of motors: 0 of one that is lost.
+    /// Remaining fraction of motors: 0 for a lost one.
     weak: Vec<(Span, f64)>,
-    /// What is left of the supply, and when \[s\].
+    /// Remaining fraction of the supply, and its times \[s\].
     supply: Vec<(Range<f64>, f64)>,
     drags: Vec<(Span, f64)>,
     inertia_kg_m2: Vec<f64>,
     gear: Vec<f64>,
-    /// What gears take, one a wheel; none where they take nothing.
+    /// Losses of gears, one per wheel; none without losses.
     friction: Vec<Option<GearFriction<f64>>>,
 }
 
@@ -46,7 +46,7 @@ pub(super) struct Geared {
     pub(super) hold_n_m: f64,
 }
 
-/// What a snapshot keeps.
+/// The saved state.
 #[derive(Clone, Serialize, Deserialize)]
 pub(super) struct State {
     /// Torque that acts \[N.m\], one an actuator: the mean over the step.
@@ -61,7 +61,7 @@ pub(super) struct State {
     pub(super) work_j: f64,
     /// Sum of the sizes of that work \[J\].
     pub(super) turnover_j: f64,
-    /// Work that drags and friction of gears have taken \[J\].
+    /// Work dissipated by drags and gear friction \[J\].
     pub(super) drag_loss_j: f64,
 }
 
@@ -199,8 +199,8 @@ impl Actuation {
     /// Lowest and highest torque of a motor at the speed that it has, at a part of its voltage, as
     /// [`omni_core::TorqueLimit::range`] has it.
     ///
-    /// The speed is that of the step's start. Where the line is so steep that a wheel without load
-    /// would pass its no-load speed in the step, the torque is what takes it there.
+    /// The speed is taken at the step's start. If the line is so steep that a wheel without load would pass its no-load
+    /// speed in the step, the torque just reaches this speed.
     fn line(&self, wheel: usize, voltage: f64) -> [f64; 2] {
         let (velocity, slope) = (self.state.velocity_rad_s[wheel], self.slope_n_m_s_rad);
         let stall = voltage * self.stall_n_m;
@@ -221,7 +221,7 @@ impl Actuation {
     ///
     /// Dry friction and efficiency are one law: turning forwards the wheel gets the lower torque of
     /// [`GearFriction::holding`], turning backwards the upper one, and at rest what keeps it there.
-    /// So the middle of both acts, and half their difference holds.
+    /// Therefore the mean of both acts, and half their difference holds.
     pub(super) fn geared(&self, wheel: usize) -> Geared {
         let torque = self.state.torque_n_m[wheel];
         match &self.friction[wheel] {
@@ -244,7 +244,7 @@ impl Actuation {
         self.friction[wheel].is_some()
     }
 
-    /// Shorts the windings of these motors; of none where the list is empty.
+    /// Shorts the windings of these motors; of none if the list is empty.
     pub(super) fn brake(&mut self, motors: &[bool]) {
         self.shorted.clear();
         self.shorted.extend(motors);
@@ -306,7 +306,7 @@ impl Actuation {
             let mut drag = drag_n_m(self, i);
             let [turned, after] = moved(i, self.state.velocity_rad_s[i]);
             if self.has_gear_friction(i) {
-                // All that the gear takes of the motor's torque.
+                // Total losses of the gear from the motor's torque.
                 let geared = self.geared(i);
                 let held = self.gear[i] * held_n_m(geared, i, turned);
                 drag += geared.torque_n_m + held - self.state.torque_n_m[i];

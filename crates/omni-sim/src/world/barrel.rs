@@ -137,7 +137,7 @@ pub(super) struct Touch {
     pub(super) points: [Vector; 2],
     /// The outward normals there, likewise.
     pub(super) normals: [Vector; 2],
-    /// Between the points along the normal \[m\], below 0 where the shapes overlap.
+    /// Between the points along the normal \[m\], below 0 if the shapes overlap.
     pub(super) distance_m: f64,
 }
 

@@ -17,8 +17,8 @@ pub use physics::{
     AxleDrive, BodyState, ExternalFailure, ExternalPhysics, ExternalState, ExternalStep, Touch,
 };
 
-/// External physics as a plant. What contacts and joints take is not known, so those parts of the
-/// energy balance are NaN.
+/// External physics as a plant. The losses of contacts and joints are not known, so that these parts of the energy
+/// balance are NaN.
 pub(super) struct External {
     physics: Box<dyn ExternalPhysics>,
     actuation: Actuation,

@@ -4,7 +4,7 @@ use crate::Error;
 use crate::config::{Fault, Scenario};
 use crate::error::unknown;
 
-/// A kind of fault that is not made to happen here is refused: a run without it would be another.
+/// A kind of fault that is not made to happen here is rejected: a run without it would be another.
 pub(super) fn check_faults(scenario: &Scenario) -> Result<(), Error> {
     let is_known = |fault: &Fault| {
         matches!(

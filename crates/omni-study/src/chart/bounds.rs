@@ -1,4 +1,4 @@
-//! What bounds a climb from above without a simulation: the clearance of the bodies, and the balance of forces.
+//! Upper bounds of a climb without a simulation: the clearance of the bodies, and the balance of forces.
 
 use omni_bound::ClimbLimits;
 use omni_config::{Body, Scenario, Vehicle, WheelSpec};
@@ -14,15 +14,15 @@ const ABREAST_M: f64 = 0.02;
 /// Heights are compared with the bodies in steps of this \[m\].
 const GRID_M: f64 = 1e-4;
 
-/// The greatest step up that the bodies clear where the edge is met squarely \[m\]; none where
-/// neither of the two rules bounds it.
+/// The greatest step up that the bodies clear where the edge is met squarely \[m\]; none if neither of the two rules
+/// bounds it.
 ///
-/// - *Overhang*: a body whose box reaches further ahead than every wheel meets the riser
-///   (`sqrt(r^2 - (r - c)^2)` ahead of its axle) clears its clearance c.
+/// - *Overhang*: a body whose box extends further forward than the point at which every wheel meets the riser
+///   (`sqrt(r^2 - (r - c)^2)` in front of its axle) clears its clearance c.
 /// - *Straddling*: a single body on two rows of wheels, L apart, stands with the front row on a step of height h,
 ///   and the rear row at the riser. It is tilted by `asin(h / L)`. The edge, `d = sqrt(r^2 - (r - h)^2)` ahead of
 ///   the rear axle, is then at `x = d cos + (h - r) sin`, `z = r + (h - r) cos - d sin` in the vehicle's axes,
-///   and z is at most the clearance. Where the box begins further ahead, the edge meets it there.
+///   and z is at most the clearance. If the box begins further forward, the edge meets it there.
 ///
 /// A body may be 2 mm in the ground, as in the verdict `touched`.
 ///
@@ -100,7 +100,7 @@ impl Way {
             let sin = height_m / span_m;
             let cos = (1.0 - sin * sin).sqrt();
             let below_m = height_m - radius_m;
-            // Further ahead the edge is lower under the body.
+            // Further forward, the edge is lower under the body.
             let begins = (begins_m - below_m * sin) / cos;
             let ahead = ahead_m(radius_m, height_m).max(begins);
             let (x, z) = (
@@ -122,7 +122,7 @@ fn ahead_m(radius_m: f64, height_m: f64) -> f64 {
 }
 
 /// The greatest step that the balance of forces does not exclude, of those every millimetre up to `largest_mm` \[mm\].
-/// None where it excludes none of them, does not describe the vehicle or the approach, or the policy runs up by itself.
+/// None if it excludes none of them, does not describe the vehicle or the approach, or the policy runs up by itself.
 pub(super) fn climb_limits_mm(
     scenario: impl Fn(u32) -> Result<Scenario, Error>,
     approach: &Approach,

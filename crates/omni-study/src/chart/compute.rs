@@ -17,8 +17,8 @@ use crate::run::threads;
 /// cell, for it to be kept. The chart is the same for any number of threads, and however often it was stopped.
 ///
 /// # Errors
-/// Where `done` is a chart of other runs, where a scenario cannot be made, what `watch` returns,
-/// and [`Error::Io`] where threads cannot be started.
+/// If `done` is a chart of other runs, where a scenario cannot be made, what `watch` returns,
+/// and [`Error::Io`] if threads cannot be started.
 pub fn chart(
     plan: &ChartPlan,
     done: &Chart,

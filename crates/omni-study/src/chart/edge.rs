@@ -1,4 +1,4 @@
-//! What a chart's vehicle climbs, and the ground that has it.
+//! The obstacles of a chart, and their ground.
 
 use omni_config::{Vehicle, WheelSpec};
 use serde::{Deserialize, Serialize};
@@ -14,7 +14,7 @@ pub(super) fn size_m(size_mm: u32) -> f64 {
     f64::from(size_mm) / 1000.0
 }
 
-/// What is climbed. Each has a size in metres.
+/// The obstacle. Each has a size in metres.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]

@@ -1,4 +1,4 @@
-//! A chart as TOML, and what may be continued.
+//! A chart as TOML, and the check whether it may be continued.
 
 use omni_config::{Error as ConfigError, Vehicle};
 
@@ -10,7 +10,7 @@ impl Chart {
     /// The chart as its file holds it.
     ///
     /// # Errors
-    /// [`omni_sim::Error::Config`] where it cannot be written as TOML.
+    /// [`omni_sim::Error::Config`] if it cannot be written as TOML.
     pub fn to_toml(&self) -> Result<String, Error> {
         toml::to_string(self).map_err(|error| refused("chart", "top level", &error.to_string()))
     }
@@ -18,7 +18,7 @@ impl Chart {
     /// The chart of a file's text; messages name it `file`.
     ///
     /// # Errors
-    /// What is wrong with it, in one line.
+    /// Its first error, in one line.
     ///
     /// ```
     /// let error = omni_study::Chart::from_toml("a.toml", "schema_version = 2").unwrap_err();
@@ -63,10 +63,10 @@ impl Chart {
         Ok(chart)
     }
 
-    /// Is it a chart of this vehicle? Its gains are resolved, as in a scenario.
+    /// Whether it is a chart of this vehicle. Its gains are resolved, as in a scenario.
     ///
     /// # Errors
-    /// Where it is another's; messages name the chart `file`.
+    /// If it is another's; messages name the chart `file`.
     pub fn check_vehicle(&self, file: &str, vehicle: &Vehicle) -> Result<(), Error> {
         let sha256 = vehicle_sha256(vehicle)?;
         if self.vehicle_sha256 == sha256 {

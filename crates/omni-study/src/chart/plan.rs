@@ -1,4 +1,4 @@
-//! What a chart is made of: the scenario of every run, checked.
+//! The plan of a chart: the scenario of every run, checked.
 
 use omni_config::{Override, Scenario, Vehicle, WheelModel, WheelSpec};
 use sha2::{Digest, Sha256};
@@ -20,8 +20,8 @@ const PUSHES_S: f64 = 5.0;
 const BACK_M: f64 = 0.06;
 /// And how far their headings may differ \[deg\].
 const OFF_DEG: f64 = 1.0;
-/// So many more starts climb the size to plan with. With 7 of them 3 of 208 cells of the built-in
-/// vehicles were climbed from 16 to 18 of 20 starts that the chart had not seen.
+/// Number of further starts that climb the size for planning. With 7 of them 3 of 208 cells of the built-in vehicles
+/// were climbed from 16 to 18 of 20 starts that the chart had not seen.
 const CONFIRMING: usize = 27;
 /// A run that turns the vehicle by so much has not climbed: a follower that corrects its heading
 /// would have to work against the edge.
@@ -29,7 +29,7 @@ const MOST_YAW_DEG: f64 = 20.0;
 /// Most sides times skews.
 const MOST_APPROACHES: usize = 5000;
 
-/// What is asked of a chart.
+/// The request for a chart.
 ///
 /// ```
 /// use omni_study::{ChartPlan, ChartSetup};
@@ -48,11 +48,11 @@ pub struct ChartSetup {
     pub friction: f64,
     /// Speed commanded \[m/s\], 0.01 to 10.
     pub speed_m_s: f64,
-    /// Part of the limit to plan with, 0.1 to 1.
+    /// Fraction of the limit that a plan may use, 0.1 to 1.
     pub margin: f64,
-    /// So many starts climb every size, 3 to 100.
+    /// Number of starts that have to climb every size, 3 to 100.
     pub starts: usize,
-    /// What is climbed.
+    /// The obstacle.
     pub edges: Vec<Edge>,
     /// Directions of travel in the vehicle's axes \[deg\], -180 to 180; none for every 15 degrees.
     pub sides_deg: Vec<f64>,
@@ -94,7 +94,7 @@ impl ChartPlan {
     /// A chart, and the scenario of its runs.
     ///
     /// # Errors
-    /// What is wrong with the vehicle or a number, in one line.
+    /// The error of the vehicle or a number, in one line.
     pub fn new(setup: &ChartSetup) -> Result<Self, Error> {
         check(setup)?;
         let mut keys = vec![
@@ -210,7 +210,7 @@ impl ChartPlan {
     /// A run: an edge of a size \[m\], approached from a start.
     ///
     /// # Errors
-    /// What is wrong with a key, in one line.
+    /// The error of a key, in one line.
     ///
     /// ```
     /// use omni_study::{ChartPlan, ChartSetup};

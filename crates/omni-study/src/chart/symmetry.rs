@@ -1,4 +1,4 @@
-//! Is a vehicle the same on its left and on its right?
+//! Symmetry check of a vehicle.
 
 use omni_config::{Body, Hinge, Vehicle, WheelSpec};
 

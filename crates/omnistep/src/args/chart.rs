@@ -1,4 +1,4 @@
-//! What `omnistep chart` takes.
+//! Options of `omnistep chart`.
 
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -15,7 +15,7 @@ pub(crate) struct ChartArgs {
     /// traction_runup or traction; the best that the vehicle allows if left out.
     #[arg(long)]
     pub(crate) policy: Option<String>,
-    /// What is climbed: step, drop, sill, slope or gap, several with commas.
+    /// Kinds of obstacle: step, drop, sill, slope or gap, several with commas.
     #[arg(
         long,
         value_enum,
@@ -24,8 +24,8 @@ pub(crate) struct ChartArgs {
         default_values_t = [EdgeArg::Step, EdgeArg::Drop]
     )]
     pub(crate) edge: Vec<EdgeArg>,
-    /// Directions of travel in the vehicle's axes [deg], -180 to 180, several with commas: 0 is ahead, 90 is
-    /// left. Every 15 degrees if left out; of a vehicle that is the same on its left and on its right, 0 to 180.
+    /// Directions of travel in the vehicle's axes [deg], -180 to 180, several with commas: 0 is forward, 90 is left.
+    /// Every 15 degrees if left out; 0 to 180 for a vehicle with equal left and right sides.
     #[arg(
         long,
         value_delimiter = ',',
@@ -48,7 +48,7 @@ pub(crate) struct ChartArgs {
     /// Commanded speed [m/s], 0.01 to 10.
     #[arg(long, default_value_t = 0.3, allow_negative_numbers = true)]
     pub(crate) speed: f64,
-    /// Part of the limit to plan with, 0.1 to 1.
+    /// Fraction of the limit that a plan may use, 0.1 to 1.
     #[arg(long, default_value_t = 0.8, allow_negative_numbers = true)]
     pub(crate) margin: f64,
     /// Number of starts from which each size has to be climbed, 3 to 100. They differ in the
@@ -62,7 +62,7 @@ pub(crate) struct ChartArgs {
     /// The chart's TOML file; out/chart-VEHICLE-POLICY.toml if left out.
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
-    /// Keeps the cells that the file has, and adds what it lacks.
+    /// Keeps the cells of the file, and adds the missing cells.
     #[arg(long)]
     pub(crate) resume: bool,
     /// Number of parallel runs; one for each core if left out.
@@ -76,7 +76,7 @@ pub(crate) struct ChartArgs {
     pub(crate) quiet: bool,
 }
 
-/// What is climbed.
+/// The obstacle.
 #[derive(Clone, Copy, ValueEnum)]
 pub(crate) enum EdgeArg {
     Step,

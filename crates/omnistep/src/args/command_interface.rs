@@ -1,8 +1,8 @@
-//! What ros2_control commands of a wheel.
+//! Quantity of a wheel that ros2_control commands.
 
 use clap::ValueEnum;
 
-/// What ros2_control commands of a wheel.
+/// Quantity of a wheel that ros2_control commands.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum CommandInterface {
     Velocity,

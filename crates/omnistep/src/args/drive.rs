@@ -1,11 +1,11 @@
-//! What `omnistep drive` takes.
+//! Options of `omnistep drive`.
 
 use clap::Args;
 
 #[derive(Args)]
 pub(crate) struct DriveArgs {
-    /// A built-in vehicle or scenario, or a .toml file of one. A vehicle drives over the bumps of
-    /// the scenario bumps, or on level ground where that needs rollers.
+    /// A built-in vehicle or scenario, or a .toml file of one. A vehicle drives over the bumps of the scenario bumps,
+    /// or on level ground if the bumps need rollers.
     #[arg(value_name = "VEHICLE|SCENARIO", default_value = "bumps")]
     pub(crate) name: String,
     /// A vehicle instead of the scenario's: a built-in one or a .toml file.

@@ -1,4 +1,4 @@
-//! What `omnistep export` takes.
+//! Options of `omnistep export`.
 
 use std::path::PathBuf;
 
@@ -16,7 +16,7 @@ pub(crate) struct ExportArgs {
     /// With --format mjcf, rust and c: a vehicle instead of the scenario's, a built-in one or a .toml file.
     #[arg(long)]
     pub(crate) vehicle: Option<String>,
-    /// Replaces a key of the vehicle; with --format mjcf, rust and c of the scenario, so
+    /// Replaces a key of the vehicle; with --format mjcf, rust and c, a key of the scenario, such as
     /// vehicle.rollers.count=9 for its vehicle; may be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) overrides: Vec<String>,
@@ -29,7 +29,7 @@ pub(crate) struct ExportArgs {
     pub(crate) out: Option<PathBuf>,
 }
 
-/// Formats that a vehicle or a scenario is written in.
+/// Output formats of a vehicle or a scenario.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Format {
     /// A scenario for MuJoCo, with every roller as a separate body, and the ground.

@@ -1,4 +1,4 @@
-//! What `omnistep plan` takes.
+//! Options of `omnistep plan`.
 
 use std::path::PathBuf;
 
@@ -6,9 +6,9 @@ use clap::{Args, ValueEnum};
 
 #[derive(Args)]
 pub(crate) struct PlanArgs {
-    /// A built-in scenario or a .toml file: its vehicle, its ground and where it starts.
+    /// A built-in scenario or a .toml file: its vehicle, its ground and its start pose.
     pub(crate) scenario: String,
-    /// Where to go in the world: x and y [m], and the heading there [deg] if it matters.
+    /// Goal in the world: x and y [m], and optionally the final heading [deg].
     #[arg(
         long,
         value_name = "X,Y[,DEG]",
@@ -17,16 +17,16 @@ pub(crate) struct PlanArgs {
         required = true
     )]
     pub(crate) to: Vec<f64>,
-    /// What the vehicle climbs, a file of omnistep chart; out/chart-VEHICLE-POLICY.toml if left out.
+    /// The vehicle's climbing limits, a file of omnistep chart; out/chart-VEHICLE-POLICY.toml if left out.
     #[arg(long, value_name = "FILE")]
     pub(crate) chart: Option<PathBuf>,
-    /// A map of map_server, a .yaml file, instead of the scenario's ground.
+    /// A map_server map, a .yaml file, instead of the scenario's ground.
     #[arg(long, value_name = "FILE")]
     pub(crate) map: Option<PathBuf>,
-    /// What is least: time, energy or risk.
+    /// Quantity to minimise: time, energy or risk.
     #[arg(long, value_enum, default_value_t = CostArg::Time)]
     pub(crate) cost: CostArg,
-    /// Part of the chart's limits to plan with, 0.1 to 1.
+    /// Fraction of the chart's limits that the plan may use, 0.1 to 1.
     #[arg(long, default_value_t = 0.8, allow_negative_numbers = true)]
     pub(crate) margin: f64,
     /// Distance that the vehicle keeps from walls and from edges that it does not cross [m], 0 to 1.
@@ -35,7 +35,7 @@ pub(crate) struct PlanArgs {
     /// Cells of the scenario's ground [m], 0.001 to 10.
     #[arg(long, default_value_t = 0.05, allow_negative_numbers = true)]
     pub(crate) resolution: f64,
-    /// How far around start and goal the scenario's ground is looked at [m], 1 to 100.
+    /// Distance around start and goal to which the scenario's ground is read [m], 1 to 100.
     #[arg(long, default_value_t = 3.0, allow_negative_numbers = true)]
     pub(crate) around: f64,
     /// Replaces a key of the scenario or, with "vehicle." in front, of its vehicle; may be repeated.
@@ -49,7 +49,7 @@ pub(crate) struct PlanArgs {
     pub(crate) json: bool,
 }
 
-/// What a route makes least.
+/// The quantity that a route minimises.
 #[derive(Clone, Copy, ValueEnum)]
 pub(crate) enum CostArg {
     Time,

@@ -1,4 +1,4 @@
-//! What `omnistep study` takes.
+//! Options of `omnistep study`.
 
 use std::num::NonZeroUsize;
 use std::path::PathBuf;

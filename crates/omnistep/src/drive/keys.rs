@@ -1,7 +1,7 @@
 //! Keys pressed in a terminal; the only module that names crossterm.
 //!
 //! A terminal reports a key that goes down, and again and again while it is held, but not when it comes up.
-//! So each press asks for a velocity that holds for as long as any command does, and the next one renews it.
+//! Therefore each press requests a velocity that lasts as long as any command, and the next one renews it.
 
 use std::io::{IsTerminal, Write, stderr, stdin};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -97,8 +97,8 @@ impl Keys {
         }
     }
 
-    /// Takes what was pressed and shows how it is, if it is time to. True where a key ends the run,
-    /// or there is no terminal any more.
+    /// Takes what was pressed and shows how it is, if it is time to. True if a key ends the run, or there is no
+    /// terminal any more.
     pub(super) fn look(&mut self, simulation: &Simulation) -> bool {
         let now = Instant::now();
         if self.looked.is_some_and(|last| now - last < LOOK) {

@@ -27,19 +27,19 @@ pub struct FaultConfig<R> {
     /// Periods a jump is bridged with the last accepted reading; then the wheel is faulty. Good
     /// readings between jumps count against jumps one by one. 1 to 65535.
     pub jump_periods: u16,
-    /// A reading that stays exactly the same while what the other wheels say of it moves by more than this
-    /// \[rad/s\] is stuck, 1e-9 or more. So is, after ten times as long, a reading that stays exactly 0
-    /// while the others say that the wheel turns by more than this and its loop pulls in vain towards its
-    /// reference. Also how well a faulty wheel must agree with the others to be accepted again.
+    /// A reading that stays exactly the same while the velocity that the other wheels imply changes by more than this
+    /// \[rad/s\] is stuck, 1e-9 or more. After ten times as long, a reading is also stuck if it stays exactly 0 while
+    /// the other wheels imply a velocity above this and its loop applies torque without effect towards its reference.
+    /// Also how well a faulty wheel must agree with the others to be accepted again.
     pub stuck_rad_s: R,
-    /// A reading that stays exactly the same while the motor is commanded to give at least this torque
-    /// \[N.m\] towards the reference, or with a reference further away than `stuck_rad_s`, is stuck
-    /// after ten times `stuck_periods`, 1e-9 or more. One of 0 that the others can check is so once they
-    /// say that the wheel has turned by `stuck_rad_s` in that time. Of three wheels, which cannot check
-    /// each other, one of 0 or so far away is stuck after `stuck_periods` if another wheel turns faster
-    /// than `stuck_rad_s`. A wheel that is blocked while others turn looks the same. If another wheel is
-    /// pulled as hard and reads 0 too, the vehicle more probably stands before an obstacle: that is no
-    /// evidence but of three wheels, where either all encoders are dead or all motors push in vain.
+    /// A reading that stays exactly the same while the motor is commanded to apply at least this torque \[N.m\] towards
+    /// the reference, or while the reference differs by more than `stuck_rad_s`, is stuck after ten times
+    /// `stuck_periods`, 1e-9 or more. A reading of 0 that the other wheels can check is stuck once they imply that the
+    /// wheel has turned by `stuck_rad_s` in that time. Of three wheels, which cannot check each other, one of 0 or so
+    /// far away is stuck after `stuck_periods` if another wheel turns faster than `stuck_rad_s`. A wheel that is
+    /// blocked while others turn looks the same. If another wheel is pulled as hard and reads 0 too, the vehicle more
+    /// probably stands before an obstacle: that is no evidence but of three wheels, where either all encoders are dead
+    /// or all motors push in vain.
     pub stuck_torque_n_m: R,
     /// Periods of evidence in a row that make a reading stuck, 2 to 65535.
     pub stuck_periods: u16,
@@ -62,9 +62,10 @@ constant_struct!(FaultConfig<R> {
 });
 
 impl<R: Real> FaultConfig<R> {
-    /// What is usual for a control period \[s\]: jumps for 5 ms, readings that are stuck by 1 rad/s for 0.1 s or do
-    /// not arrive for 20 ms, and a recovery of 0.2 s, in whole periods. What depends on the vehicle is not checked:
-    /// `jump_rad_s`, several times what a wheel gains in a period, and `stuck_torque_n_m`, half of what a motor gives.
+    /// Usual values for a control period \[s\]: jumps for 5 ms, readings that are stuck by 1 rad/s for 0.1 s or do not
+    /// arrive for 20 ms, and a recovery of 0.2 s, in whole periods. Values that depend on the vehicle are not checked:
+    /// `jump_rad_s`, several times the velocity that a wheel gains in a period, and `stuck_torque_n_m`, half of a
+    /// motor's torque.
     ///
     /// ```
     /// use omni_core::drive::FaultConfig;

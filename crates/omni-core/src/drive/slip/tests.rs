@@ -104,7 +104,7 @@ fn a_disagreement_that_fits_several_wheels_accuses_none_of_them() {
                 .all(|r| (r.abs() - 0.5).abs() < 1e-12)
         );
     }
-    // Wheels 2 and 6 alone measure sideways motion; the others check only their sum, which is yaw.
+    // Wheels 2 and 6 alone measure lateral motion; the others check only their sum, which is yaw.
     for wheel in [1, 5] {
         let slip = core::array::from_fn(|i| if i == wheel { 9.0 } else { 0.0 });
         let sample = run(&mut SlipState::new(&kinematics()), slip, 100);

@@ -322,7 +322,7 @@ fn lifted_wheels_are_no_emergency() {
     let mut vehicle = Vehicle::new(config());
     vehicle.run(1000, COMMAND, |_| {});
     let sample = vehicle.run(500, COMMAND, |input| {
-        // Both that measure sideways motion.
+        // Both that measure lateral motion.
         input.lifted[1] = true;
         input.lifted[5] = true;
     });

@@ -1,11 +1,11 @@
-//! Noise of the sensors, and what slip is held possible.
+//! Noise of the sensors, and the assumed slip.
 
 use crate::constants::constant_struct;
 use crate::error::{each_within, period, within};
 use crate::{ConfigError, Real};
 
-/// What an [`Estimator`](crate::estimate::Estimator) assumes of its sensors and its ground; checked by
-/// [`Estimator::new`](crate::estimate::Estimator::new). Every standard deviation is that of one reading.
+/// Assumptions of an [`Estimator`](crate::estimate::Estimator) about its sensors and its ground; checked by
+/// [`Estimator::new`](crate::estimate::Estimator::new). Every standard deviation applies to one reading.
 ///
 /// ```
 /// use omni_core::estimate::{Estimator, EstimatorConfig};
@@ -25,19 +25,19 @@ use crate::{ConfigError, Real};
 pub struct EstimatorConfig<R> {
     /// Time between steps \[s\], 1e-6 to 10.
     pub period_s: R,
-    /// Noise of a wheel's velocity \[rad/s\], 1e-6 to 1000; 0.1. Of counts: a count over the period
-    /// and `sqrt(6)`: that of a difference of two rounded angles.
+    /// Noise of a wheel's velocity \[rad/s\], 1e-6 to 1000; 0.1. For counts: a count over the period and `sqrt(6)`, the
+    /// deviation of a difference of two rounded angles.
     pub wheel_rad_s: R,
     /// Noise of the gyro \[rad/s\], 1e-6 to 1000; 0.01.
     pub gyro_rad_s: R,
     /// Noise of the accelerometer \[m/s^2\], 1e-6 to 1000; 0.05.
     pub accelerometer_m_s2: R,
-    /// How far the velocity wanders where no accelerometer says so \[m/s per root of s\], 1e-6 to
-    /// 1000; 0.3: by 1 m/s^2 for a tenth of a second, again and again.
+    /// Random walk of the velocity without an accelerometer reading \[m/s per root of s\], 1e-6 to 1000; 0.3: by 1
+    /// m/s^2 for a tenth of a second, repeatedly.
     pub wander_m_s_per_sqrt_s: R,
     /// Deviation of the gyro's bias at the start \[rad/s\], 1e-6 to 1000; 0.02.
     pub bias_rad_s: R,
-    /// How far the bias wanders \[rad/s per root of s\], 1e-9 to 1000; 1e-4.
+    /// Random walk of the bias \[rad/s per root of s\], 1e-9 to 1000; 1e-4.
     pub bias_walk_rad_s_per_sqrt_s: R,
     /// Slip of the whole vehicle that goes unnoticed while its wheels agree \[m/s\], 1e-6 to 1000; 0.001.
     pub slip_m_s: R,
@@ -47,8 +47,8 @@ pub struct EstimatorConfig<R> {
     /// noise \[rad/s\], 0 to 1000; 0.05.
     pub still_wheel_rad_s: R,
     /// Root mean square of the gyro about its own average, beyond its noise \[rad/s\], 0 to 1000;
-    /// 0.05. The average itself has to be within four deviations of the bias as it is known: what
-    /// is learnt at first is four times `bias_rad_s`.
+    /// 0.05. The average itself has to be within four deviations of the estimated bias: initially four times
+    /// `bias_rad_s`.
     pub still_gyro_rad_s: R,
     /// Of each acceleration \[m/s^2\], 0 to 1000; 0.1.
     pub still_m_s2: R,

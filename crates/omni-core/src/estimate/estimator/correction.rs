@@ -7,7 +7,7 @@ use super::{
 };
 
 impl<R: Real, const N: usize> Estimator<R, N> {
-    /// Takes in the wheels; gives the normalised innovation squared.
+    /// Processes the wheels; returns the normalised innovation squared.
     pub(super) fn correct(
         &self,
         state: &mut EstimatorState<R, N>,
@@ -50,8 +50,8 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         nis
     }
 
-    /// Innovation of each wheel: its reading less what is expected. A wheel without a reading gets
-    /// what the others imply.
+    /// Innovation of each wheel: its reading less what is expected. A wheel without a reading is assigned the value
+    /// that the other wheels imply.
     fn innovations(
         &self,
         state: &EstimatorState<R, N>,

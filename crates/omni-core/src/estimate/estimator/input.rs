@@ -1,10 +1,10 @@
-//! What an estimator reads in a period.
+//! Readings of an estimator in a period.
 
 use crate::Real;
 use crate::geometry::{BodyTwist, WheelVelocities};
 use crate::policy::Imu;
 
-/// The readings of one period. What is NaN did not arrive.
+/// The readings of one period. NaN marks a missing reading.
 ///
 /// ```
 /// use omni_core::estimate::EstimatorInput;
@@ -17,11 +17,11 @@ use crate::policy::Imu;
 pub struct EstimatorInput<R, const N: usize> {
     /// Velocities of the actuators \[rad/s\].
     pub wheels: WheelVelocities<R, N>,
-    /// How fast the heading turns by the gyro \[rad/s\], counter-clockwise positive.
+    /// Yaw rate by the gyro \[rad/s\], counter-clockwise positive.
     pub yaw_rate_rad_s: R,
     /// Acceleration of the origin along and to the left of the heading, level and without gravity \[m/s^2\].
     pub acceleration_m_s2: [R; 2],
-    /// The command is rest: a vehicle that then stands has no velocity.
+    /// The command is rest: a vehicle that then stands still has no velocity.
     pub commanded_rest: bool,
 }
 
@@ -38,9 +38,9 @@ impl<R: Real, const N: usize> EstimatorInput<R, N> {
         }
     }
 
-    /// Wheels and what an inertial measurement unit says, with the command. Its roll and pitch
-    /// level what it says: gravity is taken off the acceleration, and the yaw rate is that of the
-    /// heading. Without them there is no acceleration, and the rate is that about z.
+    /// Readings of wheels and an inertial measurement unit, with the command. The unit's roll and pitch level its
+    /// readings: gravity is subtracted from the acceleration, and the yaw rate is the rate of the heading. Without them
+    /// there is no acceleration, and the rate is that about z.
     ///
     /// ```
     /// use omni_core::estimate::EstimatorInput;

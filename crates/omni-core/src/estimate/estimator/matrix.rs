@@ -29,7 +29,7 @@ pub(super) struct Motion<R> {
     pub(super) turned: [R; 2],
     /// Derivatives by what the gyro is off \[rad/s\]: of the place, the yaw and the velocity.
     pub(super) by_rate: [R; 5],
-    /// The gyro's bias counts: 1, or 0 where there is no gyro.
+    /// The gyro's bias counts: 1, or 0 if there is no gyro.
     pub(super) biased: R,
     /// What is left of a slip in yaw.
     pub(super) fades: R,
@@ -40,7 +40,7 @@ impl<R: Real> Motion<R> {
         let [x, y, yaw, vx, vy, bias, sx, sy, sw] = *p;
         let ([dx, dy], [cos, sin]) = (self.way, self.turned);
         let [[xx, xy], [yx, yy]] = self.carried;
-        // A bias takes away from the rate.
+        // A bias reduces the rate.
         let off = -(bias * self.biased);
         let [rx, ry, ryaw, rvx, rvy] = self.by_rate;
         [
@@ -66,7 +66,7 @@ impl<R: Real> Matrix<R> {
         Self(p)
     }
 
-    /// The pose's own part; nothing in common with the rest.
+    /// The pose's own part, without correlation with the other states.
     pub(super) fn set_pose(&mut self, known: &[[R; 3]; 3]) {
         for i in 0..3 {
             for j in 0..SIZE {
@@ -102,9 +102,9 @@ impl<R: Real> Matrix<R> {
             .map(|p| a * (p[VX] + p[SLIP]) + b * (p[VY] + p[SLIP + 1]) + c * p[SLIP + 2])
     }
 
-    /// Takes in a scalar reading with the innovation variance `variance`, `seen` being `P h`; gives
-    /// the gain. Joseph's form `(I - k h^T) P (I - k h^T)^T + k r k^T`, multiplied out:
-    /// `P - k m^T - m k^T` with `m = P h - k variance / 2`.
+    /// Processes a scalar reading with the innovation variance `variance`, `seen` being `P h`; returns the gain.
+    /// Joseph's form `(I - k h^T) P (I - k h^T)^T + k r k^T`, multiplied out: `P - k m^T - m k^T` with
+    /// `m = P h - k variance / 2`.
     pub(super) fn take(&mut self, seen: &[R; SIZE], variance: R) -> [R; SIZE] {
         let (per, half) = (R::one() / variance, R::of(0.5) * variance);
         let gain = seen.map(|s| s * per);
@@ -123,7 +123,7 @@ impl<R: Real> Matrix<R> {
     }
 
     /// Where rounding has left less than nothing of a variance, the variances stay, and what they have in common
-    /// is forgotten: no digit of it is known. Joseph's form leaves less than nothing only where readings are
+    /// is forgotten: no digit of it is known. Joseph's form leaves less than nothing only if readings are
     /// absurd: `f32` keeps seven digits of variances that these make 1e7 times as large as those that follow.
     pub(super) fn keep_positive(&mut self) {
         if (0..SIZE).any(|i| self.0[i][i] < R::zero()) {

@@ -104,8 +104,8 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         }
     }
 
-    /// One period. What is not valid (NaN, or beyond 1e6) is left out. Bounded: the same work whatever the readings,
-    /// but for a wheel without a valid reading, whose innovation is filled in by the others eight times over.
+    /// One period. Values that are not valid (NaN, or beyond 1e6) are left out. Bounded: the same work whatever the
+    /// readings, but for a wheel without a valid reading, whose innovation is filled in by the others eight times over.
     ///
     /// ```
     /// use omni_core::estimate::{Estimator, EstimatorConfig, EstimatorInput};
@@ -164,7 +164,7 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         }
     }
 
-    /// Variance that the velocity takes on in a period.
+    /// Variance that is added to the velocity in a period.
     pub(super) fn gained(&self, valid: &ValidReadings<R, N>) -> R {
         let (config, dt) = (&self.config, self.config.period_s);
         match valid.acceleration {
@@ -210,7 +210,7 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         ];
         let way = [c * middle[0] - s * middle[1], s * middle[0] + c * middle[1]];
         // The place by the velocity before: turned back by the turn, which is the heading before.
-        // So only what was gained turns with the rate.
+        // Therefore only the gain in velocity turns with the rate.
         let (s0, c0) = (s * cos - c * sin, c * cos + s * sin);
         let extra = [ax * half * dt * dt, ay * half * dt * dt];
         let turns = [c * extra[0] - s * extra[1], s * extra[0] + c * extra[1]];

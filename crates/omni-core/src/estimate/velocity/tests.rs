@@ -4,7 +4,7 @@ use super::*;
 use proptest::prelude::*;
 
 const PERIOD_S: f64 = 1e-3;
-/// 360 counts a turn.
+/// 360 counts per turn.
 const COUNT_RAD: f64 = core::f64::consts::TAU / 360.0;
 
 fn estimator<R: Real>(method: VelocityMethod<R>) -> VelocityEstimator<R, LONGEST_WINDOW> {
@@ -159,7 +159,7 @@ proptest! {
 
     #[test]
     fn backwards_is_forwards_with_the_other_sign(ways in prop::collection::vec(-3..=3_i32, 1..100), way in 0..5_usize) {
-        // (Of edges only where a wheel does not turn round in between: there the same edge is passed twice.)
+        // (Of edges only if a wheel does not turn round in between: there the same edge is passed twice.)
         let steady = methods::<f64>()[way] == VelocityMethod::Edges;
         let estimator = estimator(methods()[way]);
         let (mut ahead, mut back) = (VelocityState::default(), VelocityState::default());

@@ -1,4 +1,4 @@
-//! Three rows of any length for serde, which has arrays of given lengths only.
+//! Three rows of any length for serde, which supports only arrays of given lengths.
 
 use serde::ser::SerializeTuple;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};

@@ -123,7 +123,7 @@ proptest! {
         let back = BodyTwist::from_point(command, [x, y]).at_point([x, y]);
         prop_assert!((back.vx_m_s - vx).abs() < 1e-14 && (back.vy_m_s - vy).abs() < 1e-14); // numbers up to 20
         prop_assert_eq!(back.wz_rad_s, wz);
-        // Where the point is after a short time, by the poses of the body.
+        // Position of the point after a short time, by the poses of the body.
         let place = |p: PlanarPose<f64>| {
             let (sin, cos) = p.yaw_rad.sin_cos();
             [p.x_m + cos * x - sin * y, p.y_m + sin * x + cos * y]

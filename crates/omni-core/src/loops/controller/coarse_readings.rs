@@ -57,7 +57,7 @@ impl Model<4> for Mecanum4 {
 /// What reads the wheels.
 #[derive(Clone, Copy, Debug)]
 enum Encoder {
-    /// Counts a turn.
+    /// Counts per turn.
     Counts(f64),
     /// Standard deviation of normal noise \[rad/s\].
     Noise(f64),

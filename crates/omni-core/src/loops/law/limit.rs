@@ -1,4 +1,4 @@
-//! What happens to the loops at a limit: torques brought within, integrals kept from winding up.
+//! Treatment of the loops at a limit: torques are brought within it, and integrals do not wind up.
 
 use super::{AtLimit, Law, zero};
 use crate::Real;
@@ -10,7 +10,7 @@ use crate::motor::TorqueRanges;
 impl<R: Real> Law<'_, R> {
     /// Brings the requested torques of `out` within the limits by the law of the coordination, and
     /// the derivative and reference to remember to `state`. `correction`, which is 0, becomes what
-    /// anti-windup adds to the integrals; true where it adds something.
+    /// anti-windup adds to the integrals; true if it adds something.
     #[inline(never)]
     pub(super) fn limit<const N: usize>(
         self,
@@ -21,7 +21,7 @@ impl<R: Real> Law<'_, R> {
         out: &mut WheelSample<R, N>,
         correction: &mut [R; N],
     ) -> bool {
-        // Torque asked for by the terms as they are in the end: what anti-windup compares with.
+        // Torque that the final terms request, with which anti-windup compares.
         let mut asked = out.requested.n_m;
         if let Saturation::ScaleReferences { floor } = self.coordination.saturation {
             if self.pid.bounds().any {
@@ -36,7 +36,7 @@ impl<R: Real> Law<'_, R> {
                 scale_torques(out);
             }
         }
-        // To look whether anything changed pays only where an excess costs more than a product.
+        // To look whether anything changed pays only if an excess costs more than a product.
         let mut changed = !self.pid.remembers();
         for i in 0..N {
             let applied = out.range.clip(i, out.applied.n_m[i]);

@@ -1,17 +1,17 @@
-//! What an integral does while the output is not what its loop asked for.
+//! Treatment of an integral while the output differs from its loop's request.
 
 use crate::constants::constant_enum;
 use crate::error::within;
 use crate::{ConfigError, Real};
 
-/// How the integral of a saturated loop is kept from winding up.
+/// Method that prevents windup of a saturated loop's integral.
 ///
 /// `excess` below is the output as applied minus the output as asked for: not zero only while something, a
 /// limit or a coordination law, changed the output. In a [`WheelController`](crate::loops::WheelController)
 /// it counts from the eighth period in a row beyond the same limit ([`Overload`](crate::loops::Overload)),
-/// that of wheels scaled with it too, in a [`Pid`](crate::loops::Pid) at once. Under
-/// [`Saturation::ScaleReferences`](crate::loops::Saturation::ScaleReferences) the law is `Conditioned`
-/// whatever is set here; `Clamp` limits the integrals there too.
+/// also for wheels scaled with it; in a [`Pid`](crate::loops::Pid) at once. Under
+/// [`Saturation::ScaleReferences`](crate::loops::Saturation::ScaleReferences) the law is `Conditioned` whatever is set
+/// here; `Clamp` also limits the integrals there.
 ///
 /// ```
 /// use omni_core::loops::{AntiWindup, Pid, PidState};
@@ -40,7 +40,7 @@ use crate::{ConfigError, Real};
 #[repr(C, u8)]
 #[non_exhaustive]
 pub enum AntiWindup<R> {
-    /// Nothing: the integral takes in every error. Overshoots after every saturation.
+    /// Nothing: The integral accumulates every error. Overshoots after every saturation.
     None,
     /// The integral is held within +-`limit_n_m` after each step. With
     /// [`IntegrationOrder::BeforeOutput`](crate::loops::IntegrationOrder) the term of a step may be
@@ -49,7 +49,7 @@ pub enum AntiWindup<R> {
         /// Largest integral \[N.m\], 0 to 1e9.
         limit_n_m: R,
     },
-    /// No error is taken in that would drive a saturated output further out (conditional integration).
+    /// The integral rejects errors that would drive a saturated output further out (conditional integration).
     Conditional,
     /// The integral follows the applied output: `I' = ki e + excess / T` (Fertik and Ross).
     BackCalculation {
@@ -58,14 +58,14 @@ pub enum AntiWindup<R> {
         tracking_time_s: R,
     },
     /// The loop sees the reference with which its output would just have been the applied one, in every term (Hanus'
-    /// conditioned controller). No parameter. Acts as [`AntiWindup::Conditional`] where the reference moves no term.
+    /// conditioned controller). No parameter. Acts as [`AntiWindup::Conditional`] if the reference affects no term.
     Conditioned,
 }
 
 constant_enum!(AntiWindup<R> { None, Clamp { limit_n_m }, Conditional, BackCalculation { tracking_time_s }, Conditioned });
 
 impl<R: Real> AntiWindup<R> {
-    /// The share of an excess that back-calculation gives back each period, 0 for the other laws.
+    /// The share of an excess that back-calculation returns each period, 0 for the other laws.
     pub(super) fn checked_tracking_part(&self, period: R) -> Result<R, ConfigError> {
         match *self {
             Self::Clamp { limit_n_m } => {
@@ -98,12 +98,12 @@ pub(super) fn reciprocal<R: Real>(slope: R) -> R {
     }
 }
 
-/// Part of an excess that a conditioned integral takes back; 0 where it stops instead. Integral and derivative
-/// act one period late: together they must not take back more than the whole excess, they would swing.
+/// Fraction of an excess that a conditioned integral removes; 0 if it stops instead. Integral and derivative act one
+/// period late: together they must not remove more than the whole excess, because they would oscillate.
 ///
 /// With g = ki T / slope and the part rho = 1 - (slope of the derivative) / slope that is left for
-/// the integral, the result is min(g, rho) where g <= rho (0.1 % more for rounding), or where the
-/// derivative takes back at most half; otherwise 0.
+/// the integral, the result is min(g, rho) where g <= rho (0.1 % more for rounding), or if the derivative takes back at
+/// most half; otherwise 0.
 pub(super) fn back_calculation_gain<R: Real>(ki_dt: R, inverse_slope: R, derivative_slope: R) -> R {
     let (gain, room) = (ki_dt * inverse_slope, R::one() - derivative_slope * inverse_slope);
     if gain <= R::of(1.001) * room || room >= R::of(0.5) {

@@ -1,10 +1,10 @@
-//! What single terms of a loop are held within.
+//! Bounds of single terms of a loop.
 
 use crate::constants::constant_struct;
 use crate::error::within;
 use crate::{ConfigError, Real};
 
-/// The integral zone and the limit of the proportional term, as a loop has them.
+/// The integral zone and the limit of the proportional term of a loop.
 #[doc(hidden)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -12,7 +12,7 @@ use crate::{ConfigError, Real};
 pub struct TermBounds<R> {
     /// One of the two is finite.
     pub(crate) any: bool,
-    /// Errors up to this are taken in by the integral \[rad/s\].
+    /// The integral accumulates errors up to this \[rad/s\].
     zone: R,
     /// Largest proportional term \[N.m\].
     proportional: R,

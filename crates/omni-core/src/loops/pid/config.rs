@@ -1,4 +1,4 @@
-//! What a PID loop is made of.
+//! The configuration of a PID loop.
 
 use super::{AntiWindup, FeedForward};
 use crate::error::positive;
@@ -98,27 +98,27 @@ pub struct PidConfig<R> {
     pub gains: PidGains<R>,
     /// Control period \[s\], 1e-6 to 10: the step must be called exactly this often.
     pub period_s: R,
-    /// Weight b of the reference in the proportional term, 0 to 1: below 1 a step of the reference overshoots less.
+    /// Weight b of the reference in the proportional term, 0 to 1: below 1, a step of the reference overshoots less.
     pub proportional_weight: R,
-    /// Weight c of the reference in the derivative term, 0 to 1: 1 is the derivative of the error, 0 that of the
-    /// measurement alone.
+    /// Weight c of the reference in the derivative term, 0 to 1: 1 is the derivative of the error, 0 the derivative of
+    /// the measurement alone.
     pub derivative_weight: R,
     /// Time constant \[s\] of the derivative's first-order filter, 0 (none) to 1e3; `T d' + d = kd e'`.
     pub derivative_filter_s: R,
-    /// What the reference needs without any error.
+    /// Feed-forward: the torque that the reference requires without any error.
     pub feed_forward: FeedForward<R>,
-    /// When the integral takes in the error.
+    /// Whether the integral includes the error before or after the output is formed.
     pub order: IntegrationOrder,
-    /// What the integral does while the output is not what the loop asked for.
+    /// Treatment of the integral while the output differs from the loop's request.
     pub anti_windup: AntiWindup<R>,
-    /// Integral zone \[rad/s\], 0 or more, infinite for none: the integral takes in errors
-    /// within +- this and is set to 0 by any other, so that it mends the last bit of an error and
-    /// knows nothing of the way there. WPILib's `IZone` does the same. Wider than the noise of the
-    /// readings. Where wheels share an integral, one error beyond the zone sets all of them to 0.
+    /// Integral zone \[rad/s\], 0 or more, infinite for none: the integral accumulates errors within +- this, and any
+    /// other error resets it to 0, so that it corrects only the remainder of an error and ignores the approach.
+    /// WPILib's `IZone` does the same. Wider than the noise of the readings. If wheels share an integral, one error
+    /// beyond the zone resets all of them to 0.
     pub integral_zone_rad_s: R,
-    /// The proportional term is held within +- this \[N.m\], 0 or more, infinite for none. The
-    /// integral knows of the limits of the output only, but while the output is limited too it
-    /// takes in no more than what is left of the proportional term stands for.
+    /// The proportional term is held within +- this \[N.m\], 0 or more, infinite for none. The integral accounts only
+    /// for the limits of the output; while the output is limited, it accumulates no more than the remaining
+    /// proportional term represents.
     pub proportional_limit_n_m: R,
     /// Limits of the output, infinite for none. [`crate::loops::WheelController`] uses its motors' limits instead.
     pub output: TorqueRange<R>,
@@ -126,7 +126,7 @@ pub struct PidConfig<R> {
 
 impl<R: Real> PidConfig<R> {
     /// Eq. (10) and nothing else, with a control period of `period_s` \[s\], 1e-6 to 10: whole weights, no filter, no
-    /// feed-forward, no limits, the integral taken in before the output and never held back.
+    /// feed-forward, no limits, with the integral updated before the output and never held.
     #[must_use]
     pub fn new(gains: PidGains<R>, period_s: R) -> Self {
         Self {
@@ -144,9 +144,9 @@ impl<R: Real> PidConfig<R> {
         }
     }
 
-    /// What one count of an encoder with `counts_per_turn` > 0 makes of a velocity read once a period, and what
-    /// the gains make of that: proportional, integral and derivative of a single count. More than the motor has
-    /// is a warning: the torque then jumps from limit to limit, and the loop holds the speed in the mean only.
+    /// Velocity of one count of an encoder with `counts_per_turn` > 0 that is read once per period, and the resulting
+    /// torque: proportional, integral and derivative of a single count. A torque above the motor's limit is a warning:
+    /// the torque then jumps from limit to limit, and the loop holds only the mean speed.
     ///
     /// # Errors
     /// Parameter `counts_per_turn` not above 0 or not finite.
@@ -170,7 +170,7 @@ impl<R: Real> PidConfig<R> {
         let gain = kp_n_m_s_rad
             + ki_n_m_rad * self.period_s
             + kd_n_m_s2_rad / (self.derivative_filter_s + self.period_s);
-        // What a limit of the proportional term takes off.
+        // The reduction by a limit of the proportional term.
         let over = kp_n_m_s_rad * velocity_rad_s - self.proportional_limit_n_m;
         let over = if over > R::zero() { over } else { R::zero() };
         Ok(EncoderStep {
@@ -179,8 +179,8 @@ impl<R: Real> PidConfig<R> {
         })
     }
 
-    /// The same with an integral that takes in only errors of at most `zone_rad_s` \[rad/s\], 0 or
-    /// more; a larger one sets it to 0.
+    /// The same with an integral that accumulates only errors of at most `zone_rad_s` \[rad/s\], 0 or more; a larger
+    /// error resets it to 0.
     ///
     /// ```
     /// use omni_core::loops::{Pid, PidState};

@@ -1,10 +1,10 @@
-//! What anti-windup does with an excess of one loop.
+//! Effect of anti-windup on an excess of one loop.
 
 use super::Pid;
 use super::anti_windup::{AntiWindup, back_calculation_gain, reciprocal};
 use crate::Real;
 
-/// What a loop gave beyond what it asked for, and what it asked for with its proportional term.
+/// Excess of a loop's output over its request, and its request including the proportional term.
 pub(crate) struct Excess<R> {
     /// Applied less requested output \[N.m\].
     pub(crate) excess_n_m: R,
@@ -15,7 +15,7 @@ pub(crate) struct Excess<R> {
 }
 
 impl<R: Real> Pid<R> {
-    /// Part of an excess that the integral takes back, where that is all there is to do: the law is
+    /// Fraction of an excess that the integral removes, if nothing else is needed: the law is
     /// [`AntiWindup::Conditioned`], nothing is remembered or bounded, and the integral need not stop instead.
     #[inline]
     pub(crate) fn plain_gain(&self, law: AntiWindup<R>) -> Option<R> {

@@ -1,4 +1,4 @@
-//! What a reference needs without any error.
+//! Feed-forward: the torque that a reference requires without any error.
 
 use crate::constants::constant_struct;
 use crate::error::within;

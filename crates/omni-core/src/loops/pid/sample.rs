@@ -2,7 +2,7 @@
 
 use crate::Real;
 
-/// What a PID loop remembers between steps; `default` is a fresh start.
+/// The state of a PID loop between steps; `default` is a fresh start.
 ///
 /// ```
 /// use omni_core::loops::{LastStep, Pid, PidState};
@@ -77,7 +77,7 @@ impl<R: Real> PidState<R> {
     }
 }
 
-/// The terms of one output \[N.m\]: those of eq. (10) and the feed-forward.
+/// The terms of one output \[N.m\]: the terms of eq. (10) and the feed-forward.
 ///
 /// ```
 /// use omni_core::loops::{Pid, PidState};
@@ -153,6 +153,6 @@ pub struct PidSample<R> {
     pub terms: PidTerms<R>,
     /// Output within the limits \[N.m\].
     pub output_n_m: R,
-    /// The limits took something away.
+    /// The limits reduced the output.
     pub saturated: bool,
 }

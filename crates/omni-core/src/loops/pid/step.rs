@@ -43,7 +43,7 @@ impl<R: Real> Pid<R> {
                 state.integral_n_m = loops.integral_n_m[0];
                 terms(&out)
             } else {
-                // Only a state set from outside gets here: start afresh.
+                // Reached only by a state that was set from outside: restart.
                 *state = PidState::default();
                 PidTerms::integral_alone(state.integral_n_m)
             }

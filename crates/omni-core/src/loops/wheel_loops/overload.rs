@@ -5,12 +5,12 @@ use crate::Real;
 #[cfg(test)]
 const OVERLOAD_PERIODS: usize = 1 << Overload::new().count.len();
 
-/// For how many periods in a row each wheel has asked for more than the same limit: anti-windup waits for 8. Wheel i is
-/// bit i; at most 32 wheels.
+/// Number of consecutive periods in which each wheel has requested more than the same limit: anti-windup waits for 8.
+/// Wheel i is bit i; at most 32 wheels.
 ///
-/// One encoder count, or noise, can ask for more than a motor has in a single reading. If the
-/// integral reacted to each, it would drop what such readings say and keep the rest: a bias, and the
-/// vehicle runs away or creeps. Noise is beyond the same limit 8 times in a row in one period of 2^8.
+/// One encoder count, or noise, can request more than a motor's torque in a single reading. If the integral reacted to
+/// each, it would discard these readings and keep the remaining ones: a bias, with which the vehicle runs away or
+/// creeps. Noise is beyond the same limit 8 times in a row in one period of 2^8.
 ///
 /// ```
 /// use omni_core::ControlState;

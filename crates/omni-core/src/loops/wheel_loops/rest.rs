@@ -1,4 +1,4 @@
-//! What controllers do once the command is rest: their torque ends, whatever the wheels measure.
+//! Behaviour of controllers once the command is rest: their torque ends, whatever the wheels measure.
 
 use crate::constants::constant_struct;
 use crate::error::within;
@@ -9,13 +9,13 @@ use crate::{ConfigError, Real};
 
 /// How torque ends while every reference is 0: in a stop, after a time-out, at a command of rest.
 ///
-/// Loops go by what they measure. A wheel that cannot turn, an encoder that is stuck at its last reading or a
-/// slope would keep a torque for ever. So in the first half of `bleed_s` the integrals fall to 0, after which
-/// loops only brake, and in the second half the range that each torque may have shrinks from the motor's limits
-/// to nothing, both along a straight line. From then on every torque is exactly 0 until a reference is not 0
-/// again, and what is measured does not matter. A stop is over when its deceleration, `hold_s` and `bleed_s` have
-/// passed; a vehicle that still moves then rolls on, and on a slope it rolls down. `short_windings` makes its
-/// motors brake it; a [`Drive`](crate::drive::Drive) does so in a safe stop and in an emergency stop by itself.
+/// Loops depend on their measurements. A wheel that cannot turn, an encoder that is stuck at its last reading or a
+/// slope would keep a torque for ever. Therefore the integrals fall to 0 in the first half of `bleed_s`, after which
+/// loops only brake, and in the second half the range of each torque shrinks from the motor's limits to 0, both
+/// linearly. From then on every torque is exactly 0 until a reference is not 0 again, regardless of the measurements. A
+/// stop is over when its deceleration, `hold_s` and `bleed_s` have passed; a vehicle that still moves then rolls on,
+/// and on a slope it rolls down. `short_windings` makes its motors brake it; a [`Drive`](crate::drive::Drive) does so
+/// in a safe stop and in an emergency stop by itself.
 ///
 /// To stand on a slope, hold for a time first: bounded by that time and by torque squared, because a
 /// motor that stands cools badly. A [`Drive`](crate::drive::Drive) does not hold in a safe stop or an
@@ -45,10 +45,10 @@ pub struct Rest<R> {
     pub bleed_s: R,
     /// Before that the loops hold the wheels for this time \[s\], 0 to 3600; 0 holds nothing.
     pub hold_s: R,
-    /// Holding ends when the sum over the wheels of the integral of torque squared has reached
-    /// this, less what has come back \[N^2.m^2.s\], 0 to 1e9; above 0 where `hold_s` is.
+    /// Holding ends when the sum over the wheels of the integral of torque squared has reached this, less the amount
+    /// recovered \[N^2.m^2.s\], 0 to 1e9; above 0 if `hold_s` is.
     pub hold_torque_squared_n2m2s: R,
-    /// When the torque has ended, the windings of the motors are to be shorted:
+    /// The windings of the motors are to be shorted when the torque has ended:
     /// [`WheelSample::shorted`](crate::loops::WheelSample::shorted).
     pub short_windings: bool,
 }
@@ -114,7 +114,7 @@ constant_struct!(RestRule<R> {
     short_windings: bool,
 });
 
-/// What a [`RestRule`] remembers.
+/// The state of a [`RestRule`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -165,7 +165,7 @@ impl<R: Real> RestRule<R> {
     }
 
     fn in_range(rest: Rest<R>, period_s: R) -> Self {
-        // Rounded: 0.5 s of 1 ms are 500 periods in f32 too.
+        // Rounded: 0.5 s of 1 ms are also 500 periods in f32.
         let periods = |time: R| (time.as_f64() / period_s.as_f64() + 0.5) as u32;
         let hold = periods(rest.hold_s).saturating_mul(RECOVERY);
         Self {
@@ -217,7 +217,7 @@ impl<R: Real> RestRule<R> {
         }
     }
 
-    /// After a step with every reference at 0 that gave `applied_n_m`: what is left of the integrals.
+    /// After a step with every reference at 0 that applied `applied_n_m`: remaining fraction of the integrals.
     #[inline(never)]
     pub(crate) fn step<const N: usize>(
         &self,

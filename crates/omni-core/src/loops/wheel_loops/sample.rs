@@ -29,11 +29,11 @@ pub struct WheelControlConfig<R, const N: usize> {
     pub pid: PidConfig<R>,
     /// Torque limit of each actuator.
     pub limits: [TorqueLimit<R>; N],
-    /// What the wheels do together.
+    /// Coordination of the wheels.
     pub coordination: Coordination<R>,
 }
 
-/// What the loops remember between steps; `default` is a fresh start.
+/// The state of the loops between steps; `default` is a fresh start.
 ///
 /// ```
 /// use omni_core::loops::WheelController;
@@ -68,9 +68,9 @@ pub struct ControlState<R, const N: usize> {
     /// The wheel has a step to compare with; only loops with a derivative or a feed-forward set it.
     #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub started: [bool; N],
-    /// Which wheels are overloaded, and for how long the others have been beyond a limit.
+    /// The overloaded wheels, and the time for which each other wheel has been beyond a limit.
     pub overload: Overload,
-    /// How far the torque has ended while every reference was 0.
+    /// Progress of the torque's end while every reference was 0.
     pub(crate) rest: RestState<R>,
 }
 
@@ -81,7 +81,7 @@ impl<R: Real, const N: usize> Default for ControlState<R, N> {
 }
 
 impl<R: Real, const N: usize> ControlState<R, N> {
-    /// A fresh start, for a `static` too.
+    /// A fresh start, also for a `static`.
     #[must_use]
     pub const fn new() -> Self {
         let zero = [R::ZERO; N];
@@ -96,8 +96,8 @@ impl<R: Real, const N: usize> ControlState<R, N> {
         }
     }
 
-    /// A fresh start of the loops, with what is left of a hold at rest: another law that takes over
-    /// holds no longer than this one.
+    /// A fresh start of the loops, with the remaining hold at rest: another law that takes over holds no longer than
+    /// this one.
     ///
     /// ```
     /// use omni_core::ControlState;
@@ -166,7 +166,7 @@ pub struct WheelSample<R, const N: usize> {
     /// Feed-forward, likewise.
     #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub ff_n_m: [R; N],
-    /// Torque the loops ask for with the whole reference: what would be applied had the actuators no limit.
+    /// Torque that the loops request with the whole reference: the torque that actuators without limits would apply.
     pub requested: WheelTorques<R, N>,
     /// Torque to apply, always within the limits.
     pub applied: WheelTorques<R, N>,
@@ -175,8 +175,8 @@ pub struct WheelSample<R, const N: usize> {
     /// The requested torque is outside the limits.
     #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub saturated: [bool; N],
-    /// What all torques ([`Saturation::ScaleTorques`](crate::loops::Saturation::ScaleTorques)) or all references
-    /// ([`Saturation::ScaleReferences`](crate::loops::Saturation::ScaleReferences)) were multiplied by, 0 to 1; 1 under
+    /// Factor on all torques ([`Saturation::ScaleTorques`](crate::loops::Saturation::ScaleTorques)) or all references
+    /// ([`Saturation::ScaleReferences`](crate::loops::Saturation::ScaleReferences)), 0 to 1; 1 under
     /// [`Saturation::Clip`](crate::loops::Saturation::Clip).
     pub common_factor: R,
     /// Every reference has been 0 for long enough that all torque has ended: see

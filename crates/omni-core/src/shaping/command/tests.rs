@@ -17,7 +17,7 @@ fn free<R: Real>() -> TwistLimits<R> {
     }
 }
 
-/// Limits of 1.0 a second, 2.0 while slowing down, with jerk limits of 5.0.
+/// Limits of 1.0 per second, 2.0 while slowing down, with jerk limits of 5.0.
 fn gentle<R: Real>() -> TwistLimits<R> {
     let limits = MotionLimits {
         velocity: R::of(1.5),

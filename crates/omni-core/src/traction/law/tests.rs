@@ -293,7 +293,7 @@ fn a_gyros_zero_is_found_while_driving() {
         readings.imu = imu;
         sample = traction.step(&mut state, &readings, &TractionTarget::at(0.3));
         plant.step(&sample.wheels.applied.n_m);
-        // Nothing turns this plant: its crosswise wheels stand.
+        // Nothing turns this plant: its transverse wheels stand.
         (plant.rate_rad_s[1], plant.rate_rad_s[5]) = (0.0, 0.0);
     }
     // A mean over up to 2 s: three time constants leave 5 %.
@@ -344,7 +344,7 @@ fn whole_counts_give_a_steady_rate_and_a_stop() {
             .fold(0.0, f64::max);
         assert!(worst < rough + 0.05 * 4.5, "{counts}: {worst} rad/s, {rough}");
         let stopped = read(0.0, 1500);
-        // Falls as window over time from when the next count is overdue, or as a count over time where that is longer.
+        // Falls as window over time from when the next count is overdue, or as a count over time if that is longer.
         assert!(
             stopped[1499].abs() < count.max(4.5 * crate::traction::encoder::window_s::<f64>(count)) / 1.5,
             "{counts}: {}",
@@ -460,7 +460,7 @@ fn what_the_ground_takes_along_the_thrust_is_taken_over_by_the_next_direction() 
     }
     assert!(ahead[4] > 0.1 && ahead[6] < -0.1, "{ahead:?}");
     let last = step(command(0.3, 0.0), rates);
-    // Backwards the same wheels push the other way; what is known of the crosswise ones stays.
+    // Backwards the same wheels push the other way; knowledge of the transverse wheels remains.
     let back = step(command(-0.3, 0.0), rates);
     assert!(
         back[4] < -0.1 && back[6] > 0.1 && back[3] < -0.1,

@@ -4,7 +4,7 @@ use crate::constants::constant_struct;
 use crate::error::{each_within, period, within};
 use crate::{ConfigError, Real};
 
-/// How retries follow each other where the vehicle is stuck.
+/// Sequence of retries if the vehicle is stuck.
 ///
 /// ```
 /// use omni_core::traction::SupervisorConfig;
@@ -21,9 +21,9 @@ pub struct RetrySchedule<R> {
     pub retries: u16,
     /// Backs off so fast \[m/s\], 0.001 to 100, and so far \[m\], 0 to 100; further by so much each try, up to so far.
     pub back_off_m_s: R,
-    /// How far in the first try \[m\].
+    /// Distance of the first retry \[m\].
     pub back_off_m: R,
-    /// How much further each time \[m\].
+    /// Increment of the distance per retry \[m\].
     pub back_off_more_m: R,
     /// No further than this \[m\].
     pub back_off_most_m: R,
@@ -38,7 +38,7 @@ pub struct RetrySchedule<R> {
     pub slow_retry_m_s: R,
     /// Speed of the run-up of the first try after these \[m/s\], 0.001 to 100.
     pub run_up_m_s: R,
-    /// How much faster each time \[m/s\], 0 to 100.
+    /// Increment of the speed per retry \[m/s\], 0 to 100.
     pub run_up_more_m_s: R,
     /// A run-up lasts no longer \[s\], 0.001 to 100.
     pub run_up_s: R,
@@ -50,7 +50,7 @@ pub struct RetrySchedule<R> {
     pub allowance_m_s: R,
     /// Slip that it is spun up to in a run-up \[m/s\], 0 to 100; 0: not at all.
     pub spin_m_s: R,
-    /// How much more each time \[m/s\], 0 to 100.
+    /// Increment per retry \[m/s\], 0 to 100.
     pub spin_more_m_s: R,
     /// Gain of that, in multiples of the thrust's, 0 to 100.
     pub spin_gain: R,
@@ -82,14 +82,14 @@ pub struct SupervisorConfig<R> {
     pub period_s: R,
     /// The target speed changes no faster \[m/s^2\], 0.001 to 1e6.
     pub acceleration_m_s2: R,
-    /// It is never above this, ahead and to the side \[m/s\], each 0.001 to 100.
+    /// It is never above this, forward and lateral \[m/s\], each 0.001 to 100.
     pub most_m_s: [R; 2],
     /// Part of the commanded speed by which it is raised for the second row, and for those behind it, 0 to 10.
     pub boost: [R; 2],
     /// A row that stands higher than the next by this is up \[m\], 0.0001 to 99.
     pub height_m: R,
-    /// Where it is up by this the speed is raised by the whole of `boost`, in proportion below
-    /// \[m\]: `height_m` + 0.0001 to 100.
+    /// At this height the speed is raised by the whole of `boost`, in proportion below \[m\]: `height_m` + 0.0001 to
+    /// 100.
     pub boost_height_m: R,
     /// The vehicle is stuck below this speed \[m/s\], or this part of its target, above this part
     /// of the largest thrust, for this long \[s\].
@@ -104,7 +104,7 @@ pub struct SupervisorConfig<R> {
     pub starting_s: R,
     /// All rows level for this long: the obstacle is behind \[s\], 0 to 100.
     pub level_s: R,
-    /// What to do where it is stuck.
+    /// Action if it is stuck.
     pub retry: RetrySchedule<R>,
 }
 
@@ -161,7 +161,8 @@ impl<R: Real> SupervisorConfig<R> {
     }
 
     /// As [`crate::traction::TractionConfig::traction_runup`]: every try is faster, and the climbing row is spun up
-    /// before the impact. That takes motors with speed to spare: `spin_m_s` at the rim beyond the speed of the run-up.
+    /// before the impact. This requires motors with a speed reserve: `spin_m_s` at the rim beyond the speed of the
+    /// run-up.
     ///
     /// ```
     /// assert!(omni_core::traction::SupervisorConfig::traction_runup(1e-3_f64).retry.spin_m_s > 0.9);

@@ -1,10 +1,10 @@
-//! What a supervisor is at and remembers.
+//! Phase and state of a supervisor.
 
 use crate::Real;
 use crate::traction::state::TractionState;
 use crate::traction::target::TractionTarget;
 
-/// What a [`super::Supervisor`] is at.
+/// Phase of a [`super::Supervisor`].
 ///
 /// ```
 /// assert_eq!(omni_core::traction::SupervisorMode::RunUp.number(), 2);
@@ -17,11 +17,11 @@ use crate::traction::target::TractionTarget;
 pub enum SupervisorMode {
     /// It drives as commanded.
     Drive = 0,
-    /// It backs off from what it is stuck at.
+    /// It backs off from the obstacle.
     BackOff = 1,
     /// It runs up to it.
     RunUp = 2,
-    /// No try is left: it rests until the command does, or goes another way.
+    /// No retry is left: it rests until the command does, or changes direction.
     GaveUp = 3,
 }
 
@@ -33,7 +33,7 @@ impl SupervisorMode {
     }
 }
 
-/// What a [`super::Supervisor`] remembers; `default` is a fresh start.
+/// The state of a [`super::Supervisor`]; `default` is a fresh start.
 ///
 /// ```
 /// use omni_core::traction::{SupervisorMode, SupervisorState};
@@ -58,7 +58,7 @@ pub struct SupervisorState<R> {
     pub(super) in_mode_s: R,
     pub(super) stuck_s: R,
     pub(super) stuck_again_s: R,
-    /// For how long it has pushed in vain.
+    /// Time for which it has pushed without effect.
     pub(super) vain_s: R,
     pub(super) level_s: R,
     pub(super) back_m: R,
@@ -75,7 +75,7 @@ impl<R: Real> Default for SupervisorState<R> {
 }
 
 impl<R: Real> SupervisorState<R> {
-    /// A fresh start, for a `static` too.
+    /// A fresh start, also for a `static`.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -99,7 +99,7 @@ impl<R: Real> SupervisorState<R> {
         }
     }
 
-    /// What it is at.
+    /// Its phase.
     #[must_use]
     pub fn mode(&self) -> SupervisorMode {
         self.mode
@@ -111,7 +111,7 @@ impl<R: Real> SupervisorState<R> {
         self.row_retries
     }
 
-    /// Times that it has backed off since the start.
+    /// Number of retries since the start.
     #[must_use]
     pub fn retries(&self) -> u32 {
         self.retries
@@ -130,7 +130,7 @@ impl<R: Real> SupervisorState<R> {
         (self.target_m_s, self.direction, self.retries) = (target, direction, retries);
     }
 
-    /// In a stop: no try goes on, and what was backing off or running up does not drive on ahead.
+    /// In a stop: no retry continues, and a vehicle that was backing off or running up does not continue forward.
     pub(in crate::traction) fn stop<const N: usize>(
         &mut self,
         traction: &TractionState<R, N>,

@@ -1,4 +1,5 @@
-//! Commands of other nodes, taken on a thread of its own: checking a command may take longer than a control period.
+//! Commands of other nodes, received on a separate thread, because checking a command may last longer than a control
+//! period.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -20,7 +21,7 @@ use crate::topic;
 const LOOK: Duration = Duration::from_millis(5);
 /// Messages that are taken in one look: a flood of them must not keep the thread from its end.
 const MOST: usize = 64;
-/// Lines about messages that were not taken, in a run.
+/// Lines about rejected messages, in a run.
 const MOST_LINES: usize = 20;
 /// All of ROS 2 is one client.
 const ROS: ClientId = 0;

@@ -66,7 +66,7 @@ impl JointCommands {
         let (mut next, mut at) = (commanded.values.clone(), commanded.at.clone());
         let mut known = false;
         for (name, value) in message.name.iter().zip(values) {
-            // Other joints are ignored, as those of an arm on the vehicle.
+            // Other joints are ignored, such as the joints of an arm on the vehicle.
             let Some(i) = self.joints.iter().position(|(joint, _)| joint == name) else {
                 continue;
             };

@@ -1,4 +1,4 @@
-//! How a run's place on ROS 2 is asked for.
+//! Options of a run on ROS 2.
 
 use crate::Error;
 use crate::message_rates::{Pace, Rates};
@@ -9,9 +9,9 @@ use crate::urdf::JointInterface;
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Ros2 {
-    /// Its domain, 0 to 232: who is in another one does not see it.
+    /// Its domain, 0 to 232: nodes in other domains do not see it.
     pub domain: u16,
-    /// What all topics but `/clock` begin with, as `/robot1`; empty for nothing.
+    /// Namespace of all topics but `/clock`, such as `/robot1`; empty for none.
     pub namespace: String,
     /// Rates other than the usual ones, by topic as it is without a namespace \[Hz\]: 0 to 1000, 0 for never.
     pub topic_rates: Vec<(String, f64)>,
@@ -36,7 +36,7 @@ const RATES: [(&str, f64); 6] = [
     (topic::JOINT_STATES, 50.0),
     (topic::ODOM, 50.0),
 ];
-/// Rate of `/joint_states` where the wheels are driven one by one \[Hz\].
+/// Rate of `/joint_states` if the wheels are driven one by one \[Hz\].
 const JOINTS_HZ: f64 = 100.0;
 
 /// Of what only ROS 2 has.
@@ -63,10 +63,10 @@ impl Ros2 {
         }
     }
 
-    /// The same in the domain that `ROS_DOMAIN_ID` says, 0 where it says nothing.
+    /// The same in the domain that `ROS_DOMAIN_ID` says, 0 if it says nothing.
     ///
     /// # Errors
-    /// [`omni_sim::Error::Argument`] where it is not a whole number, 0 to 232.
+    /// [`omni_sim::Error::Argument`] if it is not a whole number, 0 to 232.
     ///
     /// ```
     /// let ros2 = omni_log::Ros2::from_domain_id(Some("42"))?;
@@ -105,7 +105,7 @@ impl Ros2 {
         ))
     }
 
-    /// How often everything is sent.
+    /// Rates of all topics.
     pub(super) fn rates(&self) -> Result<(Rates, ExtraRates), Error> {
         let mut usual = RATES;
         if self.joints.is_some() {
@@ -138,7 +138,7 @@ impl Ros2 {
         Ok((rates, ExtraRates { clock, imu }))
     }
 
-    /// The error of something that the system refused.
+    /// The error of an operation that the system rejected.
     pub(super) fn failed(&self, reason: impl std::fmt::Display) -> Error {
         Error::Ros2 {
             domain: self.domain,

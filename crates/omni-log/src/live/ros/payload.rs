@@ -6,7 +6,7 @@ use ros2_client::{MessageTypeName, QosProfile, qos};
 use serde::de::{DeserializeSeed, Deserializer, SeqAccess, Visitor};
 use serde::ser::{Serialize, SerializeTuple, Serializer};
 
-/// Longest message that is taken \[bytes\].
+/// Longest accepted message \[bytes\].
 const LONGEST: usize = 64 << 10;
 /// Messages that are kept for a reader that is behind.
 const DEPTH: usize = 10;
@@ -63,7 +63,7 @@ pub(super) fn type_name(full: &str) -> MessageTypeName {
     MessageTypeName::new(package, name)
 }
 
-/// Reliable, and never held up by a reader that does not take its messages.
+/// Reliable, and never blocked by a reader that does not read its messages.
 pub(super) fn reliable() -> QosProfile {
     QosProfile::publisher_default()
         .reliability_reliable(qos::WhenFull::Fail)

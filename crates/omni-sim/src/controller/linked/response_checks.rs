@@ -165,7 +165,7 @@ impl<const N: usize> Linked<N> {
     }
 }
 
-/// Where the torque has ended there is none, and windings are shorted only then.
+/// When the torque has ended, there is none, and windings are shorted only then.
 fn ended<const N: usize>(wheels: &omni_core::loops::WheelSample<f32, N>) -> Result<(), String> {
     let pushes = wheels.applied.n_m.iter().find(|torque| **torque != 0.0);
     match pushes.filter(|_| wheels.ended) {

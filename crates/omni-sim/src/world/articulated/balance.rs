@@ -46,7 +46,7 @@ impl Balance {
         }
     }
 
-    /// What a contact took in a step; `roller_rad_s` is the mean spin of the roller in touch.
+    /// Energy loss of a contact in a step; `roller_rad_s` is the mean spin of the roller in touch.
     pub(super) fn contact<const N: usize>(
         &mut self,
         contact: &Contact<N>,
@@ -74,7 +74,7 @@ impl Balance {
         self.joint_loss_j += dot(row, mean.u) * (constant + per_rate * dot(row, u));
     }
 
-    /// What a roller's bearing took.
+    /// Energy loss of a roller's bearing.
     pub(super) fn bearing(&mut self, loss_j: f64) {
         self.joint_loss_j += loss_j;
     }

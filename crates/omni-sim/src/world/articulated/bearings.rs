@@ -67,7 +67,7 @@ impl Bearings {
                 self.in_touch_rad_s[roller] = inertia * spin / (inertia + step_s * damping);
                 self.free_rad_s[roller] =
                     (inertia * spin + step_s * damping * carried) / (inertia + step_s * damping);
-                // The wheel gets what the roller gives.
+                // The wheel receives the torque of the roller.
                 moment += axis * (damping * (self.free_rad_s[roller] - carried));
             }
             let about_axle = moment.dot(axle);

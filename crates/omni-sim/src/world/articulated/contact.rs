@@ -34,7 +34,7 @@ impl<const N: usize> LinearForm<N> {
     }
 }
 
-/// What a contact does.
+/// State of a contact.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub(super) enum Mode {
     Open,

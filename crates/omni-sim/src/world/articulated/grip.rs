@@ -11,7 +11,7 @@ pub(super) const SLACK: f64 = 1e-9;
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub(super) enum Grip {
     Stick,
-    /// Slides; the sign is that of the friction on the wheel.
+    /// Slides; the sign is the sign of the friction on the wheel.
     Slide(f64),
 }
 

@@ -16,7 +16,7 @@ pub(super) struct Touch {
     pub(super) normal: Vector,
     /// On the ground \[m\].
     pub(super) point: Vector,
-    /// Between the two \[m\], below 0 where they overlap.
+    /// Between the two \[m\], below 0 if they overlap.
     pub(super) gap_m: f64,
     pub(super) friction: f64,
     /// Which part of the ground, and which face of it: the same as long as the contact lasts.
@@ -49,7 +49,7 @@ pub(super) struct Part {
 const SAME_POINT_M: f64 = 1e-9;
 
 impl Ground {
-    /// The ground of a scenario; none where its kind is unknown.
+    /// The ground of a scenario; none if its kind is unknown.
     pub(super) fn new(scenario: &Scenario) -> Option<Self> {
         let parts: Vec<_> = shapes(scenario, reach_m(scenario))
             .into_iter()
@@ -177,7 +177,7 @@ pub(super) enum PartDirection {
 }
 
 impl Part {
-    /// The vector from a point to the nearest place of a part \[m\]; none where that is farther than `reach_m`.
+    /// The vector from a point to the nearest place of a part \[m\]; none if that is farther than `reach_m`.
     pub(super) fn direction_from(&self, point: Vector, reach_m: f64) -> Option<PartDirection> {
         let at = self.pose.inverse_transform_point(point);
         let found = match &self.solid {

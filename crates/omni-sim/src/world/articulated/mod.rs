@@ -90,7 +90,7 @@ struct World<const N: usize> {
     held: Vec<([f64; N], [f64; 2])>,
 }
 
-/// What a snapshot holds.
+/// The saved state.
 #[derive(Serialize, Deserialize)]
 struct Snapshot {
     state: State,

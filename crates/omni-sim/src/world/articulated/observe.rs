@@ -1,4 +1,4 @@
-//! What can be seen of the vehicle.
+//! Observable state of the vehicle.
 
 use rapier3d_f64::prelude::Vector as Vector3;
 

@@ -3,7 +3,7 @@
 //! Every contact is open, or closed and sticks or slides along each of its directions. Once that is given,
 //! everything is linear: wheels' and rollers' spins are eliminated, and the tree's velocities are left. What comes
 //! out says which contacts are in the wrong mode; they are changed, and the system is solved again (a semismooth
-//! Newton method). It starts from the modes of the step before, and needs 1.0 solutions a step on average.
+//! Newton method). It starts from the modes of the step before, and needs 1.0 solutions per step on average.
 
 use serde::{Deserialize, Serialize};
 
@@ -29,7 +29,7 @@ pub(super) struct SolverStats {
 }
 
 impl SolverStats {
-    /// Are there more steps whose contacts did not settle than a run is worth with? One in a hundred, and ten at least.
+    /// Are there more steps whose contacts did not settle than a run is worth with? One in a hundred, and at least ten.
     pub(super) fn is_too_much(&self) -> bool {
         self.unsettled * 100 > self.steps.max(1000)
     }
@@ -44,7 +44,7 @@ struct RollerRow<const N: usize> {
 }
 
 impl<const N: usize> RollerRow<N> {
-    /// The row of the roller that all these contacts belong to; none where there is no roller.
+    /// The row of the roller that all these contacts belong to; none if there is no roller.
     fn of(contacts: &[Contact<N>]) -> Option<Self> {
         let roller = contacts.first()?.across.as_ref()?;
         let mut row = Self {
@@ -237,7 +237,7 @@ fn solve_modes<const N: usize>(
     u
 }
 
-/// The normal impulse of a contact at these velocities, below 0 where it is open.
+/// The normal impulse of a contact at these velocities, below 0 if it is open.
 fn normal_impulse<const N: usize>(contact: &Contact<N>, u: &Vector<N>, spin: f64) -> f64 {
     -contact.stiffness * (contact.separation.at(u, spin) + contact.bias)
 }

@@ -29,7 +29,7 @@ impl<const N: usize> Spin<N> {
         STICK * self.inertia_kg_m2
     }
 
-    /// How the wheel turns against its carrier.
+    /// Rotation of the wheel relative to its carrier.
     pub(super) fn turning(&self) -> LinearForm<N> {
         LinearForm {
             row: self.carried.map(|part| -part),

@@ -14,11 +14,11 @@ use super::spin::Spin;
 use super::system::System;
 use super::tree::FREE;
 
-/// How far ahead of a surface contacts are looked for at least \[m\].
+/// Minimum distance from a surface at which contacts are searched \[m\].
 const AHEAD_M: f64 = 0.002;
 /// The same for rollers, of which fewer are looked at then \[m\].
 const AHEAD_OF_ROLLERS_M: f64 = 0.0002;
-/// Natural frequency of a hinge at its stop \[rad/s\], critically damped: a hundred times a second.
+/// Natural frequency of a hinge at its stop \[rad/s\], critically damped: a hundred times per second.
 const STOP_RAD_S: f64 = 632.0;
 
 impl<const N: usize> World<N> {

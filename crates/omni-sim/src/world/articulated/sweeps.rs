@@ -7,7 +7,7 @@ use super::model::MOST_WHEELS;
 use super::spin::Spin;
 use super::system::{System, WheelRow};
 
-/// Sweeps over all contacts at most.
+/// Largest number of sweeps over all contacts.
 const SWEEPS: usize = 3000;
 /// From this sweep on an impulse moves by a part of what would settle it alone.
 const RELAXED_FROM: usize = 1000;
@@ -35,7 +35,7 @@ impl<const N: usize> Response<N> {
         }
     }
 
-    /// By how much a line gives way to it.
+    /// Response of a line to it.
     fn along(&self, line: &LinearForm<N>, wheel: usize) -> f64 {
         dot(&line.row, &self.tree) + line.lever_m * self.spins[wheel]
     }

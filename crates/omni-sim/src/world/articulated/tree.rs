@@ -1,4 +1,4 @@
-//! Where the bodies of the tree are, how they move, and their inertia: docs/derivations.md has the equations.
+//! Positions, velocities and inertia of the tree's bodies: docs/derivations.md derives the equations.
 //!
 //! Generalised velocities: the velocity of the common centre of mass, the angular velocity of the
 //! base, and the rate of every hinge. Positions are counted from the common centre of mass. Gravity
@@ -27,7 +27,7 @@ pub(super) struct State {
     pub(super) u: Vec<f64>,
     /// Turning speed of each wheel about its axle, against the world \[rad/s\].
     pub(super) spin_rad_s: Vec<f64>,
-    /// How far each wheel has turned against its carrier \[rad\]; 0 where it has no rollers.
+    /// How far each wheel has turned against its carrier \[rad\]; 0 if it has no rollers.
     pub(super) turn_rad: Vec<f64>,
     /// Turning speed of every roller about its axis, against the world \[rad/s\].
     pub(super) roller_rad_s: Vec<f64>,

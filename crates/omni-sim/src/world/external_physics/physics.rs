@@ -1,4 +1,4 @@
-//! What external physics are asked for, and what they show.
+//! Interface of an external physics engine: requests and results.
 
 use crate::config::Engine;
 use crate::observation::Pose3;
@@ -27,7 +27,7 @@ pub struct Touch {
     pub at_m: [f64; 3],
 }
 
-/// What a physics step shows.
+/// Result of a physics step.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ExternalStep {
     /// Angle of each wheel against its carrier since the start \[rad\], after the step; positive
@@ -42,7 +42,7 @@ pub struct ExternalStep {
 /// A body's frame, which is the vehicle's as it stands on flat ground.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BodyState {
-    /// Where the frame's origin is, and how it is turned.
+    /// Position of the frame's origin, and its orientation.
     pub pose: Pose3,
     /// Velocity of that origin \[m/s\], world axes.
     pub velocity_m_s: [f64; 3],
@@ -79,19 +79,19 @@ pub enum ExternalFailure {
 
 /// A vehicle on the ground, simulated elsewhere in the scenario's physics steps. Actuators with
 /// their lag, faults and gears stay here: what is asked for is what the axles feel. What is filled
-/// in comes with an entry a body, hinge and wheel, and keeps as many.
+/// in comes with an entry per body, hinge and wheel, and keeps as many.
 pub trait ExternalPhysics: Send + Sync {
-    /// What it is called in outcomes.
+    /// Its name in outcomes.
     fn engine(&self) -> Engine;
 
-    /// Puts the vehicle at the scenario's start, at rest, this much ahead along the world's x \[m\]
-    /// and turned to the left \[rad\].
+    /// Places the vehicle at the scenario's start, at rest, displaced by this distance along the world's x \[m\] and
+    /// turned to the left \[rad\].
     ///
     /// # Errors
     /// Why it cannot.
     fn start(&mut self, x_m: f64, yaw_rad: f64) -> Result<(), ExternalFailure>;
 
-    /// One physics step; `axles` has an entry a wheel, and so must what is shown.
+    /// One physics step; `axles` has an entry per wheel, and so must what is shown.
     ///
     /// # Errors
     /// Why there is no next state.

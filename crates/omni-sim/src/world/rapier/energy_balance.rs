@@ -20,7 +20,7 @@ use crate::world::actuation::Actuation;
 pub(super) struct EnergyBalance {
     state: State,
     joints: Vec<Joint>,
-    /// One entry a body, by its index in the world.
+    /// One entry per body, by its index in the world.
     parts: Vec<Part>,
     momentum: Vector,
 }
@@ -52,7 +52,7 @@ struct Part {
     turning_j: f64,
 }
 
-/// What a snapshot keeps.
+/// The saved state.
 #[derive(Clone, Default, Serialize, Deserialize)]
 pub(super) struct State {
     friction_loss_j: f64,

@@ -278,7 +278,7 @@ fn integrate(p: &mut IntegrationParameters, step_s: f64, iterations: usize, cont
 
 /// What the contacts' frequency and damping ratio are multiplied by so that a light roller's
 /// contact is the spring and the damper that a whole wheel's is: the engine makes these of the
-/// ratios and the mass that it pushes, k = m w^2 and c = 2 z m w. None where no wheel has rollers.
+/// ratios and the mass that it pushes, k = m w^2 and c = 2 z m w. None if no wheel has rollers.
 fn stiffer_for_rollers(scenario: &Scenario, rollers: &[Option<RollerWheel>]) -> Option<f64> {
     let wheels = scenario.vehicle().wheel.iter().zip(rollers);
     wheels

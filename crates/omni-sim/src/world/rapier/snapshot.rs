@@ -1,4 +1,4 @@
-//! A world as bytes and back, bit for bit.
+//! A world as bytes and back, bit-identically.
 
 use rapier3d_f64::prelude::*;
 use serde::{Deserialize, Serialize};

@@ -6,7 +6,7 @@ use crate::config::{FrictionPatch, Scenario};
 use crate::ground::{self, Shape};
 use crate::world::height_field::height_field;
 
-/// Adds the ground to the world; false where it is unknown, and there is none.
+/// Adds the ground to the world; false if it is unknown, and there is none.
 pub(super) fn insert(physics: &mut PhysicsWorld, scenario: &Scenario) -> bool {
     let hooks = if scenario.friction_patch.is_empty() {
         ActiveHooks::empty()
@@ -54,7 +54,7 @@ fn collider(shape: Shape) -> ColliderBuilder {
     }
 }
 
-/// Height of the ground \[m\] at places x, y \[m\] of the world; NaN where there is none.
+/// Height of the ground \[m\] at places x, y \[m\] of the world; NaN if there is none.
 ///
 /// ```
 /// use omni_sim::config::Scenario;

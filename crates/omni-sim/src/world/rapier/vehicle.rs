@@ -74,7 +74,7 @@ pub(super) struct VehicleBodies {
 }
 
 impl VehicleBodies {
-    /// `rollers` has an entry a wheel, none for a ball.
+    /// `rollers` has an entry per wheel, none for a ball.
     pub(super) fn insert(
         physics: &mut PhysicsWorld,
         scenario: &Scenario,
@@ -98,7 +98,7 @@ impl VehicleBodies {
                 .local_anchor2(anchor)
                 .limits([-hinge.limit_rad, hinge.limit_rad])
                 .contacts_enabled(false);
-            // A motor without stiffness and damping would be taken for a rigid one: it locks the hinge.
+            // The engine would treat a motor without stiffness and damping as rigid: it locks the hinge.
             let joint = if hinge.damping_n_m_s_rad > 0.0 {
                 joint
                     .motor_model(MotorModel::ForceBased)

@@ -52,7 +52,7 @@ fn balls_that_are_asked_for_where_they_are_no_wheels_are_warned_of_once() {
         let warnings: Vec<_> = said.lines().filter(|line| line.contains("balls")).collect();
         assert_eq!(warnings.len(), 1, "{said}");
         assert!(
-            warnings[0].contains("balls are no valid wheel model here"),
+            warnings[0].contains("balls are not a valid wheel model here"),
             "{said}"
         );
         assert!(warnings[0].ends_with("leave physics.wheel_model out"), "{said}");
@@ -121,7 +121,7 @@ fn check_says_how_wheels_are_simulated() {
         (&mecanum, "rollers\n"),
         (
             &mecanum.replace("[physics]\n", "[physics]\nwheel_model = \"ball\"\n"),
-            "WARNING: mecanum4 over a step of 5.0 cm: balls are no valid wheel model here",
+            "WARNING: mecanum4 over a step of 5.0 cm: balls are not a valid wheel model here",
         ),
         (vehicle, "balls on level ground and at an edge straight ahead"),
     ] {

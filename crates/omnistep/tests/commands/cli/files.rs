@@ -30,14 +30,14 @@ fn a_new_file_is_checked_runs_and_is_never_overwritten() {
          under    clearance [m]: 0.030 under base\n  \
          speed    motors reach 33.3 rad/s without load: 1.92 m/s forward, 1.67 m/s sideways, 9.26 rad/s in yaw\n  \
          gains    kp 0.1500 N.m.s/rad, ki 0.8000 N.m/rad, kd 0 N.m.s2/rad, given\n  \
-         policy   traction where none is named: the best that sensors and motors allow\n  \
+         policy   traction if none is named: the best that sensors and motors allow\n  \
          wheels   balls on level ground; rollers at an edge, because the ground's normal leans 90 deg \
          out of the rolling plane of wheel 1, allowed: 10\n\
          kerb.toml: scenario kerb, 6 s, policy traction, engine rapier; vehicle chugo7: 3 bodies, 2 hinges, 7 wheels, 20.000 kg\n  \
          layout   condition number 1.58 (1 is best)\n  \
          weight   centre of mass at (0.000, 0.000, 0.134) m\n  \
          loads    at rest on flat ground [N]: 1 21.6, 2 21.6, 3 21.6, 4 66.7, 5 21.6, 6 21.6, 7 21.6\n  \
-         shares   row at x = 0.3 m: 33 % on crosswise wheel 6; row at x = -0.3 m: 33 % on crosswise wheel 2\n  \
+         shares   row at x = 0.3 m: 33 % on transverse wheel 6; row at x = -0.3 m: 33 % on transverse wheel 2\n  \
          under    clearance [m]: 0.036 under middle, 0.066 under front rear\n  \
          gains    kp 0.3000 N.m.s/rad, ki 2.0000 N.m/rad, kd 0 N.m.s2/rad, given\n  \
          wheels   balls, a valid model over a step of 5.0 cm\n"

@@ -48,7 +48,7 @@ fn a_point_of_the_grid_that_is_no_preset_is_a_row_of_its_own() {
     let output = omnistep(folder.path(), &["replay", log]);
     let said = String::from_utf8(output.stdout).unwrap();
     assert!(
-        said.contains("policy scale_references+saturation=scale_references+floor=0.5: 100 control periods, equal in every bit"),
+        said.contains("policy scale_references+saturation=scale_references+floor=0.5: 100 control periods, bit-identical"),
         "{said}"
     );
 }

@@ -85,7 +85,7 @@ fn a_replay_is_bit_identical_for_every_policy_and_precision() {
             let said = stdout(&omnistep(folder.path(), &["replay", &log]));
             assert_eq!(
                 said,
-                format!("{log}: policy {policy}: 2500 control periods, equal in every bit\n"),
+                format!("{log}: policy {policy}: 2500 control periods, bit-identical\n"),
                 "{more}"
             );
         }
@@ -145,7 +145,7 @@ fn a_replay_names_the_first_sample_and_wheel_that_differ() {
     // And back again by a key.
     let back = ["replay", "gain.mcap", "--set", "vehicle.gains.kp_n_m_s_rad=0.3"];
     let said = stdout(&omnistep(folder.path(), &back));
-    assert!(said.contains("500 control periods, equal in every bit"), "{said}");
+    assert!(said.contains("500 control periods, bit-identical"), "{said}");
 }
 
 #[test]

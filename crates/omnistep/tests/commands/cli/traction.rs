@@ -181,10 +181,10 @@ fn a_policy_that_is_not_named_is_the_best_that_sensors_and_motors_allow() {
     file("shared", "control = { integral = \"shared\" }\n");
     let why = "actuators.torque_lag_s: 0.05, allowed with traction control: 0 to 0.03: later, and slip cannot be controlled";
     for (name, expected) in [
-        ("prompt", "traction where none is named: the best that sensors and motors allow\n  policy   traction without hinge encoders: ".to_owned()),
-        ("late", format!("scale_references where none is named, because traction control is refused: scenario late: {why}\n")),
-        ("shared", "scale_references where none is named, because control.integral is given\n".to_owned()),
-        ("chugo7", "traction where none is named: the best that sensors and motors allow\n".to_owned()),
+        ("prompt", "traction if none is named: the best that sensors and motors allow\n  policy   traction without hinge encoders: ".to_owned()),
+        ("late", format!("scale_references if none is named, because traction control is rejected: scenario late: {why}\n")),
+        ("shared", "scale_references if none is named, because control.integral is given\n".to_owned()),
+        ("chugo7", "traction if none is named: the best that sensors and motors allow\n".to_owned()),
     ] {
         let file = if name == "chugo7" { name.to_owned() } else { format!("{name}.toml") };
         let said = stdout(&omnistep(path, &["check", &file]));
@@ -197,7 +197,7 @@ fn a_policy_that_is_not_named_is_the_best_that_sensors_and_motors_allow() {
     ] {
         let said = stdout(&omnistep(path, &["check", given, "--set", key]));
         assert!(
-            said.contains("scale_references where none is named, because traction control is refused: "),
+            said.contains("scale_references if none is named, because traction control is rejected: "),
             "{said}"
         );
     }
@@ -216,7 +216,7 @@ fn a_policy_that_is_not_named_is_the_best_that_sensors_and_motors_allow() {
     let said = String::from_utf8(study.stderr).unwrap();
     assert!(
         said.contains(&format!(
-            "2 of 6 runs: policy scale_references, because traction control is refused: scenario prompt: {why}\n"
+            "2 of 6 runs: policy scale_references, because traction control is rejected: scenario prompt: {why}\n"
         )),
         "{said}"
     );
@@ -262,7 +262,7 @@ fn a_policy_that_is_not_named_is_the_best_that_sensors_and_motors_allow() {
     assert!(quiet(&["run", "late.toml", "--quiet"]).ends_with("out/late-scale_references.mcap\n"));
     assert!(
         quiet(&["replay", "out/prompt-traction.mcap"])
-            .contains("policy traction: 100 control periods, equal in every bit")
+            .contains("policy traction: 100 control periods, bit-identical")
     );
     let other = [
         "replay",

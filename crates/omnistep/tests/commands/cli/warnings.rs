@@ -100,7 +100,7 @@ fn a_run_that_stops_when_done_has_the_figures_of_the_whole() {
     );
     assert_eq!(inspected[0]["complete"], true);
     // It is replayed to its end, bit for bit.
-    assert!(stdout(&omnistep(folder.path(), &["replay", &logs[0]])).contains("equal in every bit"));
+    assert!(stdout(&omnistep(folder.path(), &["replay", &logs[0]])).contains("bit-identical"));
     // On flat ground there is nothing to be done with.
     let flat = omnistep(
         folder.path(),

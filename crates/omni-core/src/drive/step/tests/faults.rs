@@ -102,7 +102,7 @@ fn a_lost_wheel_has_no_torque_whatever_policy_and_the_vehicle_keeps_its_course()
 fn too_few_wheels_lead_to_a_safe_stop_that_holds_until_released() {
     let mut vehicle = Vehicle::new(config());
     vehicle.run(1000, COMMAND, |_| {});
-    // Both transverse wheels go silent: no wheel measures sideways motion.
+    // Both transverse wheels go silent: no wheel measures lateral motion.
     let silent = |input: &mut DriveInput<f64, 7>| {
         input.readings_rad_s[1] = None;
         input.readings_rad_s[5] = None;
@@ -249,9 +249,9 @@ fn three_wheels_survive_a_missing_sample_and_recover_at_rest() {
     }
 }
 
-/// A vehicle whose wheels grip, with encoders on timers of so many counts a turn. While it cruises
-/// the counter of its second wheel comes to stand, or to toggle as the shaft turns. Says which
-/// wheels were called faulty, in which period after that, and what became of the drive.
+/// A vehicle whose wheels grip, with encoders on timers of so many counts per turn. While it cruises the counter of its
+/// second wheel comes to stand, or to toggle as the shaft turns. Says which wheels were called faulty, in which period
+/// after that, and what became of the drive.
 fn dies<R: Real, const N: usize>(
     layout: WheelLayout<R, N>,
     method: VelocityMethod<R>,

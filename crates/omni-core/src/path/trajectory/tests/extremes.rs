@@ -26,7 +26,7 @@ fn drawn<R: Real>(random: &mut Random) -> PathLimits<R, 4> {
     limits
 }
 
-/// Every plan ends, and turns no wheel faster than it may: how many there are, and how many were refused.
+/// Every plan ends, and turns no wheel faster than it may: how many there are, and how many were rejected.
 fn kept<R: Real>(runs: u32) -> [u32; 2] {
     let mut random = Random(0x2545_f491_4f6c_dd1d);
     let [mut planned, mut refused] = [0; 2];

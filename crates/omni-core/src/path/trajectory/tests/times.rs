@@ -43,8 +43,8 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 2000, ..ProptestConfig::default() })]
 
     /// Straight on through waypoints, some with a time: a quarter later than limits need, up to ten
-    /// times that. Nearer times may be refused: at a waypoint with a time the vehicle is no faster
-    /// than the mean before and after it. Of 200,000 such paths none was.
+    /// times that. Nearer times may be rejected: at a waypoint with a time the vehicle is no faster than the mean
+    /// before and after it. Of 200,000 such paths none was.
     #[test]
     fn every_time_that_is_not_too_soon_is_met_and_nothing_is_unknown(
         ways in prop::collection::vec((0.05_f64..3.0, prop::option::of(1.25_f64..10.0)), 1..5),

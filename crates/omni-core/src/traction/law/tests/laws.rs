@@ -364,7 +364,7 @@ fn one_wheel_that_says_the_vehicle_is_slow_while_the_ground_carries_the_others_i
         );
         assert!(fastest_m_s < 1.5 * 0.3, "{stuck_rad_s} rad/s: {fastest_m_s}");
     }
-    // So is one that reads less than half of its speed.
+    // The same holds for an encoder that reads less than half of its speed.
     let (out, fastest_m_s) = with_dead_wheel(|_| {}, |rate| 0.4 * rate);
     assert!(out.is_some_and(|period| period < 400), "{out:?}");
     assert!(fastest_m_s < 1.5 * 0.3, "{fastest_m_s}");
@@ -376,7 +376,7 @@ fn one_wheel_that_says_the_vehicle_is_slow_while_the_ground_carries_the_others_i
 
 #[test]
 fn what_sensors_hide_is_not_controlled() {
-    // 32 counts a turn hide 0.4 * 4.4 rad/s * 66 mm = 0.12 m/s: half of 0.24 m/s.
+    // 32 counts per turn hide 0.4 * 4.4 rad/s * 66 mm = 0.12 m/s: half of 0.24 m/s.
     let traction = with(|sensors| sensors.encoder_counts = 32.0);
     let held_up = |speed_m_s: f64| {
         let (mut state, command) = (
@@ -521,7 +521,7 @@ fn on_the_spot_no_wheel_is_doubted_and_every_one_has_its_own_loop() {
         })
         .rad_s;
     for period in 0..1000 {
-        // As commands made of counts are: beside the turn some millimetres a second in changing directions.
+        // As commands made of counts are: beside the turn some millimetres per second in changing directions.
         let aside = 2e-3 * f64::from(period % 3);
         let turning = BodyTwist {
             vx_m_s: 2e-3 - aside,

@@ -3,8 +3,8 @@
 //! A ball on a spherical joint, driven about the axle only: about the axle it is a wheel, about the rolling direction
 //! it turns freely like the rollers on a rim. Exact omni kinematics with one contact and isotropic Coulomb friction.
 //!
-//! A wheel that meets obstacles sideways shows them a roller: a ball of the rollers' radius rho, centred (r - rho)
-//! below the axle and geared by rho / r, so that rim speed, thrust and effective mass at the rim are the wheel's.
+//! A wheel that meets obstacles laterally presents a roller to them: a ball of the rollers' radius rho, centred (r -
+//! rho) below the axle and geared by rho / r, so that rim speed, thrust and effective mass at the rim are the wheel's.
 //! Its thrust acts lower on the frame by (r - rho), and the reaction torque is smaller by just that moment.
 //!
 //! A mecanum wheel pushes along the axis of the roller on the ground, at an angle gamma to its rolling

@@ -20,7 +20,7 @@ use crate::config::WheelSpec;
 pub(super) struct Wheel {
     /// Its name in the vehicle file.
     pub(super) name: String,
-    /// What the motor turns: the ball, or the hub that carries the rollers.
+    /// The driven body: the ball, or the hub that carries the rollers.
     pub(super) driven: RigidBodyHandle,
     /// What the driven body bears, and where in its frame \[m\]: rollers.
     borne: Vec<(RigidBodyHandle, Vector)>,
@@ -32,7 +32,7 @@ pub(super) struct Wheel {
     drive_axis: Vector,
     /// Across the push, in the carrier's frame: the axle, turned by the roller angle.
     across_push: Vector,
-    /// Where the driven body is borne, in the carrier's frame \[m\].
+    /// Bearing of the driven body, in the carrier's frame \[m\].
     seat: Vector,
     /// Centre of the axle in the carrier's frame \[m\].
     centre: Vector,
@@ -96,7 +96,7 @@ impl Wheel {
         relative.dot(self.drive_axis_world(physics)) / self.driven_per_wheel
     }
 
-    /// How the carrier turns \[rad/s\], in the world.
+    /// Angular velocity of the carrier \[rad/s\], in the world.
     pub(super) fn carrier_rad_s(&self, physics: &PhysicsWorld) -> Vector {
         physics.bodies[self.carrier].angvel()
     }
@@ -112,7 +112,7 @@ impl Wheel {
             Vector::ZERO,
             Rotation::from_rotation_arc(Vector::X, self.drive_axis),
         );
-        // No stiffness and no damping: the engine takes it for rigid.
+        // No stiffness and no damping: the engine treats it as rigid.
         let joint = GenericJointBuilder::new(JointAxesMask::empty())
             .local_frame1(along)
             .contacts_enabled(false)

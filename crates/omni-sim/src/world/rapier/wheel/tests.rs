@@ -146,8 +146,8 @@ fn turns_though_blocked(vehicle: &str, model: &str, wheel: usize, [rise, azimuth
 #[test]
 fn a_blocked_ball_turns_by_the_squared_sine_of_its_driven_axis_towards_the_normal_and_rollers_do_not() {
     let degrees = |angle: f64| angle.to_radians();
-    // Free to spin about the normal n alone, a ball driven about a gets tau (a.n)^2 / I: nothing
-    // where the normal is in its plane.
+    // Free to spin about the normal n alone, a ball driven about a gets tau (a.n)^2 / I: nothing if the normal is in
+    // its plane.
     for (vehicle, rise, azimuth) in [
         ("omni3", 0.0, 0.0),
         ("omni3", 40.0, 90.0), // wheel 1 rolls to the left: straight up, and in its plane
