@@ -65,11 +65,20 @@ from omnistep._omnistep import (
 from omnistep.calibration import Calibration, calibrate
 from omnistep.charts import ChartCell, ClimbChart, climb_chart
 from omnistep.ensembles import StudyResult, run_study, sweep
-from omnistep.errors import ConfigError, LogError, OmnistepError, SimulationError, StudyError, VideoError
+from omnistep.errors import (
+    ConfigError,
+    LogError,
+    NoRouteError,
+    OmnistepError,
+    SimulationError,
+    StudyError,
+    VideoError,
+)
 from omnistep.identification import Identification, identify
 from omnistep.own_policy import Policy, PolicyInfo
 from omnistep.recordings import ImportedSignal, ImportSummary, import_log
 from omnistep.resimulation import Difference, Resimulation, resimulate
+from omnistep.routes import Crossing, Route, RoutePoint, plan_route
 from omnistep.runs import compare, read_mcap, run
 from omnistep.tuning import TuneResult, tune
 
@@ -83,6 +92,7 @@ __all__ = [
     "ConfigError",
     "ControlSample",
     "Controller",
+    "Crossing",
     "DcMotor",
     "Desaturated",
     "Difference",
@@ -99,6 +109,7 @@ __all__ = [
     "LogError",
     "MotorBenchTrace",
     "MotorDuty",
+    "NoRouteError",
     "Observation",
     "Odometry",
     "OmnistepError",
@@ -108,6 +119,8 @@ __all__ = [
     "Policy",
     "PolicyInfo",
     "Resimulation",
+    "Route",
+    "RoutePoint",
     "Sample",
     "Scenario",
     "ShapedCommands",
@@ -140,6 +153,7 @@ __all__ = [
     "list_scenarios",
     "list_vehicles",
     "moved_by",
+    "plan_route",
     "plot",
     "read_mcap",
     "reference_factor",

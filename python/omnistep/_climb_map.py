@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
-# Endings of names and their units (docs/conventions.md), the longest first.
+# Endings of names and their units (docs/units.md), the longest first.
 _UNITS = {
     "_n2m2s": "N^2.m^2.s",
     "_n_m_s_rad": "N.m.s/rad",

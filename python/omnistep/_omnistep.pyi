@@ -596,7 +596,7 @@ class Layout:
     def __new__(cls, *, wheels: Sequence[Wheel]) -> Layout: ...
     @staticmethod
     def chugo7(*, r1_m: float, r2_m: float, radius_m: float) -> Layout:
-        """The seven-wheel vehicle of the paper; ``docs/conventions.md`` draws it.
+        """The seven-wheel vehicle of the paper; ``docs/units.md`` draws it.
 
         Args:
             r1_m: distance of the front and rear rows from the middle [m], above 0.
@@ -2177,7 +2177,7 @@ class Trace:
     """A finished run: named columns of float64, one row a control period.
 
     ``trace["time_s"]`` and ``trace.wheels("measured_rad_s")`` are read-only NumPy arrays on the trace's own memory:
-    nothing is copied, and the arrays keep the trace alive. ``docs/conventions.md`` lists the columns.
+    nothing is copied, and the arrays keep the trace alive. ``docs/columns.md`` lists the columns.
     """
 
     @property
@@ -2258,7 +2258,7 @@ class Trace:
 
 @final
 class Outcome:
-    """Figures of a run; where there is an obstacle, over the crossing (docs/conventions.md).
+    """Figures of a run; where there is an obstacle, over the crossing (docs/metrics.md).
 
     A figure that was not measured, because nothing crossed or the run was killed, is NaN, or None where documented.
     """
@@ -2287,7 +2287,7 @@ class Outcome:
     ]:
         """Result of the run; `completed` on flat ground, `unfinished` where `duration_s` cut it off.
 
-        docs/conventions.md defines each of them.
+        docs/metrics.md defines each of them.
         """
     @property
     def climbed(self) -> bool:
@@ -2299,7 +2299,7 @@ class Outcome:
     def wheel_model_valid(self) -> bool:
         """The wheel model is valid on this ground: rollers, or balls that represent them there.
 
-        docs/physics.md, Where a ball is the wheel.
+        docs/physics.md, Validity of the ball model.
         """
     @property
     def crossing_s(self) -> float | None:
@@ -2314,7 +2314,7 @@ class Outcome:
     def limited_by(self) -> Literal["torque", "friction", "time"] | None:
         """What kept it from its way: `torque`, `friction` or `time`; None unless stalled or unfinished.
 
-        docs/physics.md, What limited a stalled run.
+        docs/metrics.md, What limited a stalled run.
         """
     @property
     def limited_wheels(self) -> int | None:
@@ -2931,6 +2931,52 @@ class ClimbLimits:
     def __eq__(self, other: object, /) -> bool: ...
     def __ne__(self, other: object, /) -> bool: ...
     def __reduce__(self) -> tuple[Any, tuple[str]]: ...
+
+def plan_route(
+    scenario: Scenario,
+    to: list[float],
+    *,
+    chart: str,
+    file: str,
+    map: str | PathLike[str] | None,
+    cost: str,
+    margin: float,
+    clearance_m: float,
+    resolution_m: float,
+    around_m: float,
+) -> str:
+    """Plan a route, for :func:`omnistep.plan_route`.
+
+    Args:
+        scenario: as in :func:`omnistep.plan_route`.
+        to: x and y [m], and a heading [deg] if it matters.
+        chart: the text of a climb chart's file.
+        file: the name of that file in messages.
+        map: a file of map_server, or None for the scenario's ground.
+        cost: ``time``, ``energy`` or ``risk``.
+        margin: part of the chart's limits to plan with.
+        clearance_m: distance from obstacles [m].
+        resolution_m: cells of the scenario's ground [m].
+        around_m: how far around start and goal the ground is looked at [m].
+
+    Returns:
+        The route as JSON.
+
+    Raises:
+        ConfigError: a file or an argument is not usable.
+        NoRouteError: there is no way.
+    """
+
+def drive_route(route: str, scenario: Scenario) -> Scenario:
+    """The scenario with a route as its path, for :attr:`omnistep.routes.Route.scenario`.
+
+    Args:
+        route: a route as JSON.
+        scenario: the scenario that it was planned in.
+
+    Raises:
+        ConfigError: the route is no JSON of a route, or a point is beyond what a path may be.
+    """
 
 @final
 class ChartRuns:

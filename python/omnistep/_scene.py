@@ -14,7 +14,7 @@ _Floats = NDArray[np.float64]
 def ground_key(log: Log) -> Any:
     """Return what tells one ground from another, however much of it a log shows."""
     scenario = tomllib.loads(log.scenario_toml)
-    return scenario["terrain"], scenario.get("friction_patch")
+    return scenario["terrain"], scenario.get("block"), scenario.get("friction_patch")
 
 
 def extent_m(parts: list[dict[str, Any]]) -> float:

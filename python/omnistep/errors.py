@@ -36,5 +36,9 @@ class StudyError(OmnistepError, OSError):
     """A folder of results could not be read or written, workers do not share it, or a search found no result."""
 
 
+class NoRouteError(OmnistepError):
+    """No route leads to the goal; the message says which edge or obstacle is in the way."""
+
+
 class VideoError(OmnistepError, RuntimeError):
     """The viewer that makes videos did not start, or ended early."""

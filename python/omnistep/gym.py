@@ -26,8 +26,8 @@ from omnistep._omnistep import Scenario
 
 __all__ = ["DriveEnv", "DriveVectorEnv", "StepClimbEnv", "StepClimbVectorEnv", "register"]
 
-# The engine whose answers at 1 ms are those at an eighth of it (docs/physics.md); headings and places differ as in the
-# ensembles there.
+# The engine whose answers at 1 ms are those at an eighth of it (docs/validation.md); headings and places differ as in
+# the ensembles there.
 _PHYSICS = {"physics.engine": "articulated", "physics.timestep_s": 0.001}
 _PERTURBED = {"perturbation.yaw_rad": 0.03, "perturbation.start_m": 0.02}
 

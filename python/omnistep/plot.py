@@ -470,7 +470,7 @@ def _front_middle_rear(run: Trace | Log) -> list[tuple[str, int]]:
         x, y = with_places(trace).wheels("x_m")[0, driven], trace.wheels("y_m")[0, driven]
         cos, sin = np.cos(trace["pose_yaw_rad"][0]), np.sin(trace["pose_yaw_rad"][0])
         x, y = cos * x + sin * y, cos * y - sin * x
-    # Wheels less than 2 cm apart along x are one row (docs/conventions.md).
+    # Wheels less than 2 cm apart along x are one row (docs/columns.md).
     order = np.argsort(x)
     row = np.zeros(x.size, dtype=int)
     row[order] = np.cumsum(np.diff(x[order], prepend=x[order][0]) >= 0.02)

@@ -271,7 +271,7 @@ def test_the_example_queries_its_sweep_with_duckdb(tmp_path):
     table = done.stdout.splitlines()
     assert "policy" in table[0] and len(table) == 2 + 2 * 3, done.stdout
     share = {tuple(line.split()[:2]): line.split()[2] for line in table[2:]}
-    # 1 N.m stalls, 2.2 N.m climbs: with a wide margin on either side of the threshold, 1.4 to 1.8 (docs/physics.md).
+    # 1 N.m stalls, 2.2 N.m climbs: with a wide margin on either side of the threshold, 1.4 to 1.8 (docs/validation.md).
     assert {share[policy, "1.0"] for policy in ("independent", "scale_references")} == {"0%"}, done.stdout
     assert {share[policy, "2.2"] for policy in ("independent", "scale_references")} == {"100%"}, done.stdout
 

@@ -45,7 +45,11 @@ PAGES = {
         " Follow Pid PidSample EncoderCounter VelocityEstimator DcMotor MotorDuty torque_duty Controller ControlSample"
         " disturbed_ratio slip_ratio shape_error speed_ratio_spread torque_range torque_factor reference_factor",
     ),
-    "many": ("Many runs", "run_study sweep StudyResult climb_chart ClimbChart ChartCell tune TuneResult"),
+    "many": (
+        "Many runs",
+        "run_study sweep StudyResult climb_chart ClimbChart ChartCell plan_route Route RoutePoint Crossing"
+        " tune TuneResult",
+    ),
     "measured": ("Identification, calibration", "identify Identification calibrate Calibration CalibrationRun"),
     "learning": ("Environments for learning", "gym"),
     "mujoco": ("MuJoCo", "mujoco"),
@@ -53,7 +57,7 @@ PAGES = {
 }
 # Modules whose names the package exports itself.
 RUNS = ("runs", "ensembles", "own_policy", "tuning")
-WHOSE_NAMES = ("errors", "charts", *RUNS, "recordings", "resimulation", "identification", "calibration")
+WHOSE_NAMES = ("errors", "charts", "routes", *RUNS, "recordings", "resimulation", "identification", "calibration")
 
 
 def public() -> list[str]:

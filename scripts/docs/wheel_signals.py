@@ -1,7 +1,7 @@
 """Writes what a wheel's signals are into the message's definition and the stub, from the table in wheel_signals.rs.
 
 python scripts/docs/wheel_signals.py [--check]: with `--check` it writes nothing, and the exit code is 1 if one is old.
-Either way it is 1 if docs/conventions.md does not explain a signal.
+Either way it is 1 if docs/columns.md does not explain a signal.
 """
 
 import re
@@ -12,7 +12,7 @@ ROOT = Path(__file__).resolve().parents[2]
 TABLE = ROOT / "crates" / "omni-sim" / "src" / "wheel_signals.rs"
 MESSAGE = ROOT / "crates" / "omni-log" / "src" / "schemas" / "VehicleState.msg"
 STUB = ROOT / "python" / "omnistep" / "_omnistep.pyi"
-PAGE = ROOT / "docs" / "conventions.md"
+PAGE = ROOT / "docs" / "columns.md"
 #: A row: its doc, its name, and where it is.
 ROW = re.compile(r"^ +/// (.+)\n +(\w+): (log|trace) =", re.MULTILINE)
 #: Where the signals stand, behind what stays: the fields behind the wheel's name, and the attributes before `touches`.
@@ -50,7 +50,7 @@ def main() -> int:
     page = PAGE.read_text(encoding="utf-8")
     for _, name, _ in rows:
         if f"`{name}`" not in page:
-            print(f"docs/conventions.md does not explain the signal `{name}`")
+            print(f"docs/columns.md does not explain the signal `{name}`")
             old = 1
     return old
 

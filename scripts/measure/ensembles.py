@@ -1,4 +1,4 @@
-"""Runs the ensembles of docs/physics.md and writes its tables anew.
+"""Runs the ensembles of docs/validation.md and writes its tables anew.
 
 Runs that are in out/ensembles already are not run again: delete the folder after a change of the physics or of a law.
 From nothing rapier takes half an hour on two cores, articulated two minutes.
@@ -11,7 +11,7 @@ import subprocess
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGE = ROOT / "docs" / "physics.md"
+PAGE = ROOT / "docs" / "validation.md"
 POLICIES = ["independent", "scale_torques", "scale_references", "shared_integral"]
 STEPS = {
     "1 ms": "physics.timestep_s=0.001",

@@ -1,7 +1,7 @@
 """Runs the firmware images in QEMU, prints their figures as a table, and fails where a budget or a bit is off.
 
-python scripts/measure/firmware_report.py [--write | --self-test]: `--write` puts both tables into docs/firmware.md,
-else those there have to be true to 10 %. The images are those that scripts/firmware.sh builds.
+python scripts/measure/firmware_report.py [--write | --self-test]: `--write` puts both tables into
+docs/firmware-costs.md, else those there have to be true to 10 %. The images are those that scripts/firmware.sh builds.
 """
 
 import re
@@ -16,7 +16,7 @@ from elftools.elf.elffile import ELFFile
 ROOT = Path(__file__).resolve().parents[2]
 FIRMWARE = ROOT / "firmware"
 # Where the figures stand: first those that sum it up, then all of them.
-PAGE = ROOT / "docs" / "firmware.md"
+PAGE = ROOT / "docs" / "firmware-costs.md"
 START, END = "<!-- figures: written by scripts/measure/firmware_report.py --write -->", "<!-- end of figures -->"
 # Processor, folder of its images, machine that QEMU emulates (it has no M0+; the M0 has the same instructions).
 PROCESSORS = (

@@ -60,7 +60,7 @@ def loads_n(run: Callable[..., omnistep.Trace], vehicle: str) -> list[float]:
 def torques_ahead(vehicle: str) -> np.ndarray[Any, Any]:
     """Torques that push ahead with six tenths of what friction holds under a wheel's mean load [N.m].
 
-    Less would say more of what rollers take, some tenths of a newton (docs/physics.md), than of masses; with more,
+    Less would say more of what rollers take, some tenths of a newton (docs/validation.md), than of masses; with more,
     wheels begin to slide.
     """
     scenario = omnistep.Scenario("flat", vehicle=vehicle)

@@ -1,4 +1,4 @@
-//! Figures that any correct model of these vehicles shows, from closed forms (docs/physics.md).
+//! Figures that any correct model of these vehicles shows, from closed forms (docs/validation.md).
 
 use omni_sim::config::{Engine, Override, Scenario, Source, Vehicle};
 use omni_sim::{Simulation, Trace, run};

@@ -160,11 +160,14 @@ fn the_trace_has_where_the_path_wants_the_vehicle() {
 
 /// Over a step by a path; over one of 6 cm traction control needs two tries more.
 fn over_the_step(policy: &str, wait: &str, height_m: f64) -> Trace {
+    over_the_step_with(policy, &[wait], height_m)
+}
+
+fn over_the_step_with(policy: &str, more: &[&str], height_m: f64) -> Trace {
     let keys = [
         format!("control.policy={policy}"),
         // By odometry a vehicle whose wheels spin at a wall would go on.
         "command={ path = [{ x_m = 2.5, y_m = 0.0 }], plan = { speed_m_s = 0.3 }, follow = { pose = \"truth\" } }".into(),
-        wait.into(),
         "physics.wheel_model=rollers".into(),
         "terrain.friction=0.55".into(),
         "vehicle.motor.stall_torque_n_m=1.6".into(),
@@ -173,7 +176,11 @@ fn over_the_step(policy: &str, wait: &str, height_m: f64) -> Trace {
         "seed=5".into(),
         "duration_s=20".into(),
     ];
-    let keys: Vec<_> = keys.iter().map(String::as_str).collect();
+    let keys: Vec<_> = keys
+        .iter()
+        .map(String::as_str)
+        .chain(more.iter().copied())
+        .collect();
     run(&load("step", &keys)).expect("finite")
 }
 
@@ -195,6 +202,29 @@ fn a_path_waits_for_a_vehicle_that_is_held_up() {
     let none = does_not.column("path_waited_s").expect("it has a path");
     assert!(waited.windows(2).all(|pair| pair[1] >= pair[0]) && waited[waited.len() - 1] > 0.5);
     assert!(none.iter().all(|waited| *waited == 0.0));
+}
+
+fn by_the_estimate_a_path_waits_at_a_wall_where_by_odometry_it_does_not() {
+    for seed in 5..8 {
+        let [estimate, odometry] = ["estimate", "odometry"].map(|pose| {
+            let [pose, seed] = [format!("command.follow.pose=\"{pose}\""), format!("seed={seed}")];
+            let bought = [
+                WAITS,
+                "sensors.encoder_noise_rad_s=0.05",
+                "sensors.gyro_noise_rad_s=0.005",
+                "sensors.gyro_bias_rad_s=0.01",
+                &pose,
+                &seed,
+            ];
+            let trace = over_the_step_with("independent", &bought, 0.2);
+            let end = |name: &str| *trace.column(name).expect(name).last().expect("rows");
+            let off = |axis: &str| end(&format!("path_estimated_{axis}")) - end(&format!("pose_{axis}"));
+            (off("x_m").hypot(off("y_m")), end("path_waited_s"))
+        });
+        // 20 s less the second in which it drives up, and the one in which its wheels begin to spin.
+        assert!(estimate.0 < 0.1 && estimate.1 > 17.0, "{estimate:?}");
+        assert!(odometry.0 > 1.0 && odometry.1 == 0.0, "{odometry:?}");
+    }
 }
 
 fn a_vehicle_that_is_stuck_for_good_pushes_no_faster_than_the_correction() {
@@ -240,6 +270,7 @@ fn a_snapshot_while_a_path_waits_resumes_bit_for_bit() {
         "command={ path = [{ x_m = 2.5, y_m = 0.0 }] }",
         WAITS,
         "terrain.height_m=0.2",
+        "command.follow.pose=\"estimate\"",
     ];
     let scenario = load("step", &keys);
     let mut simulation = Simulation::new(&scenario).expect("valid");
@@ -371,4 +402,5 @@ on_the_fast_engine! {
     a_vehicle_that_is_stuck_for_good_pushes_no_faster_than_the_correction,
     a_path_that_need_not_wait_is_what_it_is_without_and_the_vehicle_arrives,
     a_snapshot_while_a_path_waits_resumes_bit_for_bit,
+    by_the_estimate_a_path_waits_at_a_wall_where_by_odometry_it_does_not,
 }

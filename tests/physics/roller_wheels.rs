@@ -1,4 +1,4 @@
-//! Wheels whose rollers are bodies of their own, against closed forms and against balls (docs/physics.md).
+//! Wheels whose rollers are bodies of their own, against closed forms and against balls (docs/validation.md).
 
 use std::f64::consts::PI;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -266,7 +266,7 @@ fn rollers_take_as_long_over_the_step_as_balls() {
     let ball = crossing("ball").expect("balls climb");
     let rollers = crossing("rollers").expect("rollers climb");
     // Two wheels in seven do not turn: less inertia. Rollers catch on the edge and slip off it:
-    // that costs more (docs/physics.md).
+    // that costs more (docs/validation.md).
     let ratio = rollers / ball;
     assert!(
         (1.0..1.25).contains(&ratio),

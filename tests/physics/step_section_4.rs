@@ -1,4 +1,4 @@
-//! Section 4 of the paper: forward at 0.3 m/s over a step of 5 cm (docs/physics.md).
+//! Section 4 of the paper: forward at 0.3 m/s over a step of 5 cm (docs/validation.md).
 
 use omni_sim::config::Override;
 use omni_sim::{Outcome, Trace, run};

@@ -211,6 +211,77 @@ fn friction_patches_take_the_grip_where_they_lie_and_nowhere_else() {
     assert!(worst <= 0.02 * (1.0 + 1e-6), "{worst}");
 }
 
+/// A block as long and as wide as the ground of the built-in step is that step.
+fn a_step_of_a_block_is_the_step_in_every_bit_of_the_pose() {
+    let of = |keys: &[&str]| {
+        let more = [
+            "control.policy=independent",
+            "duration_s=4.0",
+            "physics.wheel_model=ball",
+        ];
+        drive("step", &[&more, keys].concat())
+    };
+    let block = "block=[{ x_m = [0.7, 202.4], y_m = [-202.4, 202.4], height_m = 0.05 }]";
+    let (step, block) = (
+        of(&[]),
+        of(&["terrain={ kind = \"flat\", friction = 0.7 }", block]),
+    );
+    assert!(last(&step, "wheel_1_z_m") > 0.05 + 0.06, "it is up");
+    for name in ["pose_x_m", "pose_z_m", "body_front_nose_up_rad"] {
+        assert_eq!(step.column(name), block.column(name), "{name}");
+    }
+}
+
+fn a_block_lifts_what_drives_over_it_and_nothing_beside_it() {
+    let over = |y_m: &str| {
+        let block = format!("block=[{{ x_m = [0.6, 0.65], y_m = {y_m}, height_m = 0.01 }}]");
+        let trace = drive("flat", &[&block, "duration_s=6.0", "control.policy=independent"]);
+        (
+            peak(&trace, "wheel_7_z_m"),
+            peak(&trace, "wheel_5_z_m"),
+            trace.outcome().wheel_model_valid,
+        )
+    };
+    let radius_m = 0.066;
+    let ((left, right, valid), (none, _, _)) = (over("[0.05, 2.0]"), over("[1.0, 2.0]"));
+    // Wheel 5 is the right one of the front row, wheel 7 the left one.
+    assert!(valid && (left - radius_m - 0.01).abs() < 1e-3, "{left} m");
+    assert!(
+        (right - radius_m).abs() < 2e-3 && (none - radius_m).abs() < 1e-3,
+        "{right}, {none} m"
+    );
+}
+
+#[test]
+fn a_block_under_a_wheel_at_the_start_is_refused_with_the_distance_that_it_needs() {
+    let refused = |keys: &[&str]| {
+        let overrides: Vec<_> = keys
+            .iter()
+            .map(|key| Override::parse(key).expect("KEY=VALUE"))
+            .collect();
+        load("flat", &overrides).map(|_| "valid").unwrap_err().to_string()
+    };
+    let under = refused(&["block=[{ x_m = [0.2, 0.3], y_m = [0.1, 0.2], height_m = 0.02 }]"]);
+    assert!(
+        under.contains("block[0]: x_m [0.2, 0.3], y_m [0.1, 0.2], allowed: more than 0.066 m from"),
+        "{under}"
+    );
+    let turned = [
+        "block=[{ x_m = [0.4, 0.5], y_m = [-2.0, 2.0], height_m = 0.02 }]",
+        "perturbation.start_m=0.1",
+    ];
+    assert!(
+        refused(&turned).contains("more than 0.166 m from"),
+        "{}",
+        refused(&turned)
+    );
+    let high = refused(&["block=[{ x_m = [2.0, 3.0], y_m = [-2.0, 2.0], height_m = 2.0 }]"]);
+    assert!(
+        high.contains("block[0].height_m: 2, allowed: 0.0001 to 1"),
+        "{high}"
+    );
+}
+
 #[test]
 fn every_kind_of_ground_is_as_high_as_its_keys_say() {
     let at = |name: &str, overrides: &[&str], x: f64, y: f64| {
@@ -393,6 +464,8 @@ fn start_and_heading_are_where_the_scenario_puts_them() {
 }
 
 on_both_engines! {
+    a_step_of_a_block_is_the_step_in_every_bit_of_the_pose,
+    a_block_lifts_what_drives_over_it_and_nothing_beside_it,
     a_run_is_in_every_bit_the_beginning_of_the_same_run_made_longer,
     every_built_in_scenario_ends_on_its_level_and_its_energy_book_closes_within_a_ten_thousandth,
     a_ramp_pitches_the_whole_vehicle_by_its_slope,

@@ -160,6 +160,12 @@ impl ClimbLimits {
                 "not a plain step, allowed for climb limits: \"step\"",
             ));
         };
+        if !scenario.block.is_empty() {
+            return Err(refused(
+                "block",
+                "more than the step, allowed for climb limits: none",
+            ));
+        }
         if !scenario.friction_patch.is_empty() {
             return Err(refused(
                 "friction_patch",

@@ -90,7 +90,10 @@ impl Scenario {
     pub(crate) fn beyond_balls_with(&self, model: WheelModel) -> Option<BeyondBall> {
         let ball = |(i, wheel): (usize, &WheelSpec)| {
             let spec = self.vehicle().rollers(i, model).is_none().then_some(wheel)?;
-            let [ahead, aside] = self.terrain.steepest(spec.contact_radius_m());
+            let radius_m = spec.contact_radius_m();
+            // A block has edges on all sides.
+            let blocks = edge(self.highest_block_m(), radius_m);
+            let [ahead, aside] = self.terrain.steepest(radius_m).map(|most| most.max(blocks));
             let (looks, pushes) = (self.looks(), self.pushes(spec));
             let meets = |from: Fan, steepest: f64| steepest * off_plane(spec, from, pushes);
             // What lies across the way is met from a quarter further.
@@ -202,6 +205,15 @@ fn worst(wheels: impl Iterator<Item = BeyondBall>) -> Option<BeyondBall> {
         .filter(|wheel| wheel.lean_rad > BALL_LEAN_RAD)
 }
 
+fn sine_of_cosine(cosine: f64) -> f64 {
+    (1.0 - cosine * cosine).max(0.0).sqrt()
+}
+
+/// Sine of the angle between the vertical and the normal where a ball of this radius meets an edge of this height.
+fn edge(height_m: f64, radius_m: f64) -> f64 {
+    sine_of_cosine((1.0 - height_m / radius_m).max(0.0))
+}
+
 impl Terrain {
     /// Sine of the largest angle between the vertical and the normal where a ball of this radius
     /// \[m\] meets the ground: of normals along world x, and of those along y.
@@ -210,8 +222,7 @@ impl Terrain {
     /// the root mean square of the slope, which 95 in 100 places do not exceed; of a picture the
     /// steepest slope over a quarter of the radius.
     fn steepest(&self, radius_m: f64) -> [f64; 2] {
-        let sine_of_cosine = |cosine: f64| (1.0 - cosine * cosine).max(0.0).sqrt();
-        let edge = |height: f64| sine_of_cosine((1.0 - height / radius_m).max(0.0));
+        let edge = |height: f64| edge(height, radius_m);
         let of_slope = |slope: f64| slope / libm::hypot(slope, 1.0);
         match self {
             Self::Flat { .. } => [0.0; 2],

@@ -89,7 +89,7 @@ pub use rollers::{Rollers, WheelModel};
 pub use scenario::{Perturbation, Scenario};
 pub use study::{Axis, MapAxes, Point, Seeds, Study};
 pub use suggestion::{did_you_mean, did_you_mean_file};
-pub use terrain::{FrictionPatch, Obstacle, Terrain};
+pub use terrain::{Block, FrictionPatch, Obstacle, Terrain};
 pub use truncate::{shortened, shortened_line};
 pub use vehicle::{Body, Coupling, CouplingSpring, Gains, Hinge, Limits, Motor, Row, Vehicle};
 pub use wheel_spec::{WheelContact, WheelSpec};

@@ -195,6 +195,9 @@ pub enum PoseSource {
     /// reckoning with all encoders.
     #[default]
     Odometry,
+    /// [`omni_core::estimate::Estimator`]: encoders, gyro and accelerometer, also where wheels slip. The start is
+    /// known.
+    Estimate,
     /// The true pose, which a real vehicle gets only from an external measurement.
     Truth,
 }

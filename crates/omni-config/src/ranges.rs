@@ -72,6 +72,7 @@ pub(crate) const DURATION_S: Range = range(0.01, 3600.0);
 pub(crate) const TIME_S: Range = range(0.0, 3600.0);
 pub(crate) const FRICTION: Range = range(0.0, 2.0);
 pub(crate) const STEP_HEIGHT_M: Range = range(1e-4, 10.0);
+pub(crate) const BLOCK_HEIGHT_M: Range = range(1e-4, 1.0);
 /// Well inside the 200 m of ground ahead.
 pub(crate) const RISER_M: Range = range(1e-3, 190.0);
 /// How fast integrals fall at rest, as omni-core has it.

@@ -32,7 +32,7 @@ use crate::ranges::NAME;
 use crate::ranges::{self, DURATION_S, HEADING_RAD, OFFSET_M, TIME_LIMIT_S, is_name};
 use crate::rollers::WheelModel;
 use crate::suggestion::did_you_mean;
-use crate::terrain::{FrictionPatch, Terrain};
+use crate::terrain::{Block, FrictionPatch, Terrain};
 use crate::vehicle::Vehicle;
 
 /// A scenario file with its vehicle. Written as TOML it is complete: the vehicle is a table inside.
@@ -81,6 +81,10 @@ pub struct Scenario {
     /// The ground.
     #[garde(dive)]
     pub terrain: Terrain,
+    /// Blocks on the ground. They are no obstacle of the terrain: it alone decides the verdict `climbed`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[garde(adapt(ranges), length(max = 1000), dive)]
+    pub block: Vec<Block>,
     /// Parts of the ground with another friction.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[garde(adapt(ranges), length(max = 1000), dive)]
@@ -424,8 +428,9 @@ impl Scenario {
         self.check_start(source)
     }
 
-    /// An obstacle starts ahead of every wheel, wherever the perturbation puts the vehicle.
+    /// An obstacle starts ahead of every wheel, and no block is under one, wherever the perturbation puts the vehicle.
     fn check_start(&self, source: &Source) -> Result<(), Error> {
+        self.check_start_beside_blocks(source)?;
         let Some(obstacle) = self.terrain.obstacle() else {
             return Ok(());
         };
@@ -448,6 +453,34 @@ impl Scenario {
             return Err(source.refuse("terrain.start_x_m", message));
         }
         Ok(())
+    }
+
+    fn check_start_beside_blocks(&self, source: &Source) -> Result<(), Error> {
+        let (sin, cos) = libm::sincos(self.start.heading_rad);
+        for wheel in &self.vehicle.wheel {
+            let [x, y] = wheel.position_m;
+            let at = [
+                self.start.x_m + cos * x - sin * y,
+                self.start.y_m + sin * x + cos * y,
+            ];
+            let moved = self.perturbation.start_m + self.perturbation.yaw_rad * libm::hypot(x, y);
+            let reach = wheel.radius_m + moved;
+            let mut blocks = self.block.iter().enumerate();
+            if let Some((i, block)) = blocks.find(|(_, block)| block.distance_m(at) <= reach) {
+                let message = format!(
+                    "x_m {:?}, y_m {:?}, allowed: more than {reach:.3} m from the start of wheel {:?} at {:.3}, {:.3}",
+                    block.x_m, block.y_m, wheel.name, at[0], at[1]
+                );
+                return Err(source.refuse(format!("block[{i}]"), message));
+            }
+        }
+        Ok(())
+    }
+
+    /// Height of the highest block \[m\]; 0 without any.
+    #[must_use]
+    pub fn highest_block_m(&self) -> f64 {
+        self.block.iter().map(|block| block.height_m).fold(0.0, f64::max)
     }
 
     /// Gains that the vehicle's file leaves out. What runs and what a log holds are then the derived ones.

@@ -10,8 +10,9 @@ use serde::{Deserialize, Serialize};
 use crate::height_map::HeightMap;
 use crate::kind_tables::deserialize_by_kind;
 use crate::ranges::{
-    self, BUMP_M, COUNT, FIELD_M, FRICTION, LENGTH_M, LEVEL_M, PIXEL_M, PLACE_M, RISER_M, RMS_M, SEED,
-    SLOPE_RAD, STEP_HEIGHT_M, TIME_S, TREAD_M, VELOCITY_M_S, WAVELENGTH_M, WIDTH_M, WORLD_M, within,
+    self, BLOCK_HEIGHT_M, BUMP_M, COUNT, FIELD_M, FRICTION, LENGTH_M, LEVEL_M, PIXEL_M, PLACE_M, RISER_M,
+    RMS_M, SEED, SLOPE_RAD, STEP_HEIGHT_M, TIME_S, TREAD_M, VELOCITY_M_S, WAVELENGTH_M, WIDTH_M, WORLD_M,
+    within,
 };
 
 /// The ground ahead of the vehicle: a plane at z = 0 and, from world x = `start_x_m` on, an obstacle
@@ -277,6 +278,42 @@ pub struct Obstacle {
     pub from_m: f64,
     /// World x of its far side; that of a step is its riser.
     pub to_m: f64,
+}
+
+/// An upright block on the ground: a sill, a kerb, a platform, a wall.
+///
+/// ```
+/// use omni_config::{Override, Scenario};
+/// let sill = Override::parse("block=[{ x_m = [1.0, 1.05], y_m = [-2.0, 2.0], height_m = 0.03 }]")?;
+/// let hall = Scenario::load("flat", &[sill, Override::new("vehicle", "mecanum4")])?;
+/// assert_eq!(hall.block[0].height_m, 0.03);
+/// assert!(hall.rollers(0).is_some()); // it has edges, where balls are no mecanum wheels
+/// # Ok::<(), omni_config::Error>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Validate)]
+#[cfg_attr(feature = "schema", derive(JsonSchema))]
+#[serde(deny_unknown_fields)]
+#[non_exhaustive]
+pub struct Block {
+    /// World x from and to \[m\], in this order, -10000 to 10000.
+    #[garde(custom(within(WORLD_M)), custom(interval))]
+    #[cfg_attr(feature = "schema", schemars(inner(range(min = WORLD_M.min, max = WORLD_M.max))))]
+    pub x_m: [f64; 2],
+    /// World y from and to \[m\], in this order (left is +), -10000 to 10000.
+    #[garde(custom(within(WORLD_M)), custom(interval))]
+    #[cfg_attr(feature = "schema", schemars(inner(range(min = WORLD_M.min, max = WORLD_M.max))))]
+    pub y_m: [f64; 2],
+    /// Height of its top above z = 0 \[m\], 1e-4 to 1.
+    #[garde(adapt(ranges), range(min = BLOCK_HEIGHT_M.min, max = BLOCK_HEIGHT_M.max))]
+    pub height_m: f64,
+}
+
+impl Block {
+    /// How far a place of the world is from it \[m\]; 0 within it.
+    pub(crate) fn distance_m(&self, [x, y]: [f64; 2]) -> f64 {
+        let off = |[from, to]: [f64; 2], at: f64| at - at.clamp(from, to);
+        libm::hypot(off(self.x_m, x), off(self.y_m, y))
+    }
 }
 
 /// A rectangle of the ground with another friction: oil, ice, a carpet. It may come, move and go.

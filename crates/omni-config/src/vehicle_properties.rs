@@ -201,7 +201,7 @@ impl Vehicle {
     ///
     /// ```
     /// let load = omni_config::Vehicle::load("omni3")?.static_loads_n(9.81).expect("it stands");
-    /// assert!((load[0] - (6.0 * 9.81 * (0.02 + 0.09) / 0.27 + 0.4 * 9.81)).abs() < 1e-6); // docs/physics.md
+    /// assert!((load[0] - (6.0 * 9.81 * (0.02 + 0.09) / 0.27 + 0.4 * 9.81)).abs() < 1e-6); // docs/validation.md
     /// # Ok::<(), omni_config::Error>(())
     /// ```
     #[must_use]

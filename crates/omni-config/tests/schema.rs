@@ -39,6 +39,11 @@ command_point_m = [0.0, 0.0]
 
 [drive.noise]
 
+[[block]]
+x_m = [2.0, 2.1]
+y_m = [-1.0, 1.0]
+height_m = 0.03
+
 [[friction_patch]]
 x_m = [0.0, 1.0]
 y_m = [0.0, 1.0]

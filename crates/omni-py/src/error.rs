@@ -23,6 +23,8 @@ fn build(py: Python<'_>, error: &Error) -> PyResult<PyErr> {
         Error::Log(omni_log::Error::Log(error)) => ("LogError", None, error.path().to_str()),
         Error::ClimbLimits(omni_bound::Error::Argument { name, .. }) => ("ConfigError", Some(*name), None),
         Error::ClimbLimits(omni_bound::Error::Vehicle { .. }) => ("ConfigError", Some("vehicle"), None),
+        Error::Plan(omni_plan::Error::Argument { name, .. }) => ("ConfigError", Some(*name), None),
+        Error::NoRoute(_) => ("NoRouteError", None, None),
         // The folder of results is an argument of that name.
         Error::Study(OfStudy::Study { folder, .. }) => ("ConfigError", Some("out"), folder.to_str()),
         Error::Study(OfStudy::Io { path, .. }) => ("StudyError", None, path.to_str()),

@@ -243,7 +243,7 @@ impl Layout {
         for_wheel_count!(wheels.len(), checked_wheels[](&wheels), wheel_count::refuse)
     }
 
-    /// The seven-wheel vehicle of the paper; ``docs/conventions.md`` draws it.
+    /// The seven-wheel vehicle of the paper; ``docs/units.md`` draws it.
     ///
     /// Args:
     ///     r1_m: distance of the front and rear rows from the middle [m], above 0.

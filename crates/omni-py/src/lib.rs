@@ -32,6 +32,7 @@ mod pid;
 mod plan;
 mod policy;
 mod policy_observation;
+mod routes;
 mod run;
 mod sample;
 mod scenario;
@@ -95,6 +96,8 @@ mod _omnistep {
     use crate::policy::policy_name;
     #[pymodule_export]
     use crate::policy_observation::Observation;
+    #[pymodule_export]
+    use crate::routes::{drive_route, plan_route};
     #[pymodule_export]
     use crate::run::run;
     #[pymodule_export]

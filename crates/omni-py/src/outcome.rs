@@ -24,7 +24,7 @@ pub(crate) fn figures() -> Vec<(&'static str, String, &'static str, &'static str
     Figure::ALL.iter().map(value_of).collect()
 }
 
-/// Figures of a run; where there is an obstacle, over the crossing (docs/conventions.md).
+/// Figures of a run; where there is an obstacle, over the crossing (docs/metrics.md).
 ///
 /// A figure that was not measured, because nothing crossed or the run was killed, is NaN, or None where documented.
 #[pyclass(frozen, eq, module = "omnistep")]
@@ -65,7 +65,7 @@ impl Outcome {
 
     /// Result of the run; `completed` on flat ground, `unfinished` where `duration_s` cut it off.
     ///
-    /// docs/conventions.md defines each of them.
+    /// docs/metrics.md defines each of them.
     #[getter]
     fn verdict(&self) -> &'static str {
         self.inner.verdict.name()
@@ -85,7 +85,7 @@ impl Outcome {
 
     /// The wheel model is valid on this ground: rollers, or balls that represent them there.
     ///
-    /// docs/physics.md, Where a ball is the wheel.
+    /// docs/physics.md, Validity of the ball model.
     #[getter]
     fn wheel_model_valid(&self) -> bool {
         self.inner.wheel_model_valid
@@ -111,7 +111,7 @@ impl Outcome {
 
     /// What kept it from its way: `torque`, `friction` or `time`; None unless stalled or unfinished.
     ///
-    /// docs/physics.md, What limited a stalled run.
+    /// docs/metrics.md, What limited a stalled run.
     #[getter]
     fn limited_by(&self) -> Option<&'static str> {
         self.inner.limited_by.map(omni_sim::LimitedBy::name)

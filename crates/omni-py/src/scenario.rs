@@ -201,6 +201,10 @@ impl Scenario {
         Self { inner }
     }
 
+    pub(crate) fn inner(&self) -> &config::Scenario {
+        &self.inner
+    }
+
     /// Its seed is one that TOML can hold.
     fn text(&self) -> String {
         self.inner.to_toml().unwrap_or_default()

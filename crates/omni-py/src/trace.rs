@@ -17,7 +17,7 @@ use crate::values::Pickled;
 /// A finished run: named columns of float64, one row a control period.
 ///
 /// ``trace["time_s"]`` and ``trace.wheels("measured_rad_s")`` are read-only NumPy arrays on the trace's own memory:
-/// nothing is copied, and the arrays keep the trace alive. ``docs/conventions.md`` lists the columns.
+/// nothing is copied, and the arrays keep the trace alive. ``docs/columns.md`` lists the columns.
 #[pyclass(frozen, module = "omnistep")]
 pub(crate) struct Trace {
     scenario: Scenario,

@@ -1,6 +1,6 @@
 //! Does energy close where gears have friction? Seeded runs over the built-in step, on both engines, on balls and on
 //! rollers, with much friction and with little. `gear_friction_energy SEEDS` prints a table as Markdown; the exit code
-//! is 1 where a run ends with an error or its residual is beyond the bound of docs/physics.md.
+//! is 1 where a run ends with an error or its residual is beyond the bound of docs/validation.md.
 //! Without an argument it makes 22 runs in some seconds, none of rapier's rollers.
 #![expect(clippy::print_stdout, reason = "an example speaks on standard output")]
 

@@ -89,6 +89,12 @@ pub fn shapes(scenario: &Scenario, far: f64) -> Vec<Shape> {
         far,
     };
     ground.build(&scenario.terrain);
+    // Ground that is unknown stays none.
+    if !ground.shapes.is_empty() {
+        for block in &scenario.block {
+            ground.slab(block.x_m, block.y_m, block.height_m);
+        }
+    }
     ground.shapes
 }
 

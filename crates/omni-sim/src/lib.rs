@@ -10,6 +10,7 @@ pub mod ground;
 mod history;
 pub mod learn;
 mod link_counters;
+mod localization;
 mod motors_on_dampers;
 pub mod observation;
 mod odometry;

@@ -105,7 +105,7 @@ impl Verdict {
         }
     }
 
-    /// What it says, in a sentence or two; docs/conventions.md has the exact criteria.
+    /// What it says, in a sentence or two; docs/metrics.md has the exact criteria.
     ///
     /// ```
     /// assert!(omni_sim::Verdict::Unfinished.meaning().contains("duration_s"));

@@ -30,6 +30,8 @@ pub struct PathReport {
     pub pose: PlanarPose<f64>,
     /// For how long the path has waited for the vehicle since the start \[s\].
     pub waited_s: f64,
+    /// The pose that is followed with: by odometry, by the estimator, or the true one.
+    pub estimated: PlanarPose<f64>,
 }
 
 /// What a drive reports, here or at the other end of a link.
@@ -133,7 +135,15 @@ const TRACTION: [&str; 13] = [
 ];
 const TRACTION_WHEEL: [&str; 2] = ["traction_slip_rad_s", "traction_contact_n_m"];
 /// Columns of a path that is followed.
-const PATH: [&str; 4] = ["path_x_m", "path_y_m", "path_yaw_rad", "path_waited_s"];
+const PATH: [&str; 7] = [
+    "path_x_m",
+    "path_y_m",
+    "path_yaw_rad",
+    "path_waited_s",
+    "path_estimated_x_m",
+    "path_estimated_y_m",
+    "path_estimated_yaw_rad",
+];
 
 /// By their numbers in columns, 0 first.
 const MODES: [DriveMode; 4] = [
@@ -443,8 +453,10 @@ impl ReportColumns {
             values.extend(part.unwrap_or_default().iter().take(length));
             values.resize(end, f64::NAN);
         }
-        if let (true, Some(PathReport { pose, waited_s })) = (self.path, &report.path) {
-            values.extend([pose.x_m, pose.y_m, pose.yaw_rad, *waited_s]);
+        if let (true, Some(path)) = (self.path, &report.path) {
+            let (wanted, is) = (&path.pose, &path.estimated);
+            values.extend([wanted.x_m, wanted.y_m, wanted.yaw_rad, path.waited_s]);
+            values.extend([is.x_m, is.y_m, is.yaw_rad]);
         }
         values.resize(self.names.len(), f64::NAN);
         values
@@ -463,15 +475,16 @@ impl ReportColumns {
         let (own, path) = rest.split_at(own);
         let wheels = self.wheels.len();
         let path = path
-            .first_chunk::<4>()
+            .first_chunk::<7>()
             .filter(|path| !path.iter().any(|part| part.is_nan()));
         Some(Report {
             drive: DriveReport::from_values(of_drive, wheels),
             traction: TractionReport::from_values(of_traction, wheels),
             own: own.to_vec(),
-            path: path.map(|[x_m, y_m, yaw_rad, waited_s]| PathReport {
+            path: path.map(|[x_m, y_m, yaw_rad, waited_s, estimated @ ..]| PathReport {
                 pose: pose([*x_m, *y_m, *yaw_rad]),
                 waited_s: *waited_s,
+                estimated: pose(*estimated),
             }),
         })
     }
@@ -521,6 +534,7 @@ mod tests {
             path: Some(PathReport {
                 pose: pose([3.0, 4.0, 5.0]),
                 waited_s: 6.0,
+                estimated: pose([3.1, 4.1, 5.1]),
             }),
         }
     }

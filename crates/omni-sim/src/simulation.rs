@@ -89,8 +89,9 @@ impl Simulation {
         let mut observation = Observation::of(scenario.vehicle());
         world.observe(&mut observation);
         world.start_energy_balance(&mut observation);
-        let following = Following::new(scenario)?;
-        let odometer = Odometer::new(scenario, true_pose(&observation))?;
+        let start = true_pose(&observation);
+        let following = Following::new(scenario, &start)?;
+        let odometer = Odometer::new(scenario, start)?;
         let mut simulation = Self {
             world,
             sensing: Sensing::new(scenario),
@@ -119,7 +120,7 @@ impl Simulation {
         self.period.observed.odometry = self.odometer.estimate();
         let time_s = self.world.time_ns() as f64 * 1e-9;
         if let Some(following) = &mut self.following {
-            self.period.control.report.path = Some(following.advance(time_s, &self.period.observed));
+            self.period.control.report.path = Some(following.advance(time_s, &self.period, &self.sensed));
         }
     }
 

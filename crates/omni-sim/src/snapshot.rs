@@ -1,16 +1,15 @@
 //! A simulation as bytes and back; it continues bit for bit.
 
-use omni_core::path::ProgressState;
 use serde::{Deserialize, Serialize};
 
 use crate::control_loop::LoopState;
 use crate::controller::AnyController;
-use crate::following::Following;
+use crate::following::{self, Following};
 use crate::odometry;
 use crate::{Error, Period, Sensed, Simulation, config::Scenario, sensing, state_bytes};
 
 /// The layout of the bytes below: another number, another layout.
-const FORMAT: u32 = 11;
+const FORMAT: u32 = 12;
 
 /// What comes first, so that a wrong file is named rather than misread.
 #[derive(PartialEq, Serialize, Deserialize)]
@@ -42,7 +41,7 @@ struct Saved<'a> {
     period: &'a Period,
     sensed: &'a Sensed,
     odometry: &'a odometry::State,
-    following: Option<&'a ProgressState<f64>>,
+    following: Option<following::State>,
 }
 
 #[derive(Deserialize)]
@@ -53,7 +52,7 @@ struct Resumed {
     period: Period,
     sensed: Sensed,
     odometry: odometry::State,
-    following: Option<ProgressState<f64>>,
+    following: Option<following::State>,
 }
 
 fn refuse(reason: impl Into<String>) -> Error {
@@ -187,10 +186,13 @@ impl Simulation {
         simulation.period = resumed.period;
         simulation.sensed = resumed.sensed;
         simulation.odometer.restore(resumed.odometry);
-        match (&mut simulation.following, resumed.following) {
-            (Some(following), Some(state)) => following.restore(state),
-            (None, None) => {}
-            _ => return Err(refuse("it is damaged: a path of another scenario")),
+        let follows = match (&mut simulation.following, resumed.following) {
+            (Some(following), Some(state)) => following.restore(&state),
+            (None, None) => true,
+            _ => false,
+        };
+        if !follows {
+            return Err(refuse("it is damaged: a path of another scenario"));
         }
         Ok(simulation)
     }

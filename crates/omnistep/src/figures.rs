@@ -181,7 +181,7 @@ pub(super) fn explained(runs: &[Run<'_>]) -> String {
     if runs.iter().any(|run| run.realtime.is_some()) {
         line(REALTIME.0, "realtime_factor", REALTIME.1);
     }
-    text + "With an obstacle, averages cover the crossing; without one, the whole run. docs/conventions.md has the definitions.\n"
+    text + "With an obstacle, averages cover the crossing; without one, the whole run. docs/metrics.md defines each figure.\n"
 }
 
 #[cfg(test)]

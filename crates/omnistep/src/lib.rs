@@ -40,6 +40,8 @@ mod robots;
 mod room;
 #[cfg(feature = "ros2")]
 mod ros2;
+#[cfg(feature = "plan")]
+pub mod routes;
 mod scenario_or_vehicle;
 mod signals;
 #[cfg(feature = "study")]

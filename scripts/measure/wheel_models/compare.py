@@ -1,4 +1,4 @@
-"""Balls, rollers and MuJoCo's rollers over a step: the tables of docs/physics.md, drawn again from a study file.
+"""Balls, rollers and MuJoCo's rollers over a step: the tables of docs/validation.md, drawn again from a study file.
 
     pip install ".[mujoco]"        # without it the third column is left out
     cargo build --release --features full

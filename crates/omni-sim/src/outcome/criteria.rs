@@ -97,7 +97,7 @@ pub(super) struct Lean {
 impl Lean {
     pub(super) fn new(scenario: &Scenario) -> Self {
         let span_m = shortest_span_m(scenario.vehicle());
-        let part = scenario.terrain.relief_m(span_m) / span_m;
+        let part = (scenario.terrain.relief_m(span_m) + scenario.highest_block_m()) / span_m;
         // Two rows of wheels, or two tracks, stand on heights that differ by that.
         let asked_rad = libm::asin(part.min(1.0));
         let stop_rad = |hinge: &crate::config::Hinge| {

@@ -58,7 +58,7 @@ struct Joint {
 impl Undersides {
     pub(super) fn new(scenario: &Scenario) -> Self {
         let vehicle = scenario.vehicle();
-        let spacing_m = spacing_m(&scenario.terrain);
+        let spacing_m = spacing_m(scenario);
         let bodies = vehicle.body.iter().enumerate();
         Self {
             ground: shapes(scenario, reach_m(scenario)),
@@ -179,15 +179,17 @@ impl Joint {
 
 /// How near the points of an underside are: a quarter of the shortest rise of the ground, or less.
 /// Edges have no width, but a vehicle that crosses one takes all its points over it.
-fn spacing_m(terrain: &Terrain) -> f64 {
+fn spacing_m(scenario: &Scenario) -> f64 {
     let [least, most] = SPACING_M;
-    let fine = match terrain {
+    let blocks = scenario.block.iter().flat_map(|block| [block.x_m, block.y_m]);
+    let narrowest_m = blocks.map(|[from, to]| to - from).fold(f64::INFINITY, f64::min);
+    let fine = match &scenario.terrain {
         Terrain::Bumps { width_m, .. } => width_m / 4.0,
         Terrain::Rough { wavelength_m, .. } => wavelength_m / 8.0,
         Terrain::HeightMap { pixel_m, .. } => 2.0 * pixel_m,
         _ => most,
     };
-    fine.clamp(least, most)
+    fine.min(narrowest_m / 2.0).clamp(least, most)
 }
 
 /// The least height of the ground within the tolerance around a point: that of a riser's foot just behind its face.

@@ -92,15 +92,15 @@ fn what_is_wrong_is_one_line_with_the_range_allowed() {
     for (args, parts) in [
         (
             vec!["step", "--to", "1", "--chart", CHART],
-            ["--to = 1", "x and y [m]"],
+            ["to = 1", "x and y [m]"],
         ),
         (
             vec!["step", "--to", "nan,0", "--chart", CHART],
-            ["--to = NaN,0", "-100 to 100"],
+            ["to = NaN,0", "-100 to 100"],
         ),
         (
             vec!["step", "--to", "1e300,0", "--chart", CHART],
-            ["--to = 1", "-100 to 100"],
+            ["to = 1", "-100 to 100"],
         ),
         (
             vec!["step", "--to", "0.7,0", "--chart", CHART],
@@ -124,7 +124,7 @@ fn what_is_wrong_is_one_line_with_the_range_allowed() {
         ),
         (
             vec!["step", "--to", "2,0", "--chart", CHART, "--around", "0"],
-            ["--around = 0", "1 to 100"],
+            ["around_m = 0", "1 to 100"],
         ),
         (
             vec!["step", "--to", "2,0", "--chart", CHART, "--margin", "2"],

@@ -49,7 +49,7 @@ impl<R: Real> PidGains<R> {
     }
 }
 
-/// When the integral takes in the present error. References differ: see docs/conventions.md.
+/// When the integral takes in the present error. References differ: see docs/units.md.
 ///
 /// ```
 /// use omni_core::loops::{IntegrationOrder, Pid, PidState};

@@ -22,7 +22,7 @@ fn run(folder: &Path, scenario: &str, more: &[&str]) -> Output {
     output
 }
 
-/// The small robot of docs/physics.md.
+/// The small robot of docs/validation.md.
 fn small_robot() -> String {
     let path = concat!(
         env!("CARGO_MANIFEST_DIR"),

@@ -206,7 +206,8 @@ fn times_and_gains_follow_from_what_is_known_of_sensors_and_motors() {
     // Raw counts are as late as other readings: 15 ms of twice 20.
     let both = with(|sensors| (sensors.encoder_counts, sensors.delay_s) = (64.0, 20e-3));
     let [gain, integral] = both.times.own(&both.config, true);
-    assert!((gain - 0.3 * 0.375).abs() < 1e-12 && (integral - 2.0 * 0.375 * 0.375).abs() < 1e-12); // the loop's damping stays
+    // The integral by its square: the loop's damping stays.
+    assert!((gain - 0.3 * 0.375).abs() < 1e-12 && (integral - 2.0 * 0.375 * 0.375).abs() < 1e-12);
 }
 
 #[test]
