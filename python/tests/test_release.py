@@ -137,6 +137,18 @@ def test_a_windows_program_that_needs_a_library_of_visual_c_is_refused(tmp_path,
         assert said is None if wrong is None else wrong in said
 
 
+def test_licence_texts_are_shared_and_a_package_without_one_is_an_error(scripts):
+    scripts("licences").self_test()
+
+
+def test_the_packages_of_the_c_library_name_what_the_controller_needs_and_no_more(scripts):
+    licences = scripts("licences")
+    packages = licences.linked("library", licences.MICROCONTROLLER)
+    assert {"libm", "nalgebra"} <= {each.name for each in packages} and len(packages) < 20
+    text = licences.text_of(packages)
+    assert "Copyright (c) 2018 Jorge Aparicio" in text and str(Path.home()) not in text
+
+
 def test_the_source_is_packed_with_a_lock_file_that_fits_and_links_that_lead_somewhere(tmp_path, monkeypatch, scripts):
     monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}")  # where maturin is
     name = scripts("wheel_backend").build_sdist(str(tmp_path))
