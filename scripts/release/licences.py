@@ -1,7 +1,7 @@
 """The licence texts of all Rust packages that are linked into what is handed out, as one text.
 
-python scripts/release/licences.py wheel|program|library [TARGET]: prints the text for one of Rust's targets, by default
-this machine's (for the library a Cortex-M4). With --self-test it proves that a package without a text is an error.
+python scripts/release/licences.py wheel|program|library|module [TARGET]: prints the text for one of Rust's targets, by
+default this machine's, for the library a Cortex-M4, for the module WebAssembly. With --self-test it proves that a package without a text is an error.
 
 The packages are those of `cargo tree`: normal dependencies, macros too because what they write is compiled in. Their
 texts come from the sources that cargo unpacked, without duplicates. A package without a licence file gets the text that
@@ -23,8 +23,10 @@ LINKED = {
     "wheel": (ROOT, ("--package", "omni-py")),
     "program": (ROOT, ("--package", "omnistep", "--features", "full")),
     "library": (ROOT / "firmware", ("--package", "omni-c")),
+    "module": (ROOT / "wasm", ("--package", "omnistep-wasm")),
 }
 MICROCONTROLLER = "thumbv7em-none-eabihf"
+WEBASSEMBLY = "wasm32-unknown-unknown"
 FILE = re.compile(r"(un)?licen[cs]e|copying|copyright|notice", re.IGNORECASE)
 CODE = {".json", ".py", ".rs", ".toml", ".yaml", ".yml"}
 #: Texts of the other choice: zstd is under BSD-3-Clause or GPL-2.0, and is here under the first.
@@ -60,7 +62,7 @@ def this_machine() -> str:
 
 
 def linked(what: str, target: str) -> list[Package]:
-    """The packages of others in the wheel, the program or the library, sorted."""
+    """The packages of others in the wheel, the program, the library or the module, sorted."""
     folder, chosen = LINKED[what]
     options = ("--locked", "--target", target, "--edges", "normal", "--prefix", "none", "--format", "{p}")
     names = {tuple(line.split()[:2]) for line in cargo(folder, "tree", *chosen, *options).splitlines() if line}
@@ -132,7 +134,7 @@ def without_file(package: Package, texts: list[str]) -> str:
 
 
 def text_of(packages: list[Package], beside: dict[str, str] | None = None) -> str:
-    """One text: the packages with the numbers of their texts, then the texts; `beside` are texts of what is not Rust."""
+    """One text: the packages with the numbers of their texts, then the texts; `beside` has those of other things."""
     own = {package: [read(path) for path in files(package)] for package in packages}
     carried = [text for texts in own.values() for text in texts]
     numbers: dict[str, int] = {}
@@ -172,7 +174,7 @@ def text_of(packages: list[Package], beside: dict[str, str] | None = None) -> st
 
 
 def collected(what: str, target: str, beside: dict[str, str] | None = None) -> str:
-    """The text for the wheel, the program or the library of a target."""
+    """The text for the wheel, the program, the library or the module of a target."""
     return text_of(linked(what, target), beside)
 
 
@@ -213,15 +215,16 @@ def self_test() -> None:
 
 
 def main() -> int:
-    """Print the text of one of the three."""
+    """Print one of the texts."""
     if sys.argv[1:] == ["--self-test"]:
         self_test()
         return 0
     if len(sys.argv) not in (2, 3) or sys.argv[1] not in LINKED:
         print(__doc__.split("\n\n")[1], file=sys.stderr)
         return 2
-    usual = MICROCONTROLLER if sys.argv[1] == "library" else this_machine()
-    sys.stdout.write(collected(sys.argv[1], sys.argv[2] if len(sys.argv) == 3 else usual))
+    usual = {"library": MICROCONTROLLER, "module": WEBASSEMBLY}
+    target = sys.argv[2] if len(sys.argv) == 3 else usual.get(sys.argv[1]) or this_machine()
+    sys.stdout.write(collected(sys.argv[1], target))
     return 0
 
 

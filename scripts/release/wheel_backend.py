@@ -2,9 +2,9 @@
 
 pip calls this (`build-backend` in pyproject.toml). Paths come in two ways: panics name source files of dependencies,
 which the compiler is asked to rename; and the list of parts (CycloneDX) names this folder, which is rewritten.
-PyPI shows the README where none of its relative links leads anywhere: they become addresses in the repository. The wheel
-gets the licence texts of the Rust packages that are linked into it (`licences.py`). The source is without the package
-at the top of the repository, so its lock file is made to fit.
+PyPI shows the README where none of its relative links leads anywhere: they become addresses in the repository. The
+wheel gets the licence texts of the Rust packages that are linked into it (`licences.py`). The source is without the
+package at the top of the repository, so its lock file is made to fit.
 """
 
 import gzip
