@@ -1,7 +1,8 @@
 """The licence texts of all Rust packages that are linked into what is handed out, as one text.
 
 python scripts/release/licences.py wheel|program|library|module [TARGET]: prints the text for one of Rust's targets, by
-default this machine's, for the library a Cortex-M4, for the module WebAssembly. With --self-test it proves that a package without a text is an error.
+default this machine's, for the library a Cortex-M4, for the module WebAssembly. With --self-test it proves that a
+package without a text is an error.
 
 The packages are those of `cargo tree`: normal dependencies, macros too because what they write is compiled in. Their
 texts come from the sources that cargo unpacked, without duplicates. A package without a licence file gets the text that

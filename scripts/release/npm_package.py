@@ -1,7 +1,8 @@
 """Packs the simulation's WebAssembly module for npm, with the licences of what is linked into it.
 
-python scripts/release/npm_package.py MODULE: writes out/npm/omnistep-VERSION.tgz. MODULE is what `scripts/playground.sh`
-built, out/playground/omnistep.wasm. The package is tried in node before it is written. Needs node and npm.
+python scripts/release/npm_package.py MODULE: writes out/npm/omnistep-VERSION.tgz. MODULE is the file that
+`scripts/playground.sh` built, out/playground/omnistep.wasm. The package is tried in node before it is written. Needs
+node and npm.
 """
 
 import json
