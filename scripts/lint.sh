@@ -13,6 +13,8 @@ cargo clippy --locked --release --workspace --all-targets -- -D warnings
 python3 scripts/checks/one_build.py
 python3 scripts/docs/design_tables.py --check
 python3 scripts/docs/wheel_signals.py --check
+python3 scripts/checks/addresses.py --self-test
+python3 scripts/checks/addresses.py
 scripts/tools/venv.sh
 .venv/bin/python scripts/checks/comment_width.py --self-test
 .venv/bin/python scripts/checks/comment_width.py

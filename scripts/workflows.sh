@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Lints what only GitHub reads: workflows (actionlint, zizmor), and Dependabot's file, issue forms and CITATION.cff
-# by their schemas (check-jsonschema). Says what it skips; with --required that is an error. Tools that are not
+# Lints what only GitHub and other servers read: workflows (actionlint, zizmor), and Dependabot's file, issue forms and
+# CITATION.cff by their schemas (check-jsonschema); that the files of packaging are read is a test
+# (python/tests/test_packaging.py). Says what it skips; with --required that is an error. Tools that are not
 # there are put into out/tools: actionlint by Go, the others by pip from python/requirements-workflows.txt, by hash.
 set -euo pipefail
 cd "$(dirname "$0")/.."

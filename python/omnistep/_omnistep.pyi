@@ -2262,7 +2262,7 @@ class Trace:
 
 @final
 class Outcome:
-    """Figures of a run; where there is an obstacle, over the crossing (docs/metrics.md).
+    """Figures of a run; if there is an obstacle, over the crossing (docs/metrics.md).
 
     A figure that was not measured, because nothing crossed or the run was killed, is NaN, or None if documented.
     """

@@ -158,7 +158,7 @@ def test_paths_are_renamed_once_whichever_variable_cargo_reads_its_flags_from(va
     if variable:
         monkeypatch.setenv(variable, "-Dwarnings")
     monkeypatch.setattr(backend.maturin, "build_wheel", lambda *_: "x.whl")
-    monkeypatch.setattr(backend, "trim", lambda _: None)
+    monkeypatch.setattr(backend, "trim", lambda *_: None)
     assert backend.build_wheel(str(tmp_path)) == "x.whl"
     if variable:
         assert os.environ["CARGO_ENCODED_RUSTFLAGS"].split("\x1f") == ["-Dwarnings", *flags]
@@ -238,6 +238,31 @@ def test_the_wheel_lists_its_rust_parts_with_versions_licences_and_hashes_of_the
             of_others[part["name"]] = part
             assert [known["content"] for known in part["hashes"]] == [locked[key]], key
     assert {"pyo3", "rapier3d-f64", "mcap", "foxglove", "parquet"} <= of_others.keys()
+
+
+def test_the_wheel_holds_the_licence_text_of_every_rust_package_that_is_linked_into_it(wheel, backend):
+    with zipfile.ZipFile(wheel) as archive:
+        (name,) = [name for name in archive.namelist() if name.endswith(".dist-info/licenses/THIRD-PARTY.txt")]
+        text = archive.read(name).decode()
+        (about,) = (archive.read(name).decode() for name in archive.namelist() if name.endswith(".dist-info/METADATA"))
+    assert "License-File: THIRD-PARTY.txt" in about.partition("\n\n")[0].splitlines()
+    licences = backend.licences
+    packages = licences.linked("wheel", licences.this_machine())
+    assert {"mcap", "nalgebra", "parquet", "pyo3", "rapier3d-f64", "zstd-sys"} <= {each.name for each in packages}
+    for each in packages:
+        assert f"\n{each.name} {each.version} ({each.licence}): " in text
+    # Of the packages, and of the sources in C that one of them contains; not the other licence of these.
+    assert text.count("Apache License") > 1 and "Meta Platforms" in text and "GNU GENERAL PUBLIC" not in text
+
+
+@pytest.mark.parametrize("words", [["--target", "x"], ["--locked", "--target=x"]])
+def test_licences_are_those_of_the_target_that_maturin_builds_for(words, backend, monkeypatch):
+    monkeypatch.setenv("MATURIN_PEP517_ARGS", " ".join(words))
+    monkeypatch.delenv("CARGO_BUILD_TARGET", raising=False)
+    assert backend.target(None) == "x"
+    monkeypatch.setenv("MATURIN_PEP517_ARGS", "--locked")
+    assert backend.target(None) == backend.licences.this_machine()
+    assert backend.target({"build-args": "--target y"}) == "y"
 
 
 @pytest.mark.parametrize("extra", ["test", "docs"])

@@ -22,11 +22,20 @@ def scripts():
         yield importlib.import_module
 
 
+@pytest.fixture(scope="module")
+def addresses():
+    """The module that knows which files name the repository."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(ROOT / "scripts" / "checks")
+        return importlib.import_module("addresses")
+
+
 @pytest.fixture
-def released(tmp_path):
+def released(tmp_path, addresses):
     """What scripts/release/tag_fits.sh reads, as it is on the day of a release."""
     texts = ("CITATION.cff", "CHANGELOG.md", "README.md")
-    for name in ("scripts/release/tag_fits.sh", "Cargo.toml", "firmware/Cargo.toml", *texts):
+    scripts = ("scripts/release/tag_fits.sh", "scripts/checks/addresses.py")
+    for name in {*scripts, "Cargo.toml", "firmware/Cargo.toml", *texts, *addresses.FILES}:
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(ROOT / name, tmp_path / name)
     for lock in [*ROOT.glob("Cargo.lock"), *ROOT.glob("*/Cargo.lock"), *ROOT.glob("examples/*/Cargo.lock")]:
@@ -36,7 +45,10 @@ def released(tmp_path):
     version = re.search(r'^version = "(.*)"$', (ROOT / "Cargo.toml").read_text(encoding="utf-8"), re.MULTILINE)[1]
     changes = tmp_path / "CHANGELOG.md"
     text = changes.read_text(encoding="utf-8").replace("Nothing has been released yet", "This is the first release")
-    changes.write_text(text.replace("## [Unreleased]", f"## [{version}]"), encoding="utf-8")
+    changes.write_text(text.replace("## [Unreleased]", f"## [{version}] - 2001-02-03"), encoding="utf-8")
+    citation = tmp_path / "CITATION.cff"
+    text = citation.read_text(encoding="utf-8").replace("\nlicense:", "\ndate-released: 2001-02-03\nlicense:")
+    citation.write_text(text, encoding="utf-8")
     readme = tmp_path / "README.md"
     readme.write_text(re.sub(r"not\syet\son\sPyPI", "on PyPI", readme.read_text(encoding="utf-8")), encoding="utf-8")
     return tmp_path, version
@@ -58,7 +70,13 @@ def test_a_tag_fits_where_every_file_has_its_version(released):
     [
         ("Cargo.toml", 'crates/omni-log", version = "', 'crates/omni-log", version = "9'),
         ("CITATION.cff", "\nversion: ", "\nversion: 9"),
+        ("CITATION.cff", "\ndate-released: ", "\nreleased: "),
         ("CHANGELOG.md", "\n## [", "\n## [9"),
+        ("CHANGELOG.md", "] - 2001-02-03", "] - 2001-02-04"),
+        ("packaging/conda/recipe.yaml", '\n  version: "', '\n  version: "9'),
+        ("packaging/npm/package.json", '"version": "', '"version": "9'),
+        ("mkdocs.yml", "\nrepo_url: https://github.com/", "\nrepo_url: https://github.com/another"),
+        ("pyproject.toml", '"https://github.com/omnistep', '"https://github.com/another'),
         ("CHANGELOG.md", "# Changelog\n", "# Changelog\n\nNothing has been released yet.\n"),
         ("firmware/Cargo.toml", '\nversion = "', '\nversion = "9'),
         ("wasm/Cargo.lock", 'name = "omni-sim"\nversion = "', 'name = "omni-sim"\nversion = "9'),
@@ -135,6 +153,38 @@ def test_a_windows_program_that_needs_a_library_of_visual_c_is_refused(tmp_path,
         program.write_bytes(content)
         said = command.wrong_with(program, "x86_64-pc-windows-msvc")
         assert said is None if wrong is None else wrong in said
+
+
+def test_a_tag_does_not_fit_in_another_repository_than_the_files_name(released, monkeypatch):
+    folder, version = released
+    for repository, code in (("omnistep/omnistep", 0), ("another/omnistep", 1)):
+        monkeypatch.setenv("GITHUB_REPOSITORY", repository)
+        assert tag_fits(folder, f"v{version}").returncode == code
+
+
+def test_every_address_of_the_repository_is_that_of_cargo_toml_and_is_written_from_there(addresses):
+    addresses.self_test()
+    assert addresses.main() == 0
+
+
+def test_the_notes_of_a_release_are_its_section_of_the_changelog(scripts):
+    notes = scripts("notes")
+    notes.self_test()
+    text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    made = notes.notes(text, "Unreleased", "https://example.org/o/n")
+    assert "\n### Added\n" in made and "\n## " not in made
+
+
+def test_licence_texts_are_shared_and_a_package_without_one_is_an_error(scripts):
+    scripts("licences").self_test()
+
+
+def test_the_packages_of_the_c_library_name_what_the_controller_needs_and_no_more(scripts):
+    licences = scripts("licences")
+    packages = licences.linked("library", licences.MICROCONTROLLER)
+    assert {"libm", "nalgebra"} <= {each.name for each in packages} and len(packages) < 20
+    text = licences.text_of(packages)
+    assert "Copyright (c) 2018 Jorge Aparicio" in text and str(Path.home()) not in text
 
 
 def test_the_source_is_packed_with_a_lock_file_that_fits_and_links_that_lead_somewhere(tmp_path, monkeypatch, scripts):

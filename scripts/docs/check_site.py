@@ -40,6 +40,8 @@ class Page(HTMLParser):
             address = given["href"]
         if address:
             self.loads.append(address)
+        if given.get("data-md-component") == "source":  # the theme's script asks for this repository's counts
+            self.loads.append("https://api.github.com")
         if tag == "a" and given.get("href"):
             self.links.append(given["href"])
 
@@ -114,6 +116,7 @@ def self_test() -> None:
         faults = {
             '<img src="//example.org/x.png">': "fetch",
             '<link rel="icon" href="https://example.org/x.png">': "fetch",
+            '<i data-md-component="source"></i>': "fetch",
             '<script src="gone.js"></script>': "gone.js is not there",
             '<a href="gone.html">g</a>': "which is not there",
             '<a href="/index.html">absolute</a>': "which is not there",

@@ -1,4 +1,4 @@
-"""Builds the command that is published: every feature, no path of this machine, its licences, the list of its parts.
+"""Builds the command that is published: every feature, no path of this machine, all licences, the list of its parts.
 
 python scripts/release/command.py [TARGET]: writes out/dist/omnistep-VERSION-TARGET.tar.gz for one of Rust's targets.
 Default is this machine's target; on Linux the one with musl, so that the program is static. cargo-cyclonedx makes the
@@ -14,6 +14,7 @@ import tarfile
 import tomllib
 from pathlib import Path
 
+import licences
 from build_places import ROOT, named_in, remap_flags, without_places
 
 CYCLONEDX = "0.5.9"
@@ -83,6 +84,15 @@ def parts(target: str) -> str:
             path.unlink()
 
 
+def libraries(target: str) -> dict[str, str]:
+    """Licences of libraries in the program that are not Rust's: musl, which Zig brings."""
+    if not target.endswith("-linux-musl"):
+        return {}
+    tools = subprocess.run([ROOT / "scripts/release/build_tools.sh"], check=True, stdout=subprocess.PIPE, text=True)
+    (path,) = Path(tools.stdout.strip()).parent.glob("lib/python*/site-packages/ziglang/lib/libc/musl/COPYRIGHT")
+    return {"musl, the C library (MIT)": licences.read(path)}
+
+
 def main() -> int:
     """Build, look for folders of this machine, pack."""
     version = tomllib.loads((ROOT / "Cargo.toml").read_text(encoding="utf-8"))["workspace"]["package"]["version"]
@@ -90,6 +100,7 @@ def main() -> int:
     name = f"omnistep-{version}-{target}"
     program = built(target)
     listed = parts(target)
+    texts = licences.collected("program", target, libraries(target))
     if wrong := wrong_with(program, target):
         print(f"{program.name} {wrong}", file=sys.stderr)
         return 1
@@ -99,8 +110,10 @@ def main() -> int:
     folder.mkdir(parents=True, exist_ok=True)
     listing = folder / f"{name}.cdx.json"
     listing.write_text(listed, encoding="utf-8")
+    written = folder.parent / licences.NAME
+    written.write_text(texts, encoding="utf-8", newline="\n")
     with tarfile.open(folder / f"{name}.tar.gz", "w:gz") as archive:
-        for path in (program, *(ROOT / each for each in PACKED), listing):
+        for path in (program, written, *(ROOT / each for each in PACKED), listing):
             archive.add(path, f"{name}/{path.name}", filter=anonymous)
     print(f"out/dist/{name}.tar.gz: {(folder / f'{name}.tar.gz').stat().st_size} bytes")
     return 0

@@ -7,14 +7,13 @@ is the folder firmware/packages/KIND, with the header, the archives, the example
 """
 
 import hashlib
-import json
 import re
-import subprocess
 import sys
 import tomllib
 import zipfile
 from pathlib import Path
 
+import licences
 from archives import BUILT, FIRMWARE, archives
 from build_places import ROOT
 
@@ -82,31 +81,6 @@ def filled(text: str, words: dict[str, str]) -> str:
     return re.sub(r"@(\w+)@", lambda found: words[found[1]], text)
 
 
-def parts() -> bytes:
-    """The Rust packages inside the archives with their licences, and the notices of those under MIT alone."""
-    target = "thumbv7em-none-eabihf"
-    what = ("--package", "omni-c", "--target", target, "--edges", "normal", "--prefix", "none", "--format", "{p}: {l}")
-    lines = {line.removesuffix(" (*)") for line in cargo("tree", "--locked", *what).splitlines() if line}
-    # Without the folders of this repository's packages.
-    lines = {re.sub(r" \([^)]*\)(?=:)", "", line) for line in lines}
-    metadata = json.loads(cargo("metadata", "--locked", "--format-version", "1", "--filter-platform", target))
-    packages = metadata["packages"]
-    folders = {f"{each['name']} v{each['version']}": Path(each["manifest_path"]).parent for each in packages}
-    texts = []
-    for line in sorted(lines):
-        name, licence = line.split(": ")
-        if licence == "MIT":
-            [text] = folders[name].glob("LICENSE*")
-            texts.append(f"\n{name}:\n\n{text.read_text(encoding='utf-8')}")
-    lines.add("core, compiler_builtins (Rust's library): MIT OR Apache-2.0")
-    return ("\n".join(sorted(lines)) + "\n" + "".join(texts)).encode()
-
-
-def cargo(*arguments: str) -> str:
-    """What cargo prints about the workspace of the firmware."""
-    return subprocess.run(["cargo", *arguments], cwd=FIRMWARE, check=True, stdout=subprocess.PIPE, text=True).stdout
-
-
 def package(kind: str, rows: list[dict], words: dict[str, str], common: Files) -> Files:
     """Every file of a package, by its path in it."""
     files: Files = {}
@@ -171,9 +145,11 @@ def main() -> int:
     words = values(rows, sys.argv[2])
     out = Path(sys.argv[3]) if len(sys.argv) == 4 else ROOT / "out" / "archives"
     out.mkdir(parents=True, exist_ok=True)
+    # The same packages for every processor of the table.
+    parts = licences.collected("library", licences.MICROCONTROLLER)
     common = {path.name: path.read_bytes() for path in (PACKAGES / "example").iterdir()}
     common |= {name: (ROOT / name).read_bytes() for name in ("LICENSE-MIT", "LICENSE-APACHE")}
-    common |= {"constants.h": Path(sys.argv[1]).read_bytes(), "PARTS.txt": parts()}
+    common |= {"constants.h": Path(sys.argv[1]).read_bytes(), "PARTS.txt": parts.encode()}
     sums = []
     for kind in EXAMPLES:
         top = "omnistep" if kind in SYSTEMS else f"omnistep-{kind}"

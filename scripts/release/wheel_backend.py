@@ -3,7 +3,8 @@
 pip calls this (`build-backend` in pyproject.toml). Paths come in two ways: panics name source files of dependencies,
 which the compiler is asked to rename; and the list of parts (CycloneDX) names this folder, which is rewritten.
 PyPI shows the README where none of its relative links leads anywhere: they become addresses in the repository. The
-source is without the package at the top of the repository, so its lock file is made to fit.
+wheel gets the licence texts of the Rust packages that are linked into it (`licences.py`). The source is without the
+package at the top of the repository, so its lock file is made to fit.
 """
 
 import gzip
@@ -19,6 +20,7 @@ import tempfile
 import tomllib
 from pathlib import Path
 
+import licences
 import maturin
 from build_places import ROOT, named_in, remap_flags, without_places
 from maturin import (  # noqa: F401 (the other hooks of PEP 517 and 660 are maturin's own)
@@ -33,6 +35,8 @@ from maturin import (  # noqa: F401 (the other hooks of PEP 517 and 660 are matu
 
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     """Build the wheel into a folder; return its file name."""
+    # First, because it takes seconds, and what is missing is an error.
+    texts = licences.collected("wheel", target(config_settings))
     flags = remap_flags()
     # Beside what the user's configuration says; variables replace that, so where they are set the flags go there.
     if "CARGO_ENCODED_RUSTFLAGS" in os.environ:
@@ -45,7 +49,7 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
         config = f"build.rustflags={json.dumps(flags)}"  # a JSON list of strings is one of TOML
         config_settings = with_arguments(config_settings, ["--config", config])
     name = maturin.build_wheel(wheel_directory, config_settings, metadata_directory)
-    trim(Path(wheel_directory) / name)
+    trim(Path(wheel_directory) / name, texts)
     return name
 
 
@@ -54,6 +58,15 @@ def build_sdist(sdist_directory, config_settings=None):
     name = maturin.build_sdist(sdist_directory, config_settings)
     complete(Path(sdist_directory) / name)
     return name
+
+
+def target(config_settings) -> str:
+    """The target that maturin builds for."""
+    arguments = maturin.get_maturin_pep517_args(config_settings)
+    for argument, following in zip(arguments, [*arguments, ""][1:], strict=True):
+        if argument == "--target" or argument.startswith("--target="):
+            return argument.partition("=")[2] or following
+    return os.environ.get("CARGO_BUILD_TARGET") or licences.this_machine()
 
 
 def with_arguments(config_settings, arguments):
@@ -69,8 +82,11 @@ def with_arguments(config_settings, arguments):
     return config_settings
 
 
-def trim(wheel: Path) -> None:
-    """Rewrite the lists of parts in a wheel: no path of this machine. Refuse one whose library names any."""
+def trim(wheel: Path, texts: str = "") -> None:
+    """Rewrite the lists of parts in a wheel: no path of this machine. Refuse one whose library names any.
+
+    `texts` are the licences of others that it contains, which become one of its licence files.
+    """
     with tempfile.TemporaryDirectory() as folder:
         tool = [sys.executable, "-m", "wheel"]
         subprocess.run([*tool, "unpack", "--dest", folder, str(wheel)], check=True, stdout=subprocess.DEVNULL)
@@ -85,7 +101,15 @@ def trim(wheel: Path) -> None:
         for parts in unpacked.glob("*.dist-info/sboms/*.json"):
             parts.write_text(without_places(parts.read_text(encoding="utf-8")), encoding="utf-8")
         for about in unpacked.glob("*.dist-info/METADATA"):
-            about.write_text(with_addresses(about.read_text(encoding="utf-8")), encoding="utf-8")
+            text = with_addresses(about.read_text(encoding="utf-8"))
+            if texts:
+                # Among the header's lines, behind the licence's.
+                after = re.search(r"^License-Expression: .*\n", text, re.MULTILINE)
+                assert after, f"{about.name} has no licence"
+                text = f"{text[: after.end()]}License-File: {licences.NAME}\n{text[after.end() :]}"
+                (about.parent / "licenses").mkdir(exist_ok=True)
+                (about.parent / "licenses" / licences.NAME).write_text(texts, encoding="utf-8", newline="\n")
+            about.write_text(text, encoding="utf-8")
         wheel.unlink()
         # The same name again, with new hashes in RECORD.
         subprocess.run(

@@ -20,7 +20,7 @@ digest() { # of what is read below, and of more files
     { "$python" -VV; rustc -vV; find "$@" -type f ! -path '*/__pycache__/*' ! -path '*/tests/*' -print0 | sort -z | xargs -0 sha256sum; } |
         sha256sum
 }
-wheel=$(digest crates python Cargo.toml Cargo.lock pyproject.toml README.md LICENSE-* scripts/tools/venv.sh scripts/release/{wheel_backend.py,build_places.py})
+wheel=$(digest crates python Cargo.toml Cargo.lock pyproject.toml README.md LICENSE-* scripts/tools/venv.sh scripts/release/{wheel_backend,build_places,licences}.py)
 tools=$(digest pyproject.toml "$lock")
 compgen -G 'out/wheel/*.whl' >/dev/null && [ "$(cat .venv/wheel 2>/dev/null)" = "$wheel" ] && built=true || built=false
 $built && [ "$(cat ".venv/tools-$extra" 2>/dev/null)" = "$tools" ] && exit 0

@@ -198,7 +198,7 @@ pub enum PoseSource {
     /// [`omni_core::estimate::Estimator`]: encoders, gyro and accelerometer, also where wheels slip. The start is
     /// known.
     Estimate,
-    /// The true pose, which a real vehicle gets only from an external measurement.
+    /// The true pose, which a real vehicle obtains only from an external measurement.
     Truth,
 }
 

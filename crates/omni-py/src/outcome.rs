@@ -24,7 +24,7 @@ pub(crate) fn figures() -> Vec<(&'static str, String, &'static str, &'static str
     Figure::ALL.iter().map(value_of).collect()
 }
 
-/// Figures of a run; where there is an obstacle, over the crossing (docs/metrics.md).
+/// Figures of a run; if there is an obstacle, over the crossing (docs/metrics.md).
 ///
 /// A figure that was not measured, because nothing crossed or the run was killed, is NaN, or None if documented.
 #[pyclass(frozen, eq, module = "omnistep")]

@@ -105,7 +105,7 @@ impl Verdict {
         }
     }
 
-    /// What it says, in a sentence or two; docs/metrics.md has the exact criteria.
+    /// Its meaning, in a sentence or two; docs/metrics.md lists the exact criteria.
     ///
     /// ```
     /// assert!(omni_sim::Verdict::Unfinished.meaning().contains("duration_s"));
