@@ -19,8 +19,38 @@ const NAMES = ["scenario", "vehicle", "policy", "against", "engine", "wheels"];
 /** The keys of the address that are used, in its order. */
 export const KEYS = [...NAMES, ...Object.keys(NUMBERS)];
 
+/** Ready settings, with the name of their link and what is said about them. The first one is README's experiment. */
+export const EXAMPLES = [
+  {
+    name: "Plain PID stalls, traction control climbs",
+    settings: { scenario: "hard_step", policy: "traction", against: "independent", engine: "articulated" },
+    lead: "Two vehicles drive at a step of 5 cm, with weak motors on a smooth floor. With plain PID (independent) the wheels slip and the vehicle stalls; with traction control (traction) it climbs.",
+  },
+  {
+    name: "Three stairs",
+    settings: { scenario: "stairs", policy: "traction", against: "independent", engine: "articulated" },
+    lead: "Two vehicles climb three stairs of 3 cm, one with traction control (traction), one with plain PID (independent). The table \"Outcome\" compares them at the end.",
+  },
+  {
+    name: "Mecanum wheels on cables",
+    settings: { scenario: "bumps", vehicle: "mecanum4", policy: "traction", engine: "articulated" },
+    lead: "A vehicle on four mecanum wheels drives over three cables. Every roller of its wheels is simulated.",
+  },
+  {
+    name: "Rocker-bogie on rough ground",
+    settings: { scenario: "rough", vehicle: "rocker_bogie6", policy: "traction", engine: "articulated" },
+    lead: "A vehicle with six wheels on rockers and bogies drives over rough ground. Its arms turn with the ground.",
+  },
+];
+
+/** What is said of settings that are no example. */
+const LEAD = "This page simulates a vehicle on omni or mecanum wheels in your browser. Press Run to let it follow the command of the scenario, or hold an arrow key to drive it.";
+
+/** Two sentences about what is shown. */
+export const leadOf = (settings) => EXAMPLES.find((each) => address(each.settings) === address(settings))?.lead ?? LEAD;
+
 /** What is shown before anything is chosen. */
-export const usual = () => ({ scenario: "step", policy: "traction", against: "independent", engine: "articulated" });
+export const usual = () => ({ ...EXAMPLES[0].settings });
 
 /** A page's address may come from anywhere: what is wrong with it is one line, and is left out. */
 export function read(hash, offer) {
