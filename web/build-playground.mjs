@@ -26,7 +26,7 @@ const bundle = (entry, name, banner = "") => build({
 // three.js is in the bundle, so its licence is too.
 await bundle("playground/main.js", "playground.js", `/* three.js:\n${licence}\n*/`);
 await bundle("playground/worker.js", "worker.js");
-for (const name of ["index.html", "playground.css", "theme.js"]) copyFileSync(join(here, "playground", name), join(folder, name));
+for (const name of ["index.html", "playground.css", "theme.js", "preview.jpg"]) copyFileSync(join(here, "playground", name), join(folder, name));
 copyFileSync(module, join(folder, "omnistep.wasm"));
 
 let all = 0;

@@ -9,7 +9,7 @@ import { McapStreamReader } from "@mcap/core";
 import { launched } from "./browser.mjs";
 
 const folder = process.env.PLAYGROUND, pictures = process.env.PICTURES;
-const TYPES = { html: "text/html", js: "text/javascript", css: "text/css", wasm: "application/wasm", png: "image/png" };
+const TYPES = { html: "text/html", js: "text/javascript", css: "text/css", wasm: "application/wasm", jpg: "image/jpeg" };
 let browser, server, page;
 
 before(async () => {
@@ -306,6 +306,10 @@ test("on a phone the buttons drive, and nothing is beyond the screen", async () 
 test("the page's policy forbids what the page does not do, and nothing that it does", async () => {
   const { context, tab, complaints } = await opened("#scenario=ice&policy=scale_torques");
   assert.deepEqual(await tab.evaluate(() => window.violations), []);
+  // It has a picture for a shared link, which is there, and an icon that is not loaded.
+  const preview = await tab.locator('meta[property="og:image"]').getAttribute("content");
+  assert.equal((await context.request.get(page + preview)).status(), 200);
+  assert.match(await tab.locator("link[rel=icon]").getAttribute("href"), /^data:image\/svg\+xml,/);
   // What is tinted there has its name.
   assert.ok((await legend(tab)).includes("friction 0.05"), String(await legend(tab)));
   await tab.evaluate(async () => {

@@ -108,11 +108,11 @@ function groundMaterial(uniforms) {
       ${shader.fragmentShader}`
       .replace("#include <color_fragment>", `#include <color_fragment>
       float tint = tanh(vPlace.z / 0.06);
-      if (vUp.z <= 0.3) tint = max(tint, -0.3); // a cut through the ground is not as dark as what is behind it
+      if (vUp.z <= 0.3) tint = max(tint, -0.3);
       vec3 earth = tint < 0.0 ? mix(level, low, -tint) : mix(level, high, tint);
       ${count ? `if (vUp.z > 0.3 && (${inPatch})) earth = mix(earth, mark, 0.3);` : ""}
       if (vUp.z > 0.3) earth = mix(earth, grid, 0.28 * lines(vPlace.xy, 0.1) + 0.35 * lines(vPlace.xy, 0.5));
-      else earth *= 0.82;
+      else earth = mix(earth, grid, 0.3); // sides, and a cut through the ground: neither as what is above nor as what is behind
       diffuseColor.rgb *= earth;`);
   };
   return material;
