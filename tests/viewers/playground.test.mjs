@@ -575,3 +575,40 @@ test("a machine that draws slowly says so", async () => {
   await tab.locator("#drawing", { hasText: /^This machine draws slowly, [1-4] pictures? a second\./ }).waitFor();
   await context.close();
 });
+
+test("a vehicle or a scenario can be opened or dropped as a file, and what is wrong with it is a line", async () => {
+  const { context, tab, complaints, elsewhere } = await opened("#scenario=step&policy=scale_torques", { viewport: { width: 700, height: 600 } });
+  const assets = new URL("../../crates/omni-config/assets/", import.meta.url), toml = (text) => Buffer.from(text);
+  const file = (name, buffer) => tab.locator("#own").setInputFiles({ name, mimeType: "application/toml", buffer });
+  const vehicle = String(await readFile(new URL("vehicles/omni3.toml", assets)));
+  await file("my_robot.toml", toml(vehicle));
+  await tab.locator("#commands pre", { hasText: "vehicle=my_robot.toml" }).waitFor();
+  await until(tab, "time", ([time]) => time === 0, "the start");
+  assert.match(await tab.locator("#commands pre").textContent(), /^omnistep run step .*--policy scale_torques .*--set vehicle=my_robot\.toml$/s);
+  assert.equal(await tab.locator("#wheels tbody tr").count(), 3);
+  assert.ok(await tab.locator("#vehicle").isDisabled());
+  await tab.keyboard.down("w");
+  await until(tab, "place", ([x]) => x > 0.05, "5 cm forward");
+  await tab.keyboard.up("w");
+  // By dropping.
+  const scenario = String(await readFile(new URL("scenarios/hard_step.toml", assets)));
+  await tab.evaluate((text) => {
+    const dataTransfer = new DataTransfer();
+    dataTransfer.items.add(new File([text], "my_step.toml"));
+    document.body.dispatchEvent(new DragEvent("drop", { bubbles: true, cancelable: true, dataTransfer }));
+  }, scenario);
+  await tab.locator("#commands pre", { hasText: "my_step.toml" }).waitFor();
+  assert.match(await tab.locator("#commands pre").textContent(), /^omnistep run my_step\.toml [\\\n ]*--policy traction [\\\n ]*--set physics\.engine=articulated$/);
+  assert.deepEqual(await tab.evaluate(() => ["torque", "friction", "height"].map((id) => document.getElementById(id).placeholder)), ["1.4", "0.55", "0.05"]);
+  await file("bad.toml", toml("terrain = {\n"));
+  await tab.locator("#said", { hasText: /^bad\.toml: line \d+: / }).waitFor();
+  await file("short.toml", toml(scenario.replace(/\[command\][^[]*/, "")));
+  await tab.locator("#said", { hasText: "short.toml: missing field `command`" }).waitFor();
+  await file("wrong.toml", toml(`nosuch = 1\n${vehicle}`));
+  await tab.locator("#said", { hasText: "wrong.toml: nosuch: unknown field" }).waitFor();
+  await tab.getByRole("button", { name: "Remove the file" }).click();
+  await tab.locator("#commands pre", { hasText: "omnistep run step" }).waitFor();
+  assert.ok(await tab.locator("#vehicle").isEnabled() && await tab.locator("#own-name").isHidden());
+  assert.deepEqual([complaints, elsewhere], [[], []]);
+  await context.close();
+});

@@ -1,6 +1,7 @@
 // The playground's page: what is chosen, who drives, what is shown.
 import { Player, runColour, WHEEL_COLOURS } from "../player/index.js";
 import { Controls } from "../shared.js";
+import { aboutFile, opened as openedFile, settingsOf, withFile } from "./own.js";
 import { Path } from "./path.js";
 import { address, blamed, commandLine, EXAMPLES, leadOf, read, requests } from "./settings.js";
 import { number, showOutcomes, Wheels } from "./tables.js";
@@ -16,6 +17,7 @@ const METRES_PER_NEWTON = 0.005;
 
 let offer, settings, asked = []; // asked: a request a run
 let player, scene, latest, paths = []; // latest: states as text that are not drawn yet
+let own; // a file in the place of a built-in vehicle or scenario
 let starts = false; // the next run begins by itself
 let opening = false; // a run was asked for, and is not there yet
 let mode = "loading"; // opening, ready, running, paused, ended
@@ -28,8 +30,8 @@ const policies = () => asked.map(({ policy }) => policy);
 // ---- the simulation, beside the page
 let worker;
 const say = (type, sent = {}) => worker.postMessage({ type, ...sent });
-const refused = (line) => {
-  const about = blamed(line);
+const refused = (sent) => {
+  const line = aboutFile(sent, own), about = blamed(line);
   if (opening && about) wrongAt(about.field, about.what);
   else text("said", line);
   written("");
@@ -97,7 +99,8 @@ const on = {
     for (const field of ["torque", "friction", "height"]) byId(field).placeholder = has[field] === null ? "" : String(Number(has[field].toPrecision(6)));
     byId("height").disabled = has.height === null;
     byId("friction").disabled = has.friction === null;
-    byId("vehicle").options[0].textContent = `${offer.scenarios[settings.scenario].vehicle} (of the scenario)`;
+    if (own?.kind !== "scenario") byId("vehicle").options[0].textContent = `${offer.scenarios[settings.scenario].vehicle} (of the scenario)`;
+    else if (settings.vehicle === undefined) byId("vehicle").options[0].textContent = `${has.vehicle} (of the scenario)`;
     if (player) player.setScene(scene);
     else player = new Player(byId("player"), scene, { dark: dark(), shiftTurns: true });
     asked.forEach((_, k) => root.style.setProperty(`--run${k}`, runColour(k, dark())));
@@ -191,17 +194,18 @@ const rightAgain = () => {
   }
 };
 const fromAddress = () => {
+  forget();
   const { settings: chosen, wrong } = read(location.hash, offer);
   settings = chosen;
   for (const field of FIELDS) byId(field).value = String(settings[SETTING[field] ?? field] ?? "");
   open(wrong);
 };
 const open = (wrong = "") => {
-  asked = requests(settings);
+  asked = requests(settings).map((request) => withFile(request, own));
   opening = true;
-  text("lead", leadOf(settings));
+  text("lead", leadOf(settings, own));
   for (const link of byId("examples").children) {
-    if (link.hash === address(settings)) link.setAttribute("aria-current", "true");
+    if (!own && link.hash === address(settings)) link.setAttribute("aria-current", "true");
     else link.removeAttribute("aria-current");
   }
   text("said", wrong);
@@ -229,6 +233,47 @@ const chosen = ({ target: { id, value, validity } }) => {
   open();
 };
 for (const field of FIELDS) byId(field).addEventListener("change", chosen);
+
+// ---- a file of the reader
+const showFile = () => {
+  byId("own-name").hidden = !own;
+  text("own-name", "");
+  if (own) byId("own-name").replaceChildren(`${own.name} is the ${own.kind}. `, removal);
+  for (const kind of ["scenario", "vehicle"]) byId(kind).disabled = own?.kind === kind;
+};
+const removal = byId("own-name").querySelector("button");
+const forget = () => {
+  own = undefined;
+  byId("own").value = "";
+  showFile();
+};
+removal.addEventListener("click", () => { forget(); open(); });
+const take = async (file) => {
+  if (!offer || !file) return;
+  try {
+    own = await openedFile(file);
+  } catch (error) {
+    text("said", error.message);
+    return;
+  }
+  // What belongs to the ground or the vehicle that was there goes with it.
+  const gone = own.kind === "scenario" ? ["vehicle", "torque", "friction", "height", "model"] : ["vehicle", "torque", "model"];
+  for (const field of gone) settings[SETTING[field] ?? field] = undefined;
+  for (const [key, value] of Object.entries(settingsOf(own))) settings[key] = value ?? { policy: "traction", engine: "articulated" }[key];
+  for (const field of FIELDS) byId(field).value = String(settings[SETTING[field] ?? field] ?? "");
+  showFile();
+  open();
+};
+byId("own").addEventListener("change", ({ target }) => take(target.files[0]));
+const dropping = (event, on_) => {
+  if (!event.dataTransfer?.types.includes("Files")) return false;
+  event.preventDefault();
+  root.classList.toggle("dropping", on_);
+  return true;
+};
+addEventListener("dragover", (event) => dropping(event, true));
+addEventListener("dragleave", (event) => dropping(event, false));
+addEventListener("drop", (event) => { if (dropping(event, false)) take(event.dataTransfer.files[0]); });
 byId("examples").replaceChildren(...EXAMPLES.map(({ name, settings: its }) => {
   const link = Object.assign(document.createElement("a"), { href: address(its), textContent: name });
   link.addEventListener("click", (event) => {
@@ -296,7 +341,7 @@ const save = (blob, name) => {
 /** As the command line calls it. */
 const logName = ({ scenario, policy, set }) => {
   const engine = set["physics.engine"];
-  return `${[scenario, policy, ...(engine === offer.scenarios[scenario].engine ? [] : [engine])].join("-")}.mcap`;
+  return `${[own?.kind === "scenario" ? own.name.replace(/\.toml$/, "") : scenario, policy, ...(engine === offer.scenarios[scenario].engine ? [] : [engine])].join("-")}.mcap`;
 };
 const setButtons = (disabled) => document.querySelectorAll("#commands button").forEach((button) => { button.disabled = disabled; });
 const offerCommands = () => byId("commands").replaceChildren(...asked.map((request, which) => {
@@ -305,7 +350,7 @@ const offerCommands = () => byId("commands").replaceChildren(...asked.map((reque
   const [code, [copy, download]] = [part.querySelector("pre"), part.querySelectorAll("button")];
   code.setAttribute("aria-label", `Command of the run with ${request.policy}`);
   download.setAttribute("aria-label", `Download the log (MCAP) of the run with ${request.policy}`);
-  code.textContent = commandLine(request);
+  code.textContent = commandLine(request, undefined, own);
   copy.addEventListener("click", async () => {
     try {
       await navigator.clipboard.writeText(code.textContent); // there is no clipboard over plain http
@@ -325,7 +370,7 @@ const offerCommands = () => byId("commands").replaceChildren(...asked.map((reque
 const showCommand = (which) => {
   const part = byId("commands").children[which], table = tables[which];
   if (!part || !table) return;
-  part.querySelector("pre").textContent = commandLine(asked[which], table);
+  part.querySelector("pre").textContent = commandLine(asked[which], table, own);
   if (part.querySelectorAll("button").length > 2) return;
   const button = Object.assign(document.createElement("button"), { type: "button", textContent: "Download drive.csv" });
   button.addEventListener("click", () => save(new Blob([tables[which].csv], { type: "text/csv" }), "drive.csv"));

@@ -47,7 +47,7 @@ export const EXAMPLES = [
 const LEAD = "This page simulates a vehicle on omni or mecanum wheels in your browser. Press Run to let it follow the command of the scenario, or hold an arrow key to drive it.";
 
 /** Two sentences about what is shown. */
-export const leadOf = (settings) => EXAMPLES.find((each) => address(each.settings) === address(settings))?.lead ?? LEAD;
+export const leadOf = (settings, own) => (own ? undefined : EXAMPLES.find((each) => address(each.settings) === address(settings)))?.lead ?? LEAD;
 
 /** What is shown before anything is chosen. */
 export const usual = () => ({ ...EXAMPLES[0].settings });
@@ -115,12 +115,18 @@ export function again(request, driven) {
 
 const quoted = (text) => (/^[\w.=/-]+$/.test(text) ? text : `'${text}'`);
 
-/** What does the same in a terminal. */
-export function commandLine(request, driven) {
+/** What does the same in a terminal; `own` is a file that the request has in it (own.js). */
+export function commandLine(request, driven, own) {
   const keys = { ...request.set };
+  if (own?.kind === "vehicle") keys.vehicle = own.name;
+  if (own?.kind === "scenario") {
+    // Only what is not the file's: settings of the page, of which none is a table.
+    const its = { duration_s: request.set.duration_s, ...own.table, ...own.table.set };
+    for (const [key, value] of Object.entries(keys)) if (typeof value === "object" || its[key] === value) delete keys[key];
+  }
   if (driven) Object.assign(keys, instead(driven, '{ file = "drive.csv" }'));
   const given = Object.entries(keys).map(([key, value]) => `--set ${quoted(`${key}=${value}`)}`);
-  return [`omnistep run ${request.scenario}`, `--policy ${request.policy}`, ...given].join(" \\\n  ");
+  return [`omnistep run ${own?.kind === "scenario" ? quoted(own.name) : request.scenario}`, `--policy ${request.policy}`, ...given].join(" \\\n  ");
 }
 
 /** The field that a message of the simulation is about, and what it says of it; nothing where it is about none. */
