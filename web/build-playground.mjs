@@ -8,7 +8,7 @@ import { build } from "esbuild";
 const MOST = 2_000_000;
 const here = dirname(fileURLToPath(import.meta.url));
 const [folder, module] = process.argv.slice(2).map((path) => resolve(path));
-const licence = readFileSync(join(here, "node_modules/three/LICENSE"), "utf8").trim();
+const licence = (name) => `${name}:\n${readFileSync(join(here, `node_modules/${name}/LICENSE`), "utf8").trim()}`;
 
 mkdirSync(folder, { recursive: true });
 const bundle = (entry, name, banner = "") => build({
@@ -23,10 +23,10 @@ const bundle = (entry, name, banner = "") => build({
   legalComments: "none",
   banner: { js: banner },
 });
-// three.js is in the bundle, so its licence is too.
-await bundle("playground/main.js", "playground.js", `/* three.js:\n${licence}\n*/`);
+// What others wrote is in the bundle, so its licences are too.
+await bundle("playground/main.js", "playground.js", `/* ${["three", "smol-toml"].map(licence).join("\n\n")}\n*/`);
 await bundle("playground/worker.js", "worker.js");
-for (const name of ["index.html", "playground.css", "theme.js"]) copyFileSync(join(here, "playground", name), join(folder, name));
+for (const name of ["index.html", "playground.css", "theme.js", "preview.jpg"]) copyFileSync(join(here, "playground", name), join(folder, name));
 copyFileSync(module, join(folder, "omnistep.wasm"));
 
 let all = 0;

@@ -9,7 +9,7 @@ import { McapStreamReader } from "@mcap/core";
 import { launched } from "./browser.mjs";
 
 const folder = process.env.PLAYGROUND, pictures = process.env.PICTURES;
-const TYPES = { html: "text/html", js: "text/javascript", css: "text/css", wasm: "application/wasm" };
+const TYPES = { html: "text/html", js: "text/javascript", css: "text/css", wasm: "application/wasm", jpg: "image/jpeg" };
 let browser, server, page;
 
 before(async () => {
@@ -74,6 +74,27 @@ async function colours(tab) {
     context.drawImage(image, 0, 0);
     return new Set(new Uint32Array(context.getImageData(0, 0, image.width, image.height).data.buffer)).size;
   }, data);
+}
+// The colour of a point of the scene's picture, and of its background.
+async function pixel(tab, x, y) {
+  const data = (await tab.locator("#player canvas").screenshot()).toString("base64");
+  return tab.evaluate(async ([png, place]) => {
+    const image = Object.assign(new Image(), { src: `data:image/png;base64,${png}` });
+    await image.decode();
+    const canvas = Object.assign(document.createElement("canvas"), { width: image.width, height: image.height }), context = canvas.getContext("2d");
+    context.drawImage(image, 0, 0);
+    return [[...context.getImageData(...place.map(Math.round), 1, 1).data].slice(0, 3), getComputedStyle(document.getElementById("player")).backgroundColor.match(/\d+/g).map(Number)];
+  }, [data, [x, y]]);
+}
+const drawn = (tab) => tab.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done, 30)))));
+// Both runs have their name in the picture, beside each other, and so has the picture both colours.
+async function bothInside(tab) {
+  await drawn(tab);
+  const [frame, ...names] = await tab.evaluate(() => [document.getElementById("player"), ...document.querySelectorAll("#player .osp-name")].map((each) => { const { left, right, top, bottom } = each.getBoundingClientRect(); return { left, right, top, bottom, text: each.textContent }; }));
+  assert.deepEqual(names.map(({ text }) => text), ["traction", "independent"]);
+  for (const { text, left, right, top, bottom } of names) assert.ok(left > frame.left && right < frame.right && top > frame.top && bottom < frame.bottom, `${text} is outside the picture`);
+  const [one, other] = names;
+  assert.ok(one.left > other.right || other.left > one.right || one.top > other.bottom || other.top > one.bottom, "names in one place");
 }
 const legend = (tab) => tab.locator(".osp-legend span").allTextContents();
 // What the worker and the page tell each other: the page's messages can be changed, and the worker's are kept.
@@ -143,9 +164,14 @@ test("keys drive the vehicle, and the run can be taken along as log and commands
   await context.close();
 });
 
-test("two policies run side by side to the end of the scenario, in light and in dark", async () => {
+test("it opens with README's experiment, which runs by itself: plain PID stalls, traction control climbs, both in the picture", async () => {
   const { context, tab, complaints, elsewhere } = await opened("", { colorScheme: "light" });
-  await tab.locator("#run").click();
+  assert.match(await tab.locator("#commands pre").first().textContent(), /^omnistep run hard_step .*--policy traction .*--set physics\.engine=articulated$/s);
+  assert.match(await tab.locator("#lead").textContent(), /With plain PID \(independent\) the wheels slip and the vehicle stalls; with traction control \(traction\) it climbs\.$/);
+  assert.equal(await tab.locator("#examples [aria-current]").textContent(), "Plain PID stalls, traction control climbs");
+  await bothInside(tab);
+  await until(tab, "time", ([time]) => time > 4, "four seconds");
+  await bothInside(tab);
   await until(tab, "time", ([time]) => time > 2, "two seconds");
   // Ground, two vehicles, wheels and arrows: an empty picture has one colour, the ground alone some hundred.
   assert.ok(await colours(tab) > 1000, "the scene is drawn");
@@ -155,13 +181,15 @@ test("two policies run side by side to the end of the scenario, in light and in 
   await until(tab, "time", ([time]) => time > 2.5, "half a second more");
   await picture(tab, "dark");
   await ended(tab);
+  await bothInside(tab);
+  assert.equal(await tab.locator("#status").textContent(), "The run has ended: traction climbed, independent stalled.");
   assert.deepEqual(await tab.locator("#outcome thead th").allTextContents(), ["figure", "traction", "independent"]);
   // The last state is drawn in the frame after.
   await until(tab, "time", ([time]) => time === 6, "the end of the scenario");
   // The names and the choice of the command's table: where a climb ends says nothing.
   const titles = await tab.locator("#outcome tbody th").allTextContents();
-  assert.deepEqual(titles.slice(0, 4), ["verdict", "crossing time [s]", "peak nose-up [deg]", "heading error [deg]"]);
-  assert.ok(!titles.some((title) => /final|retries/.test(title)), String(titles));
+  assert.deepEqual(titles.slice(0, 4), ["verdict", "stalled at x [m]", "stalled row", "crossing time [s]"]);
+  assert.ok(!titles.some((title) => /final/.test(title)), String(titles));
   assert.deepEqual(await tab.locator("#meanings dt").allTextContents(), titles.slice(1));
   const work = numbers(await tab.locator("#outcome tr", { hasText: "work [J]" }).textContent());
   assert.ok(work.length === 2 && work[0] !== work[1], `two runs, two figures: ${work}`);
@@ -278,6 +306,10 @@ test("on a phone the buttons drive, and nothing is beyond the screen", async () 
 test("the page's policy forbids what the page does not do, and nothing that it does", async () => {
   const { context, tab, complaints } = await opened("#scenario=ice&policy=scale_torques");
   assert.deepEqual(await tab.evaluate(() => window.violations), []);
+  // It has a picture for a shared link, which is there, and an icon that is not loaded.
+  const preview = await tab.locator('meta[property="og:image"]').getAttribute("content");
+  assert.equal((await context.request.get(page + preview)).status(), 200);
+  assert.match(await tab.locator("link[rel=icon]").getAttribute("href"), /^data:image\/svg\+xml,/);
   // What is tinted there has its name.
   assert.ok((await legend(tab)).includes("friction 0.05"), String(await legend(tab)));
   await tab.evaluate(async () => {
@@ -286,8 +318,8 @@ test("the page's policy forbids what the page does not do, and nothing that it d
   });
   assert.deepEqual(await tab.evaluate(() => [window.inserted, window.violations.map((each) => each.split(" ")[0])]), [undefined, ["script-src-elem", "connect-src"]]);
   assert.equal(complaints.length > 0, true);
-  // Alone it has no site to link to.
-  assert.equal(await tab.locator("a").count(), 0);
+  // Alone it has no site to link to: its links are settings.
+  assert.deepEqual(await tab.locator("a").evaluateAll((all) => all.map((link) => link.getAttribute("href")).filter((href) => !href.startsWith("#"))), []);
   await context.close();
 });
 
@@ -438,5 +470,145 @@ test("a gamepad drives, and after a stop only when its stick was back in the mid
   await tilt(0, -1, 0, 0);
   await until(tab, "ahead", ([, asked]) => asked > 0, "driving again");
   assert.deepEqual(complaints, []);
+  await context.close();
+});
+
+test("there is ground below a wheel in each of the four views, on every ground, with both engines", async () => {
+  const { context, tab, complaints } = await opened("#scenario=flat", { viewport: { width: 700, height: 600 }, colorScheme: "dark" });
+  const scenarios = await tab.locator("#scenario option").evaluateAll((all) => all.map(({ value }) => value));
+  assert.ok(scenarios.length > 10, String(scenarios));
+  for (const scenario of scenarios) for (const engine of ["articulated", "rapier"]) {
+    await tab.goto(`${page}#scenario=${scenario}&engine=${engine}`);
+    await tab.locator("#commands pre", { hasText: new RegExp(`run ${scenario} .*engine=${engine}`, "s") }).waitFor();
+    for (const view of ["Orbit", "Side", "Plan", "Follow"]) {
+      await tab.locator(".osp-views button", { hasText: view }).click();
+      await drawn(tab);
+      // The wheel farthest to the right: legend and buttons are at the left. Its label's line begins in its middle.
+      const [x, y, tall] = await tab.evaluate(() => {
+        const lines = [...document.querySelectorAll("#player svg line")].filter((line) => line.style.visibility !== "hidden").map((line) => [line.x1.baseVal.value, line.y1.baseVal.value]);
+        return [...lines.sort((a, b) => b[0] - a[0])[0], document.getElementById("player").clientHeight];
+      });
+      const [colour, background] = await pixel(tab, x, (y + tall) / 2);
+      assert.ok(colour.some((part, k) => Math.abs(part - background[k]) > 5), `${scenario}, ${engine}, ${view}: ${colour} below the wheel at ${x}, ${y}`);
+    }
+  }
+  assert.deepEqual(complaints, []);
+  await context.close();
+});
+
+test("Run, two sentences and the picture are in the first view of a window, a phone and a phone on its side", async () => {
+  for (const [width, height] of [[1280, 800], [390, 844], [844, 390]]) {
+    const phone = width < 1000 ? { ...PHONE, viewport: { width, height } } : {};
+    const { context, tab } = await opened("#scenario=step&policy=traction", { viewport: { width, height }, ...phone });
+    const box = (id) => tab.locator(`#${id}`).boundingBox();
+    const run = await box("run"), lead = await box("lead"), player = await box("player");
+    for (const [name, each] of Object.entries({ run, lead })) assert.ok(each.y >= 0 && each.y + each.height <= height && each.x >= 0 && each.x + each.width <= width, `${name} at ${width} x ${height}: ${JSON.stringify(each)}`);
+    assert.ok(height - player.y > 150, `${height - player.y} pixels of the picture at ${width} x ${height}`);
+    assert.equal((await tab.locator("#lead").textContent()).match(/\.( |$)/g).length, 2);
+    assert.equal(await tab.locator("#run").textContent(), "Run");
+    assert.ok(await tab.evaluate(() => document.documentElement.scrollWidth <= innerWidth));
+    await picture(tab, `${width}x${height}`);
+    await context.close();
+  }
+});
+
+test("who wants no motion presses Run, and each of four links runs its example", async () => {
+  const { context, tab, complaints, elsewhere } = await opened("", { reducedMotion: "reduce", viewport: { width: 700, height: 600 } });
+  assert.equal(await tab.evaluate(() => document.documentElement.dataset.mode), "ready");
+  const links = await tab.locator("#examples a").allTextContents(), leads = new Set();
+  assert.equal(links.length, 4);
+  for (const name of links) {
+    await tab.locator("#examples a", { hasText: name }).click();
+    await tab.locator("#examples [aria-current]", { hasText: name }).waitFor();
+    await tab.locator("#run", { hasText: /Pause|Run again/ }).waitFor();
+    leads.add(await tab.locator("#lead").textContent());
+    assert.equal(await tab.locator("#said").textContent(), "");
+  }
+  assert.equal(leads.size, 4);
+  assert.ok([...leads].every((lead) => lead.match(/\.( |$)/g).length === 2), [...leads].join("\n"));
+  // The one that runs again when it is chosen again.
+  await tab.locator("#run", { hasText: "Pause" }).click();
+  await tab.locator("#run", { hasText: "Run" }).waitFor();
+  await tab.locator("#examples [aria-current]").click();
+  await tab.locator("#run", { hasText: "Pause" }).waitFor();
+  assert.deepEqual([complaints, elsewhere], [[], []]);
+  await context.close();
+});
+
+test("arrow keys drive after a drag on the picture, with Shift they turn it; R resets, the full stop steps", async () => {
+  const { context, tab, complaints } = await opened("#scenario=flat&policy=scale_torques", { viewport: { width: 700, height: 600 } });
+  const { x, y, width, height } = await tab.locator("#player canvas").boundingBox();
+  await tab.mouse.move(x + width / 2, y + height / 2);
+  await tab.mouse.down();
+  await tab.mouse.move(x + width / 2 + 60, y + height / 2, { steps: 4 });
+  await tab.mouse.up();
+  assert.equal(await tab.evaluate(() => document.activeElement.tagName), "CANVAS");
+  await drawn(tab);
+  const wheels = () => tab.locator("#player svg line").evaluateAll((all) => all.map((line) => line.x1.baseVal.value));
+  const before = await wheels();
+  await tab.keyboard.press("Shift+ArrowLeft");
+  await drawn(tab);
+  assert.notDeepEqual(await wheels(), before, "the view has turned");
+  assert.deepEqual(await shown(tab, "time"), [0], "and nothing drives");
+  await tab.keyboard.press(".");
+  await until(tab, "time", ([time]) => time === 0.01, "a step of 10 ms");
+  await tab.locator("#step").click();
+  await until(tab, "time", ([time]) => time === 0.02, "another one");
+  assert.equal(await tab.evaluate(() => document.documentElement.dataset.mode), "paused");
+  await tab.locator("#player canvas").focus();
+  await tab.keyboard.down("ArrowUp");
+  await until(tab, "place", ([at]) => at > 0.1, "10 cm forward");
+  await tab.keyboard.up("ArrowUp");
+  await tab.keyboard.press("r");
+  await until(tab, "time", ([time]) => time === 0, "the start");
+  assert.deepEqual(await shown(tab, "place"), [0, 0]);
+  assert.equal(await tab.evaluate(() => document.documentElement.dataset.mode), "ready");
+  assert.deepEqual(complaints, []);
+  await context.close();
+});
+
+test("a machine that draws slowly says so", async () => {
+  const slowly = () => { window.requestAnimationFrame = (call) => setTimeout(() => call(performance.now()), 250); };
+  const { context, tab } = await opened("#scenario=flat&policy=scale_torques", { viewport: { width: 400, height: 400 } }, slowly);
+  assert.equal(await tab.locator("#drawing").textContent(), "");
+  await tab.locator("#run").click();
+  await tab.locator("#drawing", { hasText: /^This machine draws slowly, [1-4] pictures? a second\./ }).waitFor();
+  await context.close();
+});
+
+test("a vehicle or a scenario can be opened or dropped as a file, and what is wrong with it is a line", async () => {
+  const { context, tab, complaints, elsewhere } = await opened("#scenario=step&policy=scale_torques", { viewport: { width: 700, height: 600 } });
+  const assets = new URL("../../crates/omni-config/assets/", import.meta.url), toml = (text) => Buffer.from(text);
+  const file = (name, buffer) => tab.locator("#own").setInputFiles({ name, mimeType: "application/toml", buffer });
+  const vehicle = String(await readFile(new URL("vehicles/omni3.toml", assets)));
+  await file("my_robot.toml", toml(vehicle));
+  await tab.locator("#commands pre", { hasText: "vehicle=my_robot.toml" }).waitFor();
+  await until(tab, "time", ([time]) => time === 0, "the start");
+  assert.match(await tab.locator("#commands pre").textContent(), /^omnistep run step .*--policy scale_torques .*--set vehicle=my_robot\.toml$/s);
+  assert.equal(await tab.locator("#wheels tbody tr").count(), 3);
+  assert.ok(await tab.locator("#vehicle").isDisabled());
+  await tab.keyboard.down("w");
+  await until(tab, "place", ([x]) => x > 0.05, "5 cm forward");
+  await tab.keyboard.up("w");
+  // By dropping.
+  const scenario = String(await readFile(new URL("scenarios/hard_step.toml", assets)));
+  await tab.evaluate((text) => {
+    const dataTransfer = new DataTransfer();
+    dataTransfer.items.add(new File([text], "my_step.toml"));
+    document.body.dispatchEvent(new DragEvent("drop", { bubbles: true, cancelable: true, dataTransfer }));
+  }, scenario);
+  await tab.locator("#commands pre", { hasText: "my_step.toml" }).waitFor();
+  assert.match(await tab.locator("#commands pre").textContent(), /^omnistep run my_step\.toml [\\\n ]*--policy traction [\\\n ]*--set physics\.engine=articulated$/);
+  assert.deepEqual(await tab.evaluate(() => ["torque", "friction", "height"].map((id) => document.getElementById(id).placeholder)), ["1.4", "0.55", "0.05"]);
+  await file("bad.toml", toml("terrain = {\n"));
+  await tab.locator("#said", { hasText: /^bad\.toml: line \d+: / }).waitFor();
+  await file("short.toml", toml(scenario.replace(/\[command\][^[]*/, "")));
+  await tab.locator("#said", { hasText: "short.toml: missing field `command`" }).waitFor();
+  await file("wrong.toml", toml(`nosuch = 1\n${vehicle}`));
+  await tab.locator("#said", { hasText: "wrong.toml: nosuch: unknown field" }).waitFor();
+  await tab.getByRole("button", { name: "Remove the file" }).click();
+  await tab.locator("#commands pre", { hasText: "omnistep run step" }).waitFor();
+  assert.ok(await tab.locator("#vehicle").isEnabled() && await tab.locator("#own-name").isHidden());
+  assert.deepEqual([complaints, elsewhere], [[], []]);
   await context.close();
 });

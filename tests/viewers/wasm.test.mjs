@@ -9,6 +9,7 @@ import { MessageReader } from "@foxglove/rosmsg2-serialization";
 import { McapStreamReader } from "@mcap/core";
 import { decompress } from "fzstd";
 import { Engine, Refused } from "../../web/playground/engine.js";
+import { aboutFile, opened, withFile } from "../../web/playground/own.js";
 import { Path } from "../../web/playground/path.js";
 import { address, again, commandLine, read, requests } from "../../web/playground/settings.js";
 
@@ -202,7 +203,7 @@ test("a path keeps its start and where it is, and at most some thousand points h
   for (let x = 0; x <= long; x += 0.015) path.add([x, 2 * x, 0.1]);
   const points = Array.from({ length: path.points.length / 3 }, (_, k) => path.points.slice(3 * k, 3 * k + 3));
   assert.ok(points.length > 1000 && points.length <= 3000, `${points.length} points`);
-  assert.deepEqual(points[0], [0, 0, 0.002]);
+  assert.deepEqual(points[0], [0, 0, 0.1 + 0.002]);
   // Spread evenly: each is as far from the one before, but for the last ones.
   const steps = points.slice(1).map(([x], k) => x - points[k][0]), longest = Math.max(...steps);
   assert.ok(longest < 2 * long / 1000 && long - points.at(-1)[0] <= longest, `${longest} m between two points`);
@@ -223,4 +224,33 @@ test("a log ends where its reader says so, and its run is closed", async () => {
   assert.throws(() => { for (;;) open.push(engine.open({ scenario: "flat" })); }, /^Error: 8 runs are open|8 runs are open/);
   assert.equal(open.length, 8);
   open.forEach((run) => engine.close(run));
+});
+
+test("a built-in file as a file of one's own gives the same run, and a fault in it has its name", async () => {
+  const assets = new URL("../../crates/omni-config/assets/", import.meta.url), set = { "physics.engine": "articulated" };
+  const file = async (path) => opened(new File([await readFile(new URL(path, assets))], path.split("/").pop()));
+  const after = (request) => {
+    const run = engine.open(request);
+    engine.advance(run, 500);
+    const state = engine.state(run);
+    engine.close(run);
+    return state;
+  };
+  const offer = engine.offer();
+  for (const name of Object.keys(offer.scenarios)) {
+    const own = await file(`scenarios/${name}.toml`), request = { policy: "traction", set };
+    assert.equal(own.kind, "scenario");
+    assert.ok(after({ scenario: name, ...request }) === after(withFile({ scenario: "step", ...request }, own)), name);
+  }
+  for (const name of Object.keys(offer.vehicles)) {
+    const own = await file(`vehicles/${name}.toml`), request = { scenario: "stairs", policy: "traction" };
+    assert.equal(own.kind, "vehicle");
+    assert.ok(after({ ...request, set: { ...set, vehicle: name } }) === after(withFile({ ...request, set }, own)), name);
+  }
+  await assert.rejects(opened(new File(["duration_s = 1"], "a.toml")), /^Error: a\.toml: missing field `schema_version`$/);
+  await assert.rejects(opened(new File(["a = ["], "a.toml")), /^Error: a\.toml: line 1: /);
+  await assert.rejects(opened(new File([" ".repeat((1 << 20) + 1)], "a.toml")), /allowed: up to 1048576 bytes$/);
+  const own = { ...await file("scenarios/stairs.toml"), name: "mine.toml" };
+  own.table.terrain = { ...own.table.terrain, friction: 7 };
+  assert.throws(() => engine.open(withFile({ scenario: "step", set }, own)), (error) => /^mine\.toml: terrain\.friction: 7/.test(aboutFile(error.message, own)));
 });

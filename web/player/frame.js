@@ -13,6 +13,7 @@ const STYLE = `
 .osp-views button:focus { outline: none; }
 .osp-views button:focus-visible { outline: 3px solid var(--osp-mark); outline-offset: 1px; }
 .osp-label { box-sizing: border-box; position: absolute; left: 0; top: 0; min-width: 22px; height: 22px; padding: 0 5px; border: 2px solid; border-radius: 11px; background: var(--osp-paper); font-weight: 600; font-size: 12px; line-height: 18px; text-align: center; pointer-events: none; white-space: nowrap; max-width: 9em; overflow: hidden; text-overflow: ellipsis; }
+.osp-name { max-width: none; }
 .osp-legend { position: absolute; left: 8px; bottom: 8px; right: 8px; display: flex; flex-wrap: wrap; gap: 2px 12px; pointer-events: none; font-size: 12px; }
 .osp-legend span { display: inline-flex; align-items: center; gap: 5px; padding: 1px 5px; border-radius: 4px; background: color-mix(in srgb, var(--osp-paper) 72%, transparent); overflow-wrap: anywhere; }
 .osp-legend i { flex: none; width: 14px; height: 10px; border-radius: 3px; }
@@ -29,6 +30,8 @@ const NAMES = { orbit: "Orbit", side: "Side", plan: "Plan", follow: "Follow" };
 const SHORT = [[0, 0], [1, 0], [-1, 0], [0, -1], [1, -1], [-1, -1], [2, 0], [-2, 0], [0, -2]];
 const LONG = [[0, 0], [0, -1], [0, -2], [0, -3], [1, 0], [-1, 0]];
 const TALL_PX = 23, SHORT_PX = 40;
+/** Names of runs are below the buttons. */
+const NAMES_BELOW_PX = 84;
 
 const made = (tag, className, text) => Object.assign(document.createElement(tag), { className, textContent: text ?? "" });
 
@@ -41,6 +44,8 @@ export class Frame {
     this.lines = document.createElementNS("http://www.w3.org/2000/svg", "svg");
     this.labels = made("div", "osp-labels");
     this.labels.setAttribute("aria-hidden", "true");
+    this.names = made("div", "osp-names");
+    this.names.setAttribute("aria-hidden", "true"); // the legend has them
     this.bar = made("div", "osp-views");
     this.bar.setAttribute("role", "group");
     this.bar.setAttribute("aria-label", "View");
@@ -56,7 +61,7 @@ export class Frame {
     button("+", "Enlarge", () => zoom(1.25)).setAttribute("aria-label", "Enlarge");
     button("\u2212", "Reduce", () => zoom(0.8)).setAttribute("aria-label", "Reduce");
     button("\u2302", "The view as it began", home).setAttribute("aria-label", "The view as it began");
-    element.append(this.lines, this.labels, this.legend, this.bar);
+    element.append(this.lines, this.labels, this.names, this.legend, this.bar);
   }
 
   setView(view) { this.buttons.forEach((button, k) => button.setAttribute("aria-pressed", String(VIEWS[k] === view))); }
@@ -96,6 +101,22 @@ export class Frame {
     });
   }
 
+  /** Names of runs above their vehicles: each with its colour and its place in pixels. */
+  placeNames(names) {
+    while (this.names.childElementCount > names.length) this.names.lastChild.remove();
+    const taken = [];
+    names.forEach(([text, colour, x, y], k) => {
+      const label = this.names.children[k] ?? this.names.appendChild(made("span", "osp-label osp-name"));
+      if (label.textContent !== text) label.textContent = text;
+      label.style.borderColor = colour;
+      const wide = label.offsetWidth, across = Math.min(Math.max(x, wide / 2 + 4), Math.max(this.element.clientWidth - wide / 2 - 4, wide / 2 + 4));
+      let up = Math.max(y, NAMES_BELOW_PX);
+      while (taken.some(([tx, ty, tw]) => Math.abs(across - tx) < (wide + tw) / 2 && Math.abs(up - ty) < TALL_PX)) up -= TALL_PX;
+      taken.push([across, up, wide]);
+      label.style.transform = `translate(${across.toFixed(1)}px, ${up.toFixed(1)}px) translate(-50%, -50%)`;
+    });
+  }
+
   /** What the colours mean: runs (name and colour), the marks, whether forces are shown, and patches of the ground. */
   setLegend(runs, look, { forces, patches }) {
     const frictions = [...new Set(patches.map(({ friction }) => friction))].filter(Number.isFinite);
@@ -121,7 +142,7 @@ export class Frame {
   }
 
   dispose() {
-    for (const part of [this.lines, this.labels, this.bar, this.legend]) part.remove();
+    for (const part of [this.lines, this.labels, this.names, this.bar, this.legend]) part.remove();
     this.element.querySelector(":scope > .osp-none")?.remove();
     this.element.classList.remove("osp");
   }

@@ -26,7 +26,9 @@ function box({ half_m: half, at_m: at, turn_y_rad: turn = 0 }, place) {
 
 function bar({ radius_m: radius, at_m: [x, y, z], half_length_m: half = Infinity }, place) {
   const [from, to] = cut(y - half, y + half, place[1]);
-  return new CylinderGeometry(radius, radius, Math.max(to - from, 1e-6), 48).translate(x, (from + to) / 2, z); // about y
+  const long = Math.max(to - from, 1e-6);
+  // In pieces: in one that is a thousand times as long as it is thick, the depth of what is near is wrong by more than a wheel.
+  return new CylinderGeometry(radius, radius, long, 48, Math.min(Math.ceil(long), 120)).translate(x, (from + to) / 2, z); // about y
 }
 
 function surface(rows, columns, place) {
@@ -106,10 +108,11 @@ function groundMaterial(uniforms) {
       ${shader.fragmentShader}`
       .replace("#include <color_fragment>", `#include <color_fragment>
       float tint = tanh(vPlace.z / 0.06);
+      if (vUp.z <= 0.3) tint = max(tint, -0.3);
       vec3 earth = tint < 0.0 ? mix(level, low, -tint) : mix(level, high, tint);
       ${count ? `if (vUp.z > 0.3 && (${inPatch})) earth = mix(earth, mark, 0.3);` : ""}
       if (vUp.z > 0.3) earth = mix(earth, grid, 0.28 * lines(vPlace.xy, 0.1) + 0.35 * lines(vPlace.xy, 0.5));
-      else earth *= 0.82;
+      else earth = mix(earth, grid, 0.3); // sides, and a cut through the ground: neither as what is above nor as what is behind
       diffuseColor.rgb *= earth;`);
   };
   return material;

@@ -4,6 +4,7 @@ import {
   InstancedMesh, Matrix4, Mesh, MeshBasicMaterial, MeshLambertMaterial, Quaternion, SphereGeometry, TorusGeometry,
   Vector3,
 } from "three";
+import { RoundedBoxGeometry } from "three/addons/geometries/RoundedBoxGeometry.js";
 import { Line2 } from "three/addons/lines/Line2.js";
 import { LineGeometry } from "three/addons/lines/LineGeometry.js";
 import { LineMaterial } from "three/addons/lines/LineMaterial.js";
@@ -27,6 +28,28 @@ export function reach(scene, poses) {
   const wheels = scene.wheels.map(({ frame, radius_m: radius }) => away(poses[frame]) + radius);
   const bodies = scene.bodies.map(({ frame, at_m: at, edges_m: edges }) => away(poses[frame]) + Math.hypot(...at.map((a, k) => Math.abs(a) + edges[k] / 2)) * 0.8);
   return Math.max(0.05, ...wheels, ...bodies);
+}
+
+// How far a wheel reaches from its centre along the axes of a frame, in which its axle is [m].
+const halfOf = ({ radius_m: radius, width_m: width }, axle) => axle.toArray().map((a) => radius * Math.sqrt(Math.max(0, 1 - a * a)) + width / 2 * Math.abs(a));
+
+/**
+ * What is drawn of a body as a solid: the box of a vehicle's file without what would hide its wheels. It is narrower where they are at its
+ * sides, and begins above them where they are below it; bars keep their shape. Edges and centre, or nothing where little would stay.
+ */
+function solidOf({ frame, at_m: at, edges_m: edges }, scene, poses) {
+  if (poses.length === 0 || edges[2] < Math.max(...scene.wheels.map(({ radius_m: radius }) => radius), 0)) return [edges, at];
+  const turned = (pose) => new Quaternion(...pose.slice(3, 7)), back = turned(poses[frame]).invert();
+  const wheels = scene.wheels.map((disc) => {
+    const pose = poses[disc.frame], axle = new Vector3(...disc.axle).normalize().applyQuaternion(turned(pose)).applyQuaternion(back);
+    return { at: new Vector3(...pose.slice(0, 3)).sub(new Vector3(...poses[frame].slice(0, 3))).applyQuaternion(back).toArray(), half: halfOf(disc, axle) };
+  });
+  const inside = wheels.filter(({ at: centre, half }) => centre.every((place, k) => Math.abs(place - at[k]) < half[k] + edges[k] / 2 - 1e-6));
+  if (inside.length === 0) return [edges, at];
+  const narrow = 2 * Math.min(...inside.map(({ at: centre, half }) => Math.abs(centre[1] - at[1]) - half[1])) - 0.03 * edges[1];
+  if (narrow > 0.6 * edges[1]) return [[edges[0], narrow, edges[2]], at];
+  const top = at[2] + edges[2] / 2, from = Math.max(...inside.map(({ at: centre, half }) => centre[2] + half[2])) + 0.02 * edges[2], tall = top - from;
+  return tall > 0.15 * edges[2] ? [[edges[0], edges[1], tall], [at[0], at[1], top - tall / 2]] : null;
 }
 
 // A wheel about +y that rolls along +x, turned to where its axle is.
@@ -112,8 +135,10 @@ export class Vehicle {
       edges.renderOrder = 3;
       group.add(solid, edges);
       this.object.add(group);
-      return { group, solid, edges, frame: body.frame };
+      return { group, glass: [solid, edges], solid, edges, frame: body.frame, body };
     });
+    this.hull = new MeshLambertMaterial({ transparent: true }); // drawn after the path, which nothing else hides
+    this.glass = true;
     this.wheels = scene.wheels.map((disc, k) => wheel(disc, wheelColour(scene, k)));
     this.force = new MeshBasicMaterial({ depthTest: false, transparent: true });
     this.arrows = scene.wheels.map(() => arrow(this.force));
@@ -138,10 +163,19 @@ export class Vehicle {
   }
 
   /**
-   * Colours. Alone where no other run is shown: else they tell runs apart. Only the lead, the first that is shown, is solid: what is behind
-   * must be seen through all others.
+   * Colours. Alone where no other run is shown: else they tell runs apart. Apart where no other run is in the same place: bodies are solid
+   * then. Else they are glass, and only the wheels of the lead, the first that is shown, are solid: what is behind must be seen.
    */
-  setLooks(look, colour, { alone, lead }) {
+  setLooks(look, colour, { alone, lead, apart }) {
+    lead ||= apart;
+    this.glass = !apart;
+    this.force.depthTest = this.ahead.material.depthTest = apart;
+    for (const { glass, hull } of this.bodies) {
+      for (const part of glass) part.visible = this.glass;
+      if (hull) hull.visible = !this.glass;
+    }
+    this.hull.color.set(alone ? look.body : colour);
+    if (!alone) this.hull.color.lerp(new Color(look.body), 0.25);
     this.fill.opacity = alone ? 0.24 : lead ? 0.16 : 0.04;
     this.force.opacity = lead ? 0.9 : 0.5;
     this.edge.linewidth = lead ? 2.2 : 1.6;
@@ -165,6 +199,7 @@ export class Vehicle {
     this.object.visible = true;
     const put = (object, pose) => { object.position.set(pose[0], pose[1], pose[2]); object.quaternion.set(pose[3], pose[4], pose[5], pose[6]); };
     put(this.base, state.poses[0]);
+    if (!this.glass) this.#hulls(state.poses);
     for (const { group, frame } of this.bodies) put(group, state.poses[frame]);
     this.wheels.forEach(({ group, spin, ring, disc }, k) => {
       const shown = state.wheels?.[k] ?? {};
@@ -176,6 +211,21 @@ export class Vehicle {
       this.#push(this.arrows[k], shown.push, metresPerNewton);
     });
     this.#way(state.path_m, state.path_points);
+  }
+
+  // Solid bodies, made with the first state: it has where the wheels are.
+  #hulls(poses) {
+    if (this.made) return;
+    this.made = true;
+    for (const each of this.bodies) {
+      const shown = solidOf(each.body, this.scene, poses);
+      if (!shown) continue;
+      const [edges, at] = shown;
+      each.hull = new Mesh(new RoundedBoxGeometry(...edges, 3, Math.min(0.03, 0.22 * Math.min(...edges))).translate(...at), this.hull);
+      each.hull.renderOrder = 2;
+      each.hull.castShadow = each.hull.receiveShadow = true;
+      each.group.add(each.hull);
+    }
   }
 
   #push({ group, shaft, head }, push, metresPerNewton) {

@@ -13,6 +13,10 @@ const FROM = { orbit: [-0.42, -1, 0.52], side: [0, -1, 0.0], plan: [0, 0, 1], fo
 
 /** Half of what each view shows at least, over the vehicle's reach: from below to above, and across. */
 const ROOM = { orbit: [0.82, 1.1], side: [0.72, 1.15], plan: [1.1, 1.3], follow: [0.82, 1.1] };
+/** From where the orbit view looks at vehicles side by side, and what part of their distance each view needs from below to above. */
+const FROM_GROUP = [-0.8, -1, 0.8], ACROSS = { orbit: 0.6, side: 0, plan: 1, follow: 0.45 };
+/** Ground ends so far from the vehicle [m] (ground.js), and what is behind it must be seen. */
+const GROUND_M = 130;
 
 /** Cameras that go with a vehicle; the user turns, moves and enlarges. */
 export class Views {
@@ -38,7 +42,7 @@ export class Views {
     element.addEventListener("blur", () => this.#zooms(false));
     this.at = new Vector3();
     this.turn = 0;
-    this.reach = 1;
+    this.reach = this.extent = 1; // of a vehicle, and of all that are kept in view [m]
     this.aspect = 1;
     this.set("orbit");
   }
@@ -59,11 +63,10 @@ export class Views {
   /** Puts the camera back to where its view begins. */
   home() {
     const { camera, reach } = this, active = this.#active;
-    const from = new Vector3(...FROM[this.name]).normalize();
+    const from = new Vector3(...(this.group && this.name === "orbit" ? FROM_GROUP : FROM[this.name])).normalize();
     if (this.name === "side" || this.name === "follow") from.applyAxisAngle(UP, this.turn);
     active.target.copy(this.at).addScaledVector(UP, this.name === "plan" ? 0 : 0.22 * reach);
-    // Half of what is seen from below to above: the vehicle with a little around it, wide or tall as the picture is.
-    const [tall, wide] = ROOM[this.name], room = reach * Math.max(tall, wide / this.aspect);
+    const room = this.#needed();
     if (this.isFlat) {
       active.minPolarAngle = 0;
       active.maxPolarAngle = Math.PI;
@@ -90,18 +93,38 @@ export class Views {
   /** How large the vehicle is [m]; the first time and after another vehicle the cameras go where they begin. */
   setReach(reach) {
     if (Math.abs(reach - this.reach) < 0.05 * this.reach) return false;
+    this.extent += reach - this.reach;
     this.reach = reach;
     return true;
   }
 
-  /** Goes with the vehicle: its place [m] and heading [rad]. */
-  track(place, turn) {
+  /** Are several vehicles side by side? Then the orbit view begins elsewhere. */
+  setGroup(group) {
+    if (group === Boolean(this.group)) return;
+    this.group = group;
+    if (!group) this.extent = this.reach;
+    this.home();
+  }
+
+  // Half of what is seen from below to above: the vehicles with a little around them, wide or tall as the picture is.
+  #needed() {
+    const { name, reach, extent, aspect } = this, [tall, wide] = ROOM[name];
+    return Math.max(tall * reach + ACROSS[name] * (extent - reach), wide * extent / aspect);
+  }
+
+  /** Goes with the vehicles: their place [m] and heading [rad], and how far they reach from there [m]; it goes back as they go apart. */
+  track(place, turn, extent = this.reach) {
+    const before = this.#needed();
+    this.extent = extent;
+    const grows = this.#needed() / before;
     const delta = new Vector3(...place).sub(this.at), by = turn - this.turn;
     this.at.set(...place);
     this.turn = turn;
     const active = this.#active, { camera } = this;
     camera.position.add(delta);
     active.target.add(delta);
+    if (this.isFlat) this.room *= grows;
+    else camera.position.sub(active.target).multiplyScalar(grows).add(active.target);
     if ((this.name === "side" || this.name === "follow") && by) camera.position.sub(active.target).applyAxisAngle(UP, by).add(active.target);
     camera.lookAt(active.target);
     this.#shape();
@@ -136,10 +159,10 @@ export class Views {
   }
 
   #shape() {
-    const { reach, aspect, perspective, flat, room = 1 } = this;
-    Object.assign(flat, { left: -room * aspect, right: room * aspect, top: room, bottom: -room, far: 120 * reach });
+    const { reach, extent, aspect, perspective, flat, room = 1 } = this;
+    Object.assign(flat, { left: -room * aspect, right: room * aspect, top: room, bottom: -room, far: 40 * reach + GROUND_M });
     // From the side the ground is cut just before the vehicle: hills nearer to the camera hide nothing.
-    flat.near = this.name === "side" ? Math.max(0.01, 40 * reach - 1.05 * reach) : 0.01;
+    flat.near = this.name === "side" ? Math.max(0.01, 40 * reach - 1.05 * extent) : 0.01;
     Object.assign(perspective, { aspect, near: 0.03 * reach, far: 200 * reach });
     perspective.updateProjectionMatrix();
     flat.updateProjectionMatrix();

@@ -1,8 +1,9 @@
 // The playground's page: what is chosen, who drives, what is shown.
-import { Player, runColour } from "../player/index.js";
+import { Player, runColour, WHEEL_COLOURS } from "../player/index.js";
 import { Controls } from "../shared.js";
+import { aboutFile, opened as openedFile, settingsOf, withFile } from "./own.js";
 import { Path } from "./path.js";
-import { address, blamed, commandLine, read, requests } from "./settings.js";
+import { address, blamed, commandLine, EXAMPLES, leadOf, read, requests } from "./settings.js";
 import { number, showOutcomes, Wheels } from "./tables.js";
 
 const byId = (id) => document.getElementById(id);
@@ -16,6 +17,8 @@ const METRES_PER_NEWTON = 0.005;
 
 let offer, settings, asked = []; // asked: a request a run
 let player, scene, latest, paths = []; // latest: states as text that are not drawn yet
+let own; // a file in the place of a built-in vehicle or scenario
+let starts = false; // the next run begins by itself
 let opening = false; // a run was asked for, and is not there yet
 let mode = "loading"; // opening, ready, running, paused, ended
 let tables = []; // of a driven run: its commands
@@ -27,8 +30,8 @@ const policies = () => asked.map(({ policy }) => policy);
 // ---- the simulation, beside the page
 let worker;
 const say = (type, sent = {}) => worker.postMessage({ type, ...sent });
-const refused = (line) => {
-  const about = blamed(line);
+const refused = (sent) => {
+  const line = aboutFile(sent, own), about = blamed(line);
   if (opening && about) wrongAt(about.field, about.what);
   else text("said", line);
   written("");
@@ -62,10 +65,11 @@ const clearOutcome = () => { for (const id of ["outcome", "meanings"]) byId(id).
 const setMode = (now) => {
   mode = now;
   root.dataset.mode = now;
-  text("run", now === "running" ? "Pause" : "Run");
-  byId("run").disabled = !["ready", "running", "paused"].includes(now);
+  text("run", { running: "Pause", ended: "Run again" }[now] ?? "Run");
+  byId("run").disabled = !["ready", "running", "paused", "ended"].includes(now);
+  byId("step").disabled = !["ready", "paused"].includes(now);
   byId("reset").disabled = !["running", "paused", "ended"].includes(now);
-  const lines = { ready: "Ready.", running: whoDrives(), paused: "Paused.", ended: "The run has ended.", opening: "Preparing the run." };
+  const lines = { ready: "Ready: press Run.", running: whoDrives(), paused: "Paused.", ended: "The run has ended.", opening: "Preparing the run." };
   if (now in lines) text("status", lines[now]);
 };
 
@@ -77,6 +81,8 @@ const on = {
   offer({ offer: sent }) {
     offer = sent;
     fill();
+    // Without settings the first example runs by itself, unless the reader wants no motion.
+    starts = location.hash.length <= 1 && !matchMedia("(prefers-reduced-motion: reduce)").matches;
     fromAddress();
   },
   opened({ scene: sent, settings: has, requests: whole }) {
@@ -84,7 +90,7 @@ const on = {
     asked = whole;
     byId("model").value = has.wheels;
     text("model-note", noteOf(has));
-    scene = { ...sent, runs: asked.map(({ policy }) => ({ name: policy })), metres_per_newton: METRES_PER_NEWTON };
+    scene = { ...sent, runs: asked.map(({ policy }) => ({ name: policy })), metres_per_newton: METRES_PER_NEWTON, side_by_side: true };
     pace = sent.pace;
     paths = asked.map(() => new Path());
     latest = undefined;
@@ -93,16 +99,19 @@ const on = {
     for (const field of ["torque", "friction", "height"]) byId(field).placeholder = has[field] === null ? "" : String(Number(has[field].toPrecision(6)));
     byId("height").disabled = has.height === null;
     byId("friction").disabled = has.friction === null;
-    byId("vehicle").options[0].textContent = `${offer.scenarios[settings.scenario].vehicle} (of the scenario)`;
+    if (own?.kind !== "scenario") byId("vehicle").options[0].textContent = `${offer.scenarios[settings.scenario].vehicle} (of the scenario)`;
+    else if (settings.vehicle === undefined) byId("vehicle").options[0].textContent = `${has.vehicle} (of the scenario)`;
     if (player) player.setScene(scene);
-    else player = new Player(byId("player"), scene, { dark: dark() });
+    else player = new Player(byId("player"), scene, { dark: dark(), shiftTurns: true });
     asked.forEach((_, k) => root.style.setProperty(`--run${k}`, runColour(k, dark())));
-    wheels.setScene(scene.wheels, policies());
+    wheels.setScene(scene.wheels.map((wheel, k) => ({ ...wheel, colour: WHEEL_COLOURS[k % WHEEL_COLOURS.length] })), policies());
     clearOutcome();
     text("until", "The figures come when the run ends or is paused.");
     showSpeed();
     offerCommands();
     setMode("ready");
+    if (starts && !document.hidden) goOn();
+    starts = false;
   },
   state(sent) {
     latest = sent;
@@ -130,6 +139,7 @@ const on = {
 
 const stopped = (how, outcomes) => {
   setMode(how);
+  if (how === "ended") text("status", `The run has ended: ${outcomes.map(({ outcome }, k) => `${outcomes.length > 1 ? `${policies()[k]} ` : ""}${outcome.verdict}`).join(", ")}.`);
   showOutcomes({ table: byId("outcome"), meanings: byId("meanings") }, policies(), outcomes, offer.figures);
   text("until", `Figures until ${number(outcomes[0].time_s, 2)} s${how === "paused" ? ", where the run is paused" : ""}.`);
   const failure = outcomes.map((each, k) => each.failure && `${policies()[k]}: ${each.failure}`).find(Boolean);
@@ -184,14 +194,20 @@ const rightAgain = () => {
   }
 };
 const fromAddress = () => {
+  forget();
   const { settings: chosen, wrong } = read(location.hash, offer);
   settings = chosen;
   for (const field of FIELDS) byId(field).value = String(settings[SETTING[field] ?? field] ?? "");
   open(wrong);
 };
 const open = (wrong = "") => {
-  asked = requests(settings);
+  asked = requests(settings).map((request) => withFile(request, own));
   opening = true;
+  text("lead", leadOf(settings, own));
+  for (const link of byId("examples").children) {
+    if (!own && link.hash === address(settings)) link.setAttribute("aria-current", "true");
+    else link.removeAttribute("aria-current");
+  }
   text("said", wrong);
   text("model-note", "");
   rightAgain();
@@ -217,16 +233,82 @@ const chosen = ({ target: { id, value, validity } }) => {
   open();
 };
 for (const field of FIELDS) byId(field).addEventListener("change", chosen);
+
+// ---- a file of the reader
+const showFile = () => {
+  byId("own-name").hidden = !own;
+  text("own-name", "");
+  if (own) byId("own-name").replaceChildren(`${own.name} is the ${own.kind}. `, removal);
+  for (const kind of ["scenario", "vehicle"]) byId(kind).disabled = own?.kind === kind;
+};
+const removal = byId("own-name").querySelector("button");
+const forget = () => {
+  own = undefined;
+  byId("own").value = "";
+  showFile();
+};
+removal.addEventListener("click", () => { forget(); open(); });
+const take = async (file) => {
+  if (!offer || !file) return;
+  try {
+    own = await openedFile(file);
+  } catch (error) {
+    text("said", error.message);
+    return;
+  }
+  // What belongs to the ground or the vehicle that was there goes with it.
+  const gone = own.kind === "scenario" ? ["vehicle", "torque", "friction", "height", "model"] : ["vehicle", "torque", "model"];
+  for (const field of gone) settings[SETTING[field] ?? field] = undefined;
+  for (const [key, value] of Object.entries(settingsOf(own))) settings[key] = value ?? { policy: "traction", engine: "articulated" }[key];
+  for (const field of FIELDS) byId(field).value = String(settings[SETTING[field] ?? field] ?? "");
+  showFile();
+  open();
+};
+byId("own").addEventListener("change", ({ target }) => take(target.files[0]));
+const dropping = (event, on_) => {
+  if (!event.dataTransfer?.types.includes("Files")) return false;
+  event.preventDefault();
+  root.classList.toggle("dropping", on_);
+  return true;
+};
+addEventListener("dragover", (event) => dropping(event, true));
+addEventListener("dragleave", (event) => dropping(event, false));
+addEventListener("drop", (event) => { if (dropping(event, false)) take(event.dataTransfer.files[0]); });
+byId("examples").replaceChildren(...EXAMPLES.map(({ name, settings: its }) => {
+  const link = Object.assign(document.createElement("a"), { href: address(its), textContent: name });
+  link.addEventListener("click", (event) => {
+    if (!offer || event.ctrlKey || event.metaKey || event.shiftKey) return;
+    starts = true;
+    if (link.hash === location.hash) fromAddress(); // else the address changes
+  });
+  return link;
+}));
 addEventListener("hashchange", () => { if (offer) fromAddress(); });
 
 // ---- run, pause, reset
 const run = () => {
   if (mode === "running") { say("pause"); return; }
+  if (mode === "ended") {
+    starts = true;
+    open();
+    return;
+  }
   if (!["ready", "paused"].includes(mode)) return;
   goOn();
 };
 byId("run").addEventListener("click", run);
 byId("reset").addEventListener("click", () => open());
+const step = () => {
+  if (!["ready", "paused"].includes(mode)) return;
+  text("said", "");
+  say("step");
+};
+byId("step").addEventListener("click", step);
+addEventListener("keydown", (event) => {
+  if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest?.("input, select, pre")) return;
+  if (event.key === "." ) step();
+  else if (event.code === "KeyR" && !event.repeat && !byId("reset").disabled) open();
+});
 document.addEventListener("visibilitychange", () => { if (document.hidden && mode === "running") say("pause"); });
 
 // ---- driving
@@ -259,7 +341,7 @@ const save = (blob, name) => {
 /** As the command line calls it. */
 const logName = ({ scenario, policy, set }) => {
   const engine = set["physics.engine"];
-  return `${[scenario, policy, ...(engine === offer.scenarios[scenario].engine ? [] : [engine])].join("-")}.mcap`;
+  return `${[own?.kind === "scenario" ? own.name.replace(/\.toml$/, "") : scenario, policy, ...(engine === offer.scenarios[scenario].engine ? [] : [engine])].join("-")}.mcap`;
 };
 const setButtons = (disabled) => document.querySelectorAll("#commands button").forEach((button) => { button.disabled = disabled; });
 const offerCommands = () => byId("commands").replaceChildren(...asked.map((request, which) => {
@@ -268,7 +350,7 @@ const offerCommands = () => byId("commands").replaceChildren(...asked.map((reque
   const [code, [copy, download]] = [part.querySelector("pre"), part.querySelectorAll("button")];
   code.setAttribute("aria-label", `Command of the run with ${request.policy}`);
   download.setAttribute("aria-label", `Download the log (MCAP) of the run with ${request.policy}`);
-  code.textContent = commandLine(request);
+  code.textContent = commandLine(request, undefined, own);
   copy.addEventListener("click", async () => {
     try {
       await navigator.clipboard.writeText(code.textContent); // there is no clipboard over plain http
@@ -288,7 +370,7 @@ const offerCommands = () => byId("commands").replaceChildren(...asked.map((reque
 const showCommand = (which) => {
   const part = byId("commands").children[which], table = tables[which];
   if (!part || !table) return;
-  part.querySelector("pre").textContent = commandLine(asked[which], table);
+  part.querySelector("pre").textContent = commandLine(asked[which], table, own);
   if (part.querySelectorAll("button").length > 2) return;
   const button = Object.assign(document.createElement("button"), { type: "button", textContent: "Download drive.csv" });
   button.addEventListener("click", () => save(new Blob([tables[which].csv], { type: "text/csv" }), "drive.csv"));
@@ -296,7 +378,19 @@ const showCommand = (which) => {
 };
 
 // ---- pictures
-const frame = () => {
+/** Pictures are counted over this time [ms]; with fewer a second than this the page says so. */
+const COUNTED_MS = 2000, FEW = 12;
+let counted = { from: 0, count: 0 };
+const count = (now) => {
+  if (mode !== "running") counted = { from: now, count: 0 };
+  else counted.count += 1;
+  if (now - counted.from < COUNTED_MS) return;
+  const rate = counted.count / (now - counted.from) * 1000;
+  text("drawing", rate < FEW ? `This machine draws slowly, ${number(rate, 0)} ${number(rate, 0) === "1" ? "picture" : "pictures"} a second. ${slow ? "" : "The simulation keeps real time."}`.trim() : "");
+  counted = { from: now, count: 0 };
+};
+const frame = (now) => {
+  count(now);
   if (latest && player) {
     const { states: texts, rate } = latest;
     latest = undefined;
@@ -318,9 +412,13 @@ const frame = () => {
 };
 byId("theme").addEventListener("click", () => {
   root.dataset.theme = dark() ? "light" : "dark";
+  nameTheme();
   player?.setTheme(dark());
   asked.forEach((_, k) => root.style.setProperty(`--run${k}`, runColour(k, dark())));
 });
 
+const nameTheme = () => text("theme", dark() ? "Light" : "Dark");
+
+nameTheme();
 start();
 requestAnimationFrame(frame);

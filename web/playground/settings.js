@@ -19,8 +19,38 @@ const NAMES = ["scenario", "vehicle", "policy", "against", "engine", "wheels"];
 /** The keys of the address that are used, in its order. */
 export const KEYS = [...NAMES, ...Object.keys(NUMBERS)];
 
+/** Ready settings, with the name of their link and what is said about them. The first one is README's experiment. */
+export const EXAMPLES = [
+  {
+    name: "Plain PID stalls, traction control climbs",
+    settings: { scenario: "hard_step", policy: "traction", against: "independent", engine: "articulated" },
+    lead: "Two vehicles drive at a step of 5 cm, with weak motors on a smooth floor. With plain PID (independent) the wheels slip and the vehicle stalls; with traction control (traction) it climbs.",
+  },
+  {
+    name: "Three stairs",
+    settings: { scenario: "stairs", policy: "traction", against: "independent", engine: "articulated" },
+    lead: "Two vehicles climb three stairs of 3 cm, one with traction control (traction), one with plain PID (independent). The table \"Outcome\" compares them at the end.",
+  },
+  {
+    name: "Mecanum wheels on cables",
+    settings: { scenario: "bumps", vehicle: "mecanum4", policy: "traction", engine: "articulated" },
+    lead: "A vehicle on four mecanum wheels drives over three cables. Every roller of its wheels is simulated.",
+  },
+  {
+    name: "Rocker-bogie on rough ground",
+    settings: { scenario: "rough", vehicle: "rocker_bogie6", policy: "traction", engine: "articulated" },
+    lead: "A vehicle with six wheels on rockers and bogies drives over rough ground. Its arms turn with the ground.",
+  },
+];
+
+/** What is said of settings that are no example. */
+const LEAD = "This page simulates a vehicle on omni or mecanum wheels in your browser. Press Run to let it follow the command of the scenario, or hold an arrow key to drive it.";
+
+/** Two sentences about what is shown. */
+export const leadOf = (settings, own) => (own ? undefined : EXAMPLES.find((each) => address(each.settings) === address(settings)))?.lead ?? LEAD;
+
 /** What is shown before anything is chosen. */
-export const usual = () => ({ scenario: "step", policy: "traction", against: "independent", engine: "articulated" });
+export const usual = () => ({ ...EXAMPLES[0].settings });
 
 /** A page's address may come from anywhere: what is wrong with it is one line, and is left out. */
 export function read(hash, offer) {
@@ -85,12 +115,18 @@ export function again(request, driven) {
 
 const quoted = (text) => (/^[\w.=/-]+$/.test(text) ? text : `'${text}'`);
 
-/** What does the same in a terminal. */
-export function commandLine(request, driven) {
+/** What does the same in a terminal; `own` is a file that the request has in it (own.js). */
+export function commandLine(request, driven, own) {
   const keys = { ...request.set };
+  if (own?.kind === "vehicle") keys.vehicle = own.name;
+  if (own?.kind === "scenario") {
+    // Only what is not the file's: settings of the page, of which none is a table.
+    const its = { duration_s: request.set.duration_s, ...own.table, ...own.table.set };
+    for (const [key, value] of Object.entries(keys)) if (typeof value === "object" || its[key] === value) delete keys[key];
+  }
   if (driven) Object.assign(keys, instead(driven, '{ file = "drive.csv" }'));
   const given = Object.entries(keys).map(([key, value]) => `--set ${quoted(`${key}=${value}`)}`);
-  return [`omnistep run ${request.scenario}`, `--policy ${request.policy}`, ...given].join(" \\\n  ");
+  return [`omnistep run ${own?.kind === "scenario" ? quoted(own.name) : request.scenario}`, `--policy ${request.policy}`, ...given].join(" \\\n  ");
 }
 
 /** The field that a message of the simulation is about, and what it says of it; nothing where it is about none. */

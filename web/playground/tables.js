@@ -38,9 +38,10 @@ export class Wheels {
   setScene(wheels, runs) {
     const count = runs.length;
     this.#body.replaceChildren();
-    this.#rows = wheels.map(({ name }) => {
-      const row = made("tr", this.#body);
-      made("th", row, name).scope = "row";
+    this.#rows = wheels.map(({ name, colour }) => {
+      const row = made("tr", this.#body), title = made("th", row, name);
+      title.scope = "row";
+      title.style.boxShadow = `inset 4px 0 ${colour}`;
       const speed = made("td", row), [torque, slip, load] = [0, 1, 2].map(() => made("td", row));
       const speeds = runs.map((_, k) => { const line = made("div", speed); line.className = count > 1 ? `name${k}` : ""; return line; });
       const bars = runs.map((policy, k) => {

@@ -10,6 +10,8 @@ const SLICE = 5;
 const SHOW_MS = 16;
 /** So much of a log is kept here before it goes to where the browser keeps files [bytes]. */
 const PIECE = 4 << 20;
+/** So long is a single step [s]. */
+const STEP_S = 0.01;
 /** The rate is measured over this time [ms]. */
 const RATE_MS = 500;
 
@@ -121,6 +123,12 @@ const does = {
     pause();
     show(performance.now());
     tell("paused", { outcomes: outcomes() });
+  },
+  step() {
+    pause();
+    for (const run of runs) goOn(run, Math.max(1, Math.round(STEP_S / period)));
+    show(performance.now());
+    tell(runs.some(({ goes }) => goes) ? "paused" : "ended", { outcomes: outcomes() });
   },
   command({ asked }) {
     twist = asked;

@@ -58,8 +58,8 @@ export class Controls {
       this.stop();
       return;
     }
-    // Fields have keys of their own; arrows turn the picture while it has the focus.
-    if (!(code in KEYS) || target.closest?.("input, select, pre") || (target.tagName === "CANVAS" && code.startsWith("Arrow"))) return;
+    // Fields have keys of their own.
+    if (!(code in KEYS) || target.closest?.("input, select, pre")) return;
     event.preventDefault();
     if (!event.repeat) this.#hold(code, KEYS[code]); // a key that is held through a stop stays without effect
   }
