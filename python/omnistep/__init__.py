@@ -8,6 +8,7 @@ True
 
 from omnistep import plot
 from omnistep._calibration_runs import CalibrationRun
+from omnistep._comparison import Comparison
 from omnistep._omnistep import (
     ClimbLimits,
     CommandShaper,
@@ -89,6 +90,7 @@ __all__ = [
     "ClimbChart",
     "ClimbLimits",
     "CommandShaper",
+    "Comparison",
     "ConfigError",
     "ControlSample",
     "Controller",

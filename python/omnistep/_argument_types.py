@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import difflib
+import inspect
+from collections.abc import Callable, Iterable, Mapping
 from os import PathLike
 from typing import Any
 
-from omnistep._omnistep import Log, Trace
+from omnistep._omnistep import Log, Trace, shortened
 from omnistep.errors import ConfigError
 
 
@@ -16,6 +18,16 @@ def of_kind(given: Any, name: str, *kinds: type, allowed: str = "") -> Any:
         hint = " (omnistep.read_mcap reads one)" if Log in kinds and isinstance(given, str | PathLike) else ""
         raise TypeError(f"{name}: {_what(given)}, allowed: {allowed or _names(kinds)}{hint}")
     return given
+
+
+def no_others(function: Callable[..., Any], others: Mapping[str, Any]) -> None:
+    """Refuse keyword arguments that a function does not have, and say where keys of a scenario go."""
+    for name, value in others.items():
+        known = [each for each in inspect.signature(function).parameters if each != "others"]
+        near = "".join(f" (did you mean {each}?)" for each in difflib.get_close_matches(name, known, 1))
+        message = f"{function.__name__}: no argument {name}{near}, allowed: {', '.join(known)}"
+        where = f"; keys of the scenario go into overrides={{{name!r}: {value!r}}}"
+        raise TypeError(shortened(message) + ("" if near else shortened(where)))
 
 
 def several(given: Any, name: str, *kinds: type) -> list[Any]:

@@ -65,7 +65,7 @@ def pyplot() -> Any:
     try:
         import matplotlib.pyplot as plt
     except ImportError as error:
-        raise ImportError('omnistep.plot needs matplotlib: install omnistep with its extra "plot"') from error
+        raise ImportError('omnistep.plot needs matplotlib: pip install "omnistep[plot]"') from error
     return plt
 
 
@@ -74,7 +74,7 @@ def figure(rows: int, columns: int, **options: Any) -> tuple[Any, NDArray[Any]]:
     try:
         from matplotlib.figure import Figure
     except ImportError as error:
-        raise ImportError('plot needs matplotlib: install omnistep with its extra "plot"') from error
+        raise ImportError('plot needs matplotlib: pip install "omnistep[plot]"') from error
     made = Figure(figsize=(10.0, 1.9 * rows), layout="constrained")
     return made, made.subplots(rows, columns, squeeze=False, **options)
 

@@ -21,7 +21,7 @@ try:
     from gymnasium.vector import VectorEnv  # type: ignore[import-not-found]
     from gymnasium.vector.utils import batch_space  # type: ignore[import-not-found]
 except ImportError:
-    raise ImportError('omnistep.gym needs Gymnasium: install omnistep with its extra "learn"') from None
+    raise ImportError('omnistep.gym needs Gymnasium: pip install "omnistep[learn]"') from None
 
 Range: TypeAlias = tuple[float, float]
 _Numbers: TypeAlias = NDArray[np.float32]
@@ -301,7 +301,7 @@ def _draw(environment: Task, index: int) -> NDArray[np.uint8]:
         from matplotlib.collections import EllipseCollection
         from matplotlib.figure import Figure
     except ImportError as error:
-        raise ImportError('render needs matplotlib: install omnistep with its extra "learn"') from error
+        raise ImportError('render needs matplotlib: pip install "omnistep[learn]"') from error
     centres, radii = environment._episodes.wheels_m(index)
     middle = centres.mean(axis=0)
     across = 1 if environment._from_above else 2

@@ -108,7 +108,7 @@ def scipy_part(name: str, needed_by: str) -> Any:
     try:
         return importlib.import_module(f"scipy.{name}")
     except ImportError as error:
-        raise ImportError(f'{needed_by} needs SciPy: install omnistep with its extra "identify"') from error
+        raise ImportError(f'{needed_by} needs SciPy: pip install "omnistep[identify]"') from error
 
 
 def fit(

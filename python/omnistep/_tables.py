@@ -54,8 +54,8 @@ class Skipped:
 
 
 def needs(package: str, needed_by: str, extra: str) -> ImportError:
-    """The error to raise if a reader is not installed."""
-    return ImportError(f'{needed_by} needs {package}: install omnistep with its extra "{extra}"')
+    """The error to raise where a reader is not installed."""
+    return ImportError(f'{needed_by} needs {package}: pip install "omnistep[{extra}]"')
 
 
 def module(name: str) -> Any:

@@ -92,7 +92,7 @@ def tomlkit() -> Any:
     try:
         return importlib.import_module("tomlkit")
     except ImportError as error:
-        raise ImportError('a vehicle file as output needs tomlkit: the extra "identify" of omnistep') from error
+        raise ImportError('a vehicle file as output needs tomlkit: pip install "omnistep[identify]"') from error
 
 
 def _differences(before: Any, after: Any, path: Path) -> Iterator[tuple[Path, float | None]]:

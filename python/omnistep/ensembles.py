@@ -5,20 +5,20 @@ import itertools
 import math
 import operator
 import queue
+import tempfile
 import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, Future
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, nullcontext
 from os import PathLike
 from pathlib import Path
-from typing import Any, SupportsIndex
+from typing import Any, Never, SupportsIndex
 
-from tqdm import tqdm
-
+from omnistep._argument_types import no_others
 from omnistep._omnistep import Plan, Rows, Scenario, Store, compute_batch, shortened
+from omnistep._progress import counter
 from omnistep.errors import ConfigError, StudyError
 from omnistep.own_policy import Packed, PolicyLike, packed
-from omnistep.runs import SHORT_S
 
 #: Tasks that a sweep is cut into at least, as far as there are runs: so that no worker waits long for the last one.
 _TASKS = 64
@@ -40,7 +40,7 @@ class StudyResult:
     figures of :class:`omnistep.Outcome`, and ``error``: null, or why the run failed.
 
     Attributes:
-        folder: the folder of the Parquet files.
+        folder: the folder of the Parquet files; None where it was a temporary one.
         computed: number of runs that this call computed; the others existed already.
 
     >>> import omnistep, tempfile
@@ -53,7 +53,7 @@ class StudyResult:
     [0.5, 0.9]
     """
 
-    def __init__(self, rows: Rows, *, folder: Path, computed: int) -> None:
+    def __init__(self, rows: Rows, *, folder: Path | None, computed: int) -> None:
         self._rows = rows
         self.folder = folder
         self.computed = computed
@@ -173,7 +173,8 @@ class StudyResult:
 
     def __repr__(self) -> str:
         counts = f"{len(self)} runs, {self.failed} failed, {self.computed} computed now"
-        return f"<omnistep.StudyResult of {counts}: {self.folder}>"
+        where = "" if self.folder is None else f": {self.folder}"
+        return f"<omnistep.StudyResult of {counts}{where}>"
 
 
 def run_study(
@@ -185,6 +186,7 @@ def run_study(
     jobs: int | None = None,
     retry_errors: bool = False,
     progress: bool = True,
+    **others: Never,
 ) -> StudyResult:
     """Run the missing runs of a study, on all cores.
 
@@ -199,7 +201,8 @@ def run_study(
         out: the folder of results; ``out/NAME`` by default.
         jobs: threads, 1 or more; as many as there are cores by default.
         retry_errors: run failed runs again.
-        progress: show a bar on standard error if it takes more than one second.
+        progress: show a bar, in a terminal or a notebook, when it takes more than a second.
+        others: none is allowed; the message says where keys of a scenario go.
 
     Returns:
         A row for each run of the study; a run that failed is a row with an ``error``.
@@ -219,6 +222,7 @@ def run_study(
     >>> len(result), result.cells[0]["control_policy"], result.cells[0]["runs"]
     (10, 'independent', 2)
     """
+    no_others(run_study, others)
     plan = Plan.of_study(study, overrides=overrides, seeds=listed(seeds) if seeds is not None else None)
     folder = Path(out) if out is not None else Path("out") / plan.name
     return complete(plan, folder, jobs=jobs, retry_errors=retry_errors, progress=progress)
@@ -231,12 +235,13 @@ def sweep(
     policy: PolicyLike | None = None,
     overrides: Mapping[str, Any] | None = None,
     seeds: int | Sequence[int] = 1,
-    out: str | PathLike[str],
+    out: str | PathLike[str] | None = None,
     executor: Executor | None = None,
     batch: int | None = None,
     jobs: int | None = None,
     retry_errors: bool = False,
     progress: bool = True,
+    **others: Never,
 ) -> StudyResult:
     """Run the missing runs of a scenario at many points, each with every seed.
 
@@ -258,14 +263,17 @@ def sweep(
             different laws are never mixed: a string ``version`` of the controller distinguishes laws, else its pickle
             and the source of its class. Threads share one interpreter, so processes are faster.
         overrides: keys to replace in every run; not one that a point replaces, and not the seed.
-        seeds: number of seeds, counted from 0, or a list of them. They differ only if the scenario has a perturbation
-            or noise.
-        out: the folder of results.
+        seeds: how many seeds, counted from 0, or which. They differ only where the scenario has a perturbation or
+            noise.
+        out: the folder of results. None is a temporary one, removed afterwards: the result has every row, but what
+            Ctrl-C leaves is lost. With an executor the folder is needed.
         executor: the executor that computes; by default this process, on all cores.
         batch: runs per task, 1 or more; by default 16 for each of its threads, or fewer if there are few runs.
         jobs: threads; by default all cores without an executor, and one a task with one.
         retry_errors: run failed runs again.
-        progress: show a bar on standard error if it takes more than one second; with an executor it moves by batches.
+        progress: show a bar, in a terminal or a notebook, when it takes more than a second; with an executor it moves
+            by batches.
+        others: none is allowed; the message says where keys of a scenario go.
 
     Returns:
         A row for each point and seed; a run that failed is a row with an ``error``.
@@ -280,13 +288,15 @@ def sweep(
         TypeError: points are neither dictionary nor list, or the policy is not a policy.
         KeyboardInterrupt: Ctrl-C was pressed. Batches that an executor has started are completed.
 
-    >>> import omnistep, tempfile
-    >>> with tempfile.TemporaryDirectory() as out:
-    ...     points = [{"command.vx_m_s": 0.2}, {"command.vy_m_s": 0.1}]
-    ...     result = omnistep.sweep(points, scenario="flat", overrides={"duration_s": 0.1}, out=out, progress=False)
+    >>> import omnistep
+    >>> points = [{"command.vx_m_s": 0.2}, {"command.vy_m_s": 0.1}]
+    >>> result = omnistep.sweep(points, scenario="flat", overrides={"duration_s": 0.1}, progress=False)
     >>> [(row["command_vx_m_s"], row["command_vy_m_s"]) for row in result.rows()]
     [(0.2, 0.0), (0.3, 0.1)]
     """
+    no_others(sweep, others)
+    if out is None and executor is not None:
+        raise ConfigError("out = None, allowed: with an executor, a folder that every worker sees", key="out")
     every = points_of(points)
     for given, where in [(overrides or {}, "overrides"), ({"control.policy": policy} if policy else {}, "policy")]:
         if twice := sorted({key for point in every for key in point} & set(given)):
@@ -294,16 +304,20 @@ def sweep(
     batch = positive("batch", batch)
     preset, own = (policy, None) if policy is None or isinstance(policy, str) else (None, packed(policy))
     plan = Plan.of_points(every, scenario=scenario, policy=preset, overrides=overrides, seeds=listed(seeds), own=own)
-    return complete(
-        plan,
-        Path(out),
-        jobs=jobs,
-        retry_errors=retry_errors,
-        progress=progress,
-        executor=executor,
-        batch=batch,
-        own=own,
-    )
+    with tempfile.TemporaryDirectory() if out is None else nullcontext(out) as folder:
+        result = complete(
+            plan,
+            Path(folder),
+            jobs=jobs,
+            retry_errors=retry_errors,
+            progress=progress,
+            executor=executor,
+            batch=batch,
+            own=own,
+        )
+    if out is None:
+        result.folder = None
+    return result
 
 
 def complete(
@@ -407,7 +421,7 @@ class _Bar:
 
 @contextmanager
 def _bar(runs: int, shown: bool) -> Iterator[_Bar]:
-    with tqdm(total=runs, unit="run", delay=SHORT_S, disable=not shown) as bar:
+    with counter(shown=shown, total=runs, unit="run") as bar:
         yield _Bar(bar)
 
 

@@ -28,12 +28,12 @@ from omnistep._margins import Loops, loops
 from omnistep._measurement_noise import likely
 from omnistep._motion_model import ZERO_DUTY, Motion
 from omnistep._omnistep import Log, Trace, Vehicle
+from omnistep._progress import bar
 from omnistep._speed_simulation import SpeedSimulation, simulated
 from omnistep._stretches import SHORTEST_S, STANDS, cut
 from omnistep._vehicle_masses import Masses
 from omnistep._wheel_logs import ZERO_DUTIES, LogLike, WheelLog, read
 from omnistep.errors import ConfigError
-from omnistep.runs import bar
 
 NEEDED_BY = "omnistep.identify"
 
@@ -139,9 +139,9 @@ def identify(
         vehicle: the vehicle as far as it is known: a built-in name, the path of a .toml file or a :class:`Vehicle`.
         wheels_off_ground: logs with all wheels in the air.
         fix: values that were measured otherwise, ``{"mass_kg": 3.2}``; they are not estimated.
-        zero_duty: state of the bridges at a duty cycle of zero, overriding the logs (``[duty] zero`` of an import's
-            map).
-        progress: show a bar on standard error if it takes more than one second.
+        zero_duty: what the bridges do at a duty cycle of zero, instead of what the logs say
+            (``[duty] zero`` of an import's map).
+        progress: show a bar, in a terminal or a notebook, when it takes more than a second.
 
     Raises:
         ConfigError: a column is missing, the logs are too short or have no motion, or a number is out of range.

@@ -21,8 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from omnistep._omnistep import Scenario, Trace, run_external
+from omnistep._progress import bar
 from omnistep.own_policy import PolicyLike
-from omnistep.runs import bar
 
 __all__ = ["Watch", "load", "run"]
 
@@ -88,7 +88,7 @@ def run(
             its time step.
         watch: called after every control period with the ``mujoco.MjModel`` and its ``mujoco.MjData``, to draw or to
             measure.
-        progress: show a bar on standard error if it takes more than one second.
+        progress: show a bar, in a terminal or a notebook, when it takes more than a second.
 
     Returns:
         Every signal of every control period, as in :func:`omnistep.run`. The energy that contacts and joints dissipate

@@ -15,13 +15,13 @@ from omnistep._log_map import LogMap, read_map
 from omnistep._log_sources import Nanoseconds, read_samples, span
 from omnistep._omnistep import Kinematics, Scenario, Vehicle, write_recording
 from omnistep._output_files import check_output
+from omnistep._progress import bar
 from omnistep._recorded_command import AXES, MOST_COMMANDS, recorded_scenario
 from omnistep._resampling import Channel, channels, clock_doubts
 from omnistep._tables import Floats, Skipped
 from omnistep._wheel_logs import ZERO_DUTY_FACT
 from omnistep._wheel_odometry import reckoned
 from omnistep.errors import LogError
-from omnistep.runs import bar
 
 _PLACE = ("x_m", "y_m", "yaw_rad")
 #: Columns of each wheel, by the table of the map.
@@ -157,7 +157,7 @@ def import_log(
         log: a CSV or Parquet file, a rosbag2 (its folder, .mcap or .db3).
         map: the map in TOML: columns or topics of the signals, and their units.
         out: the log to write.
-        progress: show a bar on standard error if it takes more than one second.
+        progress: show a bar, in a terminal or a notebook, when it takes more than a second.
         skip_bad_lines: leave out lines of a CSV file that cannot be read, and those before the columns' names.
 
     Returns:

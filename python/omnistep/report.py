@@ -72,7 +72,7 @@ def page(logs: Sequence[Log]) -> str:
     try:
         get_plotlyjs = importlib.import_module("plotly.offline").get_plotlyjs
     except ImportError as error:
-        raise ImportError('omnistep.report needs plotly: install omnistep with its extra "view"') from error
+        raise ImportError('omnistep.report needs plotly: pip install "omnistep[view]"') from error
     assets = files("omnistep") / "assets"
     names, runs = _names(logs), [_run(log) for log in logs]
     # Runs of the same vehicle on the same ground share a scene: the scene that shows most of the ground.

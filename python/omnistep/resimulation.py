@@ -19,11 +19,12 @@ from omnistep._calibration_poses import repeated, without_repeated
 from omnistep._marker_plate import MarkerPlate, earlier, found, given, late_s, slipping
 from omnistep._omnistep import Kinematics, Log, Odometry, Scenario, Simulation, Trace
 from omnistep._output_files import REFERENCES, check_picture, named_files, replaced, scenario_files
+from omnistep._progress import bar
 from omnistep._recorded_command import AXES
 from omnistep._resimulation_inputs import BYS, inputs_of, torque_line, twists_of
 from omnistep.errors import ConfigError
 from omnistep.recordings import estimated
-from omnistep.runs import bar, read_mcap
+from omnistep.runs import read_mcap
 
 Floats = NDArray[np.float64]
 #: Control periods between two looks at the progress bar.
@@ -220,12 +221,12 @@ def resimulate(
             cycles go to the motors, whose torque follows from the vehicle's line (stall torque, slope) at the simulated
             velocity; at a duty cycle of zero they brake, or have no torque if the log states ``coast``.
         overrides: keys of the scenario to replace, as in :func:`omnistep.run`.
-        plate: x [m], y [m] and yaw [rad] of the marker plate in the vehicle's axes, if the log's pose is a plate's pose
-            (:attr:`Calibration.plates`). Of a vehicle's log it is found from wheels and poses if left out.
-        sideways: ratio of the vehicle's lateral motion to its wheels' readings, 0.5 to 1.5: ``all.sideways`` of
-            :func:`omnistep.calibrate`. The lateral motion of the simulated path is scaled by it if a log of a vehicle
-            has poses.
-        progress: show a bar on standard error if it takes more than one second.
+        plate: x [m], y [m] and yaw [rad] of the marker plate in the vehicle's axes, where the log's pose is that of a
+            plate (:attr:`Calibration.plates`). Of a vehicle's log it is found from wheels and poses if left out.
+        sideways: how far the vehicle goes sideways of what its wheels say, 0.5 to 1.5: ``all.sideways`` of
+            :func:`omnistep.calibrate`. So far the simulated path goes sideways of what the simulation does, where a log
+            of a vehicle has poses.
+        progress: show a bar, in a terminal or a notebook, when it takes more than a second.
 
     Returns:
         The log, the simulation, and their differences.

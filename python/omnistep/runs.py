@@ -1,33 +1,18 @@
 """Whole runs: one run, one for each policy, or one read from its log."""
 
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping
 from os import PathLike
-from typing import Any, overload
+from typing import Any, Never, overload
 
-from tqdm import tqdm
-
+from omnistep._argument_types import no_others
+from omnistep._comparison import Comparison
 from omnistep._omnistep import Log, Scenario, Trace, list_policies, policy_name, shortened
 from omnistep._omnistep import read_mcap as _read_mcap
 from omnistep._omnistep import run as _run
+from omnistep._progress import bar
 from omnistep.errors import ConfigError
 from omnistep.own_policy import PolicyLike
-
-#: A call that is done by then shows no bar.
-SHORT_S = 1.0
-
-
-@contextmanager
-def bar(label: str, *, shown: bool) -> Iterator[Callable[[float], None]]:
-    """A progress bar and its function of the part done, 0 to 1."""
-    layout = "{desc}: {percentage:3.0f}% |{bar}| {elapsed}, {remaining} to go"
-    with tqdm(total=1.0, desc=label, delay=SHORT_S, disable=not shown, leave=False, bar_format=layout) as bar:
-
-        def advance(part: float) -> None:
-            bar.update(part - bar.n)
-
-        yield advance
 
 
 def _warn(trace: Trace) -> None:
@@ -45,6 +30,7 @@ def run(
     seed: int | None = None,
     mcap: str | PathLike[str] | None = None,
     progress: bool = True,
+    **others: Never,
 ) -> Trace:
     """Run a scenario from start to end.
 
@@ -62,7 +48,8 @@ def run(
             them. A path is relative to the working directory; one in a file is relative to that file.
         seed: seed of the scenario's perturbation, 0 to 2**63 - 1.
         mcap: path of an MCAP log to write; the file gets that name only when the run has ended regularly.
-        progress: show a bar on standard error if it takes more than one second.
+        progress: show a bar, in a terminal or a notebook, when it takes more than a second.
+        others: none is allowed; the message says where keys of a scenario go.
 
     Returns:
         Every signal of every control period. If the physics gained energy, the verdict ``gained_energy`` and a
@@ -87,6 +74,7 @@ def run(
         >>> len(trace), trace.outcome.verdict
         (500, 'completed')
     """
+    no_others(run, others)
     with bar("run", shown=progress) as advance:
         on_progress = advance if progress else None
         trace = _run(scenario, policy=policy, overrides=overrides, seed=seed, mcap=mcap, on_progress=on_progress)
@@ -103,7 +91,7 @@ def compare(
     overrides: Mapping[str, Any] | None = ...,
     seed: int | None = ...,
     progress: bool = ...,
-) -> dict[str, Trace]: ...
+) -> Comparison[str]: ...
 @overload
 def compare(
     scenario: str | PathLike[str] | Scenario = ...,
@@ -113,7 +101,7 @@ def compare(
     overrides: Mapping[str, Any] | None = ...,
     seed: int | None = ...,
     progress: bool = ...,
-) -> dict[tuple[str, str], Trace]: ...
+) -> Comparison[tuple[str, str]]: ...
 def compare(
     scenario: str | PathLike[str] | Scenario = "step",
     *,
@@ -122,7 +110,8 @@ def compare(
     overrides: Mapping[str, Any] | None = None,
     seed: int | None = None,
     progress: bool = True,
-) -> dict[str, Trace] | dict[tuple[str, str], Trace]:
+    **others: Never,
+) -> Comparison[str] | Comparison[tuple[str, str]]:
     """Run a scenario under several policies, and on several engines.
 
     Args:
@@ -132,10 +121,12 @@ def compare(
         engines: ``"rapier"``, ``"articulated"`` or both; the scenario's by default.
         overrides: keys to replace, as in :func:`run`.
         seed: seed of the scenario's perturbation.
-        progress: show a bar on standard error if it takes more than one second.
+        progress: show a bar, in a terminal or a notebook, when it takes more than a second.
+        others: none is allowed; the message says where keys of a scenario go.
 
     Returns:
-        The trace of each policy by name, in the order given; with ``engines`` by name and engine.
+        The trace of each policy by name, in the order given; with ``engines`` by name and engine. ``print`` shows the
+        table of ``omnistep compare``, and so does a notebook.
 
     Warns:
         UserWarning: as in :func:`run`, for each policy.
@@ -158,6 +149,7 @@ def compare(
         >>> list(traces)
         [('independent', 'rapier'), ('independent', 'articulated'), ('coast', 'rapier'), ('coast', 'articulated')]
     """
+    no_others(compare, others)
     listed = _listed("policies", policies, "a list of names and controllers")
     given = _all_policies() if listed is None else listed
     names = [policy_name(each) for each in given]
@@ -184,7 +176,7 @@ def compare(
             trace = _run(scenario, policy=policy, overrides=keys, seed=seed, on_progress=on_progress)
             _warn(trace)
             traces[name if engine is None else (name, engine)] = trace
-    return traces
+    return Comparison(traces)
 
 
 def _listed(name: str, given: Iterable[Any] | None, allowed: str) -> list[Any] | None:
@@ -209,7 +201,7 @@ def read_mcap(path: str | PathLike[str], *, progress: bool = True) -> Log:
 
     Args:
         path: the log; the log of a killed run ends with ``.mcap.part``.
-        progress: show a bar on standard error if it takes more than one second.
+        progress: show a bar, in a terminal or a notebook, when it takes more than a second.
 
     Returns:
         The run.

@@ -10,12 +10,10 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
-from tqdm import tqdm
-
 from omnistep._omnistep import Plan, Scenario
+from omnistep._progress import counter
 from omnistep.ensembles import complete, listed, points_of, positive
 from omnistep.errors import ConfigError, StudyError
-from omnistep.runs import SHORT_S
 
 #: From, to, and ``"log"`` for a search over the logarithm; or a list of values.
 Range: TypeAlias = tuple[float, float] | tuple[float, float, Literal["log"]] | Sequence[Any]
@@ -84,7 +82,7 @@ def tune(
         worst: the value of a failed run, above 0: more than any figure.
         out: a folder to keep the rows in.
         jobs: threads; as many as there are cores by default.
-        progress: show a bar on standard error if it takes more than one second.
+        progress: show a bar, in a terminal or a notebook, when it takes more than a second.
 
     Returns:
         The best values and Optuna's study.
@@ -139,7 +137,7 @@ def tune(
 
     with ExitStack() as stack:
         folder = Path(out if out is not None else stack.enter_context(tempfile.TemporaryDirectory()))
-        bar = stack.enter_context(tqdm(total=trials, unit="trial", delay=SHORT_S, disable=not progress))
+        bar = stack.enter_context(counter(shown=progress, total=trials, unit="trial"))
         study = _study(optuna, direction, seed)
         errors = []
         for _ in range(trials):
@@ -230,4 +228,4 @@ def _optuna() -> Any:
     try:
         return importlib.import_module("optuna")
     except ImportError as error:
-        raise ImportError('omnistep.tune needs Optuna: install omnistep with its extra "tune"') from error
+        raise ImportError('omnistep.tune needs Optuna: pip install "omnistep[tune]"') from error

@@ -140,7 +140,7 @@ def _extra(module: str) -> Any:
     try:
         return importlib.import_module(module)
     except ImportError as error:
-        raise ImportError(f'omnistep video needs {module}: install omnistep with its extra "view"') from error
+        raise ImportError(f'omnistep video needs {module}: pip install "omnistep[view]"') from error
     finally:
         if not own:
             del os.environ["RUST_LOG"]
@@ -171,7 +171,7 @@ def _viewer() -> Iterator[Any]:
         "rerun", path=os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
     )
     if program is None:
-        raise ImportError('omnistep video needs Rerun\'s viewer: install omnistep with its extra "view"')
+        raise ImportError('omnistep video needs Rerun\'s viewer: pip install "omnistep[view]"')
     command = [program, "--headless", "--bind", "127.0.0.1", "--port", str(port), "--hide-welcome-screen"]
     command += ["--window-size", "1700x760"]
     quiet = dict(os.environ, RERUN_ANALYTICS="0", DO_NOT_TRACK="1", RERUN_APP_ONLY="true")

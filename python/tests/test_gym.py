@@ -328,7 +328,7 @@ def test_ids_are_found_by_module_and_gymnasium_stays_an_extra():
     assert done.stdout.strip() == "omnistep/Drive-v0"
     failed = subprocess.run([sys.executable, "-c", missing], capture_output=True, text=True, check=False, cwd="/")
     assert failed.stderr.strip().splitlines()[-1] == (
-        'ImportError: omnistep.gym needs Gymnasium: install omnistep with its extra "learn"'
+        'ImportError: omnistep.gym needs Gymnasium: pip install "omnistep[learn]"'
     )
 
 

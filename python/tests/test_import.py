@@ -440,6 +440,4 @@ def test_a_reader_that_is_not_installed_is_named_with_its_extra(folder, monkeypa
             without.setitem(sys.modules, package, None)
             without.setitem(sys.modules, f"{package}.highlevel", None)
             code, _, err = command_line(without, capfd, "import", log, "--map", keys, "-o", "out.mcap")
-        assert (
-            code == 2 and err == f'error: omnistep import needs {package}: install omnistep with its extra "import"\n'
-        )
+        assert code == 2 and err == f'error: omnistep import needs {package}: pip install "omnistep[import]"\n'

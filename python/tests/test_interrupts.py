@@ -104,10 +104,14 @@ def test_what_a_watcher_raises_ends_the_call_and_comes_out(log):
 
 
 def test_a_bar_is_shown_for_long_calls_unless_switched_off(capsys, monkeypatch):
-    monkeypatch.setattr("omnistep.runs.SHORT_S", 0.0)
+    monkeypatch.setattr("omnistep._progress.SHORT_S", 0.0)
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True)
     omnistep.run("flat", overrides={"duration_s": 0.5})
     assert "run:" in capsys.readouterr().err
     omnistep.run("flat", overrides={"duration_s": 0.5}, progress=False)
-    monkeypatch.undo()
+    monkeypatch.setattr("omnistep._progress.SHORT_S", 1.0)
     omnistep.run("flat", overrides={"duration_s": 0.1})  # over within a second
+    monkeypatch.undo()
+    monkeypatch.setattr("omnistep._progress.SHORT_S", 0.0)
+    omnistep.run("flat", overrides={"duration_s": 0.5})  # into a file or a pipe
     assert capsys.readouterr().err == ""

@@ -50,7 +50,7 @@ for plot in (omnistep.plot.climb, omnistep.plot.side_view, bench):
     try:
         plot(trace)
     except ImportError as error:
-        assert 'install omnistep with its extra "plot"' in str(error), error
+        assert 'pip install "omnistep[plot]"' in str(error), error
     else:
         raise AssertionError(plot)
 """

@@ -296,4 +296,4 @@ def test_matplotlib_is_loaded_by_drawing_only_and_its_absence_is_one_line():
     code = "import sys, omnistep; assert 'matplotlib' not in sys.modules; sys.modules['matplotlib'] = None\n"
     code += "try: omnistep.plot.motor_bench(omnistep.run_motor_bench())\nexcept ImportError as error: print(error)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout == 'omnistep.plot needs matplotlib: install omnistep with its extra "plot"\n'
+    assert done.stdout == 'omnistep.plot needs matplotlib: pip install "omnistep[plot]"\n'

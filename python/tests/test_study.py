@@ -106,7 +106,8 @@ def test_a_study_begun_by_the_command_is_finished_in_python_and_the_other_way_ro
 
 def test_a_built_in_study_goes_to_out_under_its_name_and_tells_of_its_progress(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("omnistep.ensembles.SHORT_S", 0.0)
+    monkeypatch.setattr("omnistep._progress.SHORT_S", 0.0)
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True)
     given = {"overrides": {"duration_s": 0.02}, "seeds": [7]}
     result = omnistep.run_study("ensemble", **given)
     assert (tmp_path / "out" / "ensemble").is_dir() and str(result.folder) == "out/ensemble"

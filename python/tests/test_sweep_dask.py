@@ -17,7 +17,7 @@ import pytest
 import omnistep
 
 if importlib.util.find_spec("distributed") is None:
-    pytest.skip('needs dask: install omnistep with its extra "dask"', allow_module_level=True)
+    pytest.skip('needs dask: pip install "omnistep[dask]"', allow_module_level=True)
 
 # What dask and its dependencies deprecate is not ours to mend.
 pytestmark = pytest.mark.filterwarnings("default")

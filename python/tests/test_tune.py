@@ -148,7 +148,7 @@ import omnistep
 try:
     omnistep.tune(space={"command.vx_m_s": (0.1, 0.3)})
 except ImportError as error:
-    assert 'its extra "tune"' in str(error), error
+    assert 'pip install "omnistep[tune]"' in str(error), error
 else:
     raise AssertionError
 """

@@ -244,4 +244,4 @@ def test_what_cannot_be_written_is_said_in_one_line_before_the_search(drawn, cap
 
     assert refused("gone.toml").startswith("error: gone.toml: ")
     monkeypatch.setitem(sys.modules, "tomlkit", None)
-    assert 'the extra "identify"' in refused("drawn.toml")
+    assert 'pip install "omnistep[identify]"' in refused("drawn.toml")
