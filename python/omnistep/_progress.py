@@ -1,4 +1,4 @@
-"""Progress bars: in a terminal or in a notebook, and none where nobody looks."""
+"""Progress bars: in a terminal or in a notebook, and none where no one looks."""
 
 import sys
 from collections.abc import Callable, Iterator
@@ -23,7 +23,7 @@ def is_seen() -> bool:
 
 
 def counter(*, shown: bool, **options: Any) -> Any:
-    """Return a bar of tqdm with these options; in a notebook it is a widget, where nobody looks it does nothing."""
+    """Return a bar of tqdm with these options; in a notebook it is a widget, where no one looks it does nothing."""
     if not (shown and is_seen()):
         return tqdm(disable=True, **options)
     # It loads asyncio: only for who sees a bar.

@@ -32,7 +32,7 @@ FILE = re.compile(r"(un)?licen[cs]e|copying|copyright|notice", re.IGNORECASE)
 CODE = {".json", ".py", ".rs", ".toml", ".yaml", ".yml"}
 #: Texts of the other choice: zstd is under BSD-3-Clause or GPL-2.0, and is here under the first.
 LEFT_OUT = {"zstd-sys": {"zstd/COPYING"}}
-#: Where the standard text of a licence begins and ends, whatever stands around it.
+#: First and last words of the standard text of a licence, whatever stands around it.
 STANDARD = {
     "Apache-2.0": ("Apache License", "END OF TERMS AND CONDITIONS"),
     "MIT": ("Permission is hereby granted, free of charge", "DEALINGS IN THE SOFTWARE."),

@@ -82,7 +82,7 @@ impl Following {
         self.path.follower.step(&wanted, &self.pose(seen)).twist
     }
 
-    /// Where the path wants the vehicle at a time, and how it should move there.
+    /// Reference pose and motion of the path at a time.
     fn at(
         &self,
         progress: &mut ProgressState<f64>,

@@ -7,7 +7,7 @@ use omni_plan::{Area, Chart, Footprint, Goal, Grid, Map, Options, Planner, Pose,
 
 use crate::Error;
 
-/// So long after the end of its path a vehicle has come to rest \[s\].
+/// After this time beyond the end of its path a vehicle has come to rest \[s\].
 const AFTER_S: f64 = 3.0;
 
 /// As far as waypoints may be \[m\].
