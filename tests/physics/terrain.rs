@@ -259,7 +259,10 @@ fn a_block_under_a_wheel_at_the_start_is_refused_with_the_distance_that_it_needs
             .iter()
             .map(|key| Override::parse(key).expect("KEY=VALUE"))
             .collect();
-        load("flat", &overrides).map(|_| "valid").unwrap_err().to_string()
+        load("flat", &overrides)
+            .map(|_| "valid")
+            .expect_err("refused")
+            .to_string()
     };
     let under = refused(&["block=[{ x_m = [0.2, 0.3], y_m = [0.1, 0.2], height_m = 0.02 }]"]);
     assert!(
