@@ -158,3 +158,17 @@ def test_a_run_is_shown_in_a_frame_that_fetches_nothing_and_stays_small(runs, tm
     assert log._repr_html_() == log.show()._repr_html_()
     with pytest.raises(omnistep.ConfigError, match="allowed: the Log itself"):
         log.trace.show()
+
+
+def test_points_from_the_side_are_joints_only_of_a_vehicle_that_has_some(runs, curve):
+    labels = [omnistep.plot.side_view(run).lines[-1].get_label().split(",")[0] for run in (runs["traction"], curve)]
+    assert labels[0] == "joint on wheel 4" and labels[1].startswith("centre of wheel ")
+
+
+def test_every_panel_without_one_below_has_numbers_and_long_names_are_slanted():
+    rows = [{"p": p, "x": x, "y": 1.0, "climbed": True} for p in "abcde" for x in (1.0, 2.0)]
+    axes = omnistep.plot.climb_map(rows, x="x", y="y", panel="p")
+    assert all(tick.label1.get_visible() for ax in axes[1:] for tick in ax.xaxis.get_major_ticks())
+    names = [{"control_policy": policy, "climbed": True} for policy in omnistep.list_policies()]
+    (ax,) = omnistep.plot.ensemble(names, ["climbed"])
+    assert {label.get_rotation() for label in ax.get_xticklabels()} == {20.0}
