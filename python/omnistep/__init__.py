@@ -9,6 +9,7 @@ True
 from omnistep import plot
 from omnistep._calibration_runs import CalibrationRun
 from omnistep._comparison import Comparison
+from omnistep._html import attach
 from omnistep._omnistep import (
     ClimbLimits,
     CommandShaper,
@@ -63,6 +64,7 @@ from omnistep._omnistep import (
     torque_factor,
     torque_range,
 )
+from omnistep._played import PlayerFrame
 from omnistep.calibration import Calibration, calibrate
 from omnistep.charts import ChartCell, ClimbChart, climb_chart
 from omnistep.ensembles import StudyResult, run_study, sweep
@@ -82,6 +84,9 @@ from omnistep.resimulation import Difference, Resimulation, resimulate
 from omnistep.routes import Crossing, Route, RoutePoint, plan_route
 from omnistep.runs import compare, read_mcap, run
 from omnistep.tuning import TuneResult, tune
+
+attach()
+del attach
 
 __all__ = [
     "Calibration",
@@ -118,6 +123,7 @@ __all__ = [
     "Outcome",
     "Pid",
     "PidSample",
+    "PlayerFrame",
     "Policy",
     "PolicyInfo",
     "Resimulation",

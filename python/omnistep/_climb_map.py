@@ -133,6 +133,10 @@ def _panels(axes: Any, count: int, *, width: float, height: float) -> NDArray[An
     every = given_or_new(None, (down, across), size=size, share_y=True).ravel()
     for ax in every[count:]:
         ax.remove()
+    for ax in every[
+        max(count - across, 0) : count
+    ]:  # also where there is no panel below, as there is none to share with
+        ax.tick_params(labelbottom=True)
     return every[:count]
 
 

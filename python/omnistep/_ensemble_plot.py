@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 _MARKS = "osD^v<>P"
 _IN_A_ROW = 4
+_LETTERS = 44  # that fit below an axis, side by side
 _ROOM = 0.6  # of the way between two values, for lines side by side
 
 
@@ -84,6 +85,8 @@ def ensemble(
             places += _ROOM * step * ((number + 0.5) / len(each) - 0.5)
             _draw(ax, figure, places, of_line, line, number, [value_text(value) for value in values])
         ax.set_xticks(values if numbers else np.arange(len(values)), [value_text(value) for value in values])
+        if len(values) * max(len(value_text(value)) for value in values) > _LETTERS:
+            ax.tick_params(axis="x", labelrotation=20)
         if not numbers:
             ax.set_xlim(-0.6, len(values) - 0.4)
         if all(isinstance(measured, bool | None) for measured in found[figure]):

@@ -8,6 +8,7 @@ from typing import Any, Final, Literal, TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
+from omnistep._played import PlayerFrame
 from omnistep.own_policy import Packed, PolicyLike
 
 _Floats: TypeAlias = NDArray[np.float64]
@@ -1923,6 +1924,7 @@ class Vehicle:
             >>> print(omnistep.Vehicle("mecanum4").ros2_controllers().splitlines()[0])
             # ros2_control's controllers for the vehicle mecanum4. Units are m, rad and s.
         """
+    def _repr_html_(self) -> str: ...
     def __reduce__(self) -> tuple[Any, tuple[str]]: ...
     def __eq__(self, other: object, /) -> bool: ...
     def __ne__(self, other: object, /) -> bool: ...
@@ -2040,6 +2042,7 @@ class Scenario:
     @property
     def vehicle(self) -> Vehicle:
         """The vehicle; gains that its file leaves out are derived here."""
+    def _repr_html_(self) -> str: ...
     def __reduce__(self) -> tuple[Any, tuple[str]]: ...
     @staticmethod
     def _of_state(text: str) -> Scenario: ...
@@ -2158,6 +2161,19 @@ class Log:
     @property
     def terrain_urdf(self) -> str:
         """The ground as URDF."""
+    def show(self, *, height_px: int = 420) -> PlayerFrame:
+        """The run in the player of reports, in a notebook.
+
+        Args:
+            height_px: height of the frame, 100 to 4000.
+
+        Returns:
+            A frame that needs no network. Poses are shown at 50 moments a second, or at fewer if the run is long.
+
+        Raises:
+            ConfigError: the run has no row or no poses; or it is the ``trace`` of a log: pass the log.
+        """
+    def _repr_html_(self) -> str: ...
     def scene(self) -> dict[str, Any]:
         """The vehicle and the ground around the run's path, for the player in ``web/player``.
 
@@ -2245,6 +2261,19 @@ class Trace:
         Raises:
             ImportError: pandas is not installed.
         """
+    def show(self, *, height_px: int = 420) -> PlayerFrame:
+        """The run in the player of reports, in a notebook.
+
+        Args:
+            height_px: height of the frame, 100 to 4000.
+
+        Returns:
+            A frame that needs no network. Poses are shown at 50 moments a second, or at fewer if the run is long.
+
+        Raises:
+            ConfigError: the run has no row or no poses; or it is the ``trace`` of a log: pass the log.
+        """
+    def _repr_html_(self) -> str: ...
     def __arrow_c_stream__(self, requested_schema: object | None = None) -> object:
         """The columns as an Arrow stream without a copy: ``pyarrow.table(trace)``, ``duckdb.sql("from trace")``."""
     def __getitem__(self, name: str, /) -> _Floats:
@@ -2415,6 +2444,7 @@ class Outcome:
         """True heading then [rad], counter-clockwise positive, -pi to pi."""
     def to_dict(self) -> dict[str, str | bool | float | None]:
         """The figures by name."""
+    def _repr_html_(self) -> str: ...
     def __eq__(self, other: object, /) -> bool: ...
     def __ne__(self, other: object, /) -> bool: ...
     def __reduce__(self) -> tuple[Any, tuple[str]]: ...
@@ -2931,7 +2961,12 @@ class ClimbLimits:
         """Below this run-up each row does not climb, whatever the impact leaves [m/s]."""
     @property
     def path_run_up_m_s(self) -> _Floats:
+<<<<<<< HEAD
         """From this run-up on, the energy suffices if the impact leaves the motion along the path [m/s]."""
+=======
+        """From this run-up on the energy suffices where the impact leaves the motion along the path [m/s]."""
+    def _repr_html_(self) -> str: ...
+>>>>>>> notebook
     def __eq__(self, other: object, /) -> bool: ...
     def __ne__(self, other: object, /) -> bool: ...
     def __reduce__(self) -> tuple[Any, tuple[str]]: ...

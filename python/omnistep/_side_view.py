@@ -59,7 +59,7 @@ def draw(run: Trace | Log, *, every_s: float, ax: Axes | None, span: tuple[float
         markerfacecolor="white",
         markeredgecolor=policy_colour(trace.policy),
         markeredgewidth=1.4,
-        label=f"joint on wheel {trace.wheel_names[middle]}, every {every_s:g} s",
+        label=f"{_marked(run)} {trace.wheel_names[middle]}, every {every_s:g} s",
         zorder=5,
     )
     ax.set_aspect("equal")
@@ -81,6 +81,16 @@ def _centres(run: Trace | Log) -> tuple[Trace, NDArray[np.float64], NDArray[np.f
         raise ConfigError(f"{run.path}: no messages on /tf, allowed: a run with poses", file=str(run.path))
     centres = np.stack([run.frames[f"wheel_{name}"][:, :3] for name in trace.wheel_names], axis=1)
     return trace, time, centres[:, :, 0], centres[:, :, 2]
+
+
+def _marked(run: Trace | Log) -> str:
+    """Return what the points mark: a joint, or on a rigid vehicle the centre of a wheel."""
+    if isinstance(run, Trace):
+        jointed = any(name.startswith("hinge_") for name in run.names)
+    else:
+        own = {"base_link", "odom", *(f"wheel_{name}" for name in run.trace.wheel_names)}
+        jointed = bool(set(run.frames) - own)
+    return "joint on wheel" if jointed else "centre of wheel"
 
 
 def _one_a_row(x: NDArray[np.float64]) -> NDArray[np.intp]:

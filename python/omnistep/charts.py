@@ -148,6 +148,11 @@ class ClimbChart:
         sides = _around(side_deg, sorted({side for _, side in climbs}), turn=not keys["mirrored"])
         return min((climbs.get((skew, side), 0.0) for skew in skews for side in sides), default=0.0)
 
+    def _repr_html_(self) -> str:
+        from omnistep._html import chart_html
+
+        return chart_html(self)
+
     def __repr__(self) -> str:
         """Name vehicle and law, and count the approaches."""
         return f"<omnistep.charts.ClimbChart of {self.vehicle} under {self.policy}, {len(self.cells)} approaches>"

@@ -171,6 +171,11 @@ class StudyResult:
     def __len__(self) -> int:
         return len(self._rows)
 
+    def _repr_html_(self) -> str:
+        from omnistep._html import study_html
+
+        return study_html(self)
+
     def __repr__(self) -> str:
         counts = f"{len(self)} runs, {self.failed} failed, {self.computed} computed now"
         where = "" if self.folder is None else f": {self.folder}"

@@ -5,11 +5,13 @@ import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from types import SimpleNamespace
+from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 
 import omnistep
-from omnistep import _progress
+from omnistep import _played, _progress
 
 SHORT = {"duration_s": 0.1}
 
@@ -81,3 +83,92 @@ def test_a_bar_is_shown_in_a_terminal_or_a_notebook_and_nowhere_else(monkeypatch
     assert _progress.is_seen()
     monkeypatch.setattr("sys.stderr", None)
     assert not _progress.is_seen()
+
+
+def cells(page):
+    """What is in the cells of a table of HTML, which is well formed."""
+    root = ElementTree.fromstring(f"<div>{page}</div>")
+    return ["".join(each.itertext()) for each in root.iter() if each.tag in ("td", "th")]
+
+
+def test_outcome_and_trace_show_the_figures_of_the_command_s_table(runs):
+    trace = runs["traction"]
+    figures = cells(trace.outcome._repr_html_())
+    assert figures[:4] == ["verdict", "unfinished", "limited by", "time"]
+    assert figures[figures.index("work [J]") + 1] == f"{trace.outcome.work_j:.2f}"
+    shown = cells(trace._repr_html_())
+    assert shown[1] == f"traction, 3000 periods, {len(trace.names)} columns" and shown[2:] == figures
+
+
+def test_a_vehicle_is_drawn_from_above_with_ahead_up_left_on_the_left_and_its_wheels_names():
+    vehicle = omnistep.Vehicle("mecanum4")
+    root = ElementTree.fromstring(vehicle._repr_html_())
+    places = {each.text: (float(each.get("x")), float(each.get("y"))) for each in root.iter("text")}
+    assert set(places) == set(vehicle.wheel_names)
+    assert places["front_left"][1] < places["rear_left"][1] and places["front_left"][0] < places["front_right"][0]
+    facts = cells(vehicle._repr_html_())
+    assert facts[facts.index("mass [kg]") + 1] == f"{vehicle.mass_kg:g}"
+
+
+def test_scenario_limits_chart_and_study_are_tables_of_their_numbers():
+    scenario = cells(omnistep.Scenario("step")._repr_html_())
+    assert scenario[scenario.index("terrain.height_m") + 1] == "0.05"
+    limits = omnistep.climb_limits("step")
+    shown = cells(limits._repr_html_())
+    assert shown[:4] == ["row", "front", "middle", "rear"]
+    assert shown[shown.index("verdict") + 1 :][:3] == limits.verdicts
+    points = {"terrain.friction": [0.5, 0.9]}
+    study = omnistep.sweep(points, scenario="flat", overrides=SHORT, progress=False)
+    assert "0.9" in cells(study._repr_html_()) and "2 runs, 0 failed" in study._repr_html_()
+
+
+def test_a_chart_is_a_table_of_sizes_in_millimetres_by_approach_and_edge():
+    cell = 'edge = "step"\nside_deg = 15.0\nskew_deg = 0.0\nclimbs_m = 0.0244\nlimit_m = 0.03\nbecause = "stalled"\n'
+    head = 'vehicle = "a<b"\npolicy = "traction"\nfriction = 0.7\nspeed_m_s = 0.3\nmargin = 0.8\n'
+    page = omnistep.ClimbChart(f"{head}[[cell]]\n{cell}")._repr_html_()
+    assert cells(page) == ["approach", "step", "side 15 deg, skew 0 deg", "24.4, stalled"] and "a&lt;b under" in page
+
+
+@pytest.mark.parametrize("vehicle", ["chugo7", "rocker_bogie6", "mecanum4"])
+def test_the_poses_of_a_trace_in_the_player_are_those_of_its_log(vehicle, tmp_path):
+    keys = {"vehicle": vehicle, "duration_s": 2.0, "command.wz_rad_s": 0.1}
+    trace = omnistep.run("step", overrides=keys, mcap=tmp_path / "x.mcap", progress=False)
+    log = omnistep.read_mcap(tmp_path / "x.mcap")
+    played, scene = _played._Played.of(trace)
+    assert scene == log.scene() and set(played.frames) == set(log.frames) - {"odom"}
+    for name, poses in played.frames.items():
+        # At times a period later than the log's, in which it moves 0.3 mm; places in between are joined by lines.
+        between = np.array([np.interp(log.frame_time_s, played.frame_time_s, column) for column in poses.T]).T
+        assert np.abs(between[:, :3] - log.frames[name][:, :3]).max() < 2e-3, name
+        turns = np.abs(np.sum(between[:, 3:] * log.frames[name][:, 3:], axis=1))
+        assert turns.min() > np.cos(0.5 * np.radians(4.0)), name
+
+
+def test_a_run_is_shown_in_a_frame_that_fetches_nothing_and_stays_small(runs, tmp_path, monkeypatch):
+    frame = runs["traction"].show(height_px=300)
+    page = frame._repr_html_()
+    assert page.startswith('<iframe title="step with chugo7: traction" sandbox="allow-scripts"')
+    assert 'height="300"' in page and "http:" not in frame.page and "https:" not in frame.page and len(page) < 600_000
+    monkeypatch.setattr(_played, "_MOST_NUMBERS", 1000)
+    assert len(runs["traction"].show().page) < len(frame.page)
+    with pytest.raises(omnistep.ConfigError, match="height_px = 0, allowed: 100 to 4000"):
+        runs["traction"].show(height_px=0)
+    omnistep.run("flat", overrides=SHORT, mcap=tmp_path / "x.mcap")
+    log = omnistep.read_mcap(tmp_path / "x.mcap")
+    assert log._repr_html_() == log.show()._repr_html_()
+    with pytest.raises(omnistep.ConfigError, match="allowed: the Log itself"):
+        log.trace.show()
+
+
+def test_points_from_the_side_are_joints_only_of_a_vehicle_that_has_some(runs, curve):
+    labels = [omnistep.plot.side_view(run).lines[-1].get_label().split(",")[0] for run in (runs["traction"], curve)]
+    assert labels[0] == "joint on wheel 4" and labels[1].startswith("centre of wheel ")
+
+
+def test_every_panel_without_one_below_has_numbers_and_long_names_are_slanted():
+    rows = [{"p": p, "x": x, "y": 1.0, "climbed": True} for p in "abcde" for x in (1.0, 2.0)]
+    axes = omnistep.plot.climb_map(rows, x="x", y="y", panel="p")
+    assert all(tick.label1.get_visible() for ax in axes[1:] for tick in ax.xaxis.get_major_ticks())
+    names = [{"control_policy": policy, "climbed": True} for policy in omnistep.list_policies()]
+    (ax,) = omnistep.plot.ensemble(names, ["climbed"])
+    assert {label.get_rotation() for label in ax.get_xticklabels()} == {20.0}
