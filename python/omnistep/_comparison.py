@@ -8,6 +8,7 @@ from typing import Any, Generic, NamedTuple, TypeVar
 
 from omnistep import _figures
 from omnistep._omnistep import Outcome, Trace
+from omnistep._tables import extra
 
 #: A policy, or a policy and an engine.
 Key = TypeVar("Key", bound="str | tuple[str, str]")
@@ -86,8 +87,6 @@ class Comparison(Mapping[Key, Trace], Generic[Key]):
         Raises:
             ImportError: pandas is not installed: ``pip install pandas``.
         """
-        from omnistep.ensembles import extra
-
         pandas = extra("pandas", "pandas")
         figures = [trace.outcome.to_dict() for trace in self.values()]
         by_engine = any(not isinstance(key, str) for key in self)

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from omnistep import _omnistep
+from omnistep._omnistep import figures
 
 
 class Quantity(NamedTuple):
@@ -33,7 +33,7 @@ FIGURES = {
     "verdict": Quantity(
         "verdict", "How the run ended: climbed and driven are success, recorded is a log of a real vehicle.", ""
     ),
-    **{key: Quantity(heading, text, unit, better) for key, heading, text, unit, better in _omnistep.figures()},
+    **{key: Quantity(heading, text, unit, better) for key, heading, text, unit, better in figures()},
 }
 #: Signals of wheels that plots show, by name.
 SIGNALS = {

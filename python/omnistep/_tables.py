@@ -58,6 +58,14 @@ def needs(package: str, needed_by: str, extra: str) -> ImportError:
     return ImportError(f'{needed_by} needs {package}: pip install "omnistep[{extra}]"')
 
 
+def extra(module: str, package: str) -> Any:
+    """Import an optional package."""
+    try:
+        return importlib.import_module(module)
+    except ImportError as error:
+        raise ImportError(f"this needs {module}: pip install {package}") from error
+
+
 def module(name: str) -> Any:
     """Import a reader, which may be missing."""
     return importlib.import_module(name)

@@ -1,6 +1,5 @@
 """Many runs, one row each: studies and sweeps, on the cores of this machine or on remote workers."""
 
-import importlib
 import itertools
 import math
 import operator
@@ -17,6 +16,7 @@ from typing import Any, Never, SupportsIndex
 from omnistep._argument_types import no_others
 from omnistep._omnistep import Plan, Rows, Scenario, Store, compute_batch, shortened
 from omnistep._progress import counter
+from omnistep._tables import extra
 from omnistep.errors import ConfigError, StudyError
 from omnistep.own_policy import Packed, PolicyLike, packed
 
@@ -399,14 +399,6 @@ def positive(name: str, value: int | None) -> int | None:
     if isinstance(value, SupportsIndex) and not isinstance(value, bool) and (count := operator.index(value)) >= 1:
         return count
     raise ConfigError(f"{name} = {value!r}, allowed: a whole number from 1", key=name)
-
-
-def extra(module: str, package: str) -> Any:
-    """Import an optional package."""
-    try:
-        return importlib.import_module(module)
-    except ImportError as error:
-        raise ImportError(f"this needs {module}: pip install {package}") from error
 
 
 class _Bar:

@@ -33,8 +33,8 @@ LINK = re.compile(r"(?<!!)\[([^\]]+)\]\((\.\./[^)\s#]+)(?:#[^)\s]*)?\)")
 PAGES = {
     "runs": (
         "Runs, traces, logs",
-        "run compare Comparison climb_limits run_motor_bench read_mcap Trace Outcome Log PlayerFrame ClimbLimits MotorBenchTrace"
-        " Simulation Sample Policy PolicyInfo Observation import_log ImportSummary ImportedSignal resimulate"
+        "run compare Comparison climb_limits run_motor_bench read_mcap Trace Outcome Log PlayerFrame ClimbLimits"
+        " MotorBenchTrace Simulation Sample Policy PolicyInfo Observation import_log ImportSummary ImportedSignal resimulate"
         " Resimulation Difference",
     ),
     "files": ("Vehicles and scenarios", "Vehicle Scenario list_vehicles list_scenarios list_policies"),

@@ -263,7 +263,7 @@ fn refused(scenario: &Scenario, key: String, message: &str) -> Error {
     config::Error::Key { file, key, message }.into()
 }
 
-pub(crate) fn wheel_count_refused(scenario: &Scenario) -> config::Error {
+fn wheel_count_refused(scenario: &Scenario) -> config::Error {
     config::Error::Key {
         file: format!("vehicle {}", scenario.vehicle().name),
         key: "wheel".into(),

@@ -72,7 +72,13 @@ impl Localization {
     /// Of a scenario's vehicle, which knows the pose that it starts at.
     pub(crate) fn new(scenario: &Scenario, start: &PlanarPose<f64>) -> Result<Self, Error> {
         let count = scenario.vehicle().wheel.len();
-        let refuse = |_| Err(crate::controller::wheel_count_refused(scenario));
+        let refuse = |count| {
+            Err(config::Error::Key {
+                file: format!("vehicle {}", scenario.vehicle().name),
+                key: "wheel".into(),
+                message: config::wheel_count_refused(count).to_string(),
+            })
+        };
         Ok(for_wheel_count!(count, of_wheels[](scenario, start), refuse)?)
     }
 
