@@ -34,8 +34,8 @@ PAGES = {
     "runs": (
         "Runs, traces, logs",
         "run compare Comparison climb_limits run_motor_bench read_mcap Trace Outcome Log PlayerFrame ClimbLimits"
-        " MotorBenchTrace Simulation Sample Policy PolicyInfo Observation import_log ImportSummary ImportedSignal resimulate"
-        " Resimulation Difference",
+        " MotorBenchTrace Simulation Sample Policy PolicyInfo Observation import_log ImportSummary ImportedSignal"
+        " resimulate Resimulation Difference",
     ),
     "files": ("Vehicles and scenarios", "Vehicle Scenario list_vehicles list_scenarios list_policies"),
     "control": (
