@@ -132,7 +132,7 @@ def cause(run: dict) -> str:
 
 def with_causes(rows: pd.DataFrame) -> pd.DataFrame:
     """Rows of draws, and what misleads each."""
-    causes = {seed: cause(drawn(seed)) for seed in rows["seed"].unique()}
+    causes = {seed: cause(drawn(int(seed))) for seed in rows["seed"].unique()}
     return rows.assign(cause=rows["seed"].map(causes))
 
 
