@@ -165,7 +165,7 @@ pub(crate) enum Command {
     /// NAME is a vehicle; with --format mjcf, rust and c also a scenario, and a vehicle alone
     /// stands on the ground of the scenario flat.
     Export(ExportArgs),
-    /// Converts measurements on a vehicle into a log: CSV, Parquet, rosbag2 [Python].
+    /// Converts measurements of a vehicle to a log: CSV, Parquet, rosbag2 [Python].
     ///
     /// Part of the Python package with its extra "import".
     Import(PythonArgs),
@@ -185,11 +185,11 @@ pub(crate) enum Command {
     ///
     /// Part of the Python package with its extra "view".
     Report(PythonArgs),
-    /// Estimates masses, friction, delay and lag from logs, with intervals [Python].
+    /// Estimates masses, friction, delay, lag from logs, with intervals [Python].
     ///
     /// Part of the Python package with its extra "identify".
     Identify(PythonArgs),
-    /// Estimates wheel radii, positions and directions from measured runs [Python].
+    /// Estimates wheel radii, positions, directions from measured runs [Python].
     ///
     /// The final position of each run has to be measured. Part of the Python package with its extra "identify".
     Calibrate(PythonArgs),
