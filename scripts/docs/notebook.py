@@ -16,7 +16,7 @@ PAGE = ROOT / "docs" / "tutorial.md"
 BRANCH = "notebook"
 #: Which paragraphs are about cells of one's own, and the section that installs from a copy of the repository.
 PASTE = "Paste every block into a notebook cell, in order."
-INSTALL = re.compile(r"^## Install it\n.*?(?=^## )", re.MULTILINE | re.DOTALL)
+INSTALL = re.compile(r"^## Install the package\n.*?(?=^## )", re.MULTILINE | re.DOTALL)
 LINK = re.compile(r"(!?\[[^\]]*\]\()(?![a-z]+:|#)([^)\s]+)(?=\))")
 
 
@@ -34,9 +34,9 @@ def addressed(text: str, repository: str, site: str) -> str:
 
 def cells(page: str, install: str) -> list[tuple[str, str]]:
     """The kinds and texts of the cells; `install` is the cell in place of the section that installs."""
-    page, count = INSTALL.subn(lambda _: f"## Install it\n\n```python\n{install}\n```\n\n", page)
+    page, count = INSTALL.subn(lambda _: f"## Install the package\n\n```python\n{install}\n```\n\n", page)
     if count != 1 or PASTE not in page:
-        sys.exit(f"docs/tutorial.md lacks the section ## Install it, or the sentence: {PASTE}")
+        sys.exit(f"docs/tutorial.md lacks the section ## Install the package, or the sentence: {PASTE}")
     page = page.replace(PASTE, "Run the cells in order.")
     found = []
     for number, part in enumerate(re.split(r"^```python\n(.*?)^```\n", page, flags=re.MULTILINE | re.DOTALL)):
