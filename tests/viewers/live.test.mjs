@@ -258,7 +258,7 @@ test("a page of elsewhere is refused with the reason, by name and by address", a
   assert.deepEqual(await answered(address, { origin: "https://evil.example" }), { status: 403, reason: "a page from https://evil.example: allow it with --allow-origin https://evil.example\n" });
   assert.deepEqual(await answered(address, { headers: { Host: "evil.example" } }), { status: 403, reason: "Host evil.example, allowed: localhost, 127.0.0.1 or [::1]\n" });
   assert.equal((await answered(address, { origin: "null" })).status, 403);
-  assert.match(said(), /^live: refused a page from https:\/\/evil\.example: allow it with --allow-origin https:\/\/evil\.example$/m);
+  assert.match(said(), /^live: rejected a page from https:\/\/evil\.example: allow it with --allow-origin https:\/\/evil\.example$/m);
   run.kill("SIGINT");
   await once(run, "exit");
 });
