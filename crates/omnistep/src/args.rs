@@ -165,7 +165,7 @@ pub(crate) enum Command {
     /// NAME is a vehicle; with --format mjcf, rust and c also a scenario, and a vehicle alone
     /// stands on the ground of the scenario flat.
     Export(ExportArgs),
-    /// Converts measurements of a vehicle to a log: CSV, Parquet, rosbag2 [Python].
+    /// Converts measurements to a log: CSV, Parquet, rosbag2 [Python].
     ///
     /// Part of the Python package with its extra "import".
     Import(PythonArgs),
