@@ -206,7 +206,7 @@ fn wheels_that_all_spin_at_an_edge_do_not_hide_that_a_mecanum_vehicle_is_stuck()
                 "vehicle=mecanum4",
                 "terrain.height_m=0.035",
                 "terrain.friction=0.6",
-                "duration_s=12",
+                "duration_s=16",
             ];
             let noise = [
                 "perturbation.yaw_rad=0.02",
