@@ -2976,6 +2976,8 @@ def plan_route(
     chart: str,
     file: str,
     map: str | PathLike[str] | None,
+    elevation: tuple[str | PathLike[str], float, float] | None,
+    keep_out: list[tuple[float, float, float, float]],
     cost: str,
     margin: float,
     clearance_m: float,
@@ -2990,6 +2992,8 @@ def plan_route(
         chart: the text of a climb chart's file.
         file: the name of that file in messages.
         map: a file of map_server, or None for the scenario's ground.
+        elevation: the picture of its heights, and the heights of black and white [m], or None for a level map.
+        keep_out: rectangles that the vehicle does not enter, x from and to, y from and to [m].
         cost: ``time``, ``energy`` or ``risk``.
         margin: part of the chart's limits to plan with.
         clearance_m: distance from obstacles [m].

@@ -127,6 +127,8 @@ def plan_route(
     *,
     chart: ClimbChart | str | PathLike[str],
     map: str | PathLike[str] | None = None,
+    elevation: tuple[str | PathLike[str], float, float] | None = None,
+    keep_out: Sequence[Sequence[float]] = (),
     cost: Literal["time", "energy", "risk"] = "time",
     margin: float = 0.8,
     clearance_m: float = 0.05,
@@ -142,6 +144,8 @@ def plan_route(
         to: x and y in the world [m], -100 to 100, and a heading [deg] if it matters.
         chart: what the vehicle climbs, see :func:`omnistep.climb_chart`, or the file of a chart.
         map: a map of ROS's map_server, a .yaml file, instead of the scenario's ground.
+        elevation: heights of the map: a grey PNG or PGM of the same size, and the heights of its black and white [m].
+        keep_out: rectangles that the vehicle does not enter: x from and to, y from and to in the world [m].
         cost: what the route has the least of.
         margin: part of the chart's limits to plan with, 0.1 to 1.
         clearance_m: distance from walls and from edges that are not crossed [m], 0 to 1.
@@ -171,6 +175,12 @@ def plan_route(
         goal = [float(part) for part in to]
     except (TypeError, ValueError) as error:
         raise ConfigError(f"to: {to!r}, allowed: two or three numbers", key="to") from error
+    try:
+        areas = [(float(x), float(to_x), float(y), float(to_y)) for x, to_x, y, to_y in keep_out]
+    except (TypeError, ValueError) as error:
+        raise ConfigError(f"keep_out: {keep_out!r}, allowed: four numbers each", key="keep_out") from error
+    if elevation is not None and map is None:
+        raise ConfigError("elevation: given without map, whose heights it has", key="elevation")
     planned_in = Scenario(scenario, overrides=overrides)
     route = _omnistep.plan_route(
         planned_in,
@@ -178,6 +188,8 @@ def plan_route(
         chart=text,
         file=file,
         map=None if map is None else fspath(map),
+        elevation=elevation,
+        keep_out=areas,
         cost=cost,
         margin=margin,
         clearance_m=clearance_m,

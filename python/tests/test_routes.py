@@ -31,6 +31,12 @@ def test_a_chart_in_memory_is_its_file():
     assert routes[0].text == routes[1].text
 
 
+def test_an_area_to_keep_out_of_is_gone_round():
+    route = omnistep.plan_route("flat", (4.0, 0.0), chart=CHART, keep_out=[(1.5, 2.5, -1.0, 2.0)])
+    # Half the vehicle's width beyond the area's border, and more.
+    assert min(point.y_m for point in route.points) < -1.2
+
+
 def test_where_there_is_no_way_the_edge_is_named():
     with pytest.raises(omnistep.NoRouteError, match=r"edge at \(0\.70, .* mm up, at most 48 mm from the front"):
         omnistep.plan_route("step", (2.5, 0.0), chart=CHART)
@@ -41,6 +47,9 @@ def test_where_there_is_no_way_the_edge_is_named():
     [
         ({"to": (1.0,)}, "to", "x and y"),
         ({"to": "there"}, "to", "two or three numbers"),
+        ({"keep_out": [(1.0, 2.0)]}, "keep_out", "four numbers"),
+        ({"keep_out": [(1e9, 2.0, 0.0, 1.0)]}, "corner", "-100000 to 100000"),
+        ({"elevation": ("heights.png", 0.0, 1.0)}, "elevation", "without map"),
         ({"cost": "beauty"}, "cost", "time, energy, risk"),
         ({"margin": 2.0}, "margin", "0.1 to 1"),
         ({"around_m": float("nan")}, "around_m", "1 to 100"),

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use omni_plan::{Cost, Options, Route};
+use omni_plan::{Area, Cost, Elevation, Options, Route};
 use omnistep::routes::{self, RouteRequest};
 use pyo3::prelude::*;
 
@@ -17,6 +17,8 @@ use crate::scenario::Scenario;
 ///     chart: the text of a climb chart's file.
 ///     file: the name of that file in messages.
 ///     map: a file of map_server, or None for the scenario's ground.
+///     elevation: the picture of its heights, and the heights of black and white [m], or None for a level map.
+///     keep_out: rectangles that the vehicle does not enter, x from and to, y from and to [m].
 ///     cost: ``time``, ``energy`` or ``risk``.
 ///     margin: part of the chart's limits to plan with.
 ///     clearance_m: distance from obstacles [m].
@@ -30,7 +32,7 @@ use crate::scenario::Scenario;
 ///     ConfigError: a file or an argument is not usable.
 ///     NoRouteError: there is no way.
 #[pyfunction]
-#[pyo3(signature = (scenario, to, *, chart, file, map, cost, margin, clearance_m, resolution_m, around_m))]
+#[pyo3(signature = (scenario, to, *, chart, file, map, elevation, keep_out, cost, margin, clearance_m, resolution_m, around_m))]
 #[expect(clippy::too_many_arguments, reason = "keywords of a function")]
 pub(crate) fn plan_route(
     py: Python<'_>,
@@ -39,6 +41,8 @@ pub(crate) fn plan_route(
     chart: &str,
     file: &str,
     map: Option<PathBuf>,
+    elevation: Option<(PathBuf, f64, f64)>,
+    keep_out: Vec<[f64; 4]>,
     cost: &str,
     margin: f64,
     clearance_m: f64,
@@ -62,10 +66,18 @@ pub(crate) fn plan_route(
             ));
         }
     };
+    let elevation = elevation.map(|(file, black_m, white_m)| Elevation::new(file, black_m, white_m));
+    let keep_out = keep_out
+        .iter()
+        .map(|[x, to_x, y, to_y]| Area::rectangle([*x, *to_x], [*y, *to_y]))
+        .collect::<Result<Vec<_>, _>>()
+        .map_err(exception)?;
     let request = RouteRequest {
         goal: routes::goal(&to).map_err(exception)?,
         chart: &chart,
         map: map.as_deref(),
+        elevation: elevation.as_ref(),
+        keep_out: &keep_out,
         resolution_m,
         around_m,
         options: Options {

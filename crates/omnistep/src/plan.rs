@@ -5,26 +5,41 @@ use std::path::{Path, PathBuf};
 
 use comfy_table::Table;
 use omni_config::Scenario;
-use omni_plan::{Chart, Cost, CrossingKind, Options, Route};
+use omni_plan::{Area, Chart, Cost, CrossingKind, Elevation, Options, Route};
 
 use crate::Error;
 use crate::args::{CostArg, PlanArgs, parse_overrides};
 use crate::output::{aligned, print, print_path, write_file};
-use crate::routes::{RouteRequest, driven, goal, plan_route};
+use crate::routes::{RouteRequest, driven, goal, planner, start};
 
 /// Plans a route, and prints its crossings.
 pub(super) fn plan(args: &PlanArgs, out: &mut dyn Write) -> Result<(), Error> {
     let scenario = Scenario::load(&args.scenario, &parse_overrides(&args.overrides)?)?;
     let format = args.out.as_deref().map(Format::of).transpose()?;
+    let elevation = elevation(args)?;
+    let keep_out = args.keep_out.iter();
+    let keep_out: Vec<_> = keep_out
+        .map(|[x, to_x, y, to_y]| Area::rectangle([*x, *to_x], [*y, *to_y]))
+        .collect::<Result<_, _>>()?;
     let request = RouteRequest {
         goal: goal(&args.to)?,
         chart: &charted(&scenario, args)?,
         map: args.map.as_deref(),
+        elevation: elevation.as_ref(),
+        keep_out: &keep_out,
         resolution_m: args.resolution,
         around_m: args.around,
         options: options(args),
     };
-    let route = plan_route(&scenario, &request)?;
+    let planner = planner(&scenario, &request)?;
+    if let Some(folder) = &args.costmaps {
+        // Before the search: they show why there is no way.
+        let written = planner.write_costmaps(folder, scenario.vehicle().name.as_str())?;
+        eprintln!("{} costmaps in {}", written.len(), folder.display());
+    }
+    let route = planner
+        .plan(&start(&scenario), &request.goal)
+        .map_err(Error::NoRoute)?;
     if let (Some(file), Some(format)) = (&args.out, format) {
         write_file(file, &format.text(&route, &scenario)?, &inputs(args))?;
     }
@@ -78,9 +93,25 @@ fn inputs(args: &PlanArgs) -> Vec<PathBuf> {
     let files = [
         args.chart.clone(),
         args.map.clone(),
+        args.elevation.clone(),
         Some(args.scenario.clone().into()),
     ];
     files.into_iter().flatten().collect()
+}
+
+/// The heights of a map.
+fn elevation(args: &PlanArgs) -> Result<Option<Elevation>, Error> {
+    let Some(file) = &args.elevation else {
+        return Ok(None);
+    };
+    match args.elevation_range[..] {
+        [black_m, white_m] => Ok(Some(Elevation::new(file, black_m, white_m))),
+        _ => Err(Error::Argument {
+            name: "--elevation-range",
+            value: format!("{:?}", args.elevation_range),
+            allowed: "two numbers: the heights of black and white [m]",
+        }),
+    }
 }
 
 fn options(args: &PlanArgs) -> Options {

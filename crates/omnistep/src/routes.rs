@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use omni_config::{Override, Scenario, Vehicle};
-use omni_plan::{Area, Chart, Footprint, Goal, Grid, Map, Options, Planner, Pose, Route};
+use omni_plan::{Area, Chart, Elevation, Footprint, Goal, Grid, Map, Options, Planner, Pose, Route};
 
 use crate::Error;
 
@@ -41,6 +41,10 @@ pub struct RouteRequest<'a> {
     pub chart: &'a Chart,
     /// A map of map_server; none for the scenario's ground.
     pub map: Option<&'a Path>,
+    /// Its heights; none if it is level.
+    pub elevation: Option<&'a Elevation>,
+    /// Areas that the vehicle does not enter.
+    pub keep_out: &'a [Area],
     /// Cells of the scenario's ground \[m\], 0.001 to 10.
     pub resolution_m: f64,
     /// How far around start and goal the scenario's ground is looked at \[m\], 1 to 100.
@@ -54,14 +58,31 @@ pub struct RouteRequest<'a> {
 /// # Errors
 /// A file or an argument that is not usable, by its name; [`Error::NoRoute`], which says what is in the way.
 pub fn plan_route(scenario: &Scenario, request: &RouteRequest) -> Result<Route, Error> {
-    let start = start(scenario);
-    let map = match request.map {
-        Some(file) => Map::from_map_server(file, None)?,
-        None => ground(scenario, request, &start)?,
+    let planner = planner(scenario, request)?;
+    planner
+        .plan(&start(scenario), &request.goal)
+        .map_err(Error::NoRoute)
+}
+
+/// The planner over the map or the scenario's ground, which also writes costmaps.
+///
+/// # Errors
+/// A file or an argument that is not usable, by its name.
+pub fn planner(scenario: &Scenario, request: &RouteRequest) -> Result<Planner, Error> {
+    let mut map = match request.map {
+        Some(file) => Map::from_map_server(file, request.elevation)?,
+        None => ground(scenario, request, &start(scenario))?,
     };
+    for area in request.keep_out {
+        map = map.with_keep_out(area.clone());
+    }
     let footprint = footprint(scenario.vehicle())?;
-    let planner = Planner::new(&map, request.chart, &footprint, request.options.clone())?;
-    planner.plan(&start, &request.goal).map_err(Error::NoRoute)
+    Ok(Planner::new(
+        &map,
+        request.chart,
+        &footprint,
+        request.options.clone(),
+    )?)
 }
 
 /// The scenario, whose command is the route, and which lasts until its end. The vehicle follows with the estimated
@@ -102,7 +123,8 @@ pub fn driven(route: &Route, scenario: &Scenario) -> Result<Scenario, Error> {
     Ok(driven.with(&name, &[lasts])?)
 }
 
-fn start(scenario: &Scenario) -> Pose {
+/// Where a scenario's vehicle starts.
+pub fn start(scenario: &Scenario) -> Pose {
     let start = &scenario.start;
     Pose::new(start.x_m, start.y_m, start.heading_rad)
 }

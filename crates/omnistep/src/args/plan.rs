@@ -23,6 +23,26 @@ pub(crate) struct PlanArgs {
     /// A map_server map, a .yaml file, instead of the scenario's ground.
     #[arg(long, value_name = "FILE")]
     pub(crate) map: Option<PathBuf>,
+    /// Heights of --map: a grey PNG or PGM of the same size.
+    #[arg(long, value_name = "FILE", requires = "map")]
+    pub(crate) elevation: Option<PathBuf>,
+    /// Heights of the elevation's black and white [m], each within 10 km.
+    #[arg(
+        long,
+        value_name = "BLACK,WHITE",
+        value_delimiter = ',',
+        num_args = 1,
+        allow_hyphen_values = true,
+        default_value = "0,1",
+        requires = "elevation"
+    )]
+    pub(crate) elevation_range: Vec<f64>,
+    /// Rectangle that the vehicle does not enter, in the world [m]; may be repeated.
+    #[arg(long, value_name = "X,X,Y,Y", allow_hyphen_values = true, value_parser = rectangle)]
+    pub(crate) keep_out: Vec<[f64; 4]>,
+    /// Also writes costmaps for Nav2 into a folder: one, one per heading of 16, and a speed mask.
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) costmaps: Option<PathBuf>,
     /// Quantity to minimise: time, energy or risk.
     #[arg(long, value_enum, default_value_t = CostArg::Time)]
     pub(crate) cost: CostArg,
@@ -47,6 +67,15 @@ pub(crate) struct PlanArgs {
     /// Prints only JSON: the route in one line.
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// x from and to, y from and to.
+fn rectangle(text: &str) -> Result<[f64; 4], String> {
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse()).collect();
+    let four = numbers
+        .ok()
+        .and_then(|numbers| <[f64; 4]>::try_from(numbers).ok());
+    four.ok_or_else(|| "four numbers: x from and to, y from and to [m]".to_owned())
 }
 
 /// The quantity that a route minimises.

@@ -72,6 +72,61 @@ fn a_route_is_written_as_numbers_too() {
     );
 }
 
+/// A map of 6 m by 3 m at 5 cm, all free, and its heights: a platform of 40 mm from x = 3 m on.
+fn hall(folder: &Path) {
+    let grey = |name: &str, grey: &dyn Fn(usize) -> u8| {
+        let row: Vec<u8> = (0..120).map(grey).collect();
+        fs::write(
+            folder.join(name),
+            [&b"P5\n120 60\n255\n"[..], &row.repeat(60)].concat(),
+        )
+        .unwrap();
+    };
+    grey("hall.pgm", &|_| 254);
+    grey("heights.pgm", &|column| if column < 60 { 0 } else { 40 });
+    let yaml = "image: hall.pgm\nresolution: 0.05\norigin: [-1.0, -1.5, 0.0]\n\
+                negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.25\n";
+    fs::write(folder.join("hall.yaml"), yaml).unwrap();
+}
+
+#[test]
+fn a_map_has_heights_and_areas_to_keep_out_of_and_gives_costmaps() {
+    let folder = tempfile::tempdir().unwrap();
+    hall(folder.path());
+    let way = [
+        "flat",
+        "--to",
+        "4,0",
+        "--chart",
+        CHART,
+        "--map",
+        "hall.yaml",
+        "--json",
+    ];
+    let heights = ["--elevation", "heights.pgm", "--elevation-range", "0,0.255"];
+    let route = |more: &[&str]| -> serde_json::Value {
+        let output = plan(folder.path(), &[&way[..], more].concat());
+        serde_json::from_slice(&output.stdout).unwrap_or_else(|_| panic!("{output:?}"))
+    };
+    let level = route(&[]);
+    assert_eq!(level["crossings"].as_array().unwrap().len(), 0);
+    assert_eq!(level["points"].as_array().unwrap().len(), 2);
+    let over = route(&[&heights[..], &["--costmaps", "costs"]].concat());
+    let edge = &over["crossings"][0];
+    assert!((edge["height_m"].as_f64().unwrap() - 0.04).abs() < 1e-9, "{over}");
+    assert!((edge["x_m"].as_f64().unwrap() - 2.0).abs() < 1e-9, "{over}");
+    // An isotropic one, sixteen, and the speeds: a picture and a description each.
+    assert_eq!(fs::read_dir(folder.path().join("costs")).unwrap().count(), 36);
+    assert!(folder.path().join("costs/chugo7-heading-15.yaml").exists());
+    let around = route(&["--keep-out", "1.5,2.5,-0.6,2.0"]);
+    let least_y_m = around["points"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|point| point["y_m"].as_f64().unwrap());
+    assert!(least_y_m.fold(0.0, f64::min) < -0.9, "{around}");
+}
+
 #[test]
 fn where_there_is_no_way_the_edge_is_named_and_the_exit_code_is_1() {
     let folder = tempfile::tempdir().unwrap();
@@ -133,6 +188,10 @@ fn what_is_wrong_is_one_line_with_the_range_allowed() {
         (
             vec!["step", "--to", "2,0", "--chart", CHART, "--map", "none.yaml"],
             ["none.yaml", "map_server"],
+        ),
+        (
+            vec!["step", "--to", "2,0", "--chart", CHART, "--keep-out", "1e9,2,0,1"],
+            ["corner = 1000000000", "-100000 to 100000"],
         ),
     ] {
         let output = plan(folder.path(), &args);
