@@ -23,8 +23,8 @@ def blocks(rows: pd.DataFrame, dampers: pd.DataFrame, gates: list[Gate]) -> dict
     failed = [f"- {gate.group}: {gate.name}. Demanded: {gate.demand}; measured {gate.measured}." for gate in gates
               if gate.held is False]  # fmt: skip
     return {
-        "answers": f"{study.tables.answers(rows)}\n\nRequirements on traction control were fixed before the runs: {held}"
-        f" of {demanded} hold. [Gates of the study](study-gates.md) lists each of them.",
+        "answers": f"{study.tables.answers(rows)}\n\nRequirements on traction control were fixed before the runs:"
+        f" {held} of {demanded} hold. [Gates of the study](study-gates.md) lists each of them.",
         "summary": "\n".join([f"{held} of {demanded} gates hold. These do not:", "", *failed])
         if failed
         else f"All {demanded} gates hold.",

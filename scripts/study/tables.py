@@ -204,12 +204,12 @@ def answers(rows: pd.DataFrame) -> str:
             "- The speeds of the wheels converge with `scale_references`, and not with `scale_torques`, equation (12)"
             " as printed. Slip is reduced slightly, the speed error grows, and impacts are as hard as before.",
             f"- `independent` climbs {climbs['independent']} runs of the grid, `scale_torques`"
-            f" {climbs['scale_torques']} and `scale_references` {climbs['scale_references']}, because scaling reduces the torque of wheels that"
-            " could transmit more.",
+            f" {climbs['scale_torques']} and `scale_references` {climbs['scale_references']}, because scaling reduces"
+            " the torque of wheels that could transmit more.",
             f"- `traction` climbs {climbs['traction']}, with {times['slip_speed_std']} the slip speed std,"
             f" {times['torque_squared_n2m2s']} the torque squared and {times['peak_n']} the peak force of"
-            f" `independent`. `traction_runup` climbs {harder['traction_runup']} runs of the harder cells, `independent`"
-            f" {harder['independent']}.",
+            f" `independent`. `traction_runup` climbs {harder['traction_runup']} runs of the harder cells,"
+            f" `independent` {harder['independent']}.",
         ]
     )
 
