@@ -30,6 +30,9 @@ CHECKED = (
 EXEMPT = ("CONTRIBUTING.md", "docs/glossary.md", "scripts/checks/english.py")
 START = r"(?:^|(?<=[.!?:;] ))"
 UNITS = "metres|millimetres|radians|degrees|counts|steps|times|messages|frames|pictures|samples"
+#: One row a period is one row per period.
+COUNTED = "(?:one|two|three|some|\\d[\\d.,]*) (?:counts?|rows?|lines?|panels?|points?)|counts|rows"
+PER = "turn|(?:control )?period|policy|pair|run|wheel|row"
 #: Arguments of argparse with a help text.
 HELP = ("help", "description")
 #: Each pattern, and what to write instead.
@@ -39,6 +42,7 @@ PATTERNS = {
     r"\bphysics (?:fail|are|have|do|gain|end)\b": "physics is singular",
     rf"{START}So (?!far\b)": "one sentence with because, which or so that; Therefore",
     rf"\b(?:{UNITS}|once|twice|\d[\d.,]*) a second\b": "per second",
+    rf"\b(?:{COUNTED}) a (?:{PER})\b": "per",
     r"\bcrosswise\b": "transverse",
     rf"{START}Where the [^.,;:]*,": "If or When",
     r"\brefused\b": "rejected; is an error",
@@ -108,6 +112,7 @@ def self_test() -> None:
         ("a.rs", 'fn f() { g("refused"); } // the physics fail', [1]),
         ("a.py", '"""Ten counts a second, after a second."""\nx = "refused"  # two crosswise wheels\n', [1, 2]),
         ("a.py", 'f(help="a log is refused")\n', [1]),
+        ("a.md", "It has 64 counts a turn, and one row a control\nperiod. A row a person knows.\n", [1, 1]),
         ("a.sh", "# 5.0 a second\nrefused=1\n", [1]),
     ]:
         assert [line for line, _, _ in findings(name, text)] == expected, (name, text, findings(name, text))
