@@ -18,6 +18,8 @@ pub(crate) type Parts<R, const N: usize> = (Supervisor<R, N>, Traction<R, N>);
 const MOST_M_S: f64 = 1.0;
 /// Part of the motors' speed without load up to which wheels are spun.
 const SPUN_PART: f64 = 0.9;
+/// On Earth \[m/s^2\]: what a vehicle's motors are for.
+const GRAVITY_M_S2: f64 = 9.81;
 /// Less spin than this \[m/s\] is of no use: 5 rad/s of a wheel of 66 mm.
 const LEAST_SPIN_M_S: f64 = 0.33;
 
@@ -183,12 +185,29 @@ impl Scenario {
         if let Some(retries) = self.control.max_retries {
             config.retry.retries = u16::try_from(retries).unwrap_or(u16::MAX);
         }
+        if let Some(times) = self.weight_thrust() {
+            config.weight_thrust = R::of(times);
+        }
         let spare = self.spin_to_spare_m_s(config.retry.run_up_m_s.as_f64());
         if spare < config.retry.spin_m_s.as_f64() {
             config.retry.spin_m_s = R::of(if spare < LEAST_SPIN_M_S { 0.0 } else { spare });
             config.retry.spin_more_m_s = R::zero();
         }
         config
+    }
+
+    /// Multiple of the largest thrust that pushes with the weight, in the direction that takes more of it; none without
+    /// wheels that push.
+    fn weight_thrust(&self) -> Option<f64> {
+        let vehicle = self.vehicle();
+        let (rows, _) = vehicle.actuators().ok()?;
+        let force_n = |axis: usize| {
+            let largest = rows.iter().fold(0.0, |most, row| f64::max(most, row[axis].abs()));
+            let squares: f64 = rows.iter().map(|row| row[axis] * row[axis]).sum();
+            vehicle.motor.peak_torque_n_m() * squares / largest
+        };
+        let weight_n = GRAVITY_M_S2 * vehicle.mass_kg();
+        Some(weight_n / f64::min(force_n(0), force_n(1))).filter(|times| times.is_finite())
     }
 
     /// Speed of the slowest rim beyond a run-up \[m/s\]; infinite if no motor's torque falls with its speed.

@@ -913,7 +913,7 @@ typedef struct {
   float run_up_m_s;
   // Increment of the speed per retry [m/s], 0 to 100.
   float run_up_more_m_s;
-  // A run-up lasts no longer [s], 0.001 to 100.
+  // A run-up lasts no longer [s], 0.001 to 100, unless its speed takes longer for the way that was backed off.
   float run_up_s;
   // No run-up is faster than so many times the command, 1 to 100.
   float run_up_times;
@@ -957,6 +957,9 @@ typedef struct {
   float stuck_thrust;
   // Time for which it is [s], 0.001 to 100.
   float stuck_s;
+  // Thrust that carries the vehicle's weight, as a multiple of the largest thrust, 0.01 to 1000. A vehicle that pushes
+  // for seconds with a fifth of its weight, beyond what the slope takes, is stuck though its wheels turn.
+  float weight_thrust;
   // Nothing counts as stuck so shortly after the vehicle was commanded to go [s], 0 to 100.
   float starting_s;
   // All rows level for this long: the obstacle is behind [s], 0 to 100.
@@ -1133,7 +1136,7 @@ typedef struct {
 // What a drive with traction control remembers. Nothing in it is for anybody else.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[392];
+  uint32_t memory[393];
 } omni3_traction_drive_state;
 
 // What a step with traction control reports. Nothing in it is ever NaN.
@@ -1618,7 +1621,7 @@ typedef struct {
 // What a drive with traction control remembers. Nothing in it is for anybody else.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[444];
+  uint32_t memory[445];
 } omni4_traction_drive_state;
 
 // What a step with traction control reports. Nothing in it is ever NaN.
@@ -2002,7 +2005,7 @@ typedef struct {
 // What a drive with traction control remembers. Nothing in it is for anybody else.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[498];
+  uint32_t memory[499];
 } omni5_traction_drive_state;
 
 // What a step with traction control reports. Nothing in it is ever NaN.
@@ -2386,7 +2389,7 @@ typedef struct {
 // What a drive with traction control remembers. Nothing in it is for anybody else.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[551];
+  uint32_t memory[552];
 } omni6_traction_drive_state;
 
 // What a step with traction control reports. Nothing in it is ever NaN.
@@ -2770,7 +2773,7 @@ typedef struct {
 // What a drive with traction control remembers. Nothing in it is for anybody else.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[603];
+  uint32_t memory[604];
 } omni7_traction_drive_state;
 
 // What a step with traction control reports. Nothing in it is ever NaN.
@@ -3154,7 +3157,7 @@ typedef struct {
 // What a drive with traction control remembers. Nothing in it is for anybody else.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[655];
+  uint32_t memory[656];
 } omni8_traction_drive_state;
 
 // What a step with traction control reports. Nothing in it is ever NaN.

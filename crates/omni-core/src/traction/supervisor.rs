@@ -26,11 +26,13 @@ const ROLLS_PART: f64 = 0.6;
 const BACK_OFF_TIMES: f64 = 4.0;
 /// A vehicle that is stuck for this long after its last retry gives up \[s\].
 const GIVES_UP_S: f64 = 1.0;
-/// A vehicle that gives this part of its thrust for so long \[s\], and neither rises nor stands on
-/// a slope of so much \[rad\], is stuck whatever its wheels say: all of them may spin as commanded.
+/// A vehicle that pushes with this part of its weight beyond what the slope takes, or half its thrust
+/// if that is less, and does not rise, for so long \[s\] and for the time of so much of its commanded
+/// way \[m\], is stuck whatever its wheels say: all of them may spin as commanded.
+const VAIN_WEIGHT: f64 = 0.2;
 const VAIN_PART: f64 = 0.5;
-const VAIN_S: f64 = 5.0;
-const LEVEL_RAD: f64 = 0.05;
+const VAIN_S: f64 = 3.0;
+const VAIN_M: f64 = 0.3;
 /// If nothing is tried, one that has this part of its commanded speed is not stuck.
 const CREEPS_PART: f64 = 0.5;
 
@@ -193,15 +195,17 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
         TractionTarget::at(state.target_m_s)
     }
 
-    /// It has pushed hard on the level for long: nothing that moves there needs that. Without an
-    /// attitude, which tells a slope, it is never said.
+    /// It has pushed hard for long: nothing that moves needs that. Without an attitude, which tells a
+    /// slope, it is never said.
     fn pushes_in_vain(&self, state: &mut SupervisorState<R>, traction: &TractionState<R, N>) -> bool {
-        let level = |angles: [R; 2]| angles.iter().all(|angle| angle.abs() < R::of(LEVEL_RAD));
-        let pushes = traction.thrust_n_m > R::of(VAIN_PART) * traction.largest_motor_n_m
-            && traction.attitude_rad.is_some_and(level)
-            && !rises(traction);
+        let weight = self.config.weight_thrust;
+        let pushes = traction.attitude_rad.is_some_and(|[roll, pitch]| {
+            let part =
+                min(R::of(VAIN_WEIGHT) * weight, R::of(VAIN_PART)) + weight * (roll.abs() + pitch.abs());
+            traction.thrust_n_m > part * traction.largest_motor_n_m && !rises(traction)
+        });
         state.vain_s = SupervisorState::count(state.vain_s, self.config.period_s, pushes);
-        state.vain_s > R::of(VAIN_S)
+        state.vain_s > max(R::of(VAIN_S), R::of(VAIN_M) / traction.commanded_m_s)
     }
 
     /// It pushes with nearly all it has, and neither moves nor rises.
@@ -274,8 +278,10 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
                     (retry.back_off_more_m, retry.back_off_most_m)
                 };
                 let far = retry.back_off_m + more * again;
-                let (far, speed) = (min(far, most), min(retry.back_off_m_s, commanded));
-                if state.back_m > far || state.in_mode_s * speed > R::of(BACK_OFF_TIMES) * far {
+                let speed = min(retry.back_off_m_s, commanded);
+                state.far_m = min(far, most);
+                if state.back_m > state.far_m || state.in_mode_s * speed > R::of(BACK_OFF_TIMES) * state.far_m
+                {
                     state.start(SupervisorMode::RunUp);
                 }
                 -speed
@@ -298,7 +304,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
                     } else {
                         state.start(SupervisorMode::Drive);
                     }
-                } else if state.in_mode_s > retry.run_up_s {
+                } else if state.in_mode_s > retry.run_up_s && state.in_mode_s * speed > state.far_m {
                     state.start(SupervisorMode::Drive);
                 }
                 speed

@@ -13,6 +13,9 @@ const SHAKEN_M_S: f64 = 0.1;
 /// And about by so much \[m/s\] of the farthest wheel: what lets a vehicle slide a little turns it too, on
 /// the built-in hills by 0.24 to 0.46 rad/s, of chugo7's farthest wheel 0.17 m/s, without a command to turn.
 const TURNED_M_S: f64 = 0.25;
+/// A run-up of another try is faster than the command on purpose; traction control's are no faster than this multiple of
+/// it, whatever their targets say.
+const RUN_UP_TIMES: f64 = 4.0;
 /// For so long without a break \[s\]: a drop of 20 cm is over in 0.2 s, and what it leaves is braked in as long.
 pub(super) const SUSTAINED_S: f64 = 0.5;
 /// A vehicle that is commanded to slow down may do it as slowly as on wet ice, 0.05 times gravity \[m/s^2\].
@@ -45,7 +48,15 @@ impl Runaway {
             let turning_m_s = twist.wz_rad_s.abs() * self.reach_m;
             [libm::hypot(twist.vx_m_s, twist.vy_m_s), turning_m_s]
         };
-        let (commanded, moving) = (parts(&sample.command), parts(&seen.twist));
+        let (mut commanded, moving) = (parts(&sample.command), parts(&seen.twist));
+        if let Some(traction) = sample
+            .report
+            .traction
+            .as_ref()
+            .filter(|traction| traction.retries > 0)
+        {
+            commanded[0] = commanded[0].max(traction.target_m_s.min(RUN_UP_TIMES * commanded[0]));
+        }
         let mut over = false;
         // Each alone: a vehicle commanded to turn is not commanded to go.
         for (k, allowed_m_s) in [SHAKEN_M_S, TURNED_M_S].into_iter().enumerate() {

@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 
 use omni_core::BodyTwist;
+use omni_core::traction::SupervisorMode;
 
 use super::criteria::{BRAKING_M_S2, SUSTAINED_S, farthest_wheel_m, lasts};
 use crate::config::Scenario;
@@ -16,8 +17,9 @@ const LEAST_M_S: f64 = 0.02;
 const LEAST_PART: f64 = 0.1;
 /// A vehicle that slips off an edge goes back by less than this \[m\].
 const LEAST_M: f64 = 0.05;
-/// While traction control backs off for another try it moves against the command on purpose; it
-/// does so for 2 s at most \[s\].
+/// Traction control that backs off for another try moves against the command on purpose: for as long as it does, over
+/// this way at most \[m\], and 2 s from the beginning whatever it does \[s\].
+const BACKS_OFF_M: f64 = 0.5;
 const BACKS_OFF_S: f64 = 2.0;
 /// A vehicle at rest moves no faster over the ground \[m/s\], and about \[rad/s\].
 const STANDS: [f64; 2] = [0.01, 0.05];
@@ -50,6 +52,8 @@ pub(super) struct Obedience {
     against: [Against; 2],
     retries: u32,
     backs_off_s: f64,
+    backed_off_m: f64,
+    on_purpose: bool,
     rest_s: f64,
     moves_s: f64,
     work: Work,
@@ -116,6 +120,8 @@ impl Obedience {
             against: Default::default(),
             retries: 0,
             backs_off_s: 0.0,
+            backed_off_m: 0.0,
+            on_purpose: false,
             rest_s: 0.0,
             moves_s: 0.0,
             work: Work::default(),
@@ -144,9 +150,13 @@ impl Obedience {
             if turns { command.wz_rad_s } else { 0.0 },
         );
         if let Some(retries) = sample.retries().filter(|retries| *retries != self.retries) {
-            (self.retries, self.backs_off_s) = (retries, BACKS_OFF_S);
+            (self.retries, self.backs_off_s, self.backed_off_m) = (retries, BACKS_OFF_S, 0.0);
         }
         self.backs_off_s -= self.period_s;
+        self.backed_off_m += libm::hypot(seen.twist.vx_m_s, seen.twist.vy_m_s) * self.period_s;
+        let mode = sample.report.traction.as_ref().map(|traction| traction.mode);
+        self.on_purpose = self.backs_off_s > 0.0
+            || (mode == Some(SupervisorMode::BackOff) && self.backed_off_m < BACKS_OFF_M);
         self.judge_direction(&seen.twist);
         self.judge_course(&seen.twist);
 
@@ -190,7 +200,7 @@ impl Obedience {
         ];
         for (against, (commanded_m_s, moves_m_s)) in self.against.iter_mut().zip(parts) {
             let goes = commanded_m_s >= LEAST_M_S && -moves_m_s > LEAST_M_S.max(LEAST_PART * commanded_m_s);
-            if goes && self.backs_off_s <= 0.0 {
+            if goes && !self.on_purpose {
                 against.time_s += self.period_s;
                 against.way_m -= moves_m_s * self.period_s;
             } else {
@@ -264,7 +274,7 @@ mod tests {
     use super::*;
     use crate::config::Override;
     use crate::{Simulation, TractionReport};
-    use omni_core::traction::{SupervisorMode, TractionLoops};
+    use omni_core::traction::TractionLoops;
 
     /// Periods of 1 ms of one kind, one after the other: how many, what is commanded, how the vehicle moves, the torque
     /// of its first wheel \[N.m\], how fast that turns \[rad/s\], and how often traction control has backed off.
@@ -275,6 +285,7 @@ mod tests {
         torque_n_m: f64,
         turns_rad_s: f64,
         retries: Option<u32>,
+        mode: SupervisorMode,
     }
 
     fn stage(periods: u32, commanded: [f64; 3], moves: [f64; 3]) -> Stage {
@@ -285,11 +296,12 @@ mod tests {
             torque_n_m: 0.0,
             turns_rad_s: 0.0,
             retries: None,
+            mode: SupervisorMode::Drive,
         }
     }
 
-    /// Traction control that backed off so many times.
-    fn backed_off(retries: u32) -> TractionReport {
+    /// Traction control that backed off so many times, in this phase.
+    fn backed_off(retries: u32, mode: SupervisorMode) -> TractionReport {
         TractionReport {
             factor: 1.0,
             speed_m_s: 0.0,
@@ -297,7 +309,7 @@ mod tests {
             thrust_n_m: 0.0,
             speed_wheel: None,
             row: 0,
-            mode: SupervisorMode::Drive,
+            mode,
             row_retries: 0,
             retries,
             heading_rad: 0.0,
@@ -325,7 +337,7 @@ mod tests {
                 BodyTwist::from_array(stage.moves),
             );
             sample.asked = sample.command;
-            sample.report.traction = stage.retries.map(backed_off);
+            sample.report.traction = stage.retries.map(|retries| backed_off(retries, stage.mode));
             seen.wheels[0].torque_n_m = stage.torque_n_m;
             seen.wheels[0].rim_m_s = stage.turns_rad_s * way;
             (0..stage.periods).for_each(|_| obedience.push(&sample, &seen, 0.0));
@@ -445,16 +457,19 @@ mod tests {
     }
 
     #[test]
-    fn a_retry_backs_off_on_purpose_for_two_seconds_and_no_longer() {
-        let backs = |periods, retries| {
-            let mut back = stage(periods, AHEAD, BACK);
-            back.retries = retries;
+    fn a_retry_backs_off_on_purpose_for_two_seconds_or_half_a_metre_while_it_says_so_and_no_longer() {
+        let backs = |periods, retries, mode, vx| {
+            let mut back = stage(periods, AHEAD, [vx, 0.0, 0.0]);
+            (back.retries, back.mode) = (retries, mode);
             let mut ahead = stage(1000, AHEAD, AHEAD);
             ahead.retries = retries.map(|_| 0);
             found(&[ahead, back]).wrong_way
         };
-        assert!(!backs(2490, Some(1)) && backs(2510, Some(1)));
-        assert!(backs(501, Some(0)) && backs(501, None));
+        let (drive, back) = (SupervisorMode::Drive, SupervisorMode::BackOff);
+        assert!(!backs(2490, Some(1), drive, -0.3) && backs(2510, Some(1), drive, -0.3));
+        assert!(backs(501, Some(0), drive, -0.3) && backs(501, None, drive, -0.3));
+        // At 0.05 m/s half a metre takes 10 s; a second later 5 cm have gone on.
+        assert!(!backs(10_900, Some(1), back, -0.05) && backs(11_100, Some(1), back, -0.05));
     }
 
     /// A stop out of 0.3 m/s: the followed command is 0 after 0.6 s, and torque may last for a second more.

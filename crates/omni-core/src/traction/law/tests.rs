@@ -1,3 +1,4 @@
+mod doubts;
 mod hazards;
 mod laws;
 mod retries;

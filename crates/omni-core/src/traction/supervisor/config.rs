@@ -40,7 +40,7 @@ pub struct RetrySchedule<R> {
     pub run_up_m_s: R,
     /// Increment of the speed per retry \[m/s\], 0 to 100.
     pub run_up_more_m_s: R,
-    /// A run-up lasts no longer \[s\], 0.001 to 100.
+    /// A run-up lasts no longer \[s\], 0.001 to 100, unless its speed takes longer for the way that was backed off.
     pub run_up_s: R,
     /// No run-up is faster than so many times the command, 1 to 100.
     pub run_up_times: R,
@@ -100,6 +100,9 @@ pub struct SupervisorConfig<R> {
     pub stuck_thrust: R,
     /// Time for which it is \[s\], 0.001 to 100.
     pub stuck_s: R,
+    /// Thrust that carries the vehicle's weight, as a multiple of the largest thrust, 0.01 to 1000. A vehicle that pushes
+    /// for seconds with a fifth of its weight, beyond what the slope takes, is stuck though its wheels turn.
+    pub weight_thrust: R,
     /// Nothing counts as stuck so shortly after the vehicle was commanded to go \[s\], 0 to 100.
     pub starting_s: R,
     /// All rows level for this long: the obstacle is behind \[s\], 0 to 100.
@@ -110,7 +113,7 @@ pub struct SupervisorConfig<R> {
 
 constant_struct!(SupervisorConfig<R> {
     period_s: R, acceleration_m_s2: R, most_m_s: [R; 2], boost: [R; 2], height_m: R, boost_height_m: R, stuck_m_s: R, stuck_part: R, stuck_thrust: R, stuck_s: R,
-    starting_s: R, level_s: R, retry: RetrySchedule<R>
+    weight_thrust: R, starting_s: R, level_s: R, retry: RetrySchedule<R>
 });
 
 impl<R: Real> SupervisorConfig<R> {
@@ -133,6 +136,7 @@ impl<R: Real> SupervisorConfig<R> {
             stuck_part: zero,
             stuck_thrust: of(0.9),
             stuck_s: of(0.308),
+            weight_thrust: of(2.5),
             starting_s: of(0.5),
             level_s: of(0.5),
             retry: RetrySchedule {
@@ -250,6 +254,7 @@ impl<R: Real> SupervisorConfig<R> {
             &(1e-3..=100.0),
             "0.001 to 100",
         )?;
+        within("weight_thrust", self.weight_thrust, 0.01..=1000.0, "0.01 to 1000")?;
         within("run_up_times", retry.run_up_times, 1.0..=100.0, "1 to 100")?;
         for boost in self.boost {
             within("boost", boost, 0.0..=10.0, "0 to 10")?;

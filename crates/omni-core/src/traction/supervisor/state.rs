@@ -61,7 +61,9 @@ pub struct SupervisorState<R> {
     /// Time for which it has pushed without effect.
     pub(super) vain_s: R,
     pub(super) level_s: R,
+    /// Way that it has backed off, and is to.
     pub(super) back_m: R,
+    pub(super) far_m: R,
     pub(super) begun: bool,
     /// Speed of the last run-up, and of the last that succeeded \[m/s\].
     pub(super) run_up_m_s: R,
@@ -93,6 +95,7 @@ impl<R: Real> SupervisorState<R> {
             vain_s: R::ZERO,
             level_s: R::ZERO,
             back_m: R::ZERO,
+            far_m: R::ZERO,
             begun: false,
             run_up_m_s: R::ZERO,
             remembered_m_s: R::ZERO,
