@@ -47,7 +47,7 @@ def climb_map(
     panel: str | None = "control.policy",
     axes: Sequence[Axes] | NDArray[Any] | None = None,
 ) -> NDArray[Any]:
-    """Draw the share of a study's runs that climbed over two of its axes, one panel a policy.
+    """Draw the share of a study's runs that climbed over two of its axes, one panel per policy.
 
     Every cell shows the number of climbs and of runs, as in ``omnistep study``, and for several runs the 95 % Wilson
     score interval of the rate. Its colour is the share, dark for none and light for all. Runs that ``duration_s`` ended

@@ -168,8 +168,8 @@ def climb_limits(
     """Least torque and run-up for the step of a scenario, from the balance of forces, without a simulation.
 
     The torque is the stall torque of the scenario's motors. The speed is the fastest forward command, and every row of
-    wheels is assumed to meet the edge at this speed. docs/derivations.md, What a climb takes at least, lists the
-    assumptions.
+    wheels is assumed to meet the edge at this speed. docs/derivations.md, Minimum torque and run-up of a climb, lists
+    the assumptions.
 
     Args:
         scenario: a built-in name (see :func:`list_scenarios`), the path of a .toml file or a :class:`Scenario`; the
@@ -2349,7 +2349,7 @@ class Outcome:
     def limited_by(self) -> Literal["torque", "friction", "time"] | None:
         """Limiting factor: `torque`, `friction` or `time`; None unless stalled or unfinished.
 
-        docs/metrics.md, What limited a stalled run.
+        docs/metrics.md, Limit of a stalled run.
         """
     @property
     def limited_wheels(self) -> int | None:

@@ -327,7 +327,7 @@ def test_no_block_is_left_out():
     ("kind", "info", "text"),
     [
         ("python", "", "assert 1 + 1 == 3\n"),
-        # Three vehicles where the picture has seven.
+        # Three vehicles where the picture has four.
         ("python", "", 'import omnistep as o; o.plot.side_view(o.run(), every_s=0.9).figure.savefig("climb.png")\n'),
         ("sh", "", "omnistep run nowhere\n"),
         ("sh", "", "make nothing\n"),

@@ -20,11 +20,15 @@ import omnistep
 from omnistep import _scene
 
 ROOT = Path(__file__).resolve().parents[2]
-RUNS = {"independent": "independent: plain PID", "traction": "traction: one thrust, run-ups"}
-SECONDS, FPS = 6.4, 12.5
+RUNS = {"independent": "one PID loop per wheel (independent)", "traction": "traction control (traction)"}
+SECONDS, FPS = 6.0, 10.0
 WIDTH, HEIGHT = 640, 230  # of one run
-LIMIT_BYTES = 2_000_000
-COLOURS = 64  # flat colours and edges: more are not seen
+LIMIT_BYTES = 1 << 20
+#: Posts on the ground, which does not move while the camera follows the vehicle [m].
+POSTS_AT_M, POST_HALF_M = (-0.6, -0.4, -0.2, 0.0, 0.2, 0.4, 0.6), (0.006, 0.006, 0.022)
+#: The modes of traction control that are named, with the retry.
+MODES = {1: "stuck, backs off", 2: "run-up for retry"}
+COLOURS = 40  # flat colours and edges: more are not seen
 PAGE = """<!doctype html><meta charset="utf-8"><style>
 body { margin: 0; width: %dpx; background: #fff; font: 600 15px system-ui, sans-serif; color: #1c1c22 }
 section { position: relative; height: %dpx; border-bottom: 1px solid #d0d0d6; overflow: hidden }
@@ -41,7 +45,7 @@ const players = DATA.runs.map((run, k) => new omnistepPlayer.Player(at("scene", 
 players.forEach((player) => player.zoom(1.3));
 window.showFrame = (k) => DATA.runs.forEach((run, i) => {
   players[i].show([run.states[k]]);
-  at("outcome", i).textContent = k >= run.ends ? run.outcome : `${(k / DATA.fps).toFixed(1)} s`;
+  at("outcome", i).textContent = k >= run.ends ? run.outcome : `${run.modes[k]}${(k / DATA.fps).toFixed(1)} s`;
 });
 """
 
@@ -57,21 +61,35 @@ def shown(policy: str, folder: Path) -> dict:
     pushes = _scene.pushes(log, scene, poses, scene["ground"])
     slip = log.trace.wheels("slip_ratio")
     rows = np.clip(np.searchsorted(log.trace["time_s"], log.frame_time_s - 1e-9), 0, len(log.trace) - 1)
-    states = []
+    scene["ground"] += [
+        {"kind": "box", "half_m": POST_HALF_M, "at_m": [x_m, 0.5, POST_HALF_M[2]], "turn_y_rad": 0.0}
+        for x_m in POSTS_AT_M
+    ]
+    states, modes = [], []
     for time_s in np.arange(0, SECONDS, 1 / FPS):
         k = int(np.argmin(np.abs(log.frame_time_s - time_s)))
         wheels = [
             {"slip": float(s), "push": [push[:3].tolist(), push[3:].tolist()] if push[:3].any() else None}
             for s, push in zip(slip[rows[k]], pushes[k], strict=True)
         ]
+        modes.append(_mode(log.trace, int(rows[k])))
         states.append({"poses": poses[k].tolist(), "wheels": wheels})
     climbed_s = _end_of_climb_s(log, outcome)
     return {
         "scene": scene | {"runs": [{"name": policy}], "metres_per_newton": 0.003},
         "states": states,
+        "modes": modes,
         "outcome": f"climbed in {outcome.crossing_s:.1f} s" if outcome.climbed else "stalled",
         "ends": round((climbed_s if outcome.climbed else SECONDS - 1) * FPS),
     }
+
+
+def _mode(trace: omnistep.Trace, row: int) -> str:
+    """What traction control does besides driving."""
+    if "traction_mode" not in trace:
+        return ""
+    mode, retry = (int(trace[name][row]) for name in ("traction_mode", "traction_retries"))
+    return f"{MODES[mode]} {retry}, " if mode == 2 else f"{MODES[mode]}, " if mode in MODES else ""
 
 
 def _end_of_climb_s(log: omnistep.Log, outcome: omnistep.Outcome) -> float:

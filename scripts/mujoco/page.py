@@ -168,9 +168,9 @@ def cylinders(spec: Any) -> None:
 CHANGES: dict[str, tuple[Callable[[Any], None], dict[str, Any]]] = {
     "as exported": (lambda _: None, {}),
     "wheels are cylinders, without rollers": (cylinders, {}),
-    "a ball a roller": (spheres, {}),
-    "a capsule a roller": (capsules, {}),
-    "one ellipsoid a roller": (one_ellipsoid, {}),
+    "one sphere per roller": (spheres, {}),
+    "one capsule per roller": (capsules, {}),
+    "one ellipsoid per roller": (one_ellipsoid, {}),
     "`solref` and `solimp` left at MuJoCo's default": (
         of_contacts(solref=[0.02, 1.0], solimp=[0.9, 0.95, 0.001, 0.5, 2.0]),
         {},
@@ -185,7 +185,7 @@ CHANGES: dict[str, tuple[Callable[[Any], None], dict[str, Any]]] = {
     ),
     "`impratio` 1 and a pyramidal cone": (of_options(impratio=1.0, cone=mujoco.mjtCone.mjCONE_PYRAMIDAL), {}),
     "bearings with a damping of 1e-3 N.m.s/rad": (braked(1e-3), {}),
-    "a polyhedron of 24 x 48 facets a roller": (polyhedra, {}),
+    "one polyhedron of 24 x 48 facets per roller": (polyhedra, {}),
     "a time step of 1 ms": (lambda _: None, {"physics.timestep_s": 0.001}),
     "a time step of 2 ms": (lambda _: None, {"physics.timestep_s": 0.002, "control.period_s": 0.002}),
 }
@@ -200,7 +200,7 @@ def changed(scenario: omnistep.Scenario, change: Callable[[Any], None]) -> Any:
 
 def mistakes(starts: int) -> None:
     """Prints what each change makes of flat driving and of the climb."""
-    print(f"| changed | ahead, sideways, about | climbs of {starts} at 2 N.m, 1.4 N.m |\n|---|---|---|")
+    print(f"| changed | forward, lateral, yaw | climbs of {starts} at 2 N.m, 1.4 N.m |\n|---|---|---|")
     for label, (change, keys) in CHANGES.items():
         off = []
         for axis, (name, value) in enumerate((("vx_m_s", 0.3), ("vy_m_s", 0.3), ("wz_rad_s", 0.5))):

@@ -1,4 +1,4 @@
-"""Runs the study of traction control, judges it, and writes docs/study.md: scripts/study.sh [--check].
+"""Runs the study of traction control, judges it, and writes docs/study.md and its gates: scripts/study.sh [--check].
 
 Some forty minutes on two cores, most of it rapier's rollers and the draws of the safety table. Results are in
 out/study, a file a build; runs that are there are not run again. Exit code 1 if a gate fails.

@@ -17,25 +17,33 @@ from study.tables import HARD, PLACES
 FOLDER = ROOT / "docs" / "images"
 DPI = 90
 UNITS = {"torque_squared_n2m2s": " [N$^2$m$^2$s]"}
+#: Of the axes with a logarithmic scale.
+TICKS = (0.03, 0.05, 0.1, 0.2, 0.4, 2, 4, 6, 8, 10, 15, 20)
 MARKS = dict(zip(PLACES, "os^v", strict=True))
 
 
 def grid(rows: pd.DataFrame) -> plt.Figure:
-    """A point a pair of runs: traction over independent, with the line that the gate draws."""
+    """One point per pair of runs: traction over independent, with the largest mean ratio that the gate allows."""
     figure, axes = plt.subplots(1, len(PARTS), figsize=(11.5, 4.4), layout="constrained")
     for ax, (name, part) in zip(axes, PARTS.items(), strict=True):
-        most = 0.0
+        ends = (np.inf, 0.0)
         for (engine, wheels), place in PLACES.items():
             pairs = paired(of(rows, group="grid", engine=engine, wheels=wheels), "traction", "independent")
             if pairs.empty:
                 continue
             x, y = pairs[f"{name}_y"].astype(float), pairs[f"{name}_x"].astype(float)
-            most = max(most, x.max(), y.max())
+            ends = min(ends[0], x.min(), y.min()), max(ends[1], x.max(), y.max())
             ax.plot(x, y, MARKS[engine, wheels], ms=4, alpha=0.6, mew=0, label=f"{place} ({len(pairs)} pairs)")
-        ends = np.array([0.0, 1.05 * most])
-        ax.plot(ends, ends, color="0.6", lw=1, label="alike")
-        ax.plot(ends, part * ends, "k--", lw=1, label="the gate, for means")
-        ax.set(xlim=ends, ylim=ends, title=f"{NAMES[name]}, at most {part:g}")
+        ends = np.array([ends[0] / 1.1, 1.1 * ends[1]])
+        ax.plot(ends, ends, color="0.6", lw=1, label="equal")
+        ax.plot(ends, part * ends, "k--", lw=1, label="gate, for the means")
+        ax.set(xscale="log", yscale="log", xlim=ends, ylim=ends)
+        ax.set_title(f"{NAMES[name]}; gate: {part:g} times independent", fontsize="medium")
+        ax.xaxis.set_minor_formatter(plt.NullFormatter())
+        ax.yaxis.set_minor_formatter(plt.NullFormatter())
+        ticks = [tick for tick in TICKS if ends[0] < tick < ends[1]]
+        ax.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+        ax.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
         ax.set_xlabel(f"independent{UNITS.get(name, '')}")
         ax.set_ylabel(f"traction{UNITS.get(name, '')}")
     handles, labels = axes[0].get_legend_handles_labels()
@@ -60,11 +68,11 @@ def impact(rows: pd.DataFrame) -> plt.Figure:
 
 
 def runup(rows: pd.DataFrame) -> plt.Figure:
-    """Runs that climbed a cell, a panel a policy; a cross where nothing was seen to climb."""
+    """Runs that climbed a cell, one panel per policy; a cross if no law is known to climb the cell."""
     cells = hard_cells()
     levels = sorted({cell[:2] for cell in cells})
     torques = sorted({cell[2] for cell in cells})
-    figure, axes = plt.subplots(1, len(HARD), figsize=(13.5, 5.2), layout="constrained", sharey=True)
+    figure, axes = plt.subplots(1, len(HARD), figsize=(13.5, 5.4), layout="constrained", sharey=True)
     for ax, (title, (group, policy)) in zip(axes, HARD.items(), strict=True):
         here = of(rows, group=group, policy=policy, engine="articulated")
         counts = here.groupby(CELL)["climbed"].agg(lambda each: float(each.astype(bool).mean()))
@@ -72,19 +80,25 @@ def runup(rows: pd.DataFrame) -> plt.Figure:
         for cell in cells:
             shares[levels.index(cell[:2]), torques.index(cell[2])] = counts.get(cell, np.nan)
         image = ax.imshow(shares, vmin=0, vmax=1, origin="lower", aspect="auto", cmap="viridis")
-        for height, mu, torque in IMPOSSIBLE:
-            ax.plot(torques.index(torque), levels.index((height, mu)), "x", color="0.75")
-        ax.set_xticks(range(len(torques)), [f"{torque:g}" for torque in torques])
-        ax.set_yticks(range(len(levels)), [f"{100 * height:g} cm, {mu:g}" for height, mu in levels])
+        for number, (height, mu, torque) in enumerate(sorted(IMPOSSIBLE)):
+            label = None if number else "no law is known to climb this cell"
+            ax.plot(torques.index(torque), levels.index((height, mu)), "x", color="0.75", label=label, ls="none")
+        ax.set_xticks(range(len(torques)), [f"{torque:g}" for torque in torques], fontsize="x-small")
         ax.set_xlabel("torque limit [N.m]")
-        ax.set_title(title.replace("`", ""), fontsize="medium")
+        first, *rest = title.replace("`", "").replace(" without", ", without").split(", ")
+        ax.set_title("\n".join([first, *rest]), fontsize="medium")
+    axes[0].set_yticks(range(len(levels)), [f"{100 * height:g} cm, mu {mu:g}" for height, mu in levels])
     axes[0].set_ylabel("height of the step, friction")
-    figure.colorbar(image, ax=axes, label="part of the runs that climbed", shrink=0.8)
+    legend = figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", fontsize="small")
+    legend.get_frame().set_facecolor("0.3")
+    for text in legend.get_texts():
+        text.set_color("1")
+    figure.colorbar(image, ax=axes, label="share of the runs that climbed", shrink=0.8)
     return figure
 
 
 def on_dampers(speeds: pd.DataFrame) -> plt.Figure:
-    """Section 3.3: every wheel's speed over time, a panel a policy."""
+    """Section 3.3: every wheel's speed over time, one panel per policy."""
     policies = [policy for policy in dict.fromkeys(speeds["policy"]) if policy != "traction_runup"]
     figure, axes = plt.subplots(1, len(policies), figsize=(12.5, 3.6), layout="constrained", sharey=True)
     names = {"wheel_1": "A (wheel 1)", "wheel_4": "B (wheel 4)", "wheel_5": "C (wheel 5)"}
@@ -104,7 +118,7 @@ def on_dampers(speeds: pd.DataFrame) -> plt.Figure:
 
 
 def safety(rows: pd.DataFrame) -> plt.Figure:
-    """A point a draw: how far traction control and plain loops went, 1 is the limit."""
+    """One point per draw: how far traction control and plain loops went, 1 is the limit."""
     here, keys = of(rows, group="safety"), ["seed", "vehicle"]
     plain = here["policy"] == "independent"
     pairs = here[~plain].merge(here[plain], on=keys)

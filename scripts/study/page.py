@@ -1,4 +1,4 @@
-"""Writes what docs/study.md holds between its markers, from the study's results."""
+"""Writes what docs/study.md and docs/study-gates.md hold between their markers, from the study's results."""
 
 import re
 
@@ -9,6 +9,9 @@ from study.gates import Gate
 from study.runs import ROOT
 
 PAGE = ROOT / "docs" / "study.md"
+GATES_PAGE = ROOT / "docs" / "study-gates.md"
+#: The blocks of the page of gates; all others are on the study's page.
+ON_GATES_PAGE = ("summary", "gates")
 BLOCK = re.compile(r"(<!-- study: (\w+) -->\n).*?(<!-- end of study -->)", re.DOTALL)
 
 
@@ -20,6 +23,8 @@ def blocks(rows: pd.DataFrame, dampers: pd.DataFrame, gates: list[Gate]) -> dict
     failed = [f"- {gate.group}: {gate.name}. Demanded: {gate.demand}; measured {gate.measured}." for gate in gates
               if gate.held is False]  # fmt: skip
     return {
+        "answers": f"{study.tables.answers(rows)}\n\nRequirements on traction control were fixed before the runs:"
+        f" {held} of {demanded} hold. [Gates of the study](study-gates.md) lists each of them.",
         "summary": "\n".join([f"{held} of {demanded} gates hold. These do not:", "", *failed])
         if failed
         else f"All {demanded} gates hold.",
@@ -56,5 +61,8 @@ def filled(page: str, texts: dict[str, str]) -> str:
 
 
 def write(rows: pd.DataFrame, dampers: pd.DataFrame, gates: list[Gate]) -> None:
-    """Write the page anew."""
-    PAGE.write_text(filled(PAGE.read_text(encoding="utf-8"), blocks(rows, dampers, gates)), encoding="utf-8")
+    """Write both pages anew."""
+    texts = blocks(rows, dampers, gates)
+    on_gates_page = {name: texts.pop(name) for name in ON_GATES_PAGE}
+    for page, its in ((PAGE, texts), (GATES_PAGE, on_gates_page)):
+        page.write_text(filled(page.read_text(encoding="utf-8"), its), encoding="utf-8")

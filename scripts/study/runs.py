@@ -64,7 +64,7 @@ PERTURBED: dict[str, dict[str, Any]] = {
     "mass +15 %": heavier(0.15),
     "mass -15 %": heavier(-0.15),
     "centre of mass 2 cm back": shifted(-0.02, 0.0),
-    "centre of mass 2 cm ahead": shifted(0.02, 0.0),
+    "centre of mass 2 cm forward": shifted(0.02, 0.0),
     "centre of mass 4 cm up": shifted(0.0, 0.04),
     "noise": NOISE,
     "noise, 1 ms delay": NOISE | {"sensors.delay_s": 0.001},
@@ -80,7 +80,7 @@ COARSE: dict[str, dict[str, Any]] = {
 }
 #: The built-in step, met askew: with a lateral as well as a forward command, or with a rotated start pose.
 ASKEW: dict[str, dict[str, Any]] = {
-    **{f"{vy:g} m/s aside": {"command.vy_m_s": vy} for vy in (0.05, 0.1, 0.15, 0.2, 0.3)},
+    **{f"{vy:g} m/s sideways": {"command.vy_m_s": vy} for vy in (0.05, 0.1, 0.15, 0.2, 0.3)},
     **{f"heading {heading:g} rad": {"start.heading_rad": heading} for heading in (0.05, 0.1, 0.15, 0.2, 0.3)},
 }
 

@@ -40,7 +40,7 @@ NEVER = ["torque", "no number"]
 DRAWS = 1000  # of the study: each under traction control and under plain loops
 #: What may mislead the control of a draw: the first that fits.
 CAUSES = ["encoder broken", "noise or counts", "late", "sound"]
-NOISE_PART, COUNT_PART = 0.1, 0.5  # of the command: noise, and the speed of one count a period
+NOISE_PART, COUNT_PART = 0.1, 0.5  # of the command: noise, and the speed of one count per period
 LATE_S = 0.01  # of delay, lag and period together
 #: Of draws that nothing misleads no one may go beyond these.
 SOUND = ["too fast", "back"]

@@ -42,7 +42,7 @@ SITUATIONS: dict[str, tuple[str, dict[str, Any]]] = {
     **{f"heading {angle:g} rad, rollers": ("step", heading(angle, **ROLLERS)) for angle in (0.1, 0.2, 0.3, 0.4)},
     "heading 0.1 rad": ("step", heading(0.1)),
     "turning at 0.1 rad/s, rollers": ("step", {"command.wz_rad_s": 0.1, **ROLLERS}),
-    "turning, 0.15 m/s aside, rollers": ("step", {"command.wz_rad_s": 0.1, "command.vy_m_s": 0.15, **ROLLERS}),
+    "turning, 0.15 m/s sideways, rollers": ("step", {"command.wz_rad_s": 0.1, "command.vy_m_s": 0.15, **ROLLERS}),
     "3 kg front left": ("step", load(3.0, [0.3, 0.2, 0.2], "front")),
     "3 kg rear right": ("step", load(3.0, [-0.3, -0.2, 0.2], "rear")),
     "3 kg land in the climb": ("step", load(3.0, [0.0, 0.0, 0.25], "rear", 2.0)),
@@ -89,7 +89,7 @@ HOPELESS = {"step of 8 cm", "wall of 20 cm"}
 
 #: By name: the vehicle, keys, heights that matter to it [m].
 VEHICLES: dict[str, tuple[str, dict[str, Any], tuple[float, ...]]] = {
-    "mecanum4, ahead": ("mecanum4", {}, (0.01, 0.015, 0.02, 0.025, 0.03, 0.035)),
+    "mecanum4, forward": ("mecanum4", {}, (0.01, 0.015, 0.02, 0.025, 0.03, 0.035)),
     "mecanum4, sideways": (
         "mecanum4",
         {"start.heading_rad": -1.5707963, "command.vx_m_s": 0.0, "command.vy_m_s": 0.3},

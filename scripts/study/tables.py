@@ -1,4 +1,4 @@
-"""Tables of docs/study.md, each from the study's rows."""
+"""Tables of docs/study.md and docs/study-gates.md, each from the study's rows."""
 
 from collections.abc import Iterable, Sequence
 
@@ -6,7 +6,7 @@ import pandas as pd
 
 import omnistep
 import study.safety
-from study.gates import CELL, Gate, climbed, counted, difference, of, paired, part
+from study.gates import CELL, MORE, Gate, climbed, counted, difference, of, paired, part
 from study.runs import ASKEW, COARSE, GROUNDS, IMPOSSIBLE, PERTURBED, POLICIES, grid_cells, hard_cells
 from study.situations import SITUATIONS, VEHICLES
 
@@ -190,6 +190,30 @@ def claims(rows: pd.DataFrame) -> str:
     return f"{table(head, lines)}\n\nWith rapier, the speed error rms of `traction` differs by {text}."
 
 
+def answers(rows: pd.DataFrame) -> str:
+    """The three questions of the page in a line each, with their numbers."""
+    here = of(rows, group="grid", engine="articulated", wheels="ball")
+    of_grid = {policy: of(here, policy=policy) for policy in (*POLICIES, "traction")}
+    climbs = {policy: f"{climbed(each)} of {len(each)}" for policy, each in of_grid.items()}
+    both = paired(here, "traction", "independent")
+    times = {figure: f"{part(both, figure):.2f} times" for figure in PAIRED}
+    hard = {p: of(rows, group="hard", engine="articulated", policy=p) for p in ("traction_runup", "independent")}
+    harder = {policy: f"{climbed(each)} of {len(each)}" for policy, each in hard.items()}
+    return "\n".join(
+        [
+            "- The speeds of the wheels converge with `scale_references`, and not with `scale_torques`, equation (12)"
+            " as printed. Slip is reduced slightly, the speed error grows, and impacts are as hard as before.",
+            f"- `independent` climbs {climbs['independent']} runs of the grid, `scale_torques`"
+            f" {climbs['scale_torques']} and `scale_references` {climbs['scale_references']}, because scaling reduces"
+            " the torque of wheels that could transmit more.",
+            f"- `traction` climbs {climbs['traction']}, with {times['slip_speed_std']} the slip speed std,"
+            f" {times['torque_squared_n2m2s']} the torque squared and {times['peak_n']} the peak force of"
+            f" `independent`. `traction_runup` climbs {harder['traction_runup']} runs of the harder cells,"
+            f" `independent` {harder['independent']}.",
+        ]
+    )
+
+
 COMMANDED_M_S = 0.3
 
 
@@ -222,6 +246,15 @@ def losses(rows: pd.DataFrame) -> str:
             lines.append(
                 f"- *Torque squared on `{ground}`*: {worse:.2f} times `independent`'s, in {time:.2f} times its time."
             )
+        if len(both) and (worse := part(both, "slip_speed_std")) > MORE:
+            lines.append(f"- *Slip speed std on `{ground}`*: {worse:.2f} times `independent`'s.")
+    for name, (_, _, heights_m) in VEHICLES.items():
+        for height_m in heights_m:
+            both = paired(of(rows, group="vehicles", case=name, height_m=height_m), "traction", "independent")
+            if len(both) and (worse := part(both, "torque_squared_n2m2s")) > MORE:
+                lines.append(
+                    f"- *Torque squared of `{name}`, {100 * height_m:g} cm*: {worse:.2f} times `independent`'s."
+                )
     here = of(rows, group="grounds", engine="articulated", case="half_step")
     slow, plain = (COMMANDED_M_S * of(here, policy=p)["slip_speed_std"].mean() for p in ("traction", "independent"))
     text = f"{1000 * slow:.1f} mm/s at the rims against {1000 * plain:.1f} mm/s"

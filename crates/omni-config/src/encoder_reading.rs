@@ -7,7 +7,7 @@ use omni_core::estimate::{LONGEST_WINDOW, VelocityConfig, VelocityEstimator, Vel
 use crate::encoder_velocity::EncoderVelocity;
 use crate::{Error, Scenario};
 
-/// Part of the top speed beyond which one count a period is too much.
+/// Part of the top speed beyond which one count per period is too much.
 const MOST_SHARE: f64 = 0.05;
 
 impl EncoderVelocity {

@@ -170,8 +170,8 @@ impl ClimbLimits {
 /// Least torque and run-up for the step of a scenario, from the balance of forces, without a simulation.
 ///
 /// The torque is the stall torque of the scenario's motors. The speed is the fastest forward command, and every row of
-/// wheels is assumed to meet the edge at this speed. docs/derivations.md, What a climb takes at least, lists the
-/// assumptions.
+/// wheels is assumed to meet the edge at this speed. docs/derivations.md, Minimum torque and run-up of a climb, lists
+/// the assumptions.
 ///
 /// Args:
 ///     scenario: a built-in name (see :func:`list_scenarios`), the path of a .toml file or a :class:`Scenario`; the

@@ -111,7 +111,7 @@ impl Outcome {
 
     /// Limiting factor: `torque`, `friction` or `time`; None unless stalled or unfinished.
     ///
-    /// docs/metrics.md, What limited a stalled run.
+    /// docs/metrics.md, Limit of a stalled run.
     #[getter]
     fn limited_by(&self) -> Option<&'static str> {
         self.inner.limited_by.map(omni_sim::LimitedBy::name)

@@ -54,7 +54,7 @@ const COMMON: [&str; 39] = [
 /// Columns of a run that follows a path: after the reference pose, the position error and the heading error.
 const PATH_ERRORS: [&str; 2] = ["path_error_m", "path_error_rad"];
 
-/// A run as named columns of `f64`, all in one block: column after column, one row a control period.
+/// A run as named columns of `f64`, all in one block: column after column, one row per control period.
 ///
 /// Columns: `time_s` (end of the period; the controller measured at its start), the command, the twist estimated
 /// from the encoders, `common_factor`, pose and twist of the base, the pose by odometry with its covariance, the
