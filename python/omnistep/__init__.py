@@ -6,10 +6,9 @@
 True
 """
 
-from omnistep import plot
-from omnistep._calibration_runs import CalibrationRun
-from omnistep._comparison import Comparison
-from omnistep._html import attach
+import importlib
+
+from omnistep._notebook import attach
 from omnistep._omnistep import (
     ClimbLimits,
     CommandShaper,
@@ -64,10 +63,6 @@ from omnistep._omnistep import (
     torque_factor,
     torque_range,
 )
-from omnistep._played import PlayerFrame
-from omnistep.calibration import Calibration, calibrate
-from omnistep.charts import ChartCell, ClimbChart, climb_chart
-from omnistep.ensembles import StudyResult, run_study, sweep
 from omnistep.errors import (
     ConfigError,
     LogError,
@@ -77,16 +72,59 @@ from omnistep.errors import (
     StudyError,
     VideoError,
 )
-from omnistep.identification import Identification, identify
-from omnistep.own_policy import Policy, PolicyInfo
-from omnistep.recordings import ImportedSignal, ImportSummary, import_log
-from omnistep.resimulation import Difference, Resimulation, resimulate
-from omnistep.routes import Crossing, Route, RoutePoint, plan_route
-from omnistep.runs import compare, read_mcap, run
-from omnistep.tuning import TuneResult, tune
+
+TYPE_CHECKING = False  # to type checkers it is true; typing itself takes milliseconds to load
+if TYPE_CHECKING:
+    from omnistep import plot
+    from omnistep._calibration_runs import CalibrationRun
+    from omnistep._comparison import Comparison
+    from omnistep._played import PlayerFrame
+    from omnistep.calibration import Calibration, calibrate
+    from omnistep.charts import ChartCell, ClimbChart, climb_chart
+    from omnistep.ensembles import StudyResult, run_study, sweep
+    from omnistep.identification import Identification, identify
+    from omnistep.own_policy import Policy, PolicyInfo
+    from omnistep.recordings import ImportedSignal, ImportSummary, import_log
+    from omnistep.resimulation import Difference, Resimulation, resimulate
+    from omnistep.routes import Crossing, Route, RoutePoint, plan_route
+    from omnistep.runs import compare, read_mcap, run
+    from omnistep.tuning import TuneResult, tune
 
 attach()
 del attach
+
+#: Modules that are loaded when one of these names, or the module itself, is first used. NumPy is loaded by them, too:
+#: the console script needs none of it for most commands.
+_LATER = {
+    "_calibration_runs": "CalibrationRun",
+    "_comparison": "Comparison",
+    "_played": "PlayerFrame",
+    "calibration": "Calibration calibrate",
+    "charts": "ChartCell ClimbChart climb_chart",
+    "ensembles": "StudyResult run_study sweep",
+    "identification": "Identification identify",
+    "own_policy": "Policy PolicyInfo",
+    "recordings": "ImportedSignal ImportSummary import_log",
+    "resimulation": "Difference Resimulation resimulate",
+    "routes": "Crossing Route RoutePoint plan_route",
+    "runs": "compare read_mcap run",
+    "tuning": "TuneResult tune",
+    "plot": "",
+}
+
+if not TYPE_CHECKING:  # a type checker would take any name for one of the package
+
+    def __getattr__(name: str) -> object:
+        """Load a module when it is first used (PEP 562)."""
+        for module, names in _LATER.items():
+            if name in (module, *names.split()):
+                loaded = importlib.import_module(f"omnistep.{module}")
+                return globals().setdefault(name, loaded if name == module else getattr(loaded, name))
+        raise AttributeError(f"module 'omnistep' has no attribute {name!r}")
+
+    def __dir__() -> list[str]:
+        return sorted({*globals(), *__all__})
+
 
 __all__ = [
     "Calibration",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from math import atan2, cos, sin
 from typing import Any
@@ -11,7 +11,7 @@ import numpy as np
 
 from omnistep._calibration_drives import Drive
 from omnistep._calibration_poses import Piece, Plate, Recording
-from omnistep._estimates import CONFIDENCE, DETERMINED, Estimate, Floats, scipy_part
+from omnistep._estimates import DETERMINED, Estimate, Floats, times_deviation
 from omnistep._omnistep import Kinematics, Layout, Vehicle, Wheel
 from omnistep.errors import ConfigError
 
@@ -85,9 +85,15 @@ class Problem:
     """Parameters, and the residuals of all runs for them."""
 
     def __init__(
-        self, vehicle: Vehicle, drives: Sequence[Drive | Piece], position_sd: float | None, yaw_sd: float | None
+        self,
+        vehicle: Vehicle,
+        drives: Sequence[Drive | Piece],
+        position_sd: float | None,
+        yaw_sd: float | None,
+        watch: Callable[[], None],
     ) -> None:
-        self.drawn, self.drives = vehicle, drives
+        #: ``watch`` is called whenever all runs are compared with the measurements.
+        self.drawn, self.drives, self.watch = vehicle, drives, watch
         self.wheels = vehicle.layout.wheels
         #: Of the parameters of wheels.
         self.names = [
@@ -223,6 +229,7 @@ class Problem:
 
     def groups(self, u: Floats) -> list[Floats]:
         """Errors of places and turns of ends and of pieces, and of wheels against each other."""
+        self.watch()
         spread = np.zeros(0)
         if len(self.wheels) > 3:
             kinematics = Kinematics(layout=self.layout(u))
@@ -501,7 +508,7 @@ class Problem:
         deviation = _deviations(row, known).max()
         # Held parameters have no deviation, except for rounding.
         determined = LEAST < deviation < DETERMINED
-        times = scipy_part("stats", NEEDED_BY).t.ppf(0.5 + CONFIDENCE / 2, [known.freedom, _scattered(row, known)])
+        times = times_deviation([known.freedom, _scattered(row, known)], NEEDED_BY)
         half = float(scale * np.max(times * _deviations(row, known)))
         held = not determined and abs(row @ found.reported) < LEAST
         follows = TOGETHER if found is known else ALIKE

@@ -15,14 +15,12 @@ from omnistep import _plausibility, _pose_doubts
 from omnistep._calibration_drives import GAP_S, STANDS, STANDS_OVER_S, end_of, thinned
 from omnistep._calibration_drives import whole_positions as whole
 from omnistep._calibration_runs import CalibrationRun
-from omnistep._estimates import Floats, scipy_part
+from omnistep._estimates import Floats
 from omnistep._omnistep import Kinematics, Odometry, Vehicle
 from omnistep._plausibility import more_times
 from omnistep._wheel_logs import POSE, WheelLog, spans
 from omnistep.errors import ConfigError
 
-#: Who asks for SciPy.
-NEEDED_BY = "omnistep.calibrate"
 #: A piece is as long as the vehicle moves in this time on the average.
 PIECE_S = 3.0
 #: A piece is left out that is longer than so many others, because poses are missing, or shorter than this part of one.
@@ -301,7 +299,12 @@ def _smooth(poses: Floats, rows: int) -> Floats:
     """A parabola through as many rows at each one (Savitzky and Golay, 1964)."""
     if rows < 5 or len(poses) < rows:
         return poses
-    return np.asarray(scipy_part("signal", NEEDED_BY).savgol_filter(poses, rows, 2, axis=0))
+    powers = np.vander(np.linspace(-1.0, 1.0, rows), 3)
+    # The parabola through each window, at all of its rows; at its middle it is a running mean with weights.
+    parabola, middle = powers @ np.linalg.pinv(powers), rows // 2
+    windows = np.lib.stride_tricks.sliding_window_view(poses, rows, axis=0) @ parabola[middle]
+    begin, end = (parabola @ poses[part] for part in (slice(rows), slice(-rows, None)))
+    return np.concatenate([begin[:middle], windows, end[middle + 1 :]])
 
 
 def _runs(there: Any, bridged: int) -> list[tuple[int, int]]:

@@ -104,7 +104,11 @@ class Fit:
 
 
 def scipy_part(name: str, needed_by: str) -> Any:
-    """Import a part of SciPy, or say which extra brings it."""
+    """Import a part of SciPy, or say which extra brings it.
+
+    Only ``optimize``, ``linalg`` and ``special``: ``stats``, and ``signal`` which loads it, take as long to load as a
+    minute of log takes to fit.
+    """
     try:
         return importlib.import_module(f"scipy.{name}")
     except ImportError as error:
@@ -294,13 +298,15 @@ def _clustered(
         freedom[k] = np.trace(like) ** 2 / max(float((like**2).sum()), 1e-300)
     both = INDEPENDENT + freedom
     weighed = (INDEPENDENT * independent + freedom * sandwich) / both
-    refuted = freedom * sandwich > scipy_part("stats", needed_by).chi2.ppf(ALIKE, freedom) * independent
+    # The quantile of chi squared.
+    most = 2.0 * scipy_part("special", needed_by).gammaincinv(0.5 * freedom, ALIKE)
+    refuted = freedom * sandwich > most * independent
     return np.where(refuted, jackknife, weighed), np.where(refuted, freedom, both)
 
 
 def estimates(parameters: Sequence[Parameter], found: Fit, *, needed_by: str) -> tuple[Estimate, ...]:
     """Parameters with their intervals, each within its possible range."""
-    halves = found.deviation * scipy_part("stats", needed_by).t.ppf(0.5 + CONFIDENCE / 2, found.freedom)
+    halves = found.deviation * times_deviation(found.freedom, needed_by)
     given = []
     for k, (parameter, value, half) in enumerate(zip(parameters, found.x, halves, strict=True)):
         low: float | None = None
@@ -332,6 +338,11 @@ def refutes(left: float, measured: float) -> bool:
     Intervals presume a model. If it is refuted, they are withheld (:func:`withheld`), and a line states the reason.
     """
     return left > REFUTED * measured
+
+
+def times_deviation(freedom: Any, needed_by: str) -> Any:
+    """Half of an interval, in standard deviations with so many degrees of freedom: the quantile of Student's t."""
+    return scipy_part("special", needed_by).stdtrit(freedom, 0.5 + CONFIDENCE / 2)
 
 
 def withheld(parts: Sequence[Estimate]) -> tuple[Estimate, ...]:

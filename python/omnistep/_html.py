@@ -1,6 +1,6 @@
 """What a notebook shows of runs, vehicles, scenarios and limits: small tables and drawings of HTML.
 
-The compiled classes get these methods when the package is imported. Every text of a file is escaped.
+`_notebook.py` makes them methods of the compiled classes. Every text of a file is escaped.
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from omnistep import _played
 from omnistep._comparison import Row, caption, html_table, rows
 from omnistep._omnistep import ClimbLimits, Log, Outcome, Scenario, Trace, Vehicle
 from omnistep.errors import OmnistepError
@@ -101,29 +100,9 @@ def study_html(result: Any) -> str:
 def log_html(log: Log) -> str:
     """Return the player of a log; its facts where it has no poses."""
     try:
-        return show(log)._repr_html_()
+        return log.show()._repr_html_()
     except OmnistepError as error:
         return _facts([*log.run.items(), ("not shown", str(error))], log.path.name)
-
-
-def show(self: Trace | Log, *, height_px: int = 420) -> _played.PlayerFrame:
-    return _played.frame_of(self, height_px=height_px)
-
-
-def attach() -> None:
-    """Give the compiled classes what a notebook asks them for."""
-    shown = {Outcome: outcome_html, Trace: trace_html, Vehicle: vehicle_html, Scenario: scenario_html}
-    for kind, of_it in {**shown, ClimbLimits: limits_html, Log: log_html}.items():
-        kind._repr_html_ = _method(of_it)  # type: ignore[attr-defined]
-    show.__doc__ = _SHOW
-    Trace.show = Log.show = show  # type: ignore[method-assign]
-
-
-def _method(of_it: Any) -> Any:
-    def _repr_html_(self: Any) -> str:
-        return str(of_it(self))
-
-    return _repr_html_
 
 
 def _from_above(vehicle: Vehicle) -> str:
@@ -190,16 +169,3 @@ def _cell(value: Any) -> str:
 
 def _number(value: Sequence[float] | float) -> str:
     return f"{value:.3g}"
-
-
-_SHOW = """The run in the player of reports, in a notebook.
-
-Args:
-    height_px: height of the frame, 100 to 4000.
-
-Returns:
-    A frame that needs no network. Poses are shown at 50 moments a second, or at fewer if the run is long.
-
-Raises:
-    ConfigError: the run has no row or no poses; or it is the ``trace`` of a log: pass the log.
-"""

@@ -84,6 +84,7 @@ def calibrate(arguments: list[str]) -> int:
     parser.add_argument("--vehicle", required=True, help="the vehicle as drawn: a .toml file or a built-in name")
     parser.add_argument("-o", "--out", type=Path, help="the vehicle file to write, with the results")
     _may_write_doubtful(parser)
+    parser.add_argument("--quiet", action="store_true", help="show no progress bar")
     given = parser.parse_args(arguments)
 
     runs: list[CalibrationRun] = []
@@ -98,7 +99,7 @@ def calibrate(arguments: list[str]) -> int:
     def found(drawn: Vehicle) -> Answer:
         from omnistep.calibration import calibrate
 
-        result = calibrate(runs, vehicle=drawn, **noise)
+        result = calibrate(runs, vehicle=drawn, progress=not given.quiet, **noise)
         halves = calibrated_halves(drawn, (*result.common, *result.estimates))
         return Answer(result.table(), Changes(result.vehicle, halves), result.doubted)
 

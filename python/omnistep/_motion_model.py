@@ -225,8 +225,7 @@ class Motion:
 
     def _lag(self, lag: float, rows: int) -> Floats:
         """Lagging torques at the beginning of rows, this many rows earlier, in bins."""
-        keep = float(np.exp(-self.period / lag))
-        filtered = scipy_part("signal", "omnistep.identify").lfilter([1.0 - keep], [1.0, -keep], self.inputs, axis=0)
+        filtered = lagging(self.inputs, self.period / lag)
         at = np.concatenate([np.zeros((1, filtered.shape[1])), filtered[:-1]])
         return self.stretches.binned(_late(at, rows))
 
@@ -257,6 +256,17 @@ def _driven(duty: Floats) -> Floats:
     other = np.where(before <= ZERO_DUTY, after, np.where(after <= ZERO_DUTY, before, here))
     part = here / np.maximum(np.maximum(other, here), ZERO_DUTY)
     return np.asarray(np.where(here > ZERO_DUTY, part, 0.0))
+
+
+def lagging(series: Floats, step: float) -> Floats:
+    """What follows a series with a lag, from rest; ``step`` is the distance of rows in lags.
+
+    Each row is a mean of the row before and the series: equations with two diagonals.
+    """
+    keep = float(np.exp(-step))
+    diagonals = np.array([np.ones(len(series)), np.full(len(series), -keep)])
+    solve = scipy_part("linalg", "omnistep.identify").solve_banded
+    return np.asarray(solve((1, 0), diagonals, (1.0 - keep) * series, overwrite_ab=True, check_finite=False))
 
 
 def _late(series: Floats, rows: int) -> Floats:

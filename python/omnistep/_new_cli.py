@@ -21,11 +21,6 @@ _COMMANDED = 0.4
 USAGE = "omnistep new vehicle NAME --from-urdf ROBOT.urdf [--wheels mecanum|omni] [--radius M] [--not-wheel NAME]"
 
 
-def is_wanted(arguments: list[str]) -> bool:
-    """Whether the arguments of ``omnistep new`` name a URDF."""
-    return any(each.split("=")[0] == "--from-urdf" for each in arguments)
-
-
 def new(arguments: list[str]) -> int:
     """Run ``omnistep new vehicle NAME --from-urdf ROBOT.urdf`` and return its exit code."""
     parser = Parser(

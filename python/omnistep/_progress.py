@@ -5,8 +5,6 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from tqdm import tqdm
-
 #: A call that is done by then shows no bar.
 SHORT_S = 1.0
 
@@ -22,14 +20,31 @@ def is_seen() -> bool:
     return ipython is not None and getattr(ipython.get_ipython(), "kernel", None) is not None
 
 
+class Unseen:
+    """A bar of tqdm that does nothing, without tqdm, which loads for longer than most of this package."""
+
+    n = 0.0
+
+    def __enter__(self) -> "Unseen":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        pass
+
+    def update(self, n: float = 1.0) -> None:
+        """Ignore what is done."""
+
+    def set_postfix_str(self, s: str = "", refresh: bool = True) -> None:
+        """Ignore what is to be shown."""
+
+
 def counter(*, shown: bool, **options: Any) -> Any:
     """Return a bar of tqdm with these options; in a notebook it is a widget, where no one looks it does nothing."""
     if not (shown and is_seen()):
-        return tqdm(disable=True, **options)
-    # It loads asyncio: only for who sees a bar.
-    from tqdm.auto import tqdm as seen
+        return Unseen()
+    from tqdm.auto import tqdm
 
-    return seen(delay=SHORT_S, **options)
+    return tqdm(delay=SHORT_S, **options)
 
 
 @contextmanager

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from omnistep._axes import figure, recorded_and_simulated
-from omnistep._estimates import Floats, scipy_part
-from omnistep._motion_model import Motion
+from omnistep._estimates import Floats
+from omnistep._motion_model import Motion, lagging
 from omnistep._stretches import SMOOTH_S, smooth
 
 #: A step of the simulation is at most this part of the time in which the vehicle follows its motors, and at most a row.
@@ -143,6 +143,5 @@ def _inputs(motion: Motion, p: Mapping[str, float], parts: int) -> tuple[Floats,
 
     torque = p.get("stall_torque_n_m", 1.0) * held(motion.inputs)
     if p["lag_s"] > 1e-6:
-        keep = float(np.exp(-motion.period / parts / p["lag_s"]))
-        torque = scipy_part("signal", "omnistep.identify").lfilter([1.0 - keep], [1.0, -keep], torque, axis=0)
+        torque = lagging(torque, motion.period / parts / p["lag_s"])
     return torque, held(motion.driven) if motion.coasts else np.ones_like(torque)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from math import isfinite
 from os import PathLike
@@ -10,6 +10,7 @@ from os import PathLike
 import numpy as np
 
 from omnistep import _plausibility
+from omnistep._blas_threads import one_thread
 from omnistep._calibration_drives import Drive, name_of, part_of
 from omnistep._calibration_fit import ENOUGH, NEEDED_BY, Found, Problem, recordings_of
 from omnistep._calibration_poses import Piece, Recording
@@ -17,6 +18,7 @@ from omnistep._calibration_runs import CalibrationRun, check, number
 from omnistep._estimates import CHECK, Estimate, Floats, refutes, scipy_part, table, withheld
 from omnistep._omnistep import Kinematics, Vehicle
 from omnistep._pose_doubts import APART
+from omnistep._progress import bar
 from omnistep._wheel_logs import read
 from omnistep.errors import ConfigError
 
@@ -40,6 +42,8 @@ LEFT_OUT = 0.1
 RADIUS_OFF, SLIPS_ASIDE = 0.08, 0.01
 #: Paths that differ by less are as far off [m].
 LEAST_PATH_M = 1e-6
+#: Evaluations of all runs after which most searches have ended.
+USUAL = 500
 #: Largest final error of odometry that fits [m, rad]: a larger error is a mistake of measurement or notation.
 OFF_M, OFF_RAD = 0.1, 0.2
 
@@ -133,6 +137,7 @@ def calibrate(
     vehicle: str | PathLike[str] | Vehicle,
     position_sd_m: float | None = None,
     yaw_sd_rad: float | None = None,
+    progress: bool = True,
 ) -> Calibration:
     """Find wheel radii, positions and directions from runs with measured ends or recorded poses.
 
@@ -157,6 +162,7 @@ def calibrate(
             large refute the number.
         yaw_sd_rad: standard deviation of measured headings [rad]; 0.005 by default, and 1 % of the distance over the
             wheels' distance from the middle.
+        progress: show a bar, in a terminal or a notebook, when it takes more than a second.
 
     Raises:
         ConfigError: a run has no measurement, a column is missing, there are too few runs, or a number is out of range.
@@ -182,7 +188,16 @@ def calibrate(
         if value is not None:
             number(name, value, "")
     prepared, cut_off = _prepared(runs, drawn)
-    problem, found, single, left_out = _solved(drawn, prepared, position_sd_m, yaw_sd_rad)
+    done = 0
+    with one_thread(NEEDED_BY), bar("calibrate", shown=progress) as show:
+
+        def watch() -> None:
+            nonlocal done
+            done += 1
+            show(done / (done + USUAL))
+
+        problem, found, single, left_out = _solved(drawn, prepared, position_sd_m, yaw_sd_rad, watch)
+        show(1.0)
     drives = problem.drives
     wrong = _wrong(problem, found)
     places, turns, parts_places, parts_turns, _ = problem.groups(found.reported)
@@ -232,13 +247,17 @@ def _prepared(runs: Sequence[CalibrationRun], drawn: Vehicle) -> tuple[list[Driv
 
 
 def _solved(
-    drawn: Vehicle, drives: list[Drive | Piece], position_sd: float | None, yaw_sd: float | None
+    drawn: Vehicle,
+    drives: list[Drive | Piece],
+    position_sd: float | None,
+    yaw_sd: float | None,
+    watch: Callable[[], None],
 ) -> tuple[Problem, Found, Found, list[str]]:
     """The fit without the pieces that do not fit, and messages about these pieces."""
     said: list[str] = []
     left = LEFT_OUT * sum(isinstance(drive, Piece) for drive in drives)
     while True:
-        problem = Problem(drawn, drives, position_sd, yaw_sd)
+        problem = Problem(drawn, drives, position_sd, yaw_sd, watch)
         found, single = problem.solve()
         misfit = _misfit(found)
         drive = drives[misfit[0]] if misfit else None
@@ -250,11 +269,12 @@ def _solved(
 
 def _misfit(found: Found) -> tuple[int, float] | None:
     """The run whose misfit is improbable by chance, and the factor by which the other runs fit better."""
-    f, chances = scipy_part("stats", NEEDED_BY).f, []
+    beyond, chances = scipy_part("special", NEEDED_BY).fdtrc, []
     for less, numbers, _ in found.left_out:
         rest, left = max(found.ends_left - less, 1e-3 * found.ends_left), found.ends_freedom - numbers
         tells = bool(numbers) and left >= ENOUGH
-        chances.append(f.sf((less / numbers) / (rest / left), numbers, left) if tells else 1.0)
+        # The upper tail of the distribution F.
+        chances.append(beyond(numbers, left, max(0.0, less / numbers) / (rest / left)) if tells else 1.0)
     worst = int(np.argmin(chances))
     return (worst, found.left_out[worst][2]) if chances[worst] * len(chances) <= BY_CHANCE else None
 

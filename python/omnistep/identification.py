@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from omnistep._blas_threads import one_thread
 from omnistep._estimates import (
     CHECK,
     Estimate,
@@ -167,18 +168,19 @@ def identify(
     problem = Problem(guess, logs, fix or {}, zero_duty)
     tried = problem.ways()
     answers: list[Answer] = []
-    with bar("identify", shown=progress) as show:
-        for way in tried:
-            answers.append(problem.solve(way, lambda part: show((len(answers) + part) / len(tried))))
-    best = _better(answers)
-    bent = ""
-    if problem.duty and best.simulation.off > LINE:
-        with bar("identify: other bridges", shown=progress) as show:
-            others = (problem.solve(way, show, stated=False) for way in problem.not_stated())
-            lines = [best.simulation.off, *(each.simulation.off for each in others)]
-            if min(lines) > LINE:
-                bent = bent_line(lines, problem.solve(CHOPS, show, stated=False).simulation.off)
-    return _identification(problem, best, answers, bent)
+    with one_thread(NEEDED_BY):
+        with bar("identify", shown=progress) as show:
+            for way in tried:
+                answers.append(problem.solve(way, lambda part: show((len(answers) + part) / len(tried))))
+        best = _better(answers)
+        bent = ""
+        if problem.duty and best.simulation.off > LINE:
+            with bar("identify: other bridges", shown=progress) as show:
+                others = (problem.solve(way, show, stated=False) for way in problem.not_stated())
+                lines = [best.simulation.off, *(each.simulation.off for each in others)]
+                if min(lines) > LINE:
+                    bent = bent_line(lines, problem.solve(CHOPS, show, stated=False).simulation.off)
+        return _identification(problem, best, answers, bent)
 
 
 @dataclass(frozen=True)
