@@ -101,7 +101,7 @@ impl Bearings {
             }
             for roller in rollers.first..rollers.first + rollers.count() {
                 let (before, after) = (spins_rad_s[roller], self.free_rad_s[roller]);
-                let (mean, carried) = (f64::midpoint(before, after), self.carried_rad_s[roller]);
+                let (mean, carried) = (0.5 * (before + after), self.carried_rad_s[roller]);
                 let free = 2.0 * self.mean_rad_s[roller] - after;
                 self.mean_rad_s[roller] = mean;
                 // What the contacts gave the roller, less what it has of that, and what of the rest the wheel has got.

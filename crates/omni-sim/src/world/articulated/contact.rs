@@ -215,7 +215,7 @@ impl Contact {
 
     /// Do both belong to the same roller?
     pub(super) fn shares_roller(&self, other: &Self) -> bool {
-        let of = |contact: &Self| contact.across.map(|across| across.roller);
+        let of = |contact: &Self| contact.across.as_ref().map(|across| across.roller);
         self.across.is_some() && of(self) == of(other)
     }
 
@@ -223,6 +223,7 @@ impl Contact {
     pub(super) fn impulse(&self) -> Vector3 {
         let across = self
             .across
+            .as_ref()
             .map_or(Vector3::ZERO, |across| across.direction * across.impulse);
         self.normal * self.normal_impulse + self.along * self.friction_impulse + across
     }

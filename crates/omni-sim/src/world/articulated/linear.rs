@@ -40,6 +40,37 @@ pub(super) fn add_outer<const N: usize>(matrix: &mut Matrix<N>, factor: f64, a: 
     }
 }
 
+/// Adds `factor a a^T` to the upper half of a matrix. Some of what is below the diagonal changes too, and means nothing.
+#[inline(always)]
+pub(super) fn add_square<const N: usize>(matrix: &mut Matrix<N>, factor: f64, a: &Vector<N>) {
+    for i in 0..N {
+        let scaled = factor * a[i];
+        for j in i & !1..N {
+            matrix[i][j] += scaled * a[j]; // by two, as registers are wide
+        }
+    }
+}
+
+/// Copies the upper half of a symmetric matrix to its lower half.
+#[inline(always)]
+pub(super) fn mirror<const N: usize>(matrix: &mut Matrix<N>) {
+    for i in 1..N {
+        for j in 0..i {
+            matrix[i][j] = matrix[j][i];
+        }
+    }
+}
+
+/// The middle between two vectors.
+#[inline(always)]
+pub(super) fn middle<const N: usize>(a: &Vector<N>, b: &Vector<N>) -> Vector<N> {
+    let mut middle = [0.0; N];
+    for i in 0..N {
+        middle[i] = 0.5 * (a[i] + b[i]);
+    }
+    middle
+}
+
 /// The product of a matrix and a vector.
 #[inline(always)]
 pub(super) fn times<const N: usize>(matrix: &Matrix<N>, a: &Vector<N>) -> Vector<N> {

@@ -13,7 +13,7 @@ use super::linear::{Vector, solve, solve_symmetric};
 use super::model::MOST_WHEELS;
 use super::spin::Spin;
 use super::sweeps::sweep;
-use super::system::{System, WheelRow};
+use super::system::{System, WheelRow, WheelSystem};
 use super::tree::{FREE, Tree, Twist};
 
 /// Solutions before contacts change their modes one at a time, and before sweeps take over.
@@ -131,18 +131,26 @@ fn solve_modes<const N: usize>(
     contacts: &[Contact],
     spins: &mut [f64],
 ) -> (Vector<N>, [Twist; N]) {
+    // Friction that slides follows the normal force, and not the other way round.
+    let slides = |contact: &Contact| {
+        matches!(
+            contact.mode,
+            Mode::Closed(Grip::Slide(_), _) | Mode::Closed(_, Grip::Slide(_))
+        )
+    };
+    let symmetric = !contacts.iter().any(slides);
     let bodies = &mut free.with_contacts;
     bodies.clone_from(&free.bodies);
+    for body in bodies.iter_mut() {
+        body.symmetric = symmetric;
+    }
     // What a spin follows once the carrier's twist is known: a row, or the line of the one contact that it rolls on.
     let mut rows: [Option<WheelRow>; MOST_WHEELS] = [const { None }; MOST_WHEELS];
-    let mut from = 0;
+    let mut rest = &*contacts;
     for (index, wheel) in wheels.iter().enumerate() {
-        let own = contacts[from..]
-            .iter()
-            .take_while(|contact| contact.wheel == index)
-            .count();
-        let own = &contacts[from..from + own];
-        from += own.len();
+        let count = rest.iter().take_while(|contact| contact.wheel == index).count();
+        let own;
+        (own, rest) = rest.split_at(count);
         let carrier = &mut bodies[wheel.body];
         let gripped;
         let wheel = if wheel.hold > 0.0 {
@@ -152,35 +160,25 @@ fn solve_modes<const N: usize>(
         } else {
             wheel
         };
-        let mut row = WheelRow::new(wheel);
+        let mut system = WheelSystem::new(wheel, carrier);
         let mut closed = own.iter().filter(|contact| contact.mode != Mode::Open);
-        if let (Some(contact), None, false) = (closed.next(), closed.next(), row.coupled)
+        if let (Some(contact), None) = (closed.next(), closed.next())
             && let (Mode::Closed(Grip::Stick, _), None) = (contact.mode, contact.across)
+            && wheel.damper == 0.0
         {
             // The usual case.
             let separation = &contact.separation.row;
-            carrier.add_force(contact.stiffness, separation, separation, contact.bias);
-            row.roll_on(carrier, &contact.slip, STICK);
-            rows[index] = Some(row);
-            continue;
+            let (stiffness, bias) = (contact.stiffness, contact.bias);
+            system.carrier.add_force(stiffness, separation, separation, bias);
+            system.roll_on(&contact.slip, STICK);
+        } else {
+            for group in own.chunk_by(Contact::shares_roller) {
+                add_group(group, &mut system);
+            }
+            system.eliminate();
         }
-        for group in own.chunk_by(Contact::shares_roller) {
-            add_group(group, &mut row, carrier);
-        }
-        if wheel.damper > 0.0 {
-            carrier.add_force(wheel.damper, &wheel.carried, &wheel.carried, 0.0);
-        }
-        row.eliminate(carrier);
-        rows[index] = Some(row);
+        rows[index] = Some(system.row);
     }
-    // Friction that slides follows the normal force, and not the other way round.
-    let slides = |contact: &Contact| {
-        matches!(
-            contact.mode,
-            Mode::Closed(Grip::Slide(_), _) | Mode::Closed(_, Grip::Slide(_))
-        )
-    };
-    let symmetric = !contacts.iter().any(slides);
     let mut whole = free.tree;
     tree.gather(bodies, symmetric, &mut whole);
     let u = if symmetric {
@@ -196,7 +194,7 @@ fn solve_modes<const N: usize>(
 }
 
 /// Adds the contacts of one roller, or a contact without one, to the equations of wheel and carrier.
-fn add_group(group: &[Contact], row: &mut WheelRow, carrier: &mut System<FREE>) {
+fn add_group(group: &[Contact], wheel: &mut WheelSystem) {
     // Of a roller that touches in one place its spin is eliminated in closed form.
     let roller = if group.len() > 1 {
         RollerRow::of(group)
@@ -211,7 +209,7 @@ fn add_group(group: &[Contact], row: &mut WheelRow, carrier: &mut System<FREE>) 
         let mut works = contact.separation;
         match along {
             Grip::Slide(sign) => works.add(sign * contact.friction, &contact.slip),
-            Grip::Stick => row.add_force(carrier, STICK, &contact.slip, &contact.slip, 0.0),
+            Grip::Stick => wheel.add_force(STICK, &contact.slip, &contact.slip, 0.0),
         }
         match (&contact.across, across) {
             (None, _) => {}
@@ -224,20 +222,20 @@ fn add_group(group: &[Contact], row: &mut WheelRow, carrier: &mut System<FREE>) 
                 }
             }
             (Some(own), Grip::Stick) if roller.is_some() => {
-                row.add_force(carrier, STICK, &own.line, &own.line, 0.0);
+                wheel.add_force(STICK, &own.line, &own.line, 0.0);
             }
             (Some(own), Grip::Stick) => {
                 let gain = 1.0 / (1.0 / STICK + own.lever_m * own.lever_m / own.inertia_kg_m2);
                 let free_m_s = own.lever_m * own.free_rad_s;
-                row.add_force(carrier, gain, &own.line, &own.line, free_m_s);
+                wheel.add_force(gain, &own.line, &own.line, free_m_s);
             }
         }
         let (stiffness, bias) = (contact.stiffness, contact.bias);
-        row.add_force(carrier, stiffness, &works, &contact.separation, bias);
+        wheel.add_force(stiffness, &works, &contact.separation, bias);
     }
     if let Some(roller) = roller {
         let (gain, line) = (-1.0 / roller.diagonal, &roller.off_diagonal);
-        row.add_force(carrier, gain, line, line, -roller.right);
+        wheel.add_force(gain, line, line, -roller.right);
     }
 }
 

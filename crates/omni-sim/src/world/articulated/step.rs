@@ -6,12 +6,12 @@ use super::World;
 use super::balance::Mean;
 use super::contact::{Contact, WarmStart};
 use super::grip::Grip;
-use super::linear::{add, dot};
+use super::linear::{add, dot, middle};
 use super::meeting::Meeting;
 use super::model::{MOST_WHEELS, WheelShape};
 use super::solver::solve_step;
 use super::spin::Spin;
-use super::tree::{FREE, twist};
+use super::tree::twist;
 
 /// Minimum distance from a surface at which contacts are searched \[m\].
 const AHEAD_M: f64 = 0.002;
@@ -142,21 +142,16 @@ impl<const N: usize> World<N> {
 
     /// Energies of a step, and how far the actuators turned.
     fn account(&mut self, u0: &[f64; N], u: &[f64; N]) {
-        let after = self.tree.twists(u);
-        let (mut middle, mut twists) = ([0.0; N], self.tree.twist);
-        for i in 0..N {
-            middle[i] = f64::midpoint(u0[i], u[i]);
-        }
-        for (twist, after) in twists.iter_mut().zip(&after) {
-            for i in 0..FREE {
-                twist[i] = f64::midpoint(twist[i], after[i]);
-            }
+        let (mean_u, after) = (middle(u0, u), self.tree.twists(u));
+        let mut twists = self.tree.twist;
+        for (twist, after) in twists.iter_mut().zip(&after).take(self.model.bodies.len()) {
+            *twist = middle(twist, after);
         }
         let mut spins = [0.0; MOST_WHEELS];
         for (i, wheel) in self.model.wheels.iter().enumerate() {
             let (before, spin) = (self.state.spin_rad_s[i], self.spins_after[i]);
             let carried = &self.spins[i].carried;
-            spins[i] = f64::midpoint(before, spin);
+            spins[i] = 0.5 * (before + spin);
             let turned = spins[i] - dot(carried, &twists[wheel.body]);
             let now = spin - dot(carried, &after[wheel.body]);
             self.moved[i] = [turned * self.step_s / wheel.gear, now / wheel.gear];
@@ -165,7 +160,7 @@ impl<const N: usize> World<N> {
             }
         }
         let mean = Mean {
-            u: &middle,
+            u: &mean_u,
             twists: &twists,
             spins: &spins,
         };
@@ -180,6 +175,7 @@ impl<const N: usize> World<N> {
         for contact in contacts {
             let roller = contact
                 .across
+                .as_ref()
                 .map_or(0.0, |across| self.bearings.mean_rad_s[across.roller]);
             self.balance.contact(contact, &mean, roller);
         }

@@ -6,7 +6,7 @@ use super::linear::{Vector, add, solve};
 use super::model::MOST_WHEELS;
 use super::solver::Equations;
 use super::spin::Spin;
-use super::system::WheelRow;
+use super::system::WheelSystem;
 use super::tree::{Tree, Twist};
 
 /// Largest number of sweeps over all contacts.
@@ -56,14 +56,12 @@ pub(super) fn sweep<const N: usize>(
 ) -> (Vector<N>, bool) {
     // Without contacts only drags tie wheels to the tree.
     let (mut bare, mut bodies) = (free.tree, free.bodies.clone());
-    let rows: Vec<_> = wheels.iter().map(WheelRow::new).collect();
-    for (wheel, row) in wheels.iter().zip(&rows) {
-        let carrier = &mut bodies[wheel.body];
-        if wheel.damper > 0.0 {
-            carrier.add_force(wheel.damper, &wheel.carried, &wheel.carried, 0.0);
-        }
-        row.eliminate(carrier);
-    }
+    let add_wheel = |wheel: &Spin| {
+        let mut system = WheelSystem::new(wheel, &mut bodies[wheel.body]);
+        system.eliminate();
+        system.row
+    };
+    let rows: Vec<_> = wheels.iter().map(add_wheel).collect();
     tree.gather(&mut bodies, false, &mut bare);
     let with_spins = |u: Vector<N>, spin: &dyn Fn(usize, &Twist) -> f64| {
         let twists = tree.twists(&u);
@@ -81,7 +79,7 @@ pub(super) fn sweep<const N: usize>(
     let respond = |line: &LinearForm, pushed: usize| {
         let mut force = line.row;
         let own = &rows[pushed];
-        add(&mut force, -line.lever_m / own.diagonal, &own.column);
+        add(&mut force, -line.lever_m / own.diagonal, &own.row);
         let force = tree.row(wheels[pushed].body, &force);
         with_spins(solve(bare.matrix, force), &|i, carrier| {
             let lever_m = if i == pushed { line.lever_m } else { 0.0 };

@@ -1,7 +1,7 @@
 //! Linear systems of a step: the tree's equations, what acts on single bodies, and each wheel's row.
 
 use super::contact::LinearForm;
-use super::linear::{Matrix, Vector, add, add_outer, dot};
+use super::linear::{Matrix, Vector, add, add_outer, add_square, dot};
 use super::spin::Spin;
 use super::tree::{FREE, Twist};
 
@@ -11,30 +11,40 @@ use super::tree::{FREE, Twist};
 pub(super) struct System<const N: usize> {
     pub(super) matrix: Matrix<N>,
     pub(super) right: Vector<N>,
+    /// Whether every force works along the line that it follows: of the matrix only the upper half counts then.
+    pub(super) symmetric: bool,
 }
 
 impl<const N: usize> System<N> {
     pub(super) const ZERO: Self = Self {
         matrix: [[0.0; N]; N],
         right: [0.0; N],
+        symmetric: false,
     };
 
     /// Adds an impulse `-gain (line + offset)` along another line.
     #[inline(always)]
     pub(super) fn add_force(&mut self, gain: f64, works: &Vector<N>, line: &Vector<N>, offset: f64) {
-        add_outer(&mut self.matrix, gain, works, line);
+        self.add_outer(gain, works, line);
         add(&mut self.right, -gain * offset, works);
+    }
+
+    #[inline(always)]
+    fn add_outer(&mut self, gain: f64, works: &Vector<N>, line: &Vector<N>) {
+        if self.symmetric {
+            add_square(&mut self.matrix, gain, line);
+        } else {
+            add_outer(&mut self.matrix, gain, works, line);
+        }
     }
 }
 
-/// A wheel's row of the system: `diagonal spin + row . twist = right`, and what its spin does to its carrier.
+/// A wheel's row of the system: `diagonal spin + row . twist = right`.
 #[derive(Clone, Copy)]
 pub(super) struct WheelRow {
     pub(super) diagonal: f64,
     pub(super) row: Twist,
-    pub(super) column: Twist,
     right: f64,
-    pub(super) coupled: bool,
 }
 
 impl WheelRow {
@@ -43,15 +53,11 @@ impl WheelRow {
         let mut own = Self {
             diagonal: spin.inertia_kg_m2,
             row: [0.0; FREE],
-            column: [0.0; FREE],
             right: spin.inertia_kg_m2 * spin.free_rad_s,
-            coupled: false,
         };
         if spin.damper > 0.0 {
             own.diagonal += spin.damper;
             add(&mut own.row, -spin.damper, &spin.carried);
-            add(&mut own.column, -spin.damper, &spin.carried);
-            own.coupled = true;
         }
         own
     }
@@ -66,47 +72,75 @@ impl WheelRow {
     pub(super) fn response(&self, lever_m: f64, carrier: &Twist) -> f64 {
         (lever_m - dot(&self.row, carrier)) / self.diagonal
     }
+}
 
-    /// Adds a force `-gain (line + offset)` that works along another line.
+/// A wheel's row and the equations of its carrier.
+pub(super) struct WheelSystem<'a> {
+    pub(super) carrier: &'a mut System<FREE>,
+    pub(super) row: WheelRow,
+    /// What the spin does to the carrier; the row itself, if the carrier's equations are symmetric.
+    column: Twist,
+    /// Does it do anything?
+    coupled: bool,
+}
+
+impl<'a> WheelSystem<'a> {
     #[inline(always)]
-    pub(super) fn add_force(
-        &mut self,
-        carrier: &mut System<FREE>,
-        gain: f64,
-        works: &LinearForm,
-        line: &LinearForm,
-        offset: f64,
-    ) {
-        carrier.add_force(gain, &works.row, &line.row, offset);
-        if line.lever_m != 0.0 {
-            add(&mut self.column, gain * line.lever_m, &works.row);
-            self.coupled = true;
+    pub(super) fn new(spin: &Spin, carrier: &'a mut System<FREE>) -> Self {
+        let row = WheelRow::new(spin);
+        let coupled = spin.damper > 0.0;
+        if coupled {
+            carrier.add_force(spin.damper, &spin.carried, &spin.carried, 0.0);
         }
-        if works.lever_m != 0.0 {
-            add(&mut self.row, gain * works.lever_m, &line.row);
-            self.diagonal += gain * works.lever_m * line.lever_m;
-            self.right -= gain * works.lever_m * offset;
+        Self {
+            carrier,
+            row,
+            column: row.row,
+            coupled,
         }
     }
 
-    /// Adds the one contact of a wheel that sticks and that nothing else holds, in closed form: large numbers would
-    /// cancel in [`WheelRow::eliminate`].
+    /// Adds a force `-gain (line + offset)` that works along another line.
     #[inline(always)]
-    pub(super) fn roll_on(&mut self, carrier: &mut System<FREE>, slip: &LinearForm, stick: f64) {
-        let (lever_m, free_m_s) = (slip.lever_m, slip.lever_m * self.right / self.diagonal);
-        let gain = 1.0 / (1.0 / stick + lever_m * lever_m / self.diagonal);
-        carrier.add_force(gain, &slip.row, &slip.row, free_m_s);
-        add(&mut self.row, stick * lever_m, &slip.row);
-        self.diagonal += stick * lever_m * lever_m;
+    pub(super) fn add_force(&mut self, gain: f64, works: &LinearForm, line: &LinearForm, offset: f64) {
+        self.carrier.add_force(gain, &works.row, &line.row, offset);
+        if line.lever_m != 0.0 {
+            if !self.carrier.symmetric {
+                add(&mut self.column, gain * line.lever_m, &works.row);
+            }
+            self.coupled = true;
+        }
+        if works.lever_m != 0.0 {
+            add(&mut self.row.row, gain * works.lever_m, &line.row);
+            self.row.diagonal += gain * works.lever_m * line.lever_m;
+            self.row.right -= gain * works.lever_m * offset;
+        }
+    }
+
+    /// Adds the one line along which a wheel sticks that nothing else holds, in closed form: large numbers would cancel
+    /// in [`WheelSystem::eliminate`].
+    #[inline(always)]
+    pub(super) fn roll_on(&mut self, slip: &LinearForm, stick: f64) {
+        let row = &mut self.row;
+        let (lever_m, free_m_s) = (slip.lever_m, slip.lever_m * row.right / row.diagonal);
+        let gain = 1.0 / (1.0 / stick + lever_m * lever_m / row.diagonal);
+        self.carrier.add_force(gain, &slip.row, &slip.row, free_m_s);
+        add(&mut row.row, stick * lever_m, &slip.row);
+        row.diagonal += stick * lever_m * lever_m;
     }
 
     /// Takes the spin out of the carrier's equations.
     #[inline(always)]
-    pub(super) fn eliminate(&self, carrier: &mut System<FREE>) {
+    pub(super) fn eliminate(&mut self) {
         if self.coupled {
-            let inverse = 1.0 / self.diagonal;
-            add_outer(&mut carrier.matrix, -inverse, &self.column, &self.row);
-            add(&mut carrier.right, -inverse * self.right, &self.column);
+            let (inverse, row) = (1.0 / self.row.diagonal, &self.row);
+            let column = if self.carrier.symmetric {
+                &row.row
+            } else {
+                &self.column
+            };
+            self.carrier.add_outer(-inverse, column, &row.row);
+            add(&mut self.carrier.right, -inverse * row.right, column);
         }
     }
 }

@@ -8,7 +8,7 @@
 use rapier3d_f64::prelude::{Matrix as Matrix3, Rotation, Vector as Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::linear::{Matrix, Vector, add, dot, times, times_transposed};
+use super::linear::{Matrix, Vector, add, dot, mirror, times, times_transposed};
 use super::model::{MOST_WHEELS, Model, of_point};
 use super::system::System;
 
@@ -258,12 +258,15 @@ impl<const N: usize> Tree<N> {
     pub(super) fn gather(&self, bodies: &mut [System<FREE>], symmetric: bool, system: &mut System<N>) {
         // Inwards: of all that hangs on a hinge.
         for b in (1..self.bodies).rev() {
-            let own = bodies[b];
-            let parent = &mut bodies[self.parent[b]];
+            let (inner, outer) = bodies.split_at_mut(b);
+            let (parent, own) = (&mut inner[self.parent[b]], &outer[0]);
             for (row, own) in parent.matrix.iter_mut().zip(&own.matrix) {
                 add(row, 1.0, own);
             }
             add(&mut parent.right, 1.0, &own.right);
+        }
+        if symmetric {
+            bodies.iter_mut().for_each(|body| mirror(&mut body.matrix));
         }
         let all = &bodies[0];
         for i in 0..FREE {
