@@ -294,6 +294,7 @@ impl<const N: usize> Plant for World<N> {
         }
         let period_s = self.period_ns as f64 * 1e-9;
         let now = self.now();
+        observation.end_period();
         self.observe(observation);
         self.balance
             .close(&now, self.actuation.state(), period_s, observation);

@@ -1,9 +1,11 @@
 //! A wheel's spin in a step, and the dry friction of its gear.
 
+use rapier3d_f64::prelude::Vector as Vector3;
+
 use super::contact::LinearForm;
 use super::grip::{Grip, STICK, follow};
-use super::linear::{Vector, add, dot};
-use super::tree::FREE;
+use super::linear::add;
+use super::tree::{Twist, twist};
 
 /// A wheel's spin in the step.
 #[derive(Clone, Copy)]
@@ -21,8 +23,8 @@ pub(super) struct Spin {
     pub(super) grip: Grip,
     /// Its impulse on the wheel.
     pub(super) held: f64,
-    /// The carrier's turning about the axle, of its twist.
-    pub(super) carried: Vector<FREE>,
+    /// Of the wheel, a unit vector.
+    pub(super) axle: Vector3,
 }
 
 impl Spin {
@@ -32,10 +34,21 @@ impl Spin {
         STICK * self.inertia_kg_m2
     }
 
+    /// The carrier's turning about the axle, per twist.
+    pub(super) fn carried(&self) -> Twist {
+        twist(Vector3::ZERO, self.axle)
+    }
+
+    /// How fast a wheel of this spin turns against its carrier \[rad/s\].
+    #[inline(always)]
+    pub(super) fn turning_rad_s(&self, [_, _, _, x, y, z]: &Twist, spin: f64) -> f64 {
+        spin - self.axle.dot(Vector3::new(*x, *y, *z))
+    }
+
     /// Rotation of the wheel relative to its carrier.
     pub(super) fn turning(&self) -> LinearForm {
         LinearForm {
-            row: self.carried.map(|part| -part),
+            row: twist(Vector3::ZERO, -self.axle),
             lever_m: 1.0,
         }
     }
@@ -64,15 +77,15 @@ impl Spin {
     }
 
     /// What dry friction that acts pushes the carrier with.
-    pub(super) fn push_carrier(&self, right: &mut Vector<FREE>) {
+    pub(super) fn push_carrier(&self, right: &mut Twist) {
         if let (true, Grip::Slide(sign)) = (self.hold > 0.0, self.grip) {
-            add(right, -sign * self.hold, &self.carried);
+            add(right, -sign * self.hold, &self.carried());
         }
     }
 
     /// The impulse of dry friction at this twist of the carrier; says whether the grip changes for it.
-    pub(super) fn settle(&mut self, carrier: &Vector<FREE>, spin: f64) -> bool {
-        let rad_s = spin - dot(&self.carried, carrier);
+    pub(super) fn settle(&mut self, carrier: &Twist, spin: f64) -> bool {
+        let rad_s = self.turning_rad_s(carrier, spin);
         let grip = follow(
             Some(self.grip),
             rad_s,

@@ -6,7 +6,7 @@ use super::World;
 use super::balance::Mean;
 use super::contact::{Contact, WarmStart};
 use super::grip::Grip;
-use super::linear::{add, dot, middle};
+use super::linear::{add, middle};
 use super::meeting::Meeting;
 use super::model::{MOST_WHEELS, WheelShape};
 use super::solver::solve_step;
@@ -33,7 +33,6 @@ impl<const N: usize> World<N> {
             add(&mut body.right, step_s, &tree.bias_force[b]);
         }
         for (i, wheel) in self.model.wheels.iter().enumerate() {
-            let carried = twist(Vector3::ZERO, tree.axle[i]);
             let impulse = step_s * self.torques_n_m[i];
             let [damper, hold] = drags(i);
             let mut spin = Spin {
@@ -44,14 +43,14 @@ impl<const N: usize> World<N> {
                 hold: step_s * hold,
                 grip: Grip::Stick,
                 held: 0.0,
-                carried,
+                axle: tree.axle[i],
             };
             if spin.hold > 0.0 {
-                spin.guess(self.state.spin_rad_s[i] - dot(&carried, &tree.twist[wheel.body]));
+                spin.guess(spin.turning_rad_s(&tree.twist[wheel.body], self.state.spin_rad_s[i]));
             }
-            self.spins.push(spin);
             // The motor's reaction acts on the carrier.
-            add(&mut bodies[wheel.body].right, -impulse, &carried);
+            add(&mut bodies[wheel.body].right, -impulse, &spin.carried());
+            self.spins.push(spin);
         }
         self.bearings
             .release(&self.model, &self.tree, &self.state, step_s, &mut self.spins);
@@ -150,10 +149,9 @@ impl<const N: usize> World<N> {
         let mut spins = [0.0; MOST_WHEELS];
         for (i, wheel) in self.model.wheels.iter().enumerate() {
             let (before, spin) = (self.state.spin_rad_s[i], self.spins_after[i]);
-            let carried = &self.spins[i].carried;
             spins[i] = 0.5 * (before + spin);
-            let turned = spins[i] - dot(carried, &twists[wheel.body]);
-            let now = spin - dot(carried, &after[wheel.body]);
+            let turned = self.spins[i].turning_rad_s(&twists[wheel.body], spins[i]);
+            let now = self.spins[i].turning_rad_s(&after[wheel.body], spin);
             self.moved[i] = [turned * self.step_s / wheel.gear, now / wheel.gear];
             if wheel.rollers().is_some() {
                 self.state.turn_rad[i] += turned * self.step_s;

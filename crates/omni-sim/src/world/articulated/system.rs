@@ -57,7 +57,7 @@ impl WheelRow {
         };
         if spin.damper > 0.0 {
             own.diagonal += spin.damper;
-            add(&mut own.row, -spin.damper, &spin.carried);
+            add(&mut own.row, -spin.damper, &spin.carried());
         }
         own
     }
@@ -90,7 +90,7 @@ impl<'a> WheelSystem<'a> {
         let row = WheelRow::new(spin);
         let coupled = spin.damper > 0.0;
         if coupled {
-            carrier.add_force(spin.damper, &spin.carried, &spin.carried, 0.0);
+            carrier.add_force(spin.damper, &spin.carried(), &spin.carried(), 0.0);
         }
         Self {
             carrier,

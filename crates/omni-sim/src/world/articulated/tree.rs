@@ -112,7 +112,8 @@ impl<const N: usize> Tree<N> {
         u.copy_from_slice(&state.u);
         self.twist = self.twists(&u);
         for b in 0..self.bodies {
-            self.momentum[b] = times(&self.inertia[b], &self.twist[b]);
+            // Inertia is symmetric, and this way quicker.
+            self.momentum[b] = times_transposed(&self.inertia[b], &self.twist[b]);
         }
     }
 
@@ -278,25 +279,21 @@ impl<const N: usize> Tree<N> {
         // Impulses for a unit rate, of what hangs on the hinge; and the rates for them, the other way round.
         let (mut hung, mut works) = ([[0.0; FREE]; N], [[0.0; FREE]; N]);
         for h in 1..self.bodies {
-            hung[h] = times(&bodies[h].matrix, &self.joint[h]);
-            works[h] = if symmetric {
-                hung[h]
+            works[h] = times_transposed(&bodies[h].matrix, &self.joint[h]);
+            hung[h] = if symmetric {
+                works[h]
             } else {
-                times_transposed(&bodies[h].matrix, &self.joint[h])
+                times(&bodies[h].matrix, &self.joint[h])
             };
         }
         for h in 1..self.bodies {
             let (drift, joint, index) = (&self.drift[h], &self.joint[h], FREE - 1 + h);
-            let mut column = times(&all.matrix, drift);
+            let row = times_transposed(&all.matrix, drift);
+            let mut column = if symmetric { row } else { times(&all.matrix, drift) };
             add(&mut column, 1.0, &hung[h]);
             for i in 0..FREE {
                 system.matrix[i][index] += column[i];
-            }
-            if !symmetric {
-                let row = times_transposed(&all.matrix, drift);
-                for i in 0..FREE {
-                    system.matrix[index][i] += row[i] + works[h][i];
-                }
+                system.matrix[index][i] += row[i] + works[h][i];
             }
             for k in 1..if symmetric { h + 1 } else { self.bodies } {
                 let value = &mut system.matrix[FREE - 1 + k][index];
