@@ -1,10 +1,9 @@
 //! Dampers, stops and couplings of hinges.
 
-use super::World;
 use super::linear::Vector;
-use super::model::{Body, Coupling};
+use super::model::{Body, Coupling, Model};
 use super::system::System;
-use super::tree::FREE;
+use super::tree::{FREE, State, Tree};
 
 /// Natural frequency of a hinge at its stop \[rad/s\], critically damped: a hundred times per second.
 const STOP_RAD_S: f64 = 632.0;
@@ -57,36 +56,44 @@ impl Held {
     }
 }
 
-impl<const N: usize> World<N> {
-    /// Starts a step's equations with dampers, stops and couplings of hinges, as they are at its end.
-    pub(super) fn hold_hinges(&mut self, u: &Vector<N>) {
-        let (step_s, angles_rad, held) = (self.step_s, &self.state.angle_rad, &mut self.held);
-        held.clear();
-        for (b, body) in self.model.bodies.iter().enumerate().skip(1) {
-            if body.damping_n_m_s_rad > 0.0 {
-                held.push(Held::damper(b, body, step_s));
+/// Dampers, stops and couplings of hinges in a step.
+pub(super) fn hold_hinges<const N: usize>(
+    model: &Model,
+    tree: &Tree<N>,
+    state: &State,
+    step_s: f64,
+    held: &mut Vec<Held>,
+) {
+    let angles_rad = &state.angle_rad;
+    held.clear();
+    for (b, body) in model.bodies.iter().enumerate().skip(1) {
+        if body.damping_n_m_s_rad > 0.0 {
+            held.push(Held::damper(b, body, step_s));
+        }
+        let beyond = angles_rad[b] - angles_rad[b].clamp(-body.limit_rad, body.limit_rad);
+        if beyond != 0.0 {
+            let inertia = tree.hinge_inertia_kg_m2(b);
+            let (spring, damper) = (inertia * STOP_RAD_S * STOP_RAD_S, 2.0 * inertia * STOP_RAD_S);
+            // A stop pushes and does not pull.
+            if (spring * beyond + damper * state.u[FREE - 1 + b]) * beyond.signum() > 0.0 {
+                held.push(Held::new([b, b], 0.0, beyond, [spring, damper], step_s));
             }
-            let beyond = angles_rad[b] - angles_rad[b].clamp(-body.limit_rad, body.limit_rad);
-            if beyond != 0.0 {
-                let row = FREE - 1 + b;
-                let inertia = self.tree.hinge_inertia_kg_m2(b);
-                let (spring, damper) = (inertia * STOP_RAD_S * STOP_RAD_S, 2.0 * inertia * STOP_RAD_S);
-                // A stop pushes and does not pull.
-                if (spring * beyond + damper * u[row]) * beyond.signum() > 0.0 {
-                    held.push(Held::new([b, b], 0.0, beyond, [spring, damper], step_s));
-                }
-            }
-        }
-        for coupling in &self.model.couplings {
-            held.push(Held::coupling(coupling, angles_rad, step_s));
-        }
-        self.equations.tree = System::ZERO;
-        // Hinges that there are not: unknowns that stay zero.
-        for i in FREE - 1 + self.model.bodies.len()..N {
-            self.equations.tree.matrix[i][i] = 1.0;
-        }
-        for held in held {
-            held.add_to(&mut self.equations.tree);
         }
     }
+    for coupling in &model.couplings {
+        held.push(Held::coupling(coupling, angles_rad, step_s));
+    }
+}
+
+/// A tree's equations with what holds its hinges alone, as it is at the end of the step.
+pub(super) fn system_of<const N: usize>(held: &[Held], bodies: usize) -> System<N> {
+    let mut system = System::ZERO;
+    // Hinges that there are not: unknowns that stay zero.
+    for i in FREE - 1 + bodies..N {
+        system.matrix[i][i] = 1.0;
+    }
+    for held in held {
+        held.add_to(&mut system);
+    }
+    system
 }

@@ -40,7 +40,8 @@ pub(super) fn add_outer<const N: usize>(matrix: &mut Matrix<N>, factor: f64, a: 
     }
 }
 
-/// Adds `factor a a^T` to the upper half of a matrix. Some of what is below the diagonal changes too, and means nothing.
+/// Adds `factor a a^T` to the upper half of a matrix. Some of what is below the diagonal changes too, and means
+/// nothing.
 #[inline(always)]
 pub(super) fn add_square<const N: usize>(matrix: &mut Matrix<N>, factor: f64, a: &Vector<N>) {
     for i in 0..N {

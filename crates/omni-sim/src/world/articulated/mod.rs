@@ -40,9 +40,9 @@ use contact::{Contact, WarmStart};
 use ground::Ground;
 use hinges::Held;
 use model::{MOST_WHEELS, Model};
-use solver::{Equations, SolverStats};
+use solver::SolverStats;
 use spin::Spin;
-use system::System;
+use system::{Equations, System};
 use tree::{State, Tree};
 
 /// The plant with room for the unknowns of its tree. Sizes in between take the next.

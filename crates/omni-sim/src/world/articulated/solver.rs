@@ -1,9 +1,9 @@
 //! The velocities at the end of a step together with the contact impulses that belong to them.
 //!
 //! Every contact is open, or closed and sticks or slides along each of its directions. Once that is given,
-//! everything is linear: wheels' and rollers' spins are eliminated, body by body, and the tree's velocities are left. What comes
-//! out says which contacts are in the wrong mode; they are changed, and the system is solved again (a semismooth
-//! Newton method). It starts from the modes of the step before, and needs 1.0 solutions per step on average.
+//! everything is linear: wheels' and rollers' spins are eliminated, body by body, and the tree's velocities are left.
+//! What comes out says which contacts are in the wrong mode; they are changed, and the system is solved again (a
+//! semismooth Newton method). It starts from the modes of the step before, and needs 1.0 solutions per step on average.
 
 use serde::{Deserialize, Serialize};
 
@@ -13,8 +13,8 @@ use super::linear::{Vector, solve, solve_symmetric};
 use super::model::MOST_WHEELS;
 use super::spin::Spin;
 use super::sweeps::sweep;
-use super::system::{System, WheelRow, WheelSystem};
-use super::tree::{FREE, Tree, Twist};
+use super::system::{Equations, WheelRow, WheelSystem};
+use super::tree::{Tree, Twist};
 
 /// Solutions before contacts change their modes one at a time, and before sweeps take over.
 const TOGETHER: usize = 10;
@@ -61,16 +61,6 @@ impl RollerRow {
         }
         Some(row)
     }
-}
-
-/// What a step solves, without contacts.
-pub(super) struct Equations<const N: usize> {
-    /// What holds hinges.
-    pub(super) tree: System<N>,
-    /// Inertia of each body, and its momentum with what pushes it.
-    pub(super) bodies: Vec<System<FREE>>,
-    /// Room for the same with contacts and wheels.
-    pub(super) with_contacts: Vec<System<FREE>>,
 }
 
 /// Solves a step; contacts are sorted by wheel and then by roller, and get their modes and
@@ -146,7 +136,7 @@ fn solve_modes<const N: usize>(
     }
     // What a spin follows once the carrier's twist is known: a row, or the line of the one contact that it rolls on.
     let mut rows: [Option<WheelRow>; MOST_WHEELS] = [const { None }; MOST_WHEELS];
-    let mut rest = &*contacts;
+    let mut rest = contacts;
     for (index, wheel) in wheels.iter().enumerate() {
         let count = rest.iter().take_while(|contact| contact.wheel == index).count();
         let own;
@@ -180,8 +170,8 @@ fn solve_modes<const N: usize>(
         rows[index] = Some(system.row);
     }
     let mut whole = free.tree;
-    tree.gather(bodies, symmetric, &mut whole);
-    let u = if symmetric {
+    whole.gather(tree, bodies);
+    let u = if whole.symmetric {
         solve_symmetric(whole.matrix, whole.right)
     } else {
         solve(whole.matrix, whole.right)

@@ -4,9 +4,8 @@ use super::contact::{Contact, LinearForm, Mode};
 use super::grip::{Grip, SLACK, STICK};
 use super::linear::{Vector, add, solve};
 use super::model::MOST_WHEELS;
-use super::solver::Equations;
 use super::spin::Spin;
-use super::system::WheelSystem;
+use super::system::{Equations, WheelSystem};
 use super::tree::{Tree, Twist};
 
 /// Largest number of sweeps over all contacts.
@@ -62,7 +61,7 @@ pub(super) fn sweep<const N: usize>(
         system.row
     };
     let rows: Vec<_> = wheels.iter().map(add_wheel).collect();
-    tree.gather(&mut bodies, false, &mut bare);
+    bare.gather(tree, &mut bodies);
     let with_spins = |u: Vector<N>, spin: &dyn Fn(usize, &Twist) -> f64| {
         let twists = tree.twists(&u);
         let mut spins = [0.0; MOST_WHEELS];

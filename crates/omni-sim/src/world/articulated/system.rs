@@ -1,9 +1,9 @@
 //! Linear systems of a step: the tree's equations, what acts on single bodies, and each wheel's row.
 
 use super::contact::LinearForm;
-use super::linear::{Matrix, Vector, add, add_outer, add_square, dot};
+use super::linear::{Matrix, Vector, add, add_outer, add_square, dot, mirror, times, times_transposed};
 use super::spin::Spin;
-use super::tree::{FREE, Twist};
+use super::tree::{FREE, Tree, Twist};
 
 /// A linear system `matrix velocities = right`: of the generalised velocities without contacts, or what contacts and
 /// wheels add for the twist of one body.
@@ -29,6 +29,64 @@ impl<const N: usize> System<N> {
         add(&mut self.right, -gain * offset, works);
     }
 
+    /// Adds the systems of bodies, each for its twist; they become those of all that hangs on their hinges.
+    /// Where they are symmetric, only the upper half counts.
+    ///
+    /// With a unit rate of a hinge everything moves by its `drift`, and what hangs on it by its `joint` too.
+    pub(super) fn gather(&mut self, tree: &Tree<N>, bodies: &mut [System<FREE>]) {
+        self.symmetric = bodies[0].symmetric;
+        let symmetric = self.symmetric;
+        // Inwards: of all that hangs on a hinge.
+        for b in (1..tree.bodies).rev() {
+            let (inner, outer) = bodies.split_at_mut(b);
+            let (parent, own) = (&mut inner[tree.parent[b]], &outer[0]);
+            for (row, own) in parent.matrix.iter_mut().zip(&own.matrix) {
+                add(row, 1.0, own);
+            }
+            add(&mut parent.right, 1.0, &own.right);
+        }
+        if symmetric {
+            bodies.iter_mut().for_each(|body| mirror(&mut body.matrix));
+        }
+        let all = &bodies[0];
+        for i in 0..FREE {
+            for j in 0..FREE {
+                self.matrix[i][j] += all.matrix[i][j];
+            }
+            self.right[i] += all.right[i];
+        }
+        // Impulses for a unit rate, of what hangs on the hinge; and the rates for them, the other way round.
+        let (mut hung, mut works) = ([[0.0; FREE]; N], [[0.0; FREE]; N]);
+        for h in 1..tree.bodies {
+            works[h] = times_transposed(&bodies[h].matrix, &tree.joint[h]);
+            hung[h] = if symmetric {
+                works[h]
+            } else {
+                times(&bodies[h].matrix, &tree.joint[h])
+            };
+        }
+        for h in 1..tree.bodies {
+            let (drift, joint, index) = (&tree.drift[h], &tree.joint[h], FREE - 1 + h);
+            let row = times_transposed(&all.matrix, drift);
+            let mut column = if symmetric { row } else { times(&all.matrix, drift) };
+            add(&mut column, 1.0, &hung[h]);
+            for i in 0..FREE {
+                self.matrix[i][index] += column[i];
+                self.matrix[index][i] += row[i] + works[h][i];
+            }
+            for k in 1..if symmetric { h + 1 } else { tree.bodies } {
+                let value = &mut self.matrix[FREE - 1 + k][index];
+                *value += dot(&works[k], drift) + dot(&tree.drift[k], &column);
+                if tree.hangs_on(h, k) {
+                    *value += dot(&tree.joint[k], &hung[h]);
+                } else if tree.hangs_on(k, h) {
+                    *value += dot(&works[k], joint);
+                }
+            }
+            self.right[index] += dot(joint, &bodies[h].right) + dot(drift, &all.right);
+        }
+    }
+
     #[inline(always)]
     fn add_outer(&mut self, gain: f64, works: &Vector<N>, line: &Vector<N>) {
         if self.symmetric {
@@ -37,6 +95,16 @@ impl<const N: usize> System<N> {
             add_outer(&mut self.matrix, gain, works, line);
         }
     }
+}
+
+/// What a step solves, without contacts.
+pub(super) struct Equations<const N: usize> {
+    /// What holds hinges.
+    pub(super) tree: System<N>,
+    /// Inertia of each body, and its momentum with what pushes it.
+    pub(super) bodies: Vec<System<FREE>>,
+    /// Room for the same with contacts and wheels.
+    pub(super) with_contacts: Vec<System<FREE>>,
 }
 
 /// A wheel's row of the system: `diagonal spin + row . twist = right`.

@@ -8,9 +8,8 @@
 use rapier3d_f64::prelude::{Matrix as Matrix3, Rotation, Vector as Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::linear::{Matrix, Vector, add, dot, mirror, times, times_transposed};
+use super::linear::{Matrix, Vector, add, dot, times, times_transposed};
 use super::model::{MOST_WHEELS, Model, of_point};
-use super::system::System;
 
 /// Unknowns of a tree without hinges.
 pub(super) const FREE: usize = 6;
@@ -55,9 +54,9 @@ pub(super) struct Tree<const N: usize> {
     pub(super) axis: [Vector3; N],
     anchor: [Vector3; N],
     /// Twist that a unit rate of the hinge gives all that hangs on it, were its inner end held.
-    joint: [Twist; N],
+    pub(super) joint: [Twist; N],
     /// Twist that it gives everything then, so that the common centre of mass stays where it is.
-    drift: [Twist; N],
+    pub(super) drift: [Twist; N],
     /// Present twist of each body.
     pub(super) twist: [Twist; N],
     /// Axle of each wheel, a unit vector, and its centre \[m\].
@@ -70,8 +69,8 @@ pub(super) struct Tree<const N: usize> {
     /// What gyroscopic and centrifugal terms push each body with.
     pub(super) bias_force: [Twist; N],
     mass_kg: f64,
-    bodies: usize,
-    parent: [usize; N],
+    pub(super) bodies: usize,
+    pub(super) parent: [usize; N],
     path: [u32; N],
 }
 
@@ -249,63 +248,8 @@ impl<const N: usize> Tree<N> {
     }
 
     /// Is this the hinge of a body, or one between the base and it?
-    fn hangs_on(&self, body: usize, hinge: usize) -> bool {
+    pub(super) fn hangs_on(&self, body: usize, hinge: usize) -> bool {
         self.path[body] & (1 << hinge) != 0
-    }
-
-    /// Adds to a system the inertia of bodies and what acts on each; of a symmetric one only the upper half.
-    ///
-    /// With a unit rate of a hinge everything moves by its `drift`, and what hangs on it by its `joint` too.
-    pub(super) fn gather(&self, bodies: &mut [System<FREE>], symmetric: bool, system: &mut System<N>) {
-        // Inwards: of all that hangs on a hinge.
-        for b in (1..self.bodies).rev() {
-            let (inner, outer) = bodies.split_at_mut(b);
-            let (parent, own) = (&mut inner[self.parent[b]], &outer[0]);
-            for (row, own) in parent.matrix.iter_mut().zip(&own.matrix) {
-                add(row, 1.0, own);
-            }
-            add(&mut parent.right, 1.0, &own.right);
-        }
-        if symmetric {
-            bodies.iter_mut().for_each(|body| mirror(&mut body.matrix));
-        }
-        let all = &bodies[0];
-        for i in 0..FREE {
-            for j in 0..FREE {
-                system.matrix[i][j] += all.matrix[i][j];
-            }
-            system.right[i] += all.right[i];
-        }
-        // Impulses for a unit rate, of what hangs on the hinge; and the rates for them, the other way round.
-        let (mut hung, mut works) = ([[0.0; FREE]; N], [[0.0; FREE]; N]);
-        for h in 1..self.bodies {
-            works[h] = times_transposed(&bodies[h].matrix, &self.joint[h]);
-            hung[h] = if symmetric {
-                works[h]
-            } else {
-                times(&bodies[h].matrix, &self.joint[h])
-            };
-        }
-        for h in 1..self.bodies {
-            let (drift, joint, index) = (&self.drift[h], &self.joint[h], FREE - 1 + h);
-            let row = times_transposed(&all.matrix, drift);
-            let mut column = if symmetric { row } else { times(&all.matrix, drift) };
-            add(&mut column, 1.0, &hung[h]);
-            for i in 0..FREE {
-                system.matrix[i][index] += column[i];
-                system.matrix[index][i] += row[i] + works[h][i];
-            }
-            for k in 1..if symmetric { h + 1 } else { self.bodies } {
-                let value = &mut system.matrix[FREE - 1 + k][index];
-                *value += dot(&works[k], drift) + dot(&self.drift[k], &column);
-                if self.hangs_on(h, k) {
-                    *value += dot(&self.joint[k], &hung[h]);
-                } else if self.hangs_on(k, h) {
-                    *value += dot(&works[k], joint);
-                }
-            }
-            system.right[index] += dot(joint, &bodies[h].right) + dot(drift, &all.right);
-        }
     }
 
     /// Present velocity of a point of a body \[m/s\].
