@@ -27,8 +27,8 @@ while read -r engine wheels budget; do
     printf '%-12s %-8s %12d %10s\n' "$engine" "$wheels" "$own" "$budget"
     [ "$budget" = - ] || [ "$own" -le "$budget" ] || failed=1
 done <<'END'
-articulated ball 30000
-articulated rollers 70000
+articulated ball 23000
+articulated rollers 39000
 rapier ball -
 END
 exit $failed

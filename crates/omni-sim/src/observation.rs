@@ -221,6 +221,11 @@ impl Observation {
     pub(crate) fn start_period(&mut self) {
         self.wheels.iter_mut().for_each(WheelObservation::start_period);
     }
+
+    /// Works out what follows from the period's sums.
+    pub(crate) fn end_period(&mut self) {
+        self.wheels.iter_mut().for_each(WheelObservation::end_period);
+    }
 }
 
 /// A passive hinge.
@@ -304,6 +309,9 @@ impl WheelObservation {
         }
         self.normal_sum_n += contact.normal_sum_n;
         self.force_along_n += contact.along_n;
+    }
+
+    fn end_period(&mut self) {
         self.force_normal_n = self.normal_force_n.iter().map(|n| n * n).sum::<f64>().sqrt();
         if self.force_normal_n > 0.0 {
             self.normal = self.normal_force_n.map(|n| n / self.force_normal_n);

@@ -146,20 +146,45 @@ pub(super) struct Touch {
 /// The distance is the largest gap that any plane leaves between the shapes, overlaps being gaps below 0. The plane is
 /// that of a face, or leans about an edge between two faces; a corner's planes are taken for those of its three edges.
 pub(super) fn touch_box(cuboid: &Cuboid, barrel: &BarrelShape, pose: &Pose) -> Touch {
+    let turned = Matrix::from_quat(pose.rotation);
+    let nearest = nearest_to_box(cuboid, barrel, pose.translation, turned.x_axis);
+    Touch {
+        points: [nearest.on_box(), pose.inverse_transform_point(nearest.on_barrel)],
+        normals: [nearest.normal, turned.transpose() * -nearest.normal],
+        distance_m: nearest.gap_m,
+    }
+}
+
+/// Where a barrel is nearest to a box, in the frame of the box.
+pub(super) struct Nearest {
+    /// Out of the box.
+    pub(super) normal: Vector,
+    on_barrel: Vector,
+    pub(super) gap_m: f64,
+}
+
+impl Nearest {
+    pub(super) fn on_box(&self) -> Vector {
+        self.on_barrel - self.normal * self.gap_m
+    }
+}
+
+/// The same for a barrel about a place and along a unit vector: it is round, so nothing else of its pose counts.
+pub(super) fn nearest_to_box(cuboid: &Cuboid, barrel: &BarrelShape, place: Vector, along: Vector) -> Nearest {
     let half = cuboid.half_extents.to_array();
-    let middle = pose.translation.to_array();
+    let middle = place.to_array();
     let out = [0, 1, 2].map(|i| middle[i].abs() - half[i]);
     let axis = |i: usize| {
         let mut axis = [0.0; 3];
         axis[i] = 1.0_f64.copysign(middle[i]);
         Vector::from(axis)
     };
-    let turned = Matrix::from_quat(pose.rotation);
-    let back = turned.transpose();
     // The point of the barrel that is first met along a normal, from outside.
     let nearest = |normal: Vector| {
-        let inward = back * -normal;
-        turned * (barrel.local_support_point(inward) + inward * barrel.0.edge_m()) + pose.translation
+        let sine = -along.dot(normal);
+        let across = -normal - along * sine;
+        let [on_axis, away] = barrel.0.core_support(sine.clamp(-1.0, 1.0));
+        place + along * on_axis + across.normalize_or_zero() * away - normal * barrel.0.edge_m()
     };
     let gap = |normal: Vector| {
         let support: f64 = normal.to_array().iter().zip(half).map(|(n, h)| n.abs() * h).sum();
@@ -170,7 +195,7 @@ pub(super) fn touch_box(cuboid: &Cuboid, barrel: &BarrelShape, pose: &Pose) -> T
     // A gap is at most how far the middle is out, and less than that by the reach at most: most
     // faces cannot be the widest.
     let farthest = out.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let (mut normal, mut widest, mut on_barrel) = (axis(0), f64::NEG_INFINITY, pose.translation);
+    let (mut normal, mut widest, mut on_barrel) = (axis(0), f64::NEG_INFINITY, place);
     for (i, out) in out.iter().enumerate() {
         if *out < farthest - reach {
             continue;
@@ -210,13 +235,10 @@ pub(super) fn touch_box(cuboid: &Cuboid, barrel: &BarrelShape, pose: &Pose) -> T
             (normal, widest, on_barrel) = (found, found_gap, point);
         }
     }
-    Touch {
-        points: [
-            on_barrel - normal * widest,
-            pose.inverse_transform_point(on_barrel),
-        ],
-        normals: [normal, back * -normal],
-        distance_m: widest,
+    Nearest {
+        normal,
+        on_barrel,
+        gap_m: widest,
     }
 }
 

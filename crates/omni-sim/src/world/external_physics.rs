@@ -303,6 +303,7 @@ impl Plant for External {
         if let Some(failure) = self.failure.clone() {
             return Err(self.failed(failure));
         }
+        observation.end_period();
         self.observe(observation);
         self.close((self.steps_per_period * self.step_ns) as f64 * 1e-9, observation);
         Ok(())

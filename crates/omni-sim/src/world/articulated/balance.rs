@@ -7,7 +7,9 @@ use rapier3d_f64::prelude::Vector as Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::contact::Contact;
-use super::linear::{Vector, dot};
+use super::hinges::Held;
+use super::linear::Vector;
+use super::tree::Twist;
 use crate::observation::{Energy, Observation};
 use crate::world::actuation;
 
@@ -32,9 +34,10 @@ pub(super) struct Now {
     pub(super) weight_n: f64,
 }
 
-/// The mean of the generalised velocities in a step, and of the spins of wheels.
+/// The mean of the generalised velocities in a step, of the twists of bodies, and of the spins of wheels.
 pub(super) struct Mean<'a, const N: usize> {
     pub(super) u: &'a Vector<N>,
+    pub(super) twists: &'a [Twist; N],
     pub(super) spins: &'a [f64],
 }
 
@@ -49,29 +52,22 @@ impl Balance {
     /// Energy loss of a contact in a step; `roller_rad_s` is the mean spin of the roller in touch.
     pub(super) fn contact<const N: usize>(
         &mut self,
-        contact: &Contact<N>,
+        contact: &Contact,
         mean: &Mean<'_, N>,
         roller_rad_s: f64,
     ) {
-        let spin = mean.spins[contact.wheel];
-        self.impact_loss_j -= contact.normal_impulse * contact.separation.at(mean.u, spin);
-        self.friction_loss_j -= contact.friction_impulse * contact.slip.at(mean.u, spin);
+        let (carrier, spin) = (&mean.twists[contact.body], mean.spins[contact.wheel]);
+        self.impact_loss_j -= contact.normal_impulse * contact.separation.at(carrier, spin);
+        self.friction_loss_j -= contact.friction_impulse * contact.slip.at(carrier, spin);
         if let Some(across) = &contact.across {
-            let slip = across.line.at(mean.u, spin) + across.lever_m * roller_rad_s;
+            let slip = across.line.at(carrier, spin) + across.lever_m * roller_rad_s;
             self.friction_loss_j -= across.impulse * slip;
         }
     }
 
-    /// What the impulse `constant + per_rate rate` along a row of the velocities took, the rate
-    /// being that at the end of the step.
-    pub(super) fn hinge<const N: usize>(
-        &mut self,
-        row: &Vector<N>,
-        [constant, per_rate]: [f64; 2],
-        u: &Vector<N>,
-        mean: &Mean<'_, N>,
-    ) {
-        self.joint_loss_j += dot(row, mean.u) * (constant + per_rate * dot(row, u));
+    /// What a hinge took in a step that ended with these velocities.
+    pub(super) fn hinge<const N: usize>(&mut self, held: &Held, u: &Vector<N>, mean: &Mean<'_, N>) {
+        self.joint_loss_j += held.rate(mean.u) * (held.constant + held.per_rate * held.rate(u));
     }
 
     /// Energy loss of a roller's bearing.

@@ -4,7 +4,6 @@ use rapier3d_f64::prelude::Vector as Vector3;
 
 use super::balance::Balance;
 use super::contact::Contact;
-use super::linear::Vector;
 use super::model::{Model, Wheel};
 use super::rollers::Rollers;
 use super::spin::Spin;
@@ -22,7 +21,7 @@ pub(super) struct Bearings {
     /// How fast the wheel turns about the roller's axis \[rad/s\].
     carried_rad_s: Vec<f64>,
     /// Moment of the bearings on each wheel's carrier \[N.m\], by wheel; what turns the wheel itself is not in it.
-    on_carrier: Vec<Vector3>,
+    pub(super) on_carrier: Vec<Vector3>,
 }
 
 fn with_rollers(model: &Model) -> impl Iterator<Item = (usize, &Wheel, &Rollers)> {
@@ -38,7 +37,7 @@ impl Bearings {
         tree: &Tree<N>,
         state: &State,
         step_s: f64,
-        spins: &mut [Spin<N>],
+        spins: &mut [Spin],
     ) {
         self.on_carrier.clear();
         if model.rollers == 0 {
@@ -54,7 +53,7 @@ impl Bearings {
             self.carried_rad_s.resize(model.rollers, 0.0);
             self.on_carrier.resize(model.wheels.len(), Vector3::ZERO);
             let rotation = tree.rotation[wheel.body];
-            let axle = rotation * wheel.axle;
+            let axle = tree.axle[i];
             let omega = tree.omega[wheel.body];
             let turning = omega + axle * (state.spin_rad_s[i] - omega.dot(axle));
             let mut moment = Vector3::ZERO;
@@ -76,20 +75,11 @@ impl Bearings {
         }
     }
 
-    /// What the bearings push the tree with.
-    pub(super) fn on_tree<const N: usize>(&self, tree: &Tree<N>, model: &Model) -> Vector<N> {
-        let mut push = [0.0; N];
-        for (wheel, moment) in model.wheels.iter().zip(&self.on_carrier) {
-            tree.add_turning(&mut push, wheel.body, *moment);
-        }
-        push
-    }
-
     /// Ends a step: the rollers' spins with the contacts' impulses, and what bearings took.
-    pub(super) fn turn<const N: usize>(
+    pub(super) fn turn(
         &mut self,
         model: &Model,
-        contacts: &[Contact<N>],
+        contacts: &[Contact],
         spins_rad_s: &mut [f64],
         step_s: f64,
         balance: &mut Balance,
@@ -111,7 +101,7 @@ impl Bearings {
             }
             for roller in rollers.first..rollers.first + rollers.count() {
                 let (before, after) = (spins_rad_s[roller], self.free_rad_s[roller]);
-                let (mean, carried) = (f64::midpoint(before, after), self.carried_rad_s[roller]);
+                let (mean, carried) = (0.5 * (before + after), self.carried_rad_s[roller]);
                 let free = 2.0 * self.mean_rad_s[roller] - after;
                 self.mean_rad_s[roller] = mean;
                 // What the contacts gave the roller, less what it has of that, and what of the rest the wheel has got.

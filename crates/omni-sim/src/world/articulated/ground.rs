@@ -3,7 +3,7 @@
 use rapier3d_f64::parry::bounding_volume::Aabb;
 use rapier3d_f64::parry::query::PointQuery;
 use rapier3d_f64::parry::shape::{Cuboid, Cylinder, HeightField, HeightFieldFlags, Triangle};
-use rapier3d_f64::prelude::{AngVector, Pose, Vector};
+use rapier3d_f64::prelude::{AngVector, Pose, Rotation, Vector};
 
 use crate::config::{FrictionPatch, Scenario};
 use crate::ground::{Shape, reach_m, shapes};
@@ -42,6 +42,8 @@ pub(super) enum Solid {
 pub(super) struct Part {
     pub(super) solid: Solid,
     pub(super) pose: Pose,
+    /// Whether its axes are the world's.
+    unturned: bool,
     bounds: Aabb,
 }
 
@@ -79,11 +81,11 @@ impl Ground {
         })
     }
 
-    /// Adds the places where a ball is nearer to the ground than `ahead_m`.
-    pub(super) fn meet(&self, centre: Vector, radius_m: f64, ahead_m: f64, touches: &mut Vec<Touch>) {
+    /// The places where a ball is nearer to the ground than `ahead_m`.
+    pub(super) fn meet(&self, centre: Vector, radius_m: f64, ahead_m: f64, mut found: impl FnMut(&Touch)) {
         let reach_m = radius_m + ahead_m;
         for (index, part) in self.near(centre, reach_m) {
-            let at = part.pose.inverse_transform_point(centre);
+            let at = part.inwards(centre);
             let of = |on: Vector, inside: bool| {
                 let away = at - on;
                 let distance_m = away.length();
@@ -92,9 +94,9 @@ impl Ground {
                 meets.then(|| (on, away * (side / distance_m), side * distance_m - radius_m))
             };
             let mut add = |(on, normal, gap_m): (Vector, Vector, f64), face: u32| {
-                let point = part.pose * on;
-                touches.push(Touch {
-                    normal: part.pose.rotation * normal,
+                let point = part.outwards(on);
+                found(&Touch {
+                    normal: part.turned(normal),
                     point,
                     gap_m,
                     friction: self.friction_at(point),
@@ -103,16 +105,16 @@ impl Ground {
             };
             match &part.solid {
                 Solid::Box(shape) => {
-                    let found = shape.project_local_point(at, false);
-                    of(found.point, found.is_inside)
-                        .into_iter()
-                        .for_each(|found| add(found, 0));
+                    let (on, inside) = nearest_on_box(shape, at);
+                    if let Some(place) = of(on, inside) {
+                        add(place, 0);
+                    }
                 }
                 Solid::Bar(shape) => {
-                    let found = shape.project_local_point(at, false);
-                    of(found.point, found.is_inside)
-                        .into_iter()
-                        .for_each(|found| add(found, 0));
+                    let nearest = shape.project_local_point(at, false);
+                    if let Some(place) = of(nearest.point, nearest.is_inside) {
+                        add(place, 0);
+                    }
                 }
                 Solid::Field(shape) => {
                     // A field has no inside: what is below its faces is under the ground.
@@ -179,21 +181,56 @@ pub(super) enum PartDirection {
 impl Part {
     /// The vector from a point to the nearest place of a part \[m\]; none if that is farther than `reach_m`.
     pub(super) fn direction_from(&self, point: Vector, reach_m: f64) -> Option<PartDirection> {
-        let at = self.pose.inverse_transform_point(point);
-        let found = match &self.solid {
-            Solid::Box(shape) => shape.project_local_point(at, false),
-            Solid::Bar(shape) => shape.project_local_point(at, false),
+        let at = self.inwards(point);
+        let (on, inside) = match &self.solid {
+            Solid::Box(shape) => nearest_on_box(shape, at),
+            Solid::Bar(shape) => {
+                let nearest = shape.project_local_point(at, false);
+                (nearest.point, nearest.is_inside)
+            }
             Solid::Field(_) => return Some(PartDirection::Around),
         };
-        if found.is_inside {
+        if inside {
             return Some(PartDirection::Around);
         }
-        let way = self.pose.rotation * (found.point - at);
+        let way = self.turned(on - at);
         (way.length() <= reach_m).then_some(PartDirection::Towards(way))
     }
 
+    /// A point of the world in the frame of the part.
+    pub(super) fn inwards(&self, point: Vector) -> Vector {
+        if self.unturned {
+            point - self.pose.translation
+        } else {
+            self.pose.inverse_transform_point(point)
+        }
+    }
+
+    /// A point in the frame of the part in the world.
+    pub(super) fn outwards(&self, point: Vector) -> Vector {
+        self.turned(point) + self.pose.translation
+    }
+
+    /// A direction in the frame of the part in the world.
+    pub(super) fn turned(&self, direction: Vector) -> Vector {
+        if self.unturned {
+            direction
+        } else {
+            self.pose.rotation * direction
+        }
+    }
+
+    /// A direction of the world in the frame of the part.
+    pub(super) fn turned_back(&self, direction: Vector) -> Vector {
+        if self.unturned {
+            direction
+        } else {
+            self.pose.rotation.inverse() * direction
+        }
+    }
+
     fn new(shape: Shape) -> Self {
-        match shape {
+        let (solid, pose, bounds) = match shape {
             Shape::Box {
                 half_m,
                 centre_m,
@@ -202,8 +239,7 @@ impl Part {
                 let shape = Cuboid::new(half_m.into());
                 let pose = Pose::new(centre_m.into(), AngVector::new(0.0, turn_y_rad, 0.0));
                 let bounds = shape.aabb(&pose);
-                let solid = Solid::Box(shape);
-                Self { solid, pose, bounds }
+                (Solid::Box(shape), pose, bounds)
             }
             Shape::Bar {
                 half_length_m,
@@ -213,8 +249,7 @@ impl Part {
                 let shape = Cylinder::new(half_length_m, radius_m);
                 let pose = Pose::new(centre_m.into(), AngVector::ZERO);
                 let bounds = shape.aabb(&pose);
-                let solid = Solid::Bar(shape);
-                Self { solid, pose, bounds }
+                (Solid::Bar(shape), pose, bounds)
             }
             Shape::Field {
                 from_m,
@@ -226,9 +261,34 @@ impl Part {
                 let (heights, scale, pose) = height_field(from_m, extent_m, [rows, columns], &heights_m);
                 let shape = HeightField::with_flags(heights, scale, HeightFieldFlags::empty());
                 let bounds = shape.aabb(&pose);
-                let solid = Solid::Field(shape);
-                Self { solid, pose, bounds }
+                (Solid::Field(shape), pose, bounds)
             }
+        };
+        Self {
+            unturned: pose.rotation == Rotation::IDENTITY,
+            solid,
+            pose,
+            bounds,
         }
     }
+}
+
+/// The place of a box's surface that is nearest to a point, and whether the point is inside.
+fn nearest_on_box(shape: &Cuboid, at: Vector) -> (Vector, bool) {
+    let half = shape.half_extents;
+    let mut on = at.clamp(-half, half);
+    if on != at {
+        return (on, false);
+    }
+    // Out through the nearest face.
+    let depth = half - at.abs();
+    let axis = if depth.x <= depth.y.min(depth.z) {
+        0
+    } else if depth.y <= depth.z {
+        1
+    } else {
+        2
+    };
+    on[axis] = if at[axis] < 0.0 { -half[axis] } else { half[axis] };
+    (on, true)
 }

@@ -5,16 +5,24 @@ pub(super) type Vector<const N: usize> = [f64; N];
 /// A matrix, row by row.
 pub(super) type Matrix<const N: usize> = [[f64; N]; N];
 
-/// The scalar product.
+/// The scalar product, as two sums side by side: of even and of odd entries.
+#[inline(always)]
 pub(super) fn dot<const N: usize>(a: &Vector<N>, b: &Vector<N>) -> f64 {
-    let mut sum = 0.0;
-    for i in 0..N {
-        sum += a[i] * b[i];
+    let mut sums = [0.0; 2];
+    for i in 0..N / 2 {
+        sums = [
+            sums[0] + a[2 * i] * b[2 * i],
+            sums[1] + a[2 * i + 1] * b[2 * i + 1],
+        ];
     }
-    sum
+    if N % 2 == 1 {
+        sums[0] += a[N - 1] * b[N - 1];
+    }
+    sums[0] + sums[1]
 }
 
 /// Adds `factor` times `b` to `a`.
+#[inline(always)]
 pub(super) fn add<const N: usize>(a: &mut Vector<N>, factor: f64, b: &Vector<N>) {
     for i in 0..N {
         a[i] += factor * b[i];
@@ -22,6 +30,7 @@ pub(super) fn add<const N: usize>(a: &mut Vector<N>, factor: f64, b: &Vector<N>)
 }
 
 /// Adds `factor a b^T` to a matrix.
+#[inline(always)]
 pub(super) fn add_outer<const N: usize>(matrix: &mut Matrix<N>, factor: f64, a: &Vector<N>, b: &Vector<N>) {
     for i in 0..N {
         let scaled = factor * a[i];
@@ -31,11 +40,54 @@ pub(super) fn add_outer<const N: usize>(matrix: &mut Matrix<N>, factor: f64, a: 
     }
 }
 
+/// Adds `factor a a^T` to the upper half of a matrix. Some of what is below the diagonal changes too, and means
+/// nothing.
+#[inline(always)]
+pub(super) fn add_square<const N: usize>(matrix: &mut Matrix<N>, factor: f64, a: &Vector<N>) {
+    for i in 0..N {
+        let scaled = factor * a[i];
+        for j in i & !1..N {
+            matrix[i][j] += scaled * a[j]; // by two, as registers are wide
+        }
+    }
+}
+
+/// Copies the upper half of a symmetric matrix to its lower half.
+#[inline(always)]
+pub(super) fn mirror<const N: usize>(matrix: &mut Matrix<N>) {
+    for i in 1..N {
+        for j in 0..i {
+            matrix[i][j] = matrix[j][i];
+        }
+    }
+}
+
+/// The middle between two vectors.
+#[inline(always)]
+pub(super) fn middle<const N: usize>(a: &Vector<N>, b: &Vector<N>) -> Vector<N> {
+    let mut middle = [0.0; N];
+    for i in 0..N {
+        middle[i] = 0.5 * (a[i] + b[i]);
+    }
+    middle
+}
+
 /// The product of a matrix and a vector.
+#[inline(always)]
 pub(super) fn times<const N: usize>(matrix: &Matrix<N>, a: &Vector<N>) -> Vector<N> {
     let mut product = [0.0; N];
     for i in 0..N {
         product[i] = dot(&matrix[i], a);
+    }
+    product
+}
+
+/// The product of a matrix, transposed, and a vector.
+#[inline(always)]
+pub(super) fn times_transposed<const N: usize>(matrix: &Matrix<N>, a: &Vector<N>) -> Vector<N> {
+    let mut product = [0.0; N];
+    for i in 0..N {
+        add(&mut product, a[i], &matrix[i]);
     }
     product
 }

@@ -8,12 +8,12 @@ use rapier3d_f64::parry::query::details::contact_support_map_support_map;
 use rapier3d_f64::parry::shape::{SupportMap, Triangle};
 use rapier3d_f64::prelude::{Matrix as Matrix3, Pose, Rotation, Vector as Vector3};
 
-use super::contact::{Across, Contact, LinearForm};
+use super::contact::{Across, Contact, LinearForm, unit};
 use super::ground::{Ground, Part, PartDirection, Solid, Touch, nearest_on_field};
 use super::model::Wheel;
 use super::rollers::Rollers;
 use super::tree::Tree;
-use crate::world::barrel::touch_box;
+use crate::world::barrel::nearest_to_box;
 
 /// A roller in the present step, in world axes about the common centre of mass.
 struct Placed {
@@ -50,18 +50,19 @@ impl Rollers {
         index: usize,
         turn_rad: f64,
         free: &[f64],
-        contacts: &mut Vec<Contact<N>>,
+        contacts: &mut Vec<Contact>,
     ) {
         let tree = meeting.tree;
         let rotation = tree.rotation[wheel.body];
-        let centre = tree.origin[wheel.body] + rotation * wheel.centre_m;
+        let centre = tree.centre[index];
         let reach_m = self.reach_m + meeting.ahead_m;
         let at = centre + meeting.com;
         let rolling = wheel.axle.cross(Vector3::Z);
-        let axle = rotation * wheel.axle;
+        let axle = tree.axle[index];
         let (down, back) = (rotation * -Vector3::Z, rotation * -rolling);
         let [angle_sin, angle_cos] = wheel.sin_cos;
         let turned = libm::sincos(turn_rad);
+        let (half_length_m, radius_m) = (self.shape.0.half_length_m(), self.shape.0.radius_m());
         let from = contacts.len();
         for (key, part) in meeting.ground.near(at, reach_m) {
             let Some(way) = part.direction_from(at, reach_m) else {
@@ -85,7 +86,11 @@ impl Rollers {
                 }
                 let (sin, cos) = self.angle(roller, turned);
                 let sine = (down_to * sin - back_to * cos) * angle_cos + axle_to * angle_sin;
-                if middle_to + self.shape.0.reach_m(sine.clamp(-1.0, 1.0)) < least {
+                // A cylinder about it reaches farther, and that is quicker to say.
+                let cylinder_m = half_length_m * sine.abs() + radius_m * (1.0 - 0.5 * sine * sine);
+                if middle_to + cylinder_m < least
+                    || middle_to + self.shape.0.reach_m(sine.clamp(-1.0, 1.0)) < least
+                {
                     continue;
                 }
                 let middle = (down * cos + back * sin) * self.pitch_radius_m + axle * *along;
@@ -96,7 +101,7 @@ impl Rollers {
                     axis,
                 };
                 self.touch(meeting, part, key, &placed, |touch| {
-                    contacts.push(self.contact(meeting, wheel, index, centre, &placed, touch, free[roller]));
+                    contacts.push(self.contact(meeting, wheel, index, &placed, touch, free[roller]));
                 });
             }
         }
@@ -113,13 +118,12 @@ impl Rollers {
         placed: &Placed,
         mut found: impl FnMut(&Touch),
     ) {
-        let pose = pose(placed.middle + meeting.com, placed.axis);
-        let local = part.pose.inverse() * pose;
+        let at = placed.middle + meeting.com;
         let edge_m = self.shape.0.edge_m();
         let mut add = |on: Vector3, normal: Vector3, gap_m: f64, face: u32| {
-            let point = part.pose * on;
+            let point = part.outwards(on);
             found(&Touch {
-                normal: part.pose.rotation * normal,
+                normal: part.turned(normal),
                 point,
                 gap_m,
                 friction: meeting.ground.friction_at(point),
@@ -128,13 +132,15 @@ impl Rollers {
         };
         // Of the core, without the rounding of its edges.
         let core = |shape: &dyn SupportMap| {
+            let local = part.pose.inverse() * pose(at, placed.axis);
             contact_support_map_support_map(&local, shape, &self.shape, meeting.ahead_m + edge_m)
         };
         match &part.solid {
             Solid::Box(shape) => {
-                let touch = touch_box(shape, &self.shape, &local);
-                if touch.distance_m < meeting.ahead_m {
-                    add(touch.points[0], touch.normals[0], touch.distance_m, 0);
+                let (at, axis) = (part.inwards(at), part.turned_back(placed.axis));
+                let nearest = nearest_to_box(shape, &self.shape, at, axis);
+                if nearest.gap_m < meeting.ahead_m {
+                    add(nearest.on_box(), nearest.normal, nearest.gap_m, 0);
                 }
             }
             Solid::Bar(shape) => {
@@ -147,8 +153,7 @@ impl Rollers {
                 let nearest = |triangle: &Triangle| {
                     core(triangle).map(|touch| (touch.point1, touch.normal1, touch.dist - edge_m))
                 };
-                for ((on, normal, gap_m), face) in
-                    nearest_on_field(shape, local.translation, reach_m, nearest)
+                for ((on, normal, gap_m), face) in nearest_on_field(shape, part.inwards(at), reach_m, nearest)
                 {
                     add(on, normal, gap_m, face);
                 }
@@ -157,31 +162,28 @@ impl Rollers {
     }
 
     /// The contact of a roller.
-    #[expect(clippy::too_many_arguments, reason = "each is another part of the picture")]
     fn contact<const N: usize>(
         &self,
         meeting: &Meeting<'_, N>,
         wheel: &Wheel,
         index: usize,
-        centre: Vector3,
         placed: &Placed,
         touch: &Touch,
         free_rad_s: f64,
-    ) -> Contact<N> {
+    ) -> Contact {
         let tree = meeting.tree;
         let (normal, axis) = (touch.normal, placed.axis);
-        let axle = tree.rotation[wheel.body] * wheel.axle;
+        let (axle, centre) = (tree.axle[index], tree.centre[index]);
         // On the roller: the ground's place and the roller's are a gap apart.
         let point = touch.point - meeting.com + normal * touch.gap_m;
         let line = |direction: Vector3, roller_lever_m: f64| {
             // The wheel turns everything but the roller about its own axis.
             let moment = (point - centre).cross(direction) - axis * roller_lever_m;
             let lever_m = axle.dot(moment);
-            let mut row = tree.along(wheel.body, centre, direction);
-            tree.add_turning(&mut row, wheel.body, moment - axle * lever_m);
-            LinearForm { row, lever_m }
+            let turning = centre.cross(direction) + moment - axle * lever_m;
+            LinearForm::new(direction, turning, lever_m)
         };
-        let along = (axis - normal * normal.dot(axis)).normalize_or_zero();
+        let along = unit(axis - normal * normal.dot(axis));
         let across = normal.cross(along);
         let lever_m = axis.dot((point - placed.middle).cross(across));
         // Of what turns the roller its bearing passes a part on to the wheel.

@@ -8,6 +8,7 @@ mod bearings;
 mod contact;
 mod grip;
 mod ground;
+mod hinges;
 mod linear;
 mod meeting;
 mod model;
@@ -36,11 +37,12 @@ use crate::{Error, state_bytes};
 use balance::{Balance, Now};
 use bearings::Bearings;
 use contact::{Contact, WarmStart};
-use ground::{Ground, Touch};
-use linear::{dot, times};
+use ground::Ground;
+use hinges::Held;
 use model::{MOST_WHEELS, Model};
 use solver::SolverStats;
 use spin::Spin;
+use system::{Equations, System};
 use tree::{State, Tree};
 
 /// The plant with room for the unknowns of its tree. Sizes in between take the next.
@@ -64,7 +66,7 @@ struct World<const N: usize> {
     ground: Ground,
     state: State,
     tree: Tree<N>,
-    contacts: Vec<Contact<N>>,
+    contacts: Vec<Contact>,
     warm_starts: Vec<WarmStart>,
     actuation: Actuation,
     balance: Balance,
@@ -81,13 +83,12 @@ struct World<const N: usize> {
     diverged: bool,
     bearings: Bearings,
     // Room that a step needs.
-    touches: Vec<Touch>,
-    spins: Vec<Spin<N>>,
+    equations: Equations<N>,
+    spins: Vec<Spin>,
     torques_n_m: Vec<f64>,
     moved: Vec<[f64; 2]>,
     spins_after: Vec<f64>,
-    /// What hinges push with: along a row of the velocities, an impulse and more of it per rate.
-    held: Vec<([f64; N], [f64; 2])>,
+    held: Vec<Held>,
 }
 
 /// The saved state.
@@ -151,7 +152,11 @@ impl<const N: usize> World<N> {
             contacts: Vec::new(),
             warm_starts: Vec::new(),
             bearings: Bearings::default(),
-            touches: Vec::new(),
+            equations: Equations {
+                tree: System::ZERO,
+                bodies: vec![System::ZERO; model.bodies.len()],
+                with_contacts: Vec::new(),
+            },
             spins: Vec::new(),
             torques_n_m: vec![0.0; wheels],
             moved: vec![[0.0; 2]; wheels],
@@ -170,7 +175,9 @@ impl<const N: usize> World<N> {
     }
 
     fn u(&self) -> [f64; N] {
-        std::array::from_fn(|i| self.state.u[i])
+        let mut u = [0.0; N];
+        u.copy_from_slice(&self.state.u);
+        u
     }
 
     fn com(&self) -> Vector3 {
@@ -190,7 +197,7 @@ impl<const N: usize> World<N> {
             + Bearings::kinetic_j(&self.model, &self.state.roller_rad_s);
         let weight_n = self.model.mass_kg * self.model.gravity_m_s2;
         Now {
-            kinetic_j: 0.5 * dot(&times(&self.tree.mass, &u), &u) + spinning,
+            kinetic_j: self.tree.kinetic_j() + spinning,
             potential_j: weight_n * self.state.com_m[2],
             momentum: Vector3::new(u[0], u[1], u[2]) * self.model.mass_kg,
             weight_n,
@@ -207,18 +214,17 @@ impl<const N: usize> World<N> {
         {
             let before = self.now();
             let origin = self.com() + self.tree.origin[0];
-            let velocity = self.tree.velocity(0, self.tree.origin[0], &self.u());
+            let velocity = self.tree.velocity(0, self.tree.origin[0]);
             self.model = Model::new(&self.scenario, &self.loads);
             // The base stays where it is, and moves as it does.
             self.tree.place(&self.model, &self.state);
             self.state.com_m = (origin - self.tree.origin[0]).into();
             self.tree.update(&self.model, &self.state);
-            let mut u = self.u();
-            let off = velocity - self.tree.velocity(0, self.tree.origin[0], &u);
+            let off = velocity - self.tree.velocity(0, self.tree.origin[0]);
             for k in 0..3 {
-                u[k] += off[k];
+                self.state.u[k] += off[k];
             }
-            self.state.u.copy_from_slice(&u);
+            self.tree.update(&self.model, &self.state);
             let after = self.now();
             self.balance.added(&before, &after);
         }
@@ -288,6 +294,7 @@ impl<const N: usize> Plant for World<N> {
         }
         let period_s = self.period_ns as f64 * 1e-9;
         let now = self.now();
+        observation.end_period();
         self.observe(observation);
         self.balance
             .close(&now, self.actuation.state(), period_s, observation);

@@ -10,9 +10,8 @@ use crate::world::observed::{ContactSum, along_push, level_twist, load_rows, rim
 impl<const N: usize> World<N> {
     /// Turning speed of a wheel against its carrier \[rad/s\].
     pub(super) fn wheel_rad_s(&self, wheel: usize) -> f64 {
-        let spec = &self.model.wheels[wheel];
-        let axle = self.tree.rotation[spec.body] * spec.axle;
-        self.state.spin_rad_s[wheel] - axle.dot(self.tree.omega[spec.body])
+        let omega = self.tree.omega[self.model.wheels[wheel].body];
+        self.state.spin_rad_s[wheel] - self.tree.axle[wheel].dot(omega)
     }
 
     /// Adds the contact forces of a step to each wheel's average.
@@ -37,13 +36,13 @@ impl<const N: usize> World<N> {
     /// Writes the present poses and velocities.
     pub(super) fn observe_motion(&self, observation: &mut Observation) {
         observation.time_ns = self.time_ns;
-        let (tree, com, u) = (&self.tree, self.com(), self.u());
+        let (tree, com) = (&self.tree, self.com());
         let [x, y, z, w] = self.state.base;
         observation.pose = Pose3 {
             position_m: (com + tree.origin[0]).into(),
             rotation_xyzw: [x, y, z, w],
         };
-        let velocity = tree.velocity(0, tree.origin[0], &u);
+        let velocity = tree.velocity(0, tree.origin[0]);
         (observation.velocity_m_s, observation.rate_rad_s) = (velocity.into(), tree.omega[0].into());
         observation.twist = level_twist(tree.rotation[0] * Vector3::X, velocity, tree.omega[0].z);
         let angles = observation
@@ -57,19 +56,18 @@ impl<const N: usize> World<N> {
         for (b, body) in self.model.bodies.iter().enumerate() {
             if let Some(hinge) = body.hinge {
                 let seen = &mut observation.hinges[hinge];
-                (seen.angle_rad, seen.rate_rad_s) = (self.state.angle_rad[b], u[FREE - 1 + b]);
+                (seen.angle_rad, seen.rate_rad_s) = (self.state.angle_rad[b], self.state.u[FREE - 1 + b]);
             }
         }
         for (i, (wheel, seen)) in self.model.wheels.iter().zip(&mut observation.wheels).enumerate() {
-            let rotation = tree.rotation[wheel.body];
-            let centre = tree.origin[wheel.body] + rotation * wheel.centre_m;
+            let (rotation, centre) = (tree.rotation[wheel.body], tree.centre[i]);
             seen.centre_m = (centre + com).into();
             let (across, way_m_s) = (
                 rotation * wheel.across_push,
                 self.wheel_rad_s(i) * wheel.way_per_rad,
             );
             seen.rim_m_s = rim_speed(way_m_s, wheel.radius_m, across, tree.omega[wheel.body]);
-            let velocity = tree.velocity(wheel.body, centre, &u);
+            let velocity = tree.velocity(wheel.body, centre);
             seen.along_m_s = along_push(velocity, across, seen);
         }
         load_rows(&self.rows, observation);

@@ -1,19 +1,20 @@
 //! The velocities at the end of a step together with the contact impulses that belong to them.
 //!
 //! Every contact is open, or closed and sticks or slides along each of its directions. Once that is given,
-//! everything is linear: wheels' and rollers' spins are eliminated, and the tree's velocities are left. What comes
-//! out says which contacts are in the wrong mode; they are changed, and the system is solved again (a semismooth
-//! Newton method). It starts from the modes of the step before, and needs 1.0 solutions per step on average.
+//! everything is linear: wheels' and rollers' spins are eliminated, body by body, and the tree's velocities are left.
+//! What comes out says which contacts are in the wrong mode; they are changed, and the system is solved again (a
+//! semismooth Newton method). It starts from the modes of the step before, and needs 1.0 solutions per step on average.
 
 use serde::{Deserialize, Serialize};
 
 use super::contact::{Contact, LinearForm, Mode};
 use super::grip::{Grip, STICK, follow};
-use super::linear::{Vector, add, add_outer, solve, solve_symmetric};
+use super::linear::{Vector, solve, solve_symmetric};
 use super::model::MOST_WHEELS;
 use super::spin::Spin;
 use super::sweeps::sweep;
-use super::system::{System, WheelRow};
+use super::system::{Equations, WheelRow, WheelSystem};
+use super::tree::{Tree, Twist};
 
 /// Solutions before contacts change their modes one at a time, and before sweeps take over.
 const TOGETHER: usize = 10;
@@ -37,15 +38,15 @@ impl SolverStats {
 
 /// A roller's row of the system: `diagonal spin + off_diagonal = right`, `off_diagonal` being a sum
 /// over the sticking contacts of what bodies and wheel move.
-struct RollerRow<const N: usize> {
+struct RollerRow {
     diagonal: f64,
-    off_diagonal: LinearForm<N>,
+    off_diagonal: LinearForm,
     right: f64,
 }
 
-impl<const N: usize> RollerRow<N> {
+impl RollerRow {
     /// The row of the roller that all these contacts belong to; none if there is no roller.
-    fn of(contacts: &[Contact<N>]) -> Option<Self> {
+    fn of(contacts: &[Contact]) -> Option<Self> {
         let roller = contacts.first()?.across.as_ref()?;
         let mut row = Self {
             diagonal: roller.inertia_kg_m2,
@@ -65,26 +66,27 @@ impl<const N: usize> RollerRow<N> {
 /// Solves a step; contacts are sorted by wheel and then by roller, and get their modes and
 /// impulses. Returns the generalised velocities; `spins` gets the wheels'.
 pub(super) fn solve_step<const N: usize>(
-    system: &System<N>,
-    wheels: &mut [Spin<N>],
-    contacts: &mut [Contact<N>],
+    tree: &Tree<N>,
+    free: &mut Equations<N>,
+    wheels: &mut [Spin],
+    contacts: &mut [Contact],
     spins: &mut [f64],
     stats: &mut SolverStats,
 ) -> Vector<N> {
     stats.steps += 1;
     for round in 1.. {
         stats.solutions += 1;
-        let u = solve_modes(system, wheels, contacts, spins);
+        let (u, twists) = solve_modes(tree, free, wheels, contacts, spins);
         if round > TOGETHER + ONE_BY_ONE {
             stats.swept += 1;
-            let (u, settled) = sweep(system, wheels, contacts, spins);
+            let (u, settled) = sweep(tree, free, wheels, contacts, spins);
             stats.unsettled += u64::from(!settled);
             return u;
         }
-        turn_rollers(contacts, &u, spins);
+        turn_rollers(contacts, &twists, spins);
         let mut changed = false;
         for (wheel, spin) in wheels.iter_mut().zip(spins.iter()) {
-            if wheel.hold > 0.0 && wheel.settle(&u, *spin) {
+            if wheel.hold > 0.0 && wheel.settle(&twists[wheel.body], *spin) {
                 changed = true;
                 if round > TOGETHER {
                     break;
@@ -95,7 +97,7 @@ pub(super) fn solve_step<const N: usize>(
             continue;
         }
         for contact in contacts.iter_mut() {
-            let mode = settle(contact, &u, spins[contact.wheel]);
+            let mode = settle(contact, &twists[contact.body], spins[contact.wheel]);
             if mode != contact.mode {
                 contact.mode = mode;
                 changed = true;
@@ -111,148 +113,141 @@ pub(super) fn solve_step<const N: usize>(
     unreachable!("the loop above returns")
 }
 
-/// The velocities that the present modes make.
+/// The generalised velocities that the present modes make, and the bodies' twists.
 fn solve_modes<const N: usize>(
-    system: &System<N>,
-    wheels: &[Spin<N>],
-    contacts: &[Contact<N>],
+    tree: &Tree<N>,
+    free: &mut Equations<N>,
+    wheels: &[Spin],
+    contacts: &[Contact],
     spins: &mut [f64],
-) -> Vector<N> {
-    let mut whole = System {
-        matrix: system.matrix,
-        right: system.right,
-    };
-    // What a spin follows once the tree's velocities are known: a row, or the line of the one contact that it rolls on.
-    let mut rows: [Option<WheelRow<N>>; MOST_WHEELS] = [const { None }; MOST_WHEELS];
-    let mut from = 0;
-    for (index, wheel) in wheels.iter().enumerate() {
-        let own = contacts[from..]
-            .iter()
-            .take_while(|contact| contact.wheel == index)
-            .count();
-        let own = &contacts[from..from + own];
-        from += own.len();
-        let gripped;
-        let wheel = if wheel.hold > 0.0 {
-            wheel.push_carrier(&mut whole.right);
-            gripped = wheel.gripped();
-            &gripped
-        } else {
-            wheel
-        };
-        let mut row = WheelRow::new(wheel);
-        let mut closed = own.iter().filter(|contact| contact.mode != Mode::Open);
-        if let (Some(contact), None, false) = (closed.next(), closed.next(), row.coupled)
-            && let (Mode::Closed(Grip::Stick, _), None) = (contact.mode, contact.across)
-            && contact.separation.lever_m == 0.0
-        {
-            // The usual case in closed form: large numbers would cancel below.
-            let lever_m = contact.slip.lever_m;
-            let gain = 1.0 / (1.0 / STICK + lever_m * lever_m / wheel.inertia_kg_m2);
-            let (separation, slip) = (&contact.separation.row, &contact.slip.row);
-            add_outer(&mut whole.matrix, contact.stiffness, separation, separation);
-            add(&mut whole.right, -contact.stiffness * contact.bias, separation);
-            add_outer(&mut whole.matrix, gain, slip, slip);
-            add(&mut whole.right, -gain * lever_m * wheel.free_rad_s, slip);
-            add(&mut row.row, STICK * lever_m, slip);
-            row.diagonal += STICK * lever_m * lever_m;
-            rows[index] = Some(row);
-            continue;
-        }
-        for group in own.chunk_by(Contact::shares_roller) {
-            // Of a roller that touches in one place its spin is eliminated in closed form.
-            let roller = if group.len() > 1 {
-                RollerRow::of(group)
-            } else {
-                None
-            };
-            for contact in group {
-                let Mode::Closed(along, across) = contact.mode else {
-                    continue;
-                };
-                // What the normal force works along: the normal, and the directions in which it makes friction.
-                let mut works = contact.separation;
-                match along {
-                    Grip::Slide(sign) => works.add(sign * contact.friction, &contact.slip),
-                    Grip::Stick => row.add_force(&mut whole, STICK, &contact.slip, &contact.slip, 0.0),
-                }
-                match (&contact.across, across) {
-                    (None, _) => {}
-                    (Some(own), Grip::Slide(sign)) => {
-                        let friction = sign * contact.friction;
-                        works.add(friction, &own.line);
-                        if let Some(roller) = &roller {
-                            // It turns the roller, and where that sticks as well it is held.
-                            works.add(-friction * own.lever_m / roller.diagonal, &roller.off_diagonal);
-                        }
-                    }
-                    (Some(own), Grip::Stick) if roller.is_some() => {
-                        row.add_force(&mut whole, STICK, &own.line, &own.line, 0.0);
-                    }
-                    (Some(own), Grip::Stick) => {
-                        let gain = 1.0 / (1.0 / STICK + own.lever_m * own.lever_m / own.inertia_kg_m2);
-                        let free_m_s = own.lever_m * own.free_rad_s;
-                        row.add_force(&mut whole, gain, &own.line, &own.line, free_m_s);
-                    }
-                }
-                row.add_force(
-                    &mut whole,
-                    contact.stiffness,
-                    &works,
-                    &contact.separation,
-                    contact.bias,
-                );
-            }
-            if let Some(roller) = roller {
-                row.add_force(
-                    &mut whole,
-                    -1.0 / roller.diagonal,
-                    &roller.off_diagonal,
-                    &roller.off_diagonal,
-                    -roller.right,
-                );
-            }
-        }
-        if wheel.damper > 0.0 {
-            add_outer(&mut whole.matrix, wheel.damper, &wheel.carried, &wheel.carried);
-        }
-        row.eliminate(&mut whole);
-        rows[index] = Some(row);
-    }
+) -> (Vector<N>, [Twist; N]) {
     // Friction that slides follows the normal force, and not the other way round.
-    let slides = |contact: &Contact<N>| {
+    let slides = |contact: &Contact| {
         matches!(
             contact.mode,
             Mode::Closed(Grip::Slide(_), _) | Mode::Closed(_, Grip::Slide(_))
         )
     };
-    let u = if contacts.iter().any(slides) {
-        solve(whole.matrix, whole.right)
-    } else {
-        solve_symmetric(whole.matrix, whole.right)
-    };
-    for (spin, row) in spins.iter_mut().zip(&rows) {
-        *spin = row.as_ref().map_or(*spin, |row| row.spin(&u));
+    let symmetric = !contacts.iter().any(slides);
+    let bodies = &mut free.with_contacts;
+    bodies.clone_from(&free.bodies);
+    for body in bodies.iter_mut() {
+        body.symmetric = symmetric;
     }
-    u
+    // What a spin follows once the carrier's twist is known: a row, or the line of the one contact that it rolls on.
+    let mut rows: [Option<WheelRow>; MOST_WHEELS] = [const { None }; MOST_WHEELS];
+    let mut rest = contacts;
+    for (index, wheel) in wheels.iter().enumerate() {
+        let count = rest.iter().take_while(|contact| contact.wheel == index).count();
+        let own;
+        (own, rest) = rest.split_at(count);
+        let carrier = &mut bodies[wheel.body];
+        let gripped;
+        let wheel = if wheel.hold > 0.0 {
+            wheel.push_carrier(&mut carrier.right);
+            gripped = wheel.gripped();
+            &gripped
+        } else {
+            wheel
+        };
+        let mut system = WheelSystem::new(wheel, carrier);
+        let mut closed = own.iter().filter(|contact| contact.mode != Mode::Open);
+        if let (Some(contact), None) = (closed.next(), closed.next())
+            && let (Mode::Closed(Grip::Stick, _), None) = (contact.mode, contact.across)
+            && wheel.damper == 0.0
+        {
+            // The usual case.
+            let separation = &contact.separation.row;
+            let (stiffness, bias) = (contact.stiffness, contact.bias);
+            system.carrier.add_force(stiffness, separation, separation, bias);
+            system.roll_on(&contact.slip, STICK);
+        } else {
+            for group in own.chunk_by(Contact::shares_roller) {
+                add_group(group, &mut system);
+            }
+            system.eliminate();
+        }
+        rows[index] = Some(system.row);
+    }
+    let mut whole = free.tree;
+    whole.gather(tree, bodies);
+    let u = if whole.symmetric {
+        solve_symmetric(whole.matrix, whole.right)
+    } else {
+        solve(whole.matrix, whole.right)
+    };
+    let twists = tree.twists(&u);
+    for ((spin, row), wheel) in spins.iter_mut().zip(&rows).zip(wheels) {
+        *spin = row.as_ref().map_or(*spin, |row| row.spin(&twists[wheel.body]));
+    }
+    (u, twists)
 }
 
-/// The normal impulse of a contact at these velocities, below 0 if it is open.
-fn normal_impulse<const N: usize>(contact: &Contact<N>, u: &Vector<N>, spin: f64) -> f64 {
-    -contact.stiffness * (contact.separation.at(u, spin) + contact.bias)
+/// Adds the contacts of one roller, or a contact without one, to the equations of wheel and carrier.
+fn add_group(group: &[Contact], wheel: &mut WheelSystem) {
+    // Of a roller that touches in one place its spin is eliminated in closed form.
+    let roller = if group.len() > 1 {
+        RollerRow::of(group)
+    } else {
+        None
+    };
+    for contact in group {
+        let Mode::Closed(along, across) = contact.mode else {
+            continue;
+        };
+        // What the normal force works along: the normal, and the directions in which it makes friction.
+        let mut works = contact.separation;
+        match along {
+            Grip::Slide(sign) => works.add(sign * contact.friction, &contact.slip),
+            Grip::Stick => wheel.add_force(STICK, &contact.slip, &contact.slip, 0.0),
+        }
+        match (&contact.across, across) {
+            (None, _) => {}
+            (Some(own), Grip::Slide(sign)) => {
+                let friction = sign * contact.friction;
+                works.add(friction, &own.line);
+                if let Some(roller) = &roller {
+                    // It turns the roller, and where that sticks as well it is held.
+                    works.add(-friction * own.lever_m / roller.diagonal, &roller.off_diagonal);
+                }
+            }
+            (Some(own), Grip::Stick) if roller.is_some() => {
+                wheel.add_force(STICK, &own.line, &own.line, 0.0);
+            }
+            (Some(own), Grip::Stick) => {
+                let gain = 1.0 / (1.0 / STICK + own.lever_m * own.lever_m / own.inertia_kg_m2);
+                let free_m_s = own.lever_m * own.free_rad_s;
+                wheel.add_force(gain, &own.line, &own.line, free_m_s);
+            }
+        }
+        let (stiffness, bias) = (contact.stiffness, contact.bias);
+        wheel.add_force(stiffness, &works, &contact.separation, bias);
+    }
+    if let Some(roller) = roller {
+        let (gain, line) = (-1.0 / roller.diagonal, &roller.off_diagonal);
+        wheel.add_force(gain, line, line, -roller.right);
+    }
 }
 
-/// Gives the rollers in touch the spins that go with these velocities.
-fn turn_rollers<const N: usize>(contacts: &mut [Contact<N>], u: &Vector<N>, spins: &[f64]) {
+/// The normal impulse of a contact at this twist of its carrier, below 0 if it is open.
+fn normal_impulse(contact: &Contact, carrier: &Twist, spin: f64) -> f64 {
+    -contact.stiffness * (contact.separation.at(carrier, spin) + contact.bias)
+}
+
+/// Gives the rollers in touch the spins that go with these twists.
+fn turn_rollers(contacts: &mut [Contact], twists: &[Twist], spins: &[f64]) {
     for group in contacts.chunk_by_mut(Contact::shares_roller) {
         let Some(row) = RollerRow::of(group) else {
             continue;
         };
-        let spin = spins[group[0].wheel];
-        let mut right = row.right - row.off_diagonal.at(u, spin);
+        let (carrier, spin) = (&twists[group[0].body], spins[group[0].wheel]);
+        let mut right = row.right - row.off_diagonal.at(carrier, spin);
         for contact in group.iter() {
             if let (Mode::Closed(_, Grip::Slide(sign)), Some(across)) = (contact.mode, contact.across) {
-                right += sign * across.lever_m * contact.friction * normal_impulse(contact, u, spin).max(0.0);
+                right += sign
+                    * across.lever_m
+                    * contact.friction
+                    * normal_impulse(contact, carrier, spin).max(0.0);
             }
         }
         for contact in group {
@@ -263,9 +258,9 @@ fn turn_rollers<const N: usize>(contacts: &mut [Contact<N>], u: &Vector<N>, spin
     }
 }
 
-/// The impulses of a contact at these velocities, and the mode that they call for.
-fn settle<const N: usize>(contact: &mut Contact<N>, u: &Vector<N>, spin: f64) -> Mode {
-    let impulse = normal_impulse(contact, u, spin);
+/// The impulses of a contact at this twist of its carrier, and the mode that they call for.
+fn settle(contact: &mut Contact, carrier: &Twist, spin: f64) -> Mode {
+    let impulse = normal_impulse(contact, carrier, spin);
     contact.normal_impulse = impulse.max(0.0);
     let most = contact.friction * contact.normal_impulse;
     let open = impulse <= 0.0;
@@ -273,7 +268,7 @@ fn settle<const N: usize>(contact: &mut Contact<N>, u: &Vector<N>, spin: f64) ->
         Mode::Closed(grip, _) if !open => Some(grip),
         _ => None,
     };
-    let slip = contact.slip.at(u, spin);
+    let slip = contact.slip.at(carrier, spin);
     let along = follow(along, slip, -STICK * slip, most, &mut contact.friction_impulse);
     let mut across = Grip::Stick;
     if let Some(roller) = &mut contact.across {
@@ -281,7 +276,7 @@ fn settle<const N: usize>(contact: &mut Contact<N>, u: &Vector<N>, spin: f64) ->
             Mode::Closed(_, grip) if !open => Some(grip),
             _ => None,
         };
-        let slip = roller.line.at(u, spin) + roller.lever_m * roller.rad_s;
+        let slip = roller.line.at(carrier, spin) + roller.lever_m * roller.rad_s;
         across = follow(grip, slip, -STICK * slip, most, &mut roller.impulse);
     }
     if open {

@@ -1,12 +1,17 @@
 //! A wheel's spin in a step, and the dry friction of its gear.
 
+use rapier3d_f64::prelude::Vector as Vector3;
+
 use super::contact::LinearForm;
 use super::grip::{Grip, STICK, follow};
-use super::linear::{Vector, add, dot};
+use super::linear::add;
+use super::tree::{Twist, twist};
 
 /// A wheel's spin in the step.
 #[derive(Clone, Copy)]
-pub(super) struct Spin<const N: usize> {
+pub(super) struct Spin {
+    /// The body that carries the wheel.
+    pub(super) body: usize,
     pub(super) inertia_kg_m2: f64,
     /// With its motor's torque alone at the end of the step \[rad/s\].
     pub(super) free_rad_s: f64,
@@ -18,21 +23,32 @@ pub(super) struct Spin<const N: usize> {
     pub(super) grip: Grip,
     /// Its impulse on the wheel.
     pub(super) held: f64,
-    /// The carrier's turning about the axle.
-    pub(super) carried: Vector<N>,
+    /// Of the wheel, a unit vector.
+    pub(super) axle: Vector3,
 }
 
-impl<const N: usize> Spin<N> {
+impl Spin {
     /// Impulse per rate of a wheel that dry friction holds \[kg.m^2\]: it creeps as by a millionth
     /// of what the impulse alone would turn it.
     pub(super) fn stick(&self) -> f64 {
         STICK * self.inertia_kg_m2
     }
 
+    /// The carrier's turning about the axle, per twist.
+    pub(super) fn carried(&self) -> Twist {
+        twist(Vector3::ZERO, self.axle)
+    }
+
+    /// How fast a wheel of this spin turns against its carrier \[rad/s\].
+    #[inline(always)]
+    pub(super) fn turning_rad_s(&self, [_, _, _, x, y, z]: &Twist, spin: f64) -> f64 {
+        spin - self.axle.dot(Vector3::new(*x, *y, *z))
+    }
+
     /// Rotation of the wheel relative to its carrier.
-    pub(super) fn turning(&self) -> LinearForm<N> {
+    pub(super) fn turning(&self) -> LinearForm {
         LinearForm {
-            row: self.carried.map(|part| -part),
+            row: twist(Vector3::ZERO, -self.axle),
             lever_m: 1.0,
         }
     }
@@ -61,15 +77,15 @@ impl<const N: usize> Spin<N> {
     }
 
     /// What dry friction that acts pushes the carrier with.
-    pub(super) fn push_carrier(&self, right: &mut Vector<N>) {
+    pub(super) fn push_carrier(&self, right: &mut Twist) {
         if let (true, Grip::Slide(sign)) = (self.hold > 0.0, self.grip) {
-            add(right, -sign * self.hold, &self.carried);
+            add(right, -sign * self.hold, &self.carried());
         }
     }
 
-    /// The impulse of dry friction at these velocities; says whether the grip changes for it.
-    pub(super) fn settle(&mut self, u: &Vector<N>, spin: f64) -> bool {
-        let rad_s = spin - dot(&self.carried, u);
+    /// The impulse of dry friction at this twist of the carrier; says whether the grip changes for it.
+    pub(super) fn settle(&mut self, carrier: &Twist, spin: f64) -> bool {
+        let rad_s = self.turning_rad_s(carrier, spin);
         let grip = follow(
             Some(self.grip),
             rad_s,

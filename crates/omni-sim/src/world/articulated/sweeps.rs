@@ -2,10 +2,11 @@
 
 use super::contact::{Contact, LinearForm, Mode};
 use super::grip::{Grip, SLACK, STICK};
-use super::linear::{Vector, add, add_outer, dot, solve};
+use super::linear::{Vector, add, solve};
 use super::model::MOST_WHEELS;
 use super::spin::Spin;
-use super::system::{System, WheelRow};
+use super::system::{Equations, WheelSystem};
+use super::tree::{Tree, Twist};
 
 /// Largest number of sweeps over all contacts.
 const SWEEPS: usize = 3000;
@@ -20,67 +21,73 @@ const SETTLED_M_S: f64 = 1e-10;
 /// what a vehicle drives.
 const UNSETTLED_M_S: f64 = 3e-4;
 
-/// What a unit impulse on a wheel does.
-struct Response<const N: usize> {
+/// Velocities of everything: those that there are, or what a unit impulse on a wheel adds to them.
+struct Velocities<const N: usize> {
     tree: Vector<N>,
-    /// To the spins of all wheels: one that a drag ties to its carrier turns with that, whichever wheel is pushed.
+    twists: [Twist; N],
+    /// Of all wheels: one that a drag ties to its carrier turns with that, whichever wheel is pushed.
     spins: [f64; MOST_WHEELS],
 }
 
-impl<const N: usize> Response<N> {
-    fn add(&self, by: f64, u: &mut Vector<N>, spins: &mut [f64]) {
-        add(u, by, &self.tree);
-        for (spin, own) in spins.iter_mut().zip(&self.spins) {
-            *spin += by * own;
+impl<const N: usize> Velocities<N> {
+    fn add(&mut self, by: f64, other: &Self) {
+        add(&mut self.tree, by, &other.tree);
+        for (twist, other) in self.twists.iter_mut().zip(&other.twists) {
+            add(twist, by, other);
         }
+        add(&mut self.spins, by, &other.spins);
     }
 
-    /// Response of a line to it.
-    fn along(&self, line: &LinearForm<N>, wheel: usize) -> f64 {
-        dot(&line.row, &self.tree) + line.lever_m * self.spins[wheel]
+    /// Velocity along a line of a wheel.
+    fn along(&self, line: &LinearForm, body: usize, wheel: usize) -> f64 {
+        line.at(&self.twists[body], self.spins[wheel])
     }
 }
 
 /// Gauss-Seidel over the impulses of contacts and of the gears' dry friction, from those that the
 /// last modes made. Returns the velocities, and whether they have settled.
 pub(super) fn sweep<const N: usize>(
-    system: &System<N>,
-    wheels: &mut [Spin<N>],
-    contacts: &mut [Contact<N>],
+    tree: &Tree<N>,
+    free: &Equations<N>,
+    wheels: &mut [Spin],
+    contacts: &mut [Contact],
     spins: &mut [f64],
 ) -> (Vector<N>, bool) {
     // Without contacts only drags tie wheels to the tree.
-    let mut bare = System {
-        matrix: system.matrix,
-        right: system.right,
+    let (mut bare, mut bodies) = (free.tree, free.bodies.clone());
+    let add_wheel = |wheel: &Spin| {
+        let mut system = WheelSystem::new(wheel, &mut bodies[wheel.body]);
+        system.eliminate();
+        system.row
     };
-    let rows: Vec<_> = wheels.iter().map(WheelRow::new).collect();
-    for (wheel, row) in wheels.iter().zip(&rows) {
-        if wheel.damper > 0.0 {
-            add_outer(&mut bare.matrix, wheel.damper, &wheel.carried, &wheel.carried);
-        }
-        row.eliminate(&mut bare);
-    }
-    // What a unit impulse along a line does.
-    let respond = |line: &LinearForm<N>, pushed: usize| {
-        let mut force = line.row;
-        add(
-            &mut force,
-            -line.lever_m / rows[pushed].diagonal,
-            &rows[pushed].column,
-        );
-        let tree = solve(bare.matrix, force);
+    let rows: Vec<_> = wheels.iter().map(add_wheel).collect();
+    bare.gather(tree, &mut bodies);
+    let with_spins = |u: Vector<N>, spin: &dyn Fn(usize, &Twist) -> f64| {
+        let twists = tree.twists(&u);
         let mut spins = [0.0; MOST_WHEELS];
-        for (i, row) in rows.iter().enumerate() {
-            let lever_m = if i == pushed { line.lever_m } else { 0.0 };
-            spins[i] = (lever_m - dot(&row.row, &tree)) / row.diagonal;
+        for (i, wheel) in wheels.iter().enumerate() {
+            spins[i] = spin(i, &twists[wheel.body]);
         }
-        Response { tree, spins }
+        Velocities {
+            tree: u,
+            twists,
+            spins,
+        }
     };
-    let mut u = solve(bare.matrix, bare.right);
-    for (spin, row) in spins.iter_mut().zip(&rows) {
-        *spin = row.spin(&u);
-    }
+    // What a unit impulse along a line does.
+    let respond = |line: &LinearForm, pushed: usize| {
+        let mut force = line.row;
+        let own = &rows[pushed];
+        add(&mut force, -line.lever_m / own.diagonal, &own.row);
+        let force = tree.row(wheels[pushed].body, &force);
+        with_spins(solve(bare.matrix, force), &|i, carrier| {
+            let lever_m = if i == pushed { line.lever_m } else { 0.0 };
+            rows[i].response(lever_m, carrier)
+        })
+    };
+    let mut now = with_spins(solve(bare.matrix, bare.right), &|i, carrier| {
+        rows[i].spin(carrier)
+    });
     // Directions of all contacts: normal, along, across.
     let responses: Vec<_> = contacts
         .iter()
@@ -117,16 +124,16 @@ pub(super) fn sweep<const N: usize>(
         }
     }
     for (contact, (normal, along, across)) in contacts.iter().zip(&responses) {
-        normal.add(contact.normal_impulse, &mut u, spins);
-        along.add(contact.friction_impulse, &mut u, spins);
+        now.add(contact.normal_impulse, normal);
+        now.add(contact.friction_impulse, along);
         if let (Some(response), Some(across)) = (across, contact.across) {
-            response.add(across.impulse, &mut u, spins);
+            now.add(across.impulse, response);
         }
     }
     for (i, _, response) in &holds {
         let wheel = &mut wheels[*i];
         wheel.held = wheel.held.max(-wheel.hold).min(wheel.hold);
-        response.add(wheel.held, &mut u, spins);
+        now.add(wheel.held, response);
     }
     let mut left_m_s = 0.0_f64;
     for sweep in 0..SWEEPS {
@@ -135,37 +142,37 @@ pub(super) fn sweep<const N: usize>(
         for i in 0..contacts.len() {
             let contact = &mut contacts[i];
             let (normal, along, across_roller) = &responses[i];
-            let wheel = contact.wheel;
-            let compliance = normal.along(&contact.separation, wheel) + 1.0 / contact.stiffness;
-            let off = contact.separation.at(&u, spins[wheel])
+            let (body, wheel) = (contact.body, contact.wheel);
+            let compliance = normal.along(&contact.separation, body, wheel) + 1.0 / contact.stiffness;
+            let off = now.along(&contact.separation, body, wheel)
                 + contact.bias
                 + contact.normal_impulse / contact.stiffness;
             let by = (-off / compliance * part).max(-contact.normal_impulse);
             contact.normal_impulse += by;
             left_m_s = left_m_s.max((by * compliance).abs());
-            normal.add(by, &mut u, spins);
+            now.add(by, normal);
             let most = contact.friction * contact.normal_impulse;
-            let compliance = along.along(&contact.slip, wheel) + 1.0 / STICK;
-            let off = contact.slip.at(&u, spins[wheel]) + contact.friction_impulse / STICK;
+            let compliance = along.along(&contact.slip, body, wheel) + 1.0 / STICK;
+            let off = now.along(&contact.slip, body, wheel) + contact.friction_impulse / STICK;
             let by = (contact.friction_impulse - off / compliance * part)
                 .max(-most)
                 .min(most)
                 - contact.friction_impulse;
             contact.friction_impulse += by;
             left_m_s = left_m_s.max((by * compliance).abs());
-            along.add(by, &mut u, spins);
+            now.add(by, along);
             let (Some(response), Some(across)) = (across_roller, &mut contact.across) else {
                 continue;
             };
             let turns = across.lever_m / across.inertia_kg_m2;
-            let compliance = response.along(&across.line, wheel) + across.lever_m * turns + 1.0 / STICK;
-            let slip = across.line.at(&u, spins[wheel]) + across.lever_m * across.rad_s;
+            let compliance = response.along(&across.line, body, wheel) + across.lever_m * turns + 1.0 / STICK;
+            let slip = now.along(&across.line, body, wheel) + across.lever_m * across.rad_s;
             let off = slip + across.impulse / STICK;
             let by = (across.impulse - off / compliance * part).max(-most).min(most) - across.impulse;
             across.impulse += by;
             left_m_s = left_m_s.max((by * compliance).abs());
             let roller = across.roller;
-            response.add(by, &mut u, spins);
+            now.add(by, response);
             for other in contacts.iter_mut().filter_map(|other| other.across.as_mut()) {
                 if other.roller == roller {
                     other.rad_s += by * turns;
@@ -174,8 +181,8 @@ pub(super) fn sweep<const N: usize>(
         }
         for (i, turning, response) in &holds {
             let wheel = &mut wheels[*i];
-            let compliance = response.along(turning, *i) + 1.0 / wheel.stick();
-            let off = turning.at(&u, spins[*i]) + wheel.held / wheel.stick();
+            let compliance = response.along(turning, wheel.body, *i) + 1.0 / wheel.stick();
+            let off = now.along(turning, wheel.body, *i) + wheel.held / wheel.stick();
             let by = (wheel.held - off / compliance * part)
                 .max(-wheel.hold)
                 .min(wheel.hold)
@@ -183,7 +190,7 @@ pub(super) fn sweep<const N: usize>(
             wheel.held += by;
             // Of a place a metre from the axle.
             left_m_s = left_m_s.max((by * compliance).abs());
-            response.add(by, &mut u, spins);
+            now.add(by, response);
         }
         if left_m_s <= SETTLED_M_S {
             break;
@@ -207,5 +214,6 @@ pub(super) fn sweep<const N: usize>(
             )
         };
     }
-    (u, left_m_s <= UNSETTLED_M_S)
+    spins.copy_from_slice(&now.spins[..spins.len()]);
+    (now.tree, left_m_s <= UNSETTLED_M_S)
 }

@@ -3,7 +3,6 @@
 use rapier3d_f64::prelude::Vector as Vector3;
 
 use super::World;
-use super::linear::times;
 use super::solver::SolverStats;
 use crate::config::{Override, Scenario};
 use crate::observation::Observation;
@@ -39,8 +38,10 @@ fn in_flight<const N: usize>(vehicle: &str, step_us: i64) -> World<N> {
 /// Energy \[J\], and angular momentum about the common centre of mass \[kg.m^2/s\].
 fn kept<const N: usize>(world: &World<N>) -> (f64, Vector3) {
     let now = world.now();
-    let momentum = times(&world.tree.mass, &world.u());
-    let mut angular = Vector3::new(momentum[3], momentum[4], momentum[5]);
+    let mut angular = Vector3::ZERO;
+    for [_, _, _, x, y, z] in world.tree.momentum {
+        angular += Vector3::new(x, y, z);
+    }
     for (wheel, spin) in world.model.wheels.iter().zip(&world.state.spin_rad_s) {
         angular += world.tree.rotation[wheel.body] * wheel.axle * (wheel.inertia_kg_m2 * spin);
     }

@@ -2,17 +2,27 @@
 //!
 //! Generalised velocities: the velocity of the common centre of mass, the angular velocity of the
 //! base, and the rate of every hinge. Positions are counted from the common centre of mass. Gravity
-//! then acts on the first three alone, these are the momentum over the mass, and the mass matrix
-//! couples them with nothing. Wheels turn on their own: their spins are not among these velocities.
+//! then acts on the first three alone, these are the momentum over the mass, and inertia couples
+//! them with nothing. Wheels turn on their own: their spins are not among these velocities.
 
 use rapier3d_f64::prelude::{Matrix as Matrix3, Rotation, Vector as Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::linear::{Matrix, Vector};
-use super::model::{Model, of_point};
+use super::linear::{Matrix, Vector, add, dot, times, times_transposed};
+use super::model::{MOST_WHEELS, Model, of_point};
 
 /// Unknowns of a tree without hinges.
 pub(super) const FREE: usize = 6;
+
+/// Velocity of a body: of its place at the common centre of mass \[m/s\], and angular velocity
+/// \[rad/s\]. What acts on one has the same shape: a force, and a moment about that centre.
+pub(super) type Twist = Vector<FREE>;
+
+/// A twist by its two parts.
+#[inline(always)]
+pub(super) fn twist(linear: Vector3, angular: Vector3) -> Twist {
+    [linear.x, linear.y, linear.z, angular.x, angular.y, angular.z]
+}
 
 /// What moves: all that a snapshot needs of the bodies.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -43,22 +53,32 @@ pub(super) struct Tree<const N: usize> {
     pub(super) omega: [Vector3; N],
     pub(super) axis: [Vector3; N],
     anchor: [Vector3; N],
-    /// Momentum that a unit rate of the hinge gives all that hangs on it, were its inner end held \[kg.m\].
-    momentum: [Vector3; N],
-    /// The mass matrix.
-    pub(super) mass: Matrix<N>,
-    /// What gyroscopic and centrifugal terms push with.
-    pub(super) bias_force: Vector<N>,
+    /// Twist that a unit rate of the hinge gives all that hangs on it, were its inner end held.
+    pub(super) joint: [Twist; N],
+    /// Twist that it gives everything then, so that the common centre of mass stays where it is.
+    pub(super) drift: [Twist; N],
+    /// Present twist of each body.
+    pub(super) twist: [Twist; N],
+    /// Axle of each wheel, a unit vector, and its centre \[m\].
+    pub(super) axle: [Vector3; MOST_WHEELS],
+    pub(super) centre: [Vector3; MOST_WHEELS],
+    /// Inertia of each body: its momentum per twist.
+    pub(super) inertia: [Matrix<FREE>; N],
+    /// Present momentum of each body, and angular momentum about the common centre of mass; without spins of wheels.
+    pub(super) momentum: [Twist; N],
+    /// What gyroscopic and centrifugal terms push each body with.
+    pub(super) bias_force: [Twist; N],
     mass_kg: f64,
-    bodies: usize,
+    pub(super) bodies: usize,
+    pub(super) parent: [usize; N],
     path: [u32; N],
 }
 
 impl<const N: usize> Tree<N> {
     pub(super) fn new(model: &Model) -> Self {
-        let mut path = [0; N];
-        for (path, body) in path.iter_mut().zip(&model.bodies) {
-            *path = body.path;
+        let (mut parent, mut path) = ([0; N], [0; N]);
+        for (b, body) in model.bodies.iter().enumerate() {
+            (parent[b], path[b]) = (body.parent, body.path);
         }
         Self {
             rotation: [Matrix3::IDENTITY; N],
@@ -67,11 +87,17 @@ impl<const N: usize> Tree<N> {
             omega: [Vector3::ZERO; N],
             axis: [Vector3::ZERO; N],
             anchor: [Vector3::ZERO; N],
-            momentum: [Vector3::ZERO; N],
-            mass: [[0.0; N]; N],
-            bias_force: [0.0; N],
+            joint: [[0.0; FREE]; N],
+            drift: [[0.0; FREE]; N],
+            twist: [[0.0; FREE]; N],
+            axle: [Vector3::ZERO; MOST_WHEELS],
+            centre: [Vector3::ZERO; MOST_WHEELS],
+            inertia: [[[0.0; FREE]; FREE]; N],
+            momentum: [[0.0; FREE]; N],
+            bias_force: [[0.0; FREE]; N],
             mass_kg: model.mass_kg,
             bodies: model.bodies.len(),
+            parent,
             path,
         }
     }
@@ -80,6 +106,14 @@ impl<const N: usize> Tree<N> {
     pub(super) fn update(&mut self, model: &Model, state: &State) {
         self.place(model, state);
         self.weigh(model, state);
+        self.hang(model);
+        let mut u = [0.0; N];
+        u.copy_from_slice(&state.u);
+        self.twist = self.twists(&u);
+        for b in 0..self.bodies {
+            // Inertia is symmetric, and this way quicker.
+            self.momentum[b] = times_transposed(&self.inertia[b], &self.twist[b]);
+        }
     }
 
     /// Places and velocities of the bodies.
@@ -107,135 +141,138 @@ impl<const N: usize> Tree<N> {
             self.com[b] -= common;
             self.anchor[b] -= common;
         }
+        for (i, wheel) in model.wheels.iter().enumerate() {
+            self.axle[i] = self.rotation[wheel.body] * wheel.axle;
+            self.centre[i] = self.origin[wheel.body] + self.rotation[wheel.body] * wheel.centre_m;
+        }
     }
 
-    /// The mass matrix and the push of the present velocities; [`Tree::place`] comes first.
+    /// Inertia of each body and the push of the present velocities; [`Tree::place`] comes first.
     ///
-    /// The push by one Newton-Euler pass: accelerations outwards with all generalised ones zero, then forces
-    /// and moments inwards, composite inertias with them. A wheel's carrier turns the wheel's spin around.
+    /// The push from accelerations with all generalised ones zero, outwards from the base. The common centre of mass
+    /// follows outer forces alone: what the bodies' own motion asks of it is taken off everywhere. A wheel's carrier
+    /// turns the wheel's spin around.
     fn weigh(&mut self, model: &Model, state: &State) {
         let none = Vector3::ZERO;
-        let (mut mass, mut first, mut inertia) = ([0.0; N], [none; N], [Matrix3::ZERO; N]);
-        let (mut force, mut moment) = ([none; N], [none; N]);
-        let (mut alpha, mut acceleration) = ([none; N], [none; N]); // the latter of a frame's origin
+        // Acceleration of the place at the common centre of mass, as part of each body, and of the body's own centre.
+        let (mut alpha, mut acceleration, mut here) = ([none; N], [none; N], [none; N]);
+        let mut spinning = [none; N];
+        for (i, wheel) in model.wheels.iter().enumerate() {
+            spinning[wheel.body] += self.axle[i] * (wheel.inertia_kg_m2 * state.spin_rad_s[i]);
+        }
+        let mut mean = none;
         for (b, body) in model.bodies.iter().enumerate() {
-            let omega = self.omega[b];
+            let (omega, anchor, com) = (self.omega[b], self.anchor[b], self.com[b]);
             if b > 0 {
-                let parent = body.parent;
-                let arm = self.anchor[b] - self.origin[parent];
-                let at_anchor = acceleration[parent]
-                    + alpha[parent].cross(arm)
-                    + self.omega[parent].cross(self.omega[parent].cross(arm));
-                alpha[b] = alpha[parent] + self.omega[parent].cross(self.axis[b] * state.u[FREE - 1 + b]);
-                let back = self.origin[b] - self.anchor[b];
-                acceleration[b] = at_anchor + alpha[b].cross(back) + omega.cross(omega.cross(back));
+                let (parent, outer) = (body.parent, self.omega[body.parent]);
+                alpha[b] = alpha[parent] + outer.cross(self.axis[b] * state.u[FREE - 1 + b]);
+                // Both have the hinge.
+                acceleration[b] = acceleration[parent]
+                    + (alpha[parent] - alpha[b]).cross(anchor)
+                    + (outer.cross(outer.cross(anchor)) - omega.cross(omega.cross(anchor)));
             }
+            here[b] = acceleration[b] + alpha[b].cross(com) + omega.cross(omega.cross(com));
+            mean += here[b] * (body.mass_kg / model.mass_kg);
+        }
+        for (b, body) in model.bodies.iter().enumerate() {
+            let (omega, com, mass) = (self.omega[b], self.com[b], body.mass_kg);
             let own = self.rotation[b] * body.inertia_kg_m2 * self.rotation[b].transpose();
-            let (com, arm) = (self.com[b], self.com[b] - self.origin[b]);
-            let here = acceleration[b] + alpha[b].cross(arm) + omega.cross(omega.cross(arm));
-            mass[b] = body.mass_kg;
-            first[b] = com * body.mass_kg;
-            inertia[b] = own + of_point(body.mass_kg, com);
-            force[b] = here * body.mass_kg;
-            moment[b] = com.cross(force[b]) + own * alpha[b] + omega.cross(own * omega);
-        }
-        for (wheel, spin) in model.wheels.iter().zip(&state.spin_rad_s) {
-            let axle = self.rotation[wheel.body] * wheel.axle;
-            moment[wheel.body] += self.omega[wheel.body].cross(axle) * (wheel.inertia_kg_m2 * spin);
-        }
-        for b in (1..self.bodies).rev() {
-            let parent = model.bodies[b].parent;
-            mass[parent] += mass[b];
-            first[parent] += first[b];
-            inertia[parent] += inertia[b];
-            force[parent] += force[b];
-            moment[parent] += moment[b];
-        }
-        self.mass = [[0.0; N]; N];
-        self.bias_force = [0.0; N];
-        // Hinges that there are not: unknowns that stay zero.
-        for i in FREE - 1 + self.bodies..N {
-            self.mass[i][i] = 1.0;
-        }
-        for k in 0..3 {
-            self.mass[k][k] = self.mass_kg;
-            self.bias_force[3 + k] = -moment[0][k];
-            for j in 0..3 {
-                self.mass[3 + k][3 + j] = inertia[0].col(j)[k];
-            }
-        }
-        // The common centre of mass follows outer forces alone: what the bodies' own motion asks of
-        // it is taken off everywhere.
-        let mean = force[0] / self.mass_kg;
-        let mut angular = [none; N];
-        for b in 1..self.bodies {
-            let (axis, anchor) = (self.axis[b], self.anchor[b]);
-            let at_anchor = axis.cross(anchor);
-            self.momentum[b] = axis.cross(first[b]) - at_anchor * mass[b];
-            angular[b] = inertia[b] * axis - first[b].cross(at_anchor);
-            let row = FREE - 1 + b;
-            for k in 0..3 {
-                self.mass[3 + k][row] = angular[b][k];
-                self.mass[row][3 + k] = angular[b][k];
-            }
-            self.bias_force[row] =
-                -(axis.dot(moment[b] - anchor.cross(force[b])) - self.momentum[b].dot(mean));
-        }
-        for j in 1..self.bodies {
-            for i in 1..=j {
-                let mut value = -self.momentum[i].dot(self.momentum[j]) / self.mass_kg;
-                if self.path[j] & (1 << i) != 0 {
-                    value += self.axis[i].dot(angular[j])
-                        - self.axis[i].cross(self.anchor[i]).dot(self.momentum[j]);
-                }
-                self.mass[FREE - 1 + i][FREE - 1 + j] = value;
-                self.mass[FREE - 1 + j][FREE - 1 + i] = value;
-            }
+            let force = (here[b] - mean) * mass;
+            let moment = com.cross(force) + own * alpha[b] + omega.cross(own * omega + spinning[b]);
+            self.bias_force[b] = twist(-force, -moment);
+            self.inertia[b] = spatial(mass, com, &(own + of_point(mass, com)));
         }
     }
 
-    /// How fast a point of a body moves along a direction, per generalised velocity.
-    pub(super) fn along(&self, body: usize, point: Vector3, direction: Vector3) -> Vector<N> {
-        let mut row = [0.0; N];
-        let turning = point.cross(direction);
-        for k in 0..3 {
-            row[k] = direction[k];
-            row[3 + k] = turning[k];
+    /// Twists for a unit rate of each hinge; [`Tree::place`] comes first.
+    fn hang(&mut self, model: &Model) {
+        let (mut mass, mut first) = ([0.0; N], [Vector3::ZERO; N]);
+        for (b, body) in model.bodies.iter().enumerate().skip(1).rev() {
+            mass[b] += body.mass_kg;
+            first[b] += self.com[b] * body.mass_kg;
+            mass[body.parent] += mass[b];
+            let inner = first[b];
+            first[body.parent] += inner;
+            let at_anchor = self.axis[b].cross(self.anchor[b]);
+            // Momentum of all that hangs on the hinge.
+            let momentum = self.axis[b].cross(first[b]) - at_anchor * mass[b];
+            self.joint[b] = twist(-at_anchor, self.axis[b]);
+            self.drift[b] = twist(momentum / -self.mass_kg, Vector3::ZERO);
+        }
+    }
+
+    /// Kinetic energy of the bodies \[J\].
+    pub(super) fn kinetic_j(&self) -> f64 {
+        let bodies = self.twist.iter().zip(&self.momentum).take(self.bodies);
+        bodies.map(|(twist, momentum)| 0.5 * dot(twist, momentum)).sum()
+    }
+
+    /// Inertia that a hinge turns against \[kg.m^2\] if neither the base nor another hinge turns.
+    pub(super) fn hinge_inertia_kg_m2(&self, hinge: usize) -> f64 {
+        let of_body = |b: usize| {
+            let mut twist = self.drift[hinge];
+            if self.hangs_on(b, hinge) {
+                add(&mut twist, 1.0, &self.joint[hinge]);
+            }
+            dot(&twist, &times(&self.inertia[b], &twist))
+        };
+        (0..self.bodies).map(of_body).sum()
+    }
+
+    /// The twist of each body at these generalised velocities.
+    pub(super) fn twists(&self, u: &Vector<N>) -> [Twist; N] {
+        let mut twists = [[0.0; FREE]; N];
+        twists[0].copy_from_slice(&u[..FREE]);
+        for b in 1..self.bodies {
+            add(&mut twists[0], u[FREE - 1 + b], &self.drift[b]);
         }
         for b in 1..self.bodies {
-            let mut value = -direction.dot(self.momentum[b]) / self.mass_kg;
-            if self.path[body] & (1 << b) != 0 {
-                value += self.axis[b].dot((point - self.anchor[b]).cross(direction));
+            twists[b] = twists[self.parent[b]];
+            add(&mut twists[b], u[FREE - 1 + b], &self.joint[b]);
+        }
+        twists
+    }
+
+    /// A linear function of a body's twist as one of the generalised velocities, or what a force and
+    /// a moment on it do to these.
+    pub(super) fn row(&self, body: usize, of_twist: &Twist) -> Vector<N> {
+        let mut row = [0.0; N];
+        row[..FREE].copy_from_slice(of_twist);
+        for b in 1..self.bodies {
+            row[FREE - 1 + b] = dot(of_twist, &self.drift[b]);
+            if self.hangs_on(body, b) {
+                row[FREE - 1 + b] += dot(of_twist, &self.joint[b]);
             }
-            row[FREE - 1 + b] = value;
         }
         row
     }
 
-    /// Adds to a row how fast a body turns along a vector, per generalised velocity.
-    pub(super) fn add_turning(&self, row: &mut Vector<N>, body: usize, vector: Vector3) {
-        for k in 0..3 {
-            row[3 + k] += vector[k];
-        }
-        for b in 1..self.bodies {
-            if self.path[body] & (1 << b) != 0 {
-                row[FREE - 1 + b] += self.axis[b].dot(vector);
-            }
-        }
+    /// Is this the hinge of a body, or one between the base and it?
+    pub(super) fn hangs_on(&self, body: usize, hinge: usize) -> bool {
+        self.path[body] & (1 << hinge) != 0
     }
 
-    /// Velocity of a point of a body \[m/s\].
-    pub(super) fn velocity(&self, body: usize, point: Vector3, u: &Vector<N>) -> Vector3 {
-        let mut velocity = Vector3::new(u[0], u[1], u[2]) + self.omega[0].cross(point);
-        for b in 1..self.bodies {
-            let rate = u[FREE - 1 + b];
-            velocity -= self.momentum[b] * (rate / self.mass_kg);
-            if self.path[body] & (1 << b) != 0 {
-                velocity += self.axis[b].cross(point - self.anchor[b]) * rate;
-            }
-        }
-        velocity
+    /// Present velocity of a point of a body \[m/s\].
+    #[inline(always)]
+    pub(super) fn velocity(&self, body: usize, point: Vector3) -> Vector3 {
+        let [x, y, z, ..] = self.twist[body];
+        Vector3::new(x, y, z) + self.omega[body].cross(point)
     }
+}
+
+/// Inertia of a body: its momentum, and angular momentum about the common centre of mass, per twist; `inertia` is about
+/// that centre too.
+fn spatial(mass: f64, com: Vector3, inertia: &Matrix3) -> Matrix<FREE> {
+    let [x, y, z] = (com * mass).to_array();
+    let [i, j, k] = [inertia.x_axis, inertia.y_axis, inertia.z_axis];
+    [
+        [mass, 0.0, 0.0, 0.0, z, -y],
+        [0.0, mass, 0.0, -z, 0.0, x],
+        [0.0, 0.0, mass, y, -x, 0.0],
+        [0.0, -z, y, i.x, i.y, i.z],
+        [z, 0.0, -x, j.x, j.y, j.z],
+        [-y, x, 0.0, k.x, k.y, k.z],
+    ]
 }
 
 /// The rotation matrix of a unit quaternion x, y, z, w.
@@ -255,15 +292,22 @@ const MOST: f64 = 1e7;
 impl State {
     /// Is everything a number that a vehicle can have?
     pub(super) fn is_sound(&self) -> bool {
-        let all = [
+        let all: [&[f64]; 7] = [
+            &self.com_m,
+            &self.base,
             &self.angle_rad,
             &self.u,
             &self.spin_rad_s,
             &self.turn_rad,
             &self.roller_rad_s,
         ];
-        let mut all = all.into_iter().flatten().chain(&self.com_m).chain(&self.base);
-        all.all(|value| value.abs() < MOST)
+        let mut sound = true;
+        for values in all {
+            for value in values {
+                sound &= value.abs() < MOST; // no branch, so several at once
+            }
+        }
+        sound
     }
 
     /// Moves positions on by the present velocities.

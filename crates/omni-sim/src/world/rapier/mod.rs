@@ -221,6 +221,7 @@ impl Plant for World {
                 gap_m,
             });
         }
+        observation.end_period();
         self.observe(observation);
         let period_s = (self.steps_per_period * self.step_ns) as f64 * 1e-9;
         self.energy
