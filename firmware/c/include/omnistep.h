@@ -957,8 +957,8 @@ typedef struct {
   float stuck_thrust;
   // Time for which it is [s], 0.001 to 100.
   float stuck_s;
-  // Thrust that carries the vehicle's weight, as a multiple of the largest thrust, 0.01 to 1000. A vehicle that pushes
-  // for seconds with a fifth of its weight, beyond what the slope takes, is stuck though its wheels turn.
+  // Thrust that carries the vehicle's weight, as a multiple of the largest thrust, 0.01 to 1000. A vehicle that
+  // pushes for seconds with a fifth of its weight, beyond what the slope takes, is stuck though its wheels turn.
   float weight_thrust;
   // Nothing counts as stuck so shortly after the vehicle was commanded to go [s], 0 to 100.
   float starting_s;

@@ -193,8 +193,8 @@ impl<R: Real, const N: usize> Traction<R, N> {
     /// The common thrust, of a wheel with the most way per turn \[N.m\].
     pub(super) fn find_thrust(&self, state: &mut TractionState<R, N>) {
         let (sign, wanted, largest) = (state.target_sign(), state.target_m_s.abs(), state.full_thrust_n_m);
-        // Beyond an edge the thrust of the climb falls with the speed that is gained: gains that are soft where readings
-        // are late would hold it.
+        // Beyond an edge the thrust of the climb falls with the speed that is gained: gains that are soft where
+        // readings are late would hold it.
         let width = max(R::of(FASTER_PART) * wanted, self.times.free_m_s);
         let over = (sign * state.speed_m_s - wanted) / width;
         let ahead = largest * (R::one() - over).limited(R::zero(), R::one());
