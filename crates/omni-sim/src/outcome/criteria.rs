@@ -13,8 +13,8 @@ const SHAKEN_M_S: f64 = 0.1;
 /// And about by so much \[m/s\] of the farthest wheel: what lets a vehicle slide a little turns it too, on
 /// the built-in hills by 0.24 to 0.46 rad/s, of chugo7's farthest wheel 0.17 m/s, without a command to turn.
 const TURNED_M_S: f64 = 0.25;
-/// A run-up of a retry is faster than the command on purpose; traction control's are no faster than this multiple of it,
-/// whatever their targets say.
+/// A run-up of a retry is faster than the command on purpose; traction control's are no faster than this multiple of
+/// the command, whatever their targets say.
 const RUN_UP_TIMES: f64 = 4.0;
 /// For so long without a break \[s\]: a drop of 20 cm is over in 0.2 s, and what it leaves is braked in as long.
 pub(super) const SUSTAINED_S: f64 = 0.5;
