@@ -3,7 +3,7 @@
 use omni_sim::config::{Engine, Override, Scenario, builtin_scenarios};
 use omni_sim::{Trace, Verdict, run};
 
-use crate::engines::{load, on, on_both_engines, on_the_fast_engine, passed};
+use crate::engines::{load, on, on_both_engines, passed};
 
 fn scenario(name: &str, overrides: &[&str]) -> Scenario {
     let overrides: Vec<_> = overrides
@@ -26,16 +26,19 @@ fn peak(trace: &Trace, column: &str) -> f64 {
     column.iter().fold(f64::NEG_INFINITY, |m, x| m.max(*x))
 }
 
-fn every_built_in_scenario_ends_on_its_level_and_its_energy_book_closes_within_a_ten_thousandth() {
-    ends_on_its_level(builtin_scenarios());
-}
-
-/// All of them on rapier take a minute and a half: `make test-full`.
 #[test]
-fn on_rapier_a_ground_of_each_kind_ends_on_its_level_and_its_energy_book_closes() {
+fn every_built_in_scenario_ends_on_its_level_and_its_energy_book_closes_within_a_ten_thousandth() {
+    on(Engine::Articulated, || ends_on_its_level(builtin_scenarios()));
+    // One of each kind of ground.
     on(Engine::Rapier, || {
         ends_on_its_level(["step", "ramp", "rough", "height_map"]);
     });
+}
+
+#[test]
+#[ignore = "rapier takes a minute and a half: make test-full"]
+fn every_built_in_scenario_ends_on_its_level_on_rapier() {
+    on(Engine::Rapier, || ends_on_its_level(builtin_scenarios()));
 }
 
 fn ends_on_its_level(names: impl IntoIterator<Item = &'static str>) {
@@ -476,10 +479,6 @@ fn start_and_heading_are_where_the_scenario_puts_them() {
     );
     assert!(last(&across, "pose_x_m") > 0.8 && last(&across, "pose_y_m").abs() < 5e-3);
     assert!((last(&across, "pose_yaw_rad") - 0.5).abs() < 5e-3);
-}
-
-on_the_fast_engine! {
-    every_built_in_scenario_ends_on_its_level_and_its_energy_book_closes_within_a_ten_thousandth,
 }
 
 on_both_engines! {
