@@ -197,10 +197,10 @@ def calibrate(
             show(done / (done + USUAL))
 
         problem, found, single, left_out = _solved(drawn, prepared, position_sd_m, yaw_sd_rad, watch)
+        places, turns, parts_places, parts_turns, _ = problem.groups(found.reported)
         show(1.0)
     drives = problem.drives
     wrong = _wrong(problem, found)
-    places, turns, parts_places, parts_turns, _ = problem.groups(found.reported)
     refuted = wrong or _refuted(np.maximum(found.sd, found.rms), problem.stated)
     common, parts, plates = problem.common_estimates(found), problem.estimates(found, single), problem.plates(found)
     if refuted:
