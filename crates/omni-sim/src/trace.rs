@@ -262,12 +262,10 @@ impl Rows {
         let mut data = vec![0.0; rows * columns];
         // A few rows at a time, which stay in the processor's cache until each column has its part.
         for (block, some) in self.rows.chunks(ROWS_AT_ONCE * columns).enumerate() {
-            for c in 0..columns {
-                let part = &mut data[c * rows + ROWS_AT_ONCE * block..][..some.len() / columns];
-                let mut from = c;
-                for value in part {
-                    *value = some[from];
-                    from += columns;
+            for (c, column) in data.chunks_exact_mut(rows).enumerate() {
+                let part = column.iter_mut().skip(ROWS_AT_ONCE * block);
+                for (value, row) in part.zip(some.chunks_exact(columns)) {
+                    *value = row[c];
                 }
             }
         }
