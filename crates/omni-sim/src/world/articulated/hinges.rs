@@ -57,7 +57,7 @@ impl Held {
 }
 
 /// Dampers, stops and couplings of hinges in a step.
-pub(super) fn hold_hinges<const N: usize>(
+pub(super) fn hold<const N: usize>(
     model: &Model,
     tree: &Tree<N>,
     state: &State,
@@ -85,15 +85,14 @@ pub(super) fn hold_hinges<const N: usize>(
     }
 }
 
-/// A tree's equations with what holds its hinges alone, as it is at the end of the step.
-pub(super) fn system_of<const N: usize>(held: &[Held], bodies: usize) -> System<N> {
-    let mut system = System::ZERO;
+/// Starts a tree's equations with what holds its hinges, as it is at the end of the step.
+pub(super) fn start<const N: usize>(held: &[Held], bodies: usize, system: &mut System<N>) {
+    *system = System::ZERO;
     // Hinges that there are not: unknowns that stay zero.
     for i in FREE - 1 + bodies..N {
         system.matrix[i][i] = 1.0;
     }
     for held in held {
-        held.add_to(&mut system);
+        held.add_to(system);
     }
-    system
 }

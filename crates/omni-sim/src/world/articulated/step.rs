@@ -6,7 +6,7 @@ use super::World;
 use super::balance::Mean;
 use super::contact::{Contact, WarmStart};
 use super::grip::Grip;
-use super::hinges::{hold_hinges, system_of};
+use super::hinges;
 use super::linear::{add, middle};
 use super::meeting::Meeting;
 use super::model::{MOST_WHEELS, WheelShape};
@@ -60,8 +60,8 @@ impl<const N: usize> World<N> {
             add(&mut bodies[wheel.body].right, step_s, &moment);
         }
         self.meet();
-        hold_hinges(&self.model, &self.tree, &self.state, step_s, &mut self.held);
-        self.equations.tree = system_of(&self.held, self.model.bodies.len());
+        hinges::hold(&self.model, &self.tree, &self.state, step_s, &mut self.held);
+        hinges::start(&self.held, self.model.bodies.len(), &mut self.equations.tree);
         self.equations.tree.right[2] -= step_s * self.model.gravity_m_s2 * self.model.mass_kg;
         self.spins_after.clone_from(&self.state.spin_rad_s);
         let mut u = solve_step(

@@ -29,10 +29,10 @@ impl<const N: usize> System<N> {
         add(&mut self.right, -gain * offset, works);
     }
 
-    /// Adds the systems of bodies, each for its twist; they become those of all that hangs on their hinges.
-    /// Where they are symmetric, only the upper half counts.
+    /// Adds the systems of bodies, each for its twist (docs/derivations.md). Each of them becomes that of all that
+    /// hangs on its hinge.
     ///
-    /// With a unit rate of a hinge everything moves by its `drift`, and what hangs on it by its `joint` too.
+    /// At a unit rate of a hinge everything moves by its `drift`, and what hangs on it by its `joint` as well.
     pub(super) fn gather(&mut self, tree: &Tree<N>, bodies: &mut [System<FREE>]) {
         self.symmetric = bodies[0].symmetric;
         let symmetric = self.symmetric;
@@ -55,7 +55,7 @@ impl<const N: usize> System<N> {
             }
             self.right[i] += all.right[i];
         }
-        // Impulses for a unit rate, of what hangs on the hinge; and the rates for them, the other way round.
+        // Of what hangs on each hinge: impulses for a unit rate of it, and its force for unit velocities.
         let (mut hung, mut works) = ([[0.0; FREE]; N], [[0.0; FREE]; N]);
         for h in 1..tree.bodies {
             works[h] = times_transposed(&bodies[h].matrix, &tree.joint[h]);
@@ -97,9 +97,9 @@ impl<const N: usize> System<N> {
     }
 }
 
-/// What a step solves, without contacts.
+/// The equations of a step without contacts.
 pub(super) struct Equations<const N: usize> {
-    /// What holds hinges.
+    /// Dampers, stops and couplings of hinges.
     pub(super) tree: System<N>,
     /// Inertia of each body, and its momentum with what pushes it.
     pub(super) bodies: Vec<System<FREE>>,

@@ -4,6 +4,7 @@ use rapier3d_f64::prelude::Vector as Vector3;
 
 use super::World;
 use super::solver::SolverStats;
+use super::system::System;
 use crate::config::{Override, Scenario};
 use crate::observation::Observation;
 use crate::world::interface::Plant;
@@ -139,4 +140,33 @@ fn a_run_whose_contacts_do_not_settle_ends_with_a_line_that_says_so() {
     let mut other = World::<8>::new(&world.scenario, 0.0, 0.0).expect("flat");
     other.restore(&saved).expect("its own");
     assert!(other.step(&torques, &mut seen).is_err());
+}
+
+#[test]
+fn forces_on_bodies_gather_to_what_their_rows_make_of_them_one_by_one() {
+    let tree = in_flight::<8>("chugo7", 500).tree;
+    for symmetric in [true, false] {
+        let mut bodies = vec![System::ZERO; tree.bodies];
+        let (mut whole, mut expected) = (System::<8>::ZERO, System::<8>::ZERO);
+        for (b, body) in bodies.iter_mut().enumerate() {
+            body.symmetric = symmetric;
+            let line = [0.3, -0.8, 0.5, 0.2, 0.7 - b as f64, -0.4];
+            let works = if symmetric {
+                line
+            } else {
+                [-0.6, 0.1, 0.9, b as f64, 0.3, 0.5]
+            };
+            body.add_force(2.0, &works, &line, 0.7);
+            expected.add_force(2.0, &tree.row(b, &works), &tree.row(b, &line), 0.7);
+        }
+        whole.gather(&tree, &mut bodies);
+        for i in 0..8 {
+            // Sums of some ten products of size one.
+            assert!((whole.right[i] - expected.right[i]).abs() < 1e-13, "{i}");
+            for j in if symmetric { i } else { 0 }..8 {
+                let off = whole.matrix[i][j] - expected.matrix[i][j];
+                assert!(off.abs() < 1e-13, "{i}, {j}: {off}");
+            }
+        }
+    }
 }
