@@ -76,9 +76,9 @@ impl Scenario {
     /// ```
     /// use omni_config::{Override, Scenario};
     /// let step = Scenario::load("step", &[])?;
-    /// let heavier = Scenario::load("step", &[Override::parse("vehicle.body[0].mass_kg=2")?])?;
+    /// let icy = Scenario::load("step", &[Override::parse("terrain.friction=0.1")?])?;
     /// let weaker = Scenario::load("step", &[Override::parse("vehicle.motor.stall_torque_n_m=1.5")?])?;
-    /// assert_eq!(step.constants_digest()?, heavier.constants_digest()?); // the controller knows of no mass
+    /// assert_eq!(step.constants_digest()?, icy.constants_digest()?); // the controller does not know the friction
     /// assert_ne!(step.constants_digest()?, weaker.constants_digest()?);
     /// # Ok::<(), omni_config::Error>(())
     /// ```
