@@ -29,12 +29,12 @@ pub enum Verdict {
     /// Every wheel stands on the ground beyond the obstacle.
     Climbed,
     /// The obstacle was not passed, or there is none, and in the last second the vehicle went less
-    /// than a tenth of the commanded way.
+    /// than a tenth of the commanded way, or traction control gave up and rests.
     Stalled,
     /// The obstacle was not passed, and in the last second the vehicle went along it, and across it
     /// less than a tenth of the way commanded across: rollers slide along a riser at full speed.
     SlidAlong,
-    /// The obstacle was not passed, but the vehicle was still on its way: give it more time.
+    /// The obstacle was not passed, but the vehicle was still moving, or between retries: give it more time.
     Unfinished,
     /// There is no obstacle, and the vehicle is at the end of its path.
     Arrived,
@@ -115,13 +115,13 @@ impl Verdict {
         match self {
             Self::Climbed => "Every wheel stands beyond the obstacle.",
             Self::Stalled => {
-                "In the last second the vehicle covered less than a tenth of the commanded distance."
+                "In the last second the vehicle covered less than a tenth of the commanded distance, or it gave up."
             }
             Self::SlidAlong => {
                 "In the last second the vehicle moved along the obstacle, and less than a tenth of the commanded distance across it."
             }
             Self::Unfinished => {
-                "The vehicle was still moving when duration_s ended. A longer duration_s shows whether it climbs."
+                "The vehicle was still moving, or retrying, when duration_s ended. A longer duration_s shows whether it climbs."
             }
             Self::Arrived => "There is no obstacle, and the vehicle is at the end of its path.",
             Self::Completed => "There is no obstacle, and the vehicle moved as commanded to the run's end.",

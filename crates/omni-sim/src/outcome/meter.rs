@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 
 use omni_core::loops::Saturation;
 use omni_core::metrics::{DISTURBED_FLOOR_RAD_S, disturbed_ratio, shape_error, speed_ratio_spread};
+use omni_core::traction::SupervisorMode;
 
 use super::criteria::{Gain, Gained, Lean, Runaway, farthest_wheel_m};
 use super::effort::{Effort, LimitedBy};
@@ -127,6 +128,8 @@ struct Travel {
 struct Last {
     passed: Vec<bool>,
     residual: f64,
+    /// Traction control had no retry left, and commands rest of itself.
+    gave_up: bool,
 }
 
 impl Meter {
@@ -219,6 +222,9 @@ impl Meter {
         way.commanded_turn_m += self.farthest_m * sample.command.wz_rad_s.abs() * self.period_s;
         self.progress.push(seen.time_ns);
         self.last.residual = seen.energy.residual_j() / seen.energy.turnover_j;
+        if let Some(traction) = &sample.report.traction {
+            self.last.gave_up = traction.mode == SupervisorMode::GaveUp;
+        }
         if self.phase != Phase::Climbed {
             // A period past the controller does not say it.
             self.retries = sample.retries().or(self.retries);
@@ -346,7 +352,7 @@ impl Meter {
         } else if self.obstacle.is_none() {
             if self.whereabouts.arrived_s().is_some() {
                 Verdict::Arrived
-            } else if self.progress.stands() {
+            } else if self.progress.stands() || self.last.gave_up {
                 Verdict::Stalled
             } else if disobeyed.off_course {
                 Verdict::OffCourse
@@ -355,7 +361,7 @@ impl Meter {
             } else {
                 Verdict::Completed
             }
-        } else if self.progress.stalled() {
+        } else if self.progress.stalled() || self.last.gave_up {
             Verdict::Stalled
         } else if self.phase == Phase::During && self.progress.slid_along() {
             Verdict::SlidAlong

@@ -5,14 +5,31 @@ use super::{
     BIAS, Estimator, EstimatorInput, EstimatorState, QUIET, Real, SIZE, STANDING_M_S, STILL_S, VX, VY,
 };
 
+/// Time that everything has to be quiet before the pose is held \[s\].
+const HELD_S: f64 = 1.0;
+/// Deviation of the velocity of a vehicle whose wheels stand and that may still glide on free rollers \[m/s\], and for how
+/// long such an error lasts \[s\].
+const GLIDE_M_S: f64 = 3e-3;
+const GLIDE_S: f64 = 0.5;
+
+/// Result of the test for standstill.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Standstill {
+    Moving,
+    /// Everything is quiet, but the vehicle may glide: rollers turn freely, and wheels without load stand.
+    Settling,
+    /// Quiet for so long that it stands.
+    Held,
+}
+
 impl<R: Real, const N: usize> Estimator<R, N> {
-    /// Has everything been quiet for long enough?
-    pub(super) fn stands(
+    /// For how long has everything been quiet?
+    pub(super) fn standstill(
         &self,
         state: &mut EstimatorState<R, N>,
         input: &EstimatorInput<R, N>,
         valid: &ValidReadings<R, N>,
-    ) -> bool {
+    ) -> Standstill {
         let (config, zero) = (&self.config, R::zero());
         let part = part(config.period_s, STILL_S);
         let mut square = zero;
@@ -58,8 +75,30 @@ impl<R: Real, const N: usize> Estimator<R, N> {
             zero
         };
         // It need not be counted for ever.
-        state.still_s = min(state.still_s, R::of(2.0 * STILL_S));
-        state.still_s > R::of(STILL_S)
+        state.still_s = min(state.still_s, R::of(2.0 * HELD_S));
+        if state.still_s > R::of(HELD_S) {
+            Standstill::Held
+        } else if state.still_s > R::of(STILL_S) {
+            Standstill::Settling
+        } else {
+            Standstill::Moving
+        }
+    }
+
+    /// It has just become quiet: no velocity is one more reading, whose error lasts.
+    pub(super) fn settle(
+        &self,
+        state: &mut EstimatorState<R, N>,
+        input: &EstimatorInput<R, N>,
+        valid: &ValidReadings<R, N>,
+        moved: &mut [R; SIZE],
+    ) {
+        let variance = R::of(GLIDE_M_S * GLIDE_M_S * GLIDE_S) / self.config.period_s;
+        let [vx, _] = state.velocity;
+        state.take::<VX>(-vx, variance, moved);
+        let [_, vy] = state.velocity;
+        state.take::<VY>(-vy, variance, moved);
+        self.take_bias(state, input, valid, moved);
     }
 
     /// It does not move but tremble, and the gyro says its bias beyond that.
@@ -83,15 +122,26 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         for i in [VX, VY] {
             p[i][i] = if p[i][i] < still { still } else { p[i][i] };
         }
-        if let Some(gyro) = valid.gyro {
-            let (turns, variance) = self.trembling(input, valid);
-            let noise = config.gyro_rad_s * config.gyro_rad_s + variance;
-            state.take::<BIAS>(gyro - turns - state.bias, noise, moved);
-        }
+        self.take_bias(state, input, valid, moved);
         // Wheels that stand on a vehicle that stands do not slip.
         let left = R::one() - part(config.period_s, STILL_S);
         state.slip = state.slip.map(|slip| slip * left);
         state.yaw_rate = state.bias;
+    }
+
+    /// The gyro of a vehicle that stands reads its bias, and what the vehicle trembles.
+    fn take_bias(
+        &self,
+        state: &mut EstimatorState<R, N>,
+        input: &EstimatorInput<R, N>,
+        valid: &ValidReadings<R, N>,
+        moved: &mut [R; SIZE],
+    ) {
+        if let Some(gyro) = valid.gyro {
+            let (turns, variance) = self.trembling(input, valid);
+            let noise = self.config.gyro_rad_s * self.config.gyro_rad_s + variance;
+            state.take::<BIAS>(gyro - turns - state.bias, noise, moved);
+        }
     }
 
     /// The yaw rate of a vehicle that stands, by its wheels, and its variance. Where a reading is

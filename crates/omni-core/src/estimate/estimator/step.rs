@@ -1,5 +1,6 @@
 //! One period of the filter.
 
+use super::standstill::Standstill;
 use super::{
     BIAS, ConfigError, Estimator, EstimatorConfig, EstimatorInput, EstimatorState, EstimatorStep, Kinematics,
     Matrix, Motion, Real, SIZE, SLIP, STANDING_M_S, Sum, VX, VY, X, Y, YAW, is_plausible,
@@ -125,14 +126,18 @@ impl<R: Real, const N: usize> Estimator<R, N> {
     pub fn step(&self, state: &mut EstimatorState<R, N>, input: &EstimatorInput<R, N>) -> EstimatorStep<R> {
         let valid = ValidReadings::of(input);
         let mut next = *state;
-        let standing = self.stands(&mut next, input, &valid);
+        let standstill = self.standstill(&mut next, input, &valid);
+        let (standing, held) = (standstill != Standstill::Moving, standstill == Standstill::Held);
         let mut nis = R::zero();
         let mut moved = [R::zero(); SIZE];
-        if standing {
+        if held {
             self.stand(&mut next, input, &valid, &mut moved);
         } else {
             self.predict(&mut next, input, &valid);
             nis = self.correct(&mut next, input, &valid, &mut moved);
+            if standing {
+                self.settle(&mut next, input, &valid, &mut moved);
+            }
         }
         next.x = next.x.plus(moved[X]);
         next.y = next.y.plus(moved[Y]);
@@ -158,7 +163,7 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         *state = next;
         EstimatorStep {
             nis,
-            readings: if standing { 0 } else { valid.count },
+            readings: if held { 0 } else { valid.count },
             standing,
             taken,
         }
