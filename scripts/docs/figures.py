@@ -1,18 +1,22 @@
-"""Draws the pictures that the documents show, from runs: python scripts/docs/figures.py [RESULTS].
+"""Draws the pictures that the documents show, from runs: python scripts/docs/figures.py [NAME ...].
 
-The map is of the study climb_map, which takes some minutes. RESULTS is the folder of its results, out/climb_map if left
-out; the study is run or finished there first.
+Without names it draws all. climb-map is of the study climb_map, which takes some minutes; its results are out/climb_map.
 """
 
+import argparse
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 
 matplotlib.use("Agg")
 
+import matplotlib.pyplot as plt
 import omnistep
+from matplotlib.axes import Axes
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "docs" / "images"
@@ -23,25 +27,64 @@ SQUARE = {
 }
 
 
-def main(results: Path) -> None:
-    """Write climb.png, figure-8.png to figure-11.png, climb-map.png and square-path.png."""
+def climb_map() -> Axes:
+    """Draw the rates of the study climb_map."""
+    results = ROOT / "out" / "climb_map"
     subprocess.run([sys.executable, "-m", "omnistep", "study", "climb_map", "--out", results], check=True)
+    return omnistep.plot.climb_map(results)[0]
+
+
+def motor_bench() -> Axes:
+    """Draw the wheels of the paper's section 3.3."""
+    return omnistep.plot.motor_bench(
+        [omnistep.run_motor_bench(policy) for policy in ("scale_references", "scale_torques")]
+    )[0]
+
+
+def wheel_fight() -> Axes:
+    """Draw the torques of three wheels during and after a climb, under two policies."""
+    _, axes = plt.subplots(1, 2, figsize=(8.0, 3.2), sharey=True, layout="constrained")
+    titles = {"independent": "one PID loop per wheel", "traction": "traction control"}
+    for ax, (policy, title) in zip(axes, titles.items(), strict=True):
+        trace = omnistep.run("step", policy=policy, overrides={"physics.engine": "articulated"}, progress=False)
+        for wheel, colour in (("1", "#0072b2"), ("4", "#d55e00"), ("5", "#009e73")):
+            ax.plot(trace["time_s"], trace[f"wheel_{wheel}_applied_n_m"], colour, label=f"wheel {wheel}", linewidth=1.2)
+        end_s = trace.outcome.crossing_s + 1.3
+        ax.set(title=title, xlabel="time [s]", xlim=(0.0, 6.0))
+        ax.annotate("level ground,\nconstant speed", (end_s + 0.1, 1.6), fontsize=9)
+        ax.axvline(end_s, color="0.6", linewidth=0.8, linestyle="--")
+        ax.grid(alpha=0.3)
+    axes[0].set_ylabel("torque of the wheel [N.m]")
+    axes[1].legend(loc="center right")
+    return axes[0]
+
+
+#: How each picture is drawn.
+PICTURES: dict[str, Callable[[], Any]] = {
+    "climb": lambda: omnistep.plot.side_view(omnistep.run("step"), every_s=0.6),
+    "figure-8": motor_bench,
+    "figure-9": lambda: omnistep.plot.side_views(
+        [omnistep.run("step", policy=policy) for policy in ("scale_references", "independent")], every_s=0.6
+    )[0],
+    "figure-10": lambda: omnistep.plot.climb(omnistep.run("step", policy="scale_references"))[0],
+    "figure-11": lambda: omnistep.plot.climb(omnistep.run("step", policy="independent"))[0],
+    "climb-map": climb_map,
+    "square-path": lambda: omnistep.plot.path(omnistep.run("square", overrides=SQUARE)),
+    "wheel-fight": wheel_fight,
+}
+
+
+def main() -> None:
+    """Write the pictures into docs/images."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(PICTURES))
+    names = parser.parse_args().names or list(PICTURES)
+    if unknown := [name for name in names if name not in PICTURES]:
+        parser.error(f"{', '.join(unknown)}: not a picture; those are {', '.join(PICTURES)}")
     FOLDER.mkdir(parents=True, exist_ok=True)
-    scale_references = omnistep.run("step", policy="scale_references")
-    independent = omnistep.run("step", policy="independent")
-    wheels = [omnistep.run_motor_bench(policy) for policy in ("scale_references", "scale_torques")]
-    pictures = {
-        "climb": omnistep.plot.side_view(omnistep.run("step"), every_s=0.6),
-        "figure-8": omnistep.plot.motor_bench(wheels)[0],
-        "figure-9": omnistep.plot.side_views([scale_references, independent])[0],
-        "figure-10": omnistep.plot.climb(scale_references)[0],
-        "figure-11": omnistep.plot.climb(independent)[0],
-        "climb-map": omnistep.plot.climb_map(results)[0],
-        "square-path": omnistep.plot.path(omnistep.run("square", overrides=SQUARE)),
-    }
-    for name, ax in pictures.items():
-        ax.figure.savefig(FOLDER / f"{name}.png", dpi=90)
+    for name in names:
+        PICTURES[name]().figure.savefig(FOLDER / f"{name}.png", dpi=90)
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]) if sys.argv[1:] else ROOT / "out" / "climb_map")
+    main()

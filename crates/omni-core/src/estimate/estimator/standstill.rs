@@ -85,11 +85,10 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         }
     }
 
-    /// It has just become quiet: no velocity is one more reading, whose error lasts.
+    /// It has just become quiet: no velocity, and no turning, are one more reading each, whose errors last.
     pub(super) fn settle(
         &self,
         state: &mut EstimatorState<R, N>,
-        input: &EstimatorInput<R, N>,
         valid: &ValidReadings<R, N>,
         moved: &mut [R; SIZE],
     ) {
@@ -98,7 +97,10 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         state.take::<VX>(-vx, variance, moved);
         let [_, vy] = state.velocity;
         state.take::<VY>(-vy, variance, moved);
-        self.take_bias(state, input, valid, moved);
+        if let Some(gyro) = valid.gyro {
+            let noise = self.config.gyro_rad_s * self.config.gyro_rad_s + variance / self.lever_m2;
+            state.take::<BIAS>(gyro - state.bias, noise, moved);
+        }
     }
 
     /// It does not move but tremble, and the gyro says its bias beyond that.
@@ -122,26 +124,15 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         for i in [VX, VY] {
             p[i][i] = if p[i][i] < still { still } else { p[i][i] };
         }
-        self.take_bias(state, input, valid, moved);
+        if let Some(gyro) = valid.gyro {
+            let (turns, variance) = self.trembling(input, valid);
+            let noise = config.gyro_rad_s * config.gyro_rad_s + variance;
+            state.take::<BIAS>(gyro - turns - state.bias, noise, moved);
+        }
         // Wheels that stand on a vehicle that stands do not slip.
         let left = R::one() - part(config.period_s, STILL_S);
         state.slip = state.slip.map(|slip| slip * left);
         state.yaw_rate = state.bias;
-    }
-
-    /// The gyro of a vehicle that stands reads its bias, and what the vehicle trembles.
-    fn take_bias(
-        &self,
-        state: &mut EstimatorState<R, N>,
-        input: &EstimatorInput<R, N>,
-        valid: &ValidReadings<R, N>,
-        moved: &mut [R; SIZE],
-    ) {
-        if let Some(gyro) = valid.gyro {
-            let (turns, variance) = self.trembling(input, valid);
-            let noise = self.config.gyro_rad_s * self.config.gyro_rad_s + variance;
-            state.take::<BIAS>(gyro - turns - state.bias, noise, moved);
-        }
     }
 
     /// The yaw rate of a vehicle that stands, by its wheels, and its variance. Where a reading is

@@ -136,7 +136,7 @@ impl<R: Real, const N: usize> Estimator<R, N> {
             self.predict(&mut next, input, &valid);
             nis = self.correct(&mut next, input, &valid, &mut moved);
             if standing {
-                self.settle(&mut next, input, &valid, &mut moved);
+                self.settle(&mut next, &valid, &mut moved);
             }
         }
         next.x = next.x.plus(moved[X]);
