@@ -341,7 +341,7 @@ fn bad_keys_name_themselves() {
     for (key, message) in [
         (
             "sensors.delay_s=0.0015",
-            "sensors.delay_s: 0.0015, allowed: a multiple of control.period_s, 0.001",
+            "sensors.delay_s: 0.0015, allowed: a multiple of control.period_s, 0.001; a shorter delay can be a part of actuators.torque_lag_s",
         ),
         (
             "actuators.voltage_sag=1.5",

@@ -13,6 +13,8 @@ use crate::{Error, Scenario, Vehicle, for_wheel_count};
 /// A reading toggles between two counts at an edge, and another wheel's may do so at the same time: with
 /// 1.2 counts a standing wheel of chugo7 was called stuck in each of four drives, with 1.5 counts in none.
 pub(crate) const LEAST_COUNTS: f64 = 2.0;
+/// Part of a count by which a wheel can turn faster or slower without another reading.
+const OWN_COUNTS: f64 = 0.5;
 
 /// A count that was checked to be no more than 65535.
 fn whole(count: u32) -> u16 {
@@ -109,7 +111,7 @@ impl Scenario {
         faults.stuck_torque_n_m.get_or_insert(half_n_m);
         faults
             .stuck_rad_s
-            .get_or_insert(usual.stuck_rad_s.max(LEAST_COUNTS * count_rad_s));
+            .get_or_insert(usual.stuck_rad_s.max(self.least_counts() * count_rad_s));
         let held = (self.held_s() / self.period_s()).ceil().min(65534.0) as u32;
         faults
             .stuck_periods
@@ -120,6 +122,14 @@ impl Scenario {
             faults.jump_rad_s.get_or_insert(jump_rad_s);
         }
         Some(faults)
+    }
+
+    /// Encoder counts by which the motion that the other wheels imply of a wheel can change at constant speed: the
+    /// readings of all of them may toggle at once. By four mecanum wheels that is one count of each of the other three.
+    pub(crate) fn least_counts(&self) -> f64 {
+        let vehicle = self.vehicle();
+        let others = for_wheel_count!(vehicle.wheel.len(), counts_of_others[](vehicle), |_| 0.0);
+        LEAST_COUNTS.max(others + OWN_COUNTS)
     }
 
     /// How long readings may show a motion that is over, or not yet of one that has begun \[s\]:
@@ -229,6 +239,29 @@ impl Scenario {
     }
 }
 
+/// Largest sum of the parts that the other wheels have in what they imply of a wheel.
+fn counts_of_others<const N: usize>(vehicle: &Vehicle) -> f64 {
+    let kinematics = vehicle
+        .layout()
+        .and_then(|layout| Kinematics::<f64, N>::new(&layout));
+    // A loaded vehicle's layout is one.
+    let Ok(kinematics) = kinematics else {
+        return 0.0;
+    };
+    let parts = |wheel: usize| {
+        let excluded = std::array::from_fn(|i| i == wheel);
+        let rest = kinematics.excluding(&excluded)?;
+        let inverse = kinematics.inverse_matrix().get(wheel)?;
+        let part = |other: usize| {
+            let rows = rest.forward_matrix().iter();
+            let sum: f64 = rows.zip(inverse).map(|(row, a)| row[other] * a).sum();
+            sum.abs()
+        };
+        Some((0..N).filter(|other| *other != wheel).map(part).sum::<f64>())
+    };
+    (0..N).filter_map(parts).fold(0.0, f64::max)
+}
+
 fn unchecked<const N: usize>(vehicle: &Vehicle) -> Vec<usize> {
     let kinematics = vehicle
         .layout()
@@ -242,3 +275,6 @@ fn unchecked<const N: usize>(vehicle: &Vehicle) -> Vec<usize> {
         },
     )
 }
+
+#[cfg(test)]
+mod tests;

@@ -342,12 +342,12 @@ impl Scenario {
 
     /// Checks across several keys.
     fn check(&self, source: &Source) -> Result<(), Error> {
-        let multiple = |key: &str, us: u64, of: &str, divisor_us: u64| {
+        let multiple = |key: &str, us: u64, of: &str, divisor_us: u64, hint: &str| {
             if us.is_multiple_of(divisor_us) {
                 return Ok(());
             }
             let (value, divisor) = (seconds(us), seconds(divisor_us));
-            Err(source.refuse(key, format!("{value}, allowed: a multiple of {of}, {divisor}")))
+            Err(source.refuse(key, format!("{value}, allowed: a multiple of {of}, {divisor}{hint}")))
         };
         let period_us = self.control.period_us;
         multiple(
@@ -355,12 +355,14 @@ impl Scenario {
             period_us,
             "physics.timestep_s",
             self.physics.timestep_us,
+            "",
         )?;
         multiple(
             "sensors.delay_s",
             self.sensors.delay_us,
             "control.period_s",
             period_us,
+            "; a shorter delay can be a part of actuators.torque_lag_s",
         )?;
         if let Some((key, message)) = self.encoder_velocity_refusal() {
             return Err(source.refuse(key, message));

@@ -267,7 +267,7 @@ impl Scenario {
                 "wheels are not spun up before a retry, which is weaker then".to_owned()
             } else {
                 format!(
-                    "wheels are spun up by {spare:.2} m/s before a retry, not by {:.2}, so it is weaker",
+                    "before a retry wheels are spun up by {spare:.2} m/s instead of {:.2}, so that its retries are weaker",
                     wanted.spin_m_s
                 )
             };

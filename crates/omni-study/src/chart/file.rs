@@ -73,7 +73,7 @@ impl Chart {
             return Ok(());
         }
         let message = format!(
-            "that of another vehicle {}, allowed: {sha256}, that of {} as it is now",
+            "that of another vehicle {}, allowed: {sha256}, that of {} as it is now; derived gains belong to it, and follow control.period_s",
             self.vehicle, vehicle.name
         );
         Err(refused(file, "vehicle_sha256", &message))

@@ -315,7 +315,7 @@ fn computed_gains_are_said_on_standard_error_only() {
                     from 0.0412 kg.m2 at a wheel and a time constant of 100 ms\n";
     let sets = ["--set", "vehicle=rocker_bogie6", "--set", "duration_s=0.05"];
     // Its motors reach 20 rad/s, of which `traction_runup`, one of the policies compared, would use more.
-    let slow = "warning: flat: traction_runup with motors of 20.0 rad/s without load: wheels are spun up by 0.41 m/s before a retry, not by 2.64, so it is weaker\n";
+    let slow = "warning: flat: traction_runup with motors of 20.0 rad/s without load: before a retry wheels are spun up by 0.41 m/s instead of 2.64, so that its retries are weaker\n";
     for (command, more) in [("run", ""), ("compare", slow)] {
         let args = [&[command, "flat", "--json", "--quiet"], &sets[..]].concat();
         let output = omnistep(folder.path(), &args);
