@@ -9,7 +9,7 @@ use crate::motor::TorqueRanges;
 
 impl<R: Real> Law<'_, R> {
     /// Brings the requested torques of `out` within the limits by the law of the coordination, and
-    /// the derivative and reference to remember to `state`. `correction`, which is 0, becomes what
+    /// the derivative and reference of this period to `state`. `correction`, which is 0, becomes what
     /// anti-windup adds to the integrals; true if it adds something.
     #[inline(never)]
     pub(super) fn limit<const N: usize>(
@@ -131,7 +131,7 @@ impl<R: Real> Law<'_, R> {
         slopes
     }
 
-    /// The terms with references that are reduced by the part `less`, and what to remember of them.
+    /// The terms with references that are reduced by the part `less`, and what the next period needs of them.
     #[inline(always)]
     fn reduce_terms<const N: usize>(
         self,

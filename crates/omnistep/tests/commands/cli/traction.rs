@@ -89,7 +89,10 @@ fn a_run_that_ends_between_two_retries_says_so() {
         "{shown}"
     );
     // It stands for good: a longer run would not help.
-    assert!(shown.contains(" stalled ") && !shown.contains(" unfinished "), "{shown}");
+    assert!(
+        shown.contains(" stalled ") && !shown.contains(" unfinished "),
+        "{shown}"
+    );
     let never = ["duration_s=6", "--set", "control.max_retries=0"];
     let shown = stdout(&hopeless(folder.path(), &run, &never));
     assert!(
