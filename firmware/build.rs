@@ -34,7 +34,7 @@ fn everything(scenario: &Scenario) -> Result<Drive<f32, 7>, Box<dyn Error>> {
     });
     config.command_point_m = [0.1, 0.0];
     config.discretize = true;
-    config.blind_periods = 10;
+    config.unobservable_periods = 10;
     config.speed_limits = Some(SpeedLimits::new([20.0; 7], Desaturation::Uniform)?);
     let period_s = scenario.period_s() as f32;
     config.slip = Some(SlipConfig::usual(period_s));

@@ -802,7 +802,7 @@ typedef struct {
   omni_covariance_growth growth;
   float command_point_m[2];
   float period_s;
-  uint16_t blind_periods;
+  uint16_t unobservable_periods;
   bool limits_speed;
   bool grows_covariance;
   bool discretize;
@@ -1491,7 +1491,7 @@ typedef struct {
   omni_covariance_growth growth;
   float command_point_m[2];
   float period_s;
-  uint16_t blind_periods;
+  uint16_t unobservable_periods;
   bool limits_speed;
   bool grows_covariance;
   bool discretize;
@@ -1875,7 +1875,7 @@ typedef struct {
   omni_covariance_growth growth;
   float command_point_m[2];
   float period_s;
-  uint16_t blind_periods;
+  uint16_t unobservable_periods;
   bool limits_speed;
   bool grows_covariance;
   bool discretize;
@@ -2259,7 +2259,7 @@ typedef struct {
   omni_covariance_growth growth;
   float command_point_m[2];
   float period_s;
-  uint16_t blind_periods;
+  uint16_t unobservable_periods;
   bool limits_speed;
   bool grows_covariance;
   bool discretize;
@@ -2643,7 +2643,7 @@ typedef struct {
   omni_covariance_growth growth;
   float command_point_m[2];
   float period_s;
-  uint16_t blind_periods;
+  uint16_t unobservable_periods;
   bool limits_speed;
   bool grows_covariance;
   bool discretize;
@@ -3027,7 +3027,7 @@ typedef struct {
   omni_covariance_growth growth;
   float command_point_m[2];
   float period_s;
-  uint16_t blind_periods;
+  uint16_t unobservable_periods;
   bool limits_speed;
   bool grows_covariance;
   bool discretize;
