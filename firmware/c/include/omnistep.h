@@ -899,12 +899,12 @@ typedef struct {
   // Increment of the distance per retry [m].
   float back_off_more_m;
   // No further than this [m].
-  float back_off_most_m;
+  float back_off_max_m;
   // The same for the first row, which has nothing behind it that could fall off an edge: further
   // each time, and at most [m].
   float first_row_more_m;
   // No further than this for the first row [m].
-  float first_row_most_m;
+  float first_row_max_m;
   // Slow retries: at `slow_retry_m_s`, without slip allowed and without spin.
   uint16_t slow_retries;
   // Speed of these [m/s], 0.001 to 100.
@@ -940,7 +940,7 @@ typedef struct {
   // The target speed changes no faster [m/s^2], 0.001 to 1e6.
   float acceleration_m_s2;
   // It is never above this, forward and lateral [m/s], each 0.001 to 100.
-  float most_m_s[2];
+  float max_m_s[2];
   // Part of the commanded speed by which it is raised for the second row, and for those behind it, 0 to 10.
   float boost[2];
   // A row that stands higher than the next by this is up [m], 0.0001 to 99.
@@ -1076,7 +1076,7 @@ typedef struct {
   // It is found only below this part of the largest thrust, 0 to 1.
   float gyro_zero_part;
   // Largest zero offset [rad/s], 0 to 100: from the gyro's datasheet.
-  float gyro_zero_most_rad_s;
+  float gyro_zero_max_rad_s;
 } omni_traction_config;
 
 // Times and dead zones that fit sensors, motors and wheels.

@@ -245,7 +245,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
         state: &mut SupervisorState<R>,
         traction: &TractionState<R, N>,
         wanted_m_s: R,
-        most_m_s: R,
+        max_m_s: R,
     ) -> R {
         let (config, retry) = (&self.config, &self.config.retry);
         let measured = traction.speed_m_s;
@@ -254,7 +254,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
         let retries_left = state.row_retries < retry.retries;
         // No vehicle that is commanded to creep rams an edge.
         let commanded = traction.commanded_m_s;
-        let most_m_s = min(most_m_s, retry.run_up_times * commanded);
+        let max_m_s = min(max_m_s, retry.run_up_times * commanded);
         state.in_mode_s += config.period_s;
         match state.mode {
             SupervisorMode::Drive => {
@@ -273,9 +273,9 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
                 state.back_m -= measured * config.period_s;
                 let again = R::of(f64::from(state.row_retries.saturating_sub(1)));
                 let (more, most) = if state.row == 0 {
-                    (retry.first_row_more_m, retry.first_row_most_m)
+                    (retry.first_row_more_m, retry.first_row_max_m)
                 } else {
-                    (retry.back_off_more_m, retry.back_off_most_m)
+                    (retry.back_off_more_m, retry.back_off_max_m)
                 };
                 let far = retry.back_off_m + more * again;
                 let speed = min(retry.back_off_m_s, commanded);
@@ -293,7 +293,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
                     retry.run_up_m_s
                         + retry.run_up_more_m_s * R::of(f64::from(state.row_retries - retry.slow_retries - 1))
                 };
-                let speed = min(speed, most_m_s);
+                let speed = min(speed, max_m_s);
                 state.run_up_m_s = speed;
                 state.begun |= measured > R::of(BEGUN_PART) * speed;
                 let stuck = stuck && state.begun;
@@ -314,7 +314,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
 
     /// The largest speed in a direction \[m/s\].
     fn max_speed(&self, direction: [R; 2]) -> R {
-        let [ahead, aside] = self.config.most_m_s;
+        let [ahead, aside] = self.config.max_m_s;
         let (x, y) = (direction[0].abs() / ahead, direction[1].abs() / aside);
         R::one() / max(x, y)
     }
