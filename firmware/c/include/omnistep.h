@@ -481,7 +481,7 @@ typedef struct {
   float derivative_memory;
   omni_feed_forward feed_forward;
   // Some term compares with the step before: a derivative or a feed-forward.
-  bool remembers;
+  bool uses_last;
   bool feeds_forward;
   // 1 / (du/dr) [rad/s per N.m], 0 if du/dr is 0; in the first step.
   float inverse_slope;
@@ -928,9 +928,9 @@ typedef struct {
   // Gain of that, in multiples of the thrust's, 0 to 100.
   float spin_gain;
   // Part of the speed of a try that succeeded with which later rows are approached, 0 to 1.
-  float remembered_part;
+  float later_rows_part;
   // Part of the spin with which they are, 0 to 1.
-  float remembered_spin;
+  float later_rows_spin;
 } omni_retry_schedule;
 
 // Speeds, times and places of a `Supervisor`.

@@ -133,8 +133,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
             ((drop - config.height_m) / (config.boost_height_m - config.height_m)).limited(zero, R::one());
         let mut speed = commanded * (R::one() + boost * part);
         if state.row > 0 {
-            let remembered = retry.remembered_part * state.remembered_m_s;
-            speed = max(remembered, speed);
+            speed = max(retry.later_rows_part * state.later_rows_m_s, speed);
         }
         self.progress(state, order);
         let most = self.max_speed(traction.direction);
@@ -149,13 +148,13 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
         target.spin_gain = retry.spin_gain;
         target.trying = matches!(state.mode, SupervisorMode::BackOff | SupervisorMode::RunUp);
         let again = state.mode == SupervisorMode::Drive
-            && state.remembered_m_s > zero
+            && state.later_rows_m_s > zero
             && state.row > 0
             && traction.speed_m_s > R::of(ROLLS_PART) * state.target_m_s;
         let after_impact = state.begun && traction.speed_m_s < R::of(IMPACT_PART) * state.run_up_m_s;
         if retry.spin_m_s > zero {
             if again {
-                target.spin_m_s = retry.remembered_spin * retry.spin_m_s;
+                target.spin_m_s = retry.later_rows_spin * retry.spin_m_s;
             } else if state.mode == SupervisorMode::RunUp && hard > zero && !after_impact {
                 target.spin_m_s = retry.spin_m_s + retry.spin_more_m_s * (hard - R::one());
             }
@@ -222,7 +221,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
         if state.row > state.furthest {
             state.furthest = state.row;
             if state.row_retries > config.retry.slow_retries {
-                state.remembered_m_s = state.run_up_m_s;
+                state.later_rows_m_s = state.run_up_m_s;
             }
             state.row_retries = 0;
             state.start(SupervisorMode::Drive);
@@ -235,7 +234,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
             zero
         };
         if state.level_s > config.level_s {
-            (state.furthest, state.row_retries, state.remembered_m_s) = (0, 0, zero);
+            (state.furthest, state.row_retries, state.later_rows_m_s) = (0, 0, zero);
         }
     }
 

@@ -55,15 +55,15 @@ pub struct RetrySchedule<R> {
     /// Gain of that, in multiples of the thrust's, 0 to 100.
     pub spin_gain: R,
     /// Part of the speed of a try that succeeded with which later rows are approached, 0 to 1.
-    pub remembered_part: R,
+    pub later_rows_part: R,
     /// Part of the spin with which they are, 0 to 1.
-    pub remembered_spin: R,
+    pub later_rows_spin: R,
 }
 
 constant_struct!(RetrySchedule<R> {
     retries: u16, back_off_m_s: R, back_off_m: R, back_off_more_m: R, back_off_max_m: R, first_row_more_m: R, first_row_max_m: R,
     slow_retries: u16, slow_retry_m_s: R, run_up_m_s: R, run_up_more_m_s: R, run_up_s: R, run_up_times: R, stuck_again_s: R, allowance_m_s: R, spin_m_s: R,
-    spin_more_m_s: R, spin_gain: R, remembered_part: R, remembered_spin: R
+    spin_more_m_s: R, spin_gain: R, later_rows_part: R, later_rows_spin: R
 });
 
 /// Speeds, times and places of a [`super::Supervisor`].
@@ -158,8 +158,8 @@ impl<R: Real> SupervisorConfig<R> {
                 spin_m_s: zero,
                 spin_more_m_s: zero,
                 spin_gain: zero,
-                remembered_part: zero,
-                remembered_spin: zero,
+                later_rows_part: zero,
+                later_rows_spin: zero,
             },
         }
     }
@@ -197,8 +197,8 @@ impl<R: Real> SupervisorConfig<R> {
                 spin_m_s: of(2.64),
                 spin_more_m_s: of(0.3335),
                 spin_gain: of(0.9295),
-                remembered_part: of(0.93),
-                remembered_spin: of(0.3146),
+                later_rows_part: of(0.93),
+                later_rows_spin: of(0.3146),
                 ..traction.retry
             },
             ..traction
@@ -243,8 +243,8 @@ impl<R: Real> SupervisorConfig<R> {
             &[
                 ("stuck_part", self.stuck_part),
                 ("stuck_thrust", self.stuck_thrust),
-                ("remembered_part", retry.remembered_part),
-                ("remembered_spin", retry.remembered_spin),
+                ("later_rows_part", retry.later_rows_part),
+                ("later_rows_spin", retry.later_rows_spin),
             ],
             &(0.0..=1.0),
             "0 to 1",
