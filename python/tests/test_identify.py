@@ -279,7 +279,7 @@ def test_gaps_are_left_out(mecanum):
     log["wheel_front_left_measured_rad_s"][500:520] = np.nan
     rows = np.r_[0:900, 930 : len(log["time_s"])]
     found = omnistep.identify({key: column[rows] for key, column in log.items()}, vehicle=vehicle, fix=fix)
-    # Torques of one wheel that are not known: nothing is made of them, nor of what a lag remembers of them.
+    # Torques of one wheel that are not known: nothing is made of them, nor of the state of a lag after them.
     unknown = {key: column.copy() for key, column in logs[5].items()}
     for begin in (150, 700, 1800, 1950):
         unknown["wheel_front_left_applied_n_m"][begin : begin + 15] = np.nan

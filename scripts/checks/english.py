@@ -131,6 +131,8 @@ def self_test() -> None:
         ("a.py", 'f(help="a log is refused")\n', [1]),
         ("a.md", "It has 64 counts a turn, and one row a control\nperiod. A row a person knows.\n", [1, 1]),
         ("a.sh", "# 5.0 a second\nrefused=1\n", [1]),
+        ("a.hpp", "/// A filter that remembers.\nint remembers; // refused\n", [1, 2]),
+        ("Makefile", "all: ## in every bit\n\tremember\n", [1]),
     ]:
         assert [line for line, _, _ in findings(name, text)] == expected, (name, text, findings(name, text))
 
