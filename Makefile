@@ -43,10 +43,10 @@ ros2:           ## run --ros2 with Cyclone DDS and Fast DDS at the other end; sa
 embedded:       ## omni-core for Cortex-M4F, Cortex-M0 and RISC-V
 	scripts/embedded.sh
 
-aarch64:        ## the simulation on 64-bit Arm in QEMU: in every bit what it is here
+aarch64:        ## the simulation on 64-bit Arm in QEMU, bit-identical to the native one
 	scripts/aarch64.sh
 
-wasm:           ## the simulation in WebAssembly: in every bit what it is natively; needs node
+wasm:           ## the simulation in WebAssembly, bit-identical to the native one; needs node
 	scripts/wasm.sh
 
 instructions:   ## instructions of a control step, at most 3.1 times those of as many bare PID loops; of a physics step
@@ -73,7 +73,7 @@ archives:       ## libomnistep.a for eight kinds of processors, packed for Ardui
 workflows:      ## lints of what only GitHub reads, and CITATION.cff; says what it skips
 	scripts/workflows.sh
 
-semver:         ## what the crates show, compared with the last release or the commit in BASELINE
+semver:         ## public items of the crates, compared with the last release or the commit in BASELINE
 	scripts/semver.sh
 
 attack:         ## mutants, bombs, random bits, lies, live clients, loss, leaks, stops: under four minutes after `make test`

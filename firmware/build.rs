@@ -34,7 +34,7 @@ fn everything(scenario: &Scenario) -> Result<Drive<f32, 7>, Box<dyn Error>> {
     });
     config.command_point_m = [0.1, 0.0];
     config.discretize = true;
-    config.blind_periods = 10;
+    config.unobservable_periods = 10;
     config.speed_limits = Some(SpeedLimits::new([20.0; 7], Desaturation::Uniform)?);
     let period_s = scenario.period_s() as f32;
     config.slip = Some(SlipConfig::usual(period_s));
@@ -105,14 +105,14 @@ fn path(scenario: &Scenario) -> Result<String, Box<dyn Error>> {
 fn served(scenario: &Scenario) -> &'static str {
     if scenario.drive.is_some() && scenario.has_traction() {
         "/// What the loop serves.\npub use self::DRIVE as SERVED;\n\
-         /// What that remembers.\npub type ServedState = omni_core::drive::TractionDriveState<f32, 7>;\n"
+         /// Its state.\npub type ServedState = omni_core::drive::TractionDriveState<f32, 7>;\n"
     } else if scenario.drive.is_some() {
         "/// What the loop serves.\npub use self::DRIVE as SERVED;\n\
-         /// What that remembers.\npub type ServedState = omni_core::DriveState<f32, 7>;\n"
+         /// Its state.\npub type ServedState = omni_core::DriveState<f32, 7>;\n"
     } else {
         "/// What the loop serves.\npub static SERVED: omni_link::Loops<'static, 7> = \
          omni_link::Loops { controller: &CONTROLLER, limiter: &LIMITER };\n\
-         /// What that remembers.\npub type ServedState = omni_link::LoopsState<7>;\n"
+         /// Its state.\npub type ServedState = omni_link::LoopsState<7>;\n"
     }
 }
 

@@ -170,7 +170,7 @@ fn preface(version: &str) -> Result<String, Box<dyn Error>> {
     });
     Ok(format!(
         "\n#define OMNISTEP_VERSION \"{}\"\n\
-         /* 1000000 major + 1000 minor + patch; constants.h of another version is refused. */\n\
+         /* 1000000 major + 1000 minor + patch; constants.h of another version is an error. */\n\
          #define OMNISTEP_VERSION_NUMBER {number}\n\n\
          /* Structures differ from version to version: a library of another one does not link. */\n{}\n\
          /* Hinges that a vehicle under traction control may have. */\n#define OMNI_MAX_HINGES {MAX_HINGES}\n\n\
@@ -224,6 +224,7 @@ fn for_c(text: &str, version: &str) -> String {
         let plain = line
             .replace("\\[", "[")
             .replace("\\]", "]")
+            .replace("super::", "")
             .replace("[`", "`")
             .replace("`]", "`");
         let plain = without_links(&plain);

@@ -21,7 +21,7 @@ pub trait Board {
     fn open_bridge(&mut self, wheel: usize);
 }
 
-/// What is remembered from one period to the next.
+/// State between periods.
 pub struct Base {
     drive: DriveState<f32, WHEELS>,
     encoders: [EncoderState<f32, ENCODER_WINDOW>; WHEELS],

@@ -31,7 +31,9 @@ class Quantity(NamedTuple):
 #: Figures of an outcome by key, in the order of tables; the command explains them with the same sentences.
 FIGURES = {
     "verdict": Quantity(
-        "verdict", "How the run ended: climbed and driven are success, recorded is a log of a real vehicle.", ""
+        "verdict",
+        "How the run ended: climbed, completed and arrived are success, recorded is a log of a real vehicle.",
+        "",
     ),
     **{key: Quantity(heading, text, unit, better) for key, heading, text, unit, better in figures()},
 }

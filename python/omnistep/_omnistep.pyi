@@ -84,7 +84,7 @@ __all__ = [
     "shape_error",
     "shortened",
     "slip_ratio",
-    "speed_ratio_spread",
+    "speed_ratio_std",
     "to_body",
     "to_world",
     "torque_duty",
@@ -408,7 +408,7 @@ def shape_error(reference_rad_s: _Rows, velocity_rad_s: _Rows, /) -> _Floats:
         [1.0, 1.0, 0.0]
     """
 
-def speed_ratio_spread(reference_rad_s: _Rows, velocity_rad_s: _Rows, *, floor_rad_s: float = 0.1) -> _Floats:
+def speed_ratio_std(reference_rad_s: _Rows, velocity_rad_s: _Rows, *, floor_rad_s: float = 0.1) -> _Floats:
     """Standard deviation of velocity over reference, over the wheels that have a reference: 0 if they keep together.
 
     Args:
@@ -417,7 +417,7 @@ def speed_ratio_spread(reference_rad_s: _Rows, velocity_rad_s: _Rows, *, floor_r
         floor_rad_s: wheels with a smaller reference [rad/s] are ignored; above 0.
 
     Returns:
-        Spreads [-], () or (T,).
+        Standard deviations [-], () or (T,).
 
     Raises:
         ConfigError: a shape is wrong, a number is not finite, or the floor is not above 0.
@@ -425,7 +425,7 @@ def speed_ratio_spread(reference_rad_s: _Rows, velocity_rad_s: _Rows, *, floor_r
 
     Example:
         >>> import omnistep
-        >>> omnistep.speed_ratio_spread([4.0, -4.0, 0.0], [4.0, -2.0, 0.3]).item()
+        >>> omnistep.speed_ratio_std([4.0, -4.0, 0.0], [4.0, -2.0, 0.3]).item()
         0.25
     """
 

@@ -94,7 +94,7 @@ def cut(log: WheelLog, masses: Masses, inputs: Floats, *, lifted: bool) -> Stret
     turns = np.r_[True, (np.diff(signs, axis=0) != 0).any(axis=1)]
     settle = max(1, round(SETTLE_S / log.period_s))
     near: Any = np.convolve(turns | ~there, np.ones(2 * settle + 1), mode="same") > 0.5
-    # After torques that are not known: a lag remembers them.
+    # After torques that are not known: they are in the state of a lag.
     unknown: Any = ~np.isfinite(inputs).all(axis=1)
     remembered = max(1, round(REMEMBERED_S / log.period_s))
     near |= np.convolve(unknown, np.ones(remembered + 1))[: len(unknown)] > 0.5

@@ -87,8 +87,8 @@ class Calibration:
             no size of a wheel, and not in ``vehicle``.
         estimates: for every wheel ``NAME.radius_m``, ``NAME.shift_m`` (shift of its position across its push direction,
             to the right of it) and ``NAME.turn_rad`` (rotation of its rolling direction, counter-clockwise).
-        cannot_tell: parameters that the runs do not determine, and runs that would; a line each. Logs that were cut off
-            come first.
+        undetermined: parameters that the runs do not determine, and runs that would; one line each. Logs that were
+            cut off come first.
         vehicle: the vehicle with the estimates.
         plates: for recorded poses, the position of the marker plate on the vehicle, ``NAME.plate_x_m``,
             ``NAME.plate_y_m`` and ``NAME.plate_yaw_rad``, and the poses' delay, ``NAME.delay_s``. NAME is the log's, or
@@ -102,7 +102,7 @@ class Calibration:
 
     common: tuple[Estimate, ...]
     estimates: tuple[Estimate, ...]
-    cannot_tell: tuple[str, ...]
+    undetermined: tuple[str, ...]
     vehicle: Vehicle = field(repr=False)
     position_rms_m: float
     yaw_rms_rad: float
@@ -128,7 +128,7 @@ class Calibration:
             if isfinite(rms)
         ]
         found = table((*self.common, *self.estimates, *self.plates))
-        return "\n".join([found, *left, *(str(path) for path in self.paths), *self.cannot_tell])
+        return "\n".join([found, *left, *(str(path) for path in self.paths), *self.undetermined])
 
 
 def calibrate(
@@ -212,13 +212,13 @@ def calibrate(
     return Calibration(
         common=common,
         estimates=parts,
-        cannot_tell=(
+        undetermined=(
             *cut_off,
             *left_out,
             *(f"{each.where}: {said}" for each in recordings for said in each.without()),
             *_remarkable(common, drawn),
             *(doubt for doubt in doubts if doubt != why),
-            *([f"no interval is given: {why}"] if refuted else _cannot_tell(common, parts, bool(recordings))),
+            *([f"no interval is given: {why}"] if refuted else _undetermined(common, parts, bool(recordings))),
             *(f"{each}; {CHECK}" for each in far),
         ),
         vehicle=problem.vehicle(found.reported),
@@ -407,7 +407,7 @@ def _remarkable(common: Sequence[Estimate], vehicle: Vehicle) -> list[str]:
     return said
 
 
-def _cannot_tell(common: Sequence[Estimate], single: Sequence[Estimate], poses: bool) -> tuple[str, ...]:
+def _undetermined(common: Sequence[Estimate], single: Sequence[Estimate], poses: bool) -> tuple[str, ...]:
     """What was determined, what was not, and the drives that would, in words of the robot."""
     drives = {
         "radius": ("radius", "straight lines with a measured distance_m, forward and sideways"),

@@ -57,7 +57,7 @@ class Identification:
 
     Attributes:
         estimates: the parameters.
-        cannot_tell: parameters that the logs do not determine, and the motion that would; a line each. Logs that
+        undetermined: parameters that the logs do not determine, and the motion that would; one line each. Logs that
             were cut off come first.
         vehicle: the vehicle with the estimates, and gains for them. A vehicle file has no rolling resistance, so
             ``motor.gear_friction_n_m`` includes it.
@@ -73,7 +73,7 @@ class Identification:
     """
 
     estimates: tuple[Estimate, ...]
-    cannot_tell: tuple[str, ...]
+    undetermined: tuple[str, ...]
     vehicle: Vehicle = field(repr=False)
     simulation: SpeedSimulation = field(repr=False)
     zero_duty: str | None
@@ -102,7 +102,7 @@ class Identification:
                 str(self.noises),
                 str(self.simulation),
                 f"gains: {self.loops}",
-                *self.cannot_tell,
+                *self.undetermined,
             ]
         )
 
@@ -306,7 +306,7 @@ def _identification(problem: Problem, best: Answer, answers: Sequence[Answer], b
     bounds = at_bounds(parameters, found)
     return Identification(
         estimates=withheld(parts) if refuted else parts,
-        cannot_tell=(
+        undetermined=(
             *dict.fromkeys(log.cut_off for log, _ in problem.logs if log.cut_off),
             *dict.fromkeys(doubt for motion in motions for doubt in motion.doubts()),
             *([f"no interval is given: {refuted}"] if refuted else []),

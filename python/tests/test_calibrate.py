@@ -139,7 +139,7 @@ def test_a_radius_that_all_wheels_share_is_found_with_coarse_counts_too(counts, 
     # Four lines of 1.5 m, each to 10 mm: 0.3 % of their common length; three times that.
     assert found["all.radius"].value == pytest.approx(1.073, rel=0.01)
     assert found["all.radius"].determined and found["all.lever"].determined
-    assert "these runs tell one radius for all wheels, the lever" in found.cannot_tell[0]
+    assert "these runs tell one radius for all wheels, the lever" in found.undetermined[0]
     for name in drawn.wheel_names:
         each = found[f"{name}.radius_m"]
         assert each.value == pytest.approx(1.073 * 0.076, rel=0.02), each
@@ -191,7 +191,7 @@ def test_one_end_that_is_wrong_is_named_and_leaves_no_interval(name):
     )
     found = omnistep.calibrate(runs, vehicle=drawn)
     assert not any(each.determined for each in (*found.common, *found.estimates))
-    assert any("run[5] does not fit the others" in line for line in found.cannot_tell), found.cannot_tell
+    assert any("run[5] does not fit the others" in line for line in found.undetermined), found.undetermined
 
 
 def test_a_log_that_begins_without_an_encoder_on_the_way_is_refused_and_units_are_named():
@@ -209,7 +209,7 @@ def test_a_log_that_begins_without_an_encoder_on_the_way_is_refused_and_units_ar
         for run in runs
     ]
     found = omnistep.calibrate(far, vehicle=drawn)
-    assert any("2 times as far as the wheels say: check for diameters for radii" in line for line in found.cannot_tell)
+    assert any("2 times as far as the wheels say: check for diameters for radii" in line for line in found.undetermined)
 
 
 def test_four_wheels_that_slip_and_count_coarsely_have_intervals_that_hold():
@@ -230,7 +230,7 @@ def test_ends_that_refute_what_was_stated_have_no_interval():
     runs = runs_of(built(drawn, rng), rng, noise=20.0)  # 4 cm where 2 mm are stated
     found = omnistep.calibrate(runs, vehicle=drawn, position_sd_m=0.002, yaw_sd_rad=0.005)
     assert not any(each.determined for each in (*found.common, *found.estimates))
-    (line,) = [line for line in found.cannot_tell if line.startswith("no interval is given")]
+    (line,) = [line for line in found.undetermined if line.startswith("no interval is given")]
     assert "the ends are 0.0" in line and "where position_sd_m = 0.002" in line
     # Stated as it is, there is one.
     honest = omnistep.calibrate(runs, vehicle=drawn, position_sd_m=0.04, yaw_sd_rad=0.08)
@@ -295,7 +295,7 @@ def test_a_gyro_and_a_tape_tell_radii_and_levers_but_not_where_ahead_is():
     held = [each.name for each in found.estimates if not each.determined]
     # Turned as a whole, the vehicle drives the same distances: one direction stays as drawn, no more.
     assert len(held) >= 1 and all(name.endswith("turn_rad") or name.endswith("shift_m") for name in held)
-    assert any(held[0] in line and "drive" in line for line in found.cannot_tell)
+    assert any(held[0] in line and "drive" in line for line in found.undetermined)
     # 2 mm in lines of 2.4 m, twice each.
     assert found["1.radius_m"].value == pytest.approx(0.0506, rel=2e-3)
     assert found["3.radius_m"].value == pytest.approx(0.0495, rel=2e-3)
@@ -345,7 +345,7 @@ def test_lines_alone_tell_radii_and_the_rest_is_named():
     held = {each.name for each in found.estimates if not each.determined}
     # Without a turn levers and radii cannot be separated, and no interval is given for it.
     assert any(name.endswith("shift_m") for name in held)
-    assert any("turns on the spot" in line for line in found.cannot_tell)
+    assert any("turns on the spot" in line for line in found.undetermined)
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2])

@@ -35,7 +35,7 @@ def radii(found):
 
 
 def lines_of(found):
-    return "\n".join(found.cannot_tell)
+    return "\n".join(found.undetermined)
 
 
 def test_without_slip_radius_lever_plate_and_delay_are_found():
@@ -281,7 +281,7 @@ def test_slip_to_the_side_is_a_number_of_its_own_and_no_smaller_radius(sideways)
         # 3 % of slip that lasts 0.3 s is 0.5 % of pieces of 3 s, and of 18 of them a part in 1000: ten times that.
         assert found["front_left.radius_m"].value == pytest.approx(plant.RADIUS_M, rel=0.01), seed
         each = found["all.sideways"]
-        said = any(f"it goes {each.value:.3g} times as far sideways" in line for line in found.cannot_tell)
+        said = any(f"it goes {each.value:.3g} times as far sideways" in line for line in found.undetermined)
         assert said != (each.low <= 1.0 <= each.high), each
         # A file has no place for it.
         assert found.vehicle["wheel.0.rolling_direction"] == [1.0, 0.0]
@@ -334,7 +334,7 @@ def test_wrong_counts_per_turn_are_named(counts):
     found = calibrated(log)
     factor = found["all.radius"].value
     assert factor == pytest.approx(counts * plant.RADIUS_M / 0.076, rel=0.01)
-    assert any(f"counts_per_turn or the gear {factor:.3g} times too large" in line for line in found.cannot_tell)
+    assert any(f"counts_per_turn or the gear {factor:.3g} times too large" in line for line in found.undetermined)
 
 
 def test_repeated_poses_are_left_out_and_the_path_goes_on_behind_them():
@@ -343,7 +343,7 @@ def test_repeated_poses_are_left_out_and_the_path_goes_on_behind_them():
     for key in POSE:
         log[key][1680:1760] = log[key][1680]
     found = calibrated(log)
-    (line,) = [line for line in found.cannot_tell if "repeated" in line]
+    (line,) = [line for line in found.undetermined if "repeated" in line]
     # Rows of 20 ms.
     assert line.endswith("the pose is repeated from 33.6 to 35.2 s while the wheels move: left out"), line
     (path,) = found.paths

@@ -162,7 +162,7 @@ def test_calibrate_names_the_run_that_no_vehicle_makes():
 
     def reported(runs):
         found = omnistep.calibrate([omnistep.CalibrationRun(**run) for run in runs], vehicle=drawn)
-        return [line for line in found.cannot_tell if line.startswith("run[")]
+        return [line for line in found.undetermined if line.startswith("run[")]
 
     assert reported(runs) == []
     centimetres = [dict(run) for run in runs]

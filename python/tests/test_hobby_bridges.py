@@ -46,13 +46,13 @@ def test_motor_and_friction_are_found_and_the_bridge_is_named(found, case):
     assert result.zero_duty == zero
     for name, within in WITHIN.items():
         assert result[name].value == pytest.approx(plant.TRUTH[name], rel=within), name
-    (line,) = [line for line in result.cannot_tell if line.startswith("zero duty:")]
+    (line,) = [line for line in result.undetermined if line.startswith("zero duty:")]
     assert f'results are those of "{zero}"' in line
     # Viscous friction brakes always, as a motor does that its bridge shorts: the other way round nothing does.
     assert ("about equally" in line) == (zero == "brake")
     # Single counts over the 0.1 s of the comparison are 0.8 % of these speeds.
     assert result.simulation.off < 0.025
-    assert not [line for line in result.cannot_tell if line.startswith(("doubtful", "no interval"))]
+    assert not [line for line in result.undetermined if line.startswith(("doubtful", "no interval"))]
     assert not result.doubted
 
 
@@ -72,7 +72,7 @@ def wrong(logs):
 def test_the_wrong_bridge_gives_no_interval_and_says_why(wrong):
     assert wrong.zero_duty == "brake"
     assert not any(each.determined for each in wrong.estimates)
-    (line,) = [line for line in wrong.cannot_tell if line.startswith("no interval is given")]
+    (line,) = [line for line in wrong.undetermined if line.startswith("no interval is given")]
     assert "bridges at zero duty" in line
     # Wheels that roll on are braked in the model.
     assert wrong.simulation.off > 0.25
@@ -105,7 +105,7 @@ def test_bridges_that_coast_within_each_period_have_no_line(tmp_path, capsys, mo
 def test_what_is_far_from_the_file_is_doubted(logs):
     kg_cm = plant.file(stall_torque_n_m=16.0)
     result = omnistep.identify(logs["coast", 1], vehicle=kg_cm, fix=KNOWN, zero_duty="coast", progress=False)
-    (line,) = [line for line in result.cannot_tell if line.startswith("doubtful")]
+    (line,) = [line for line in result.undetermined if line.startswith("doubtful")]
     assert "stall_torque_n_m is 1.6 N.m, 1/10 of the file's 16" in line
 
 
@@ -117,7 +117,7 @@ def test_a_late_log_is_doubted(logs):
     early = omnistep.identify(columns, vehicle=plant.file(), fix=KNOWN, zero_duty="brake", progress=False)
     # The plant's delay and lag, less a row in which commands change.
     assert early["delay_s"].value == pytest.approx(0.15, abs=0.012)
-    assert any(line.startswith("doubtful: delay_s is 0.1") for line in early.cannot_tell)
+    assert any(line.startswith("doubtful: delay_s is 0.1") for line in early.undetermined)
 
 
 def test_the_map_says_what_bridges_do_and_the_log_keeps_it(tmp_path):
@@ -125,7 +125,7 @@ def test_the_map_says_what_bridges_do_and_the_log_keeps_it(tmp_path):
     assert read(log, plant.file()).zero_duty == "coast"
     result = omnistep.identify(log, vehicle=plant.file(), fix=KNOWN, progress=False)
     assert result.zero_duty == "coast"
-    assert not [line for line in result.cannot_tell if line.startswith("zero duty:")]
+    assert not [line for line in result.undetermined if line.startswith("zero duty:")]
     text = (tmp_path / "map.toml").read_text()
     for given in ('"off"', "0", "[]"):
         (tmp_path / "map.toml").write_text(text.replace('zero = "coast"', f"zero = {given}"))
@@ -194,14 +194,14 @@ def test_a_log_without_its_end_is_named_with_what_was_read(logs, tmp_path):
     more = {"vehicle": plant.file(), "fix": KNOWN, "zero_duty": "brake", "progress": False}
     said = f"{tmp_path / 'cut.mcap'}: its end is missing, as of a recording that was cut off: {read_s:.6g} s read"
     found = omnistep.identify(tmp_path / "cut.mcap", **more)
-    assert found.cannot_tell[0] == said and f"\n{said}\n" in found.table()
+    assert found.undetermined[0] == said and f"\n{said}\n" in found.table()
     # A calibration says it once, of however many runs the log is.
     parts = [(0.0, 6.0), (6.0, 12.0), (12.0, 18.0)]
     runs = [
         omnistep.CalibrationRun(log=tmp_path / "cut.mcap", distance_m=1.0, from_s=begin, until_s=end)
         for begin, end in parts
     ]
-    assert omnistep.calibrate(runs, vehicle=plant.file()).cannot_tell[:2].count(said) == 1
+    assert omnistep.calibrate(runs, vehicle=plant.file()).undetermined[:2].count(said) == 1
 
 
 def test_a_number_at_a_bound_of_its_range_is_doubted(logs, monkeypatch):
@@ -210,7 +210,7 @@ def test_a_number_at_a_bound_of_its_range_is_doubted(logs, monkeypatch):
     monkeypatch.setattr(identification, "at_bounds", lambda *_: (ended,))
     result = omnistep.identify(logs["brake", 0], vehicle=plant.file(), fix=KNOWN, zero_duty="brake", progress=False)
     assert result.doubted == ended and all(each.note != "none" for each in result.estimates)
-    assert any(line.startswith(f"{ended}, which distorts the others; check units") for line in result.cannot_tell)
+    assert any(line.startswith(f"{ended}, which distorts the others; check units") for line in result.undetermined)
 
 
 def test_a_log_that_tells_nothing_leaves_the_file_and_is_doubted(logs):

@@ -109,9 +109,9 @@ def test_wheels_in_the_air_part_gears_from_rolling_and_wheels_from_the_mass():
     assert not alone["rolling_resistance"].determined and not alone["wheel_inertia_kg_m2"].determined
     assert any(
         "wheels_off_ground" in line and "rolling_resistance apart from gear_friction_n_m" in line
-        for line in alone.cannot_tell
+        for line in alone.undetermined
     )
-    assert any("wheels_off_ground" in line and "wheel_inertia_kg_m2 apart from" in line for line in alone.cannot_tell)
+    assert any("wheels_off_ground" in line and "wheel_inertia_kg_m2 apart from" in line for line in alone.undetermined)
     both = omnistep.identify(ground, vehicle=vehicle, wheels_off_ground=air)
     # 0.04 N.m a wheel of 76 mm under a quarter of 27.6 kg. Intervals are a third of what is allowed here.
     rolling = 0.04 / (0.25 * truth["mass_kg"] * 9.81 * 0.076)
@@ -146,7 +146,7 @@ def test_duty_cycles_tell_the_motors_line_where_the_mass_is_known(mecanum):
         omnistep.identify(percent, vehicle=vehicle, fix=fix)
     without = omnistep.identify(log, vehicle=vehicle)
     assert not without["stall_torque_n_m"].determined
-    assert any("stall_torque_n_m apart from" in line and "fix mass_kg" in line for line in without.cannot_tell)
+    assert any("stall_torque_n_m apart from" in line and "fix mass_kg" in line for line in without.undetermined)
 
 
 def new_excitation(folder, vehicle):
@@ -205,7 +205,7 @@ def test_a_vehicle_of_whose_wheels_few_push_at_a_time_is_found_too(tmp_path):
     drawn = omnistep.Vehicle("chugo7")
     fix = {"wheel_inertia_kg_m2": drawn["wheel.0.inertia_kg_m2"]}
     found = omnistep.identify(omnistep.run(scenario), vehicle=drawn, fix=fix)
-    assert not [line for line in found.cannot_tell if "no motion of this vehicle" in line]
+    assert not [line for line in found.undetermined if "no motion of this vehicle" in line]
     mass, _, yaw = plant.masses(scenario.vehicle)
     for name, value in [("mass_kg", mass), ("yaw_inertia_kg_m2", yaw)]:
         assert found[name].low <= value <= found[name].high, name
@@ -279,7 +279,7 @@ def test_gaps_are_left_out(mecanum):
     log["wheel_front_left_measured_rad_s"][500:520] = np.nan
     rows = np.r_[0:900, 930 : len(log["time_s"])]
     found = omnistep.identify({key: column[rows] for key, column in log.items()}, vehicle=vehicle, fix=fix)
-    # Torques of one wheel that are not known: nothing is made of them, nor of what a lag remembers of them.
+    # Torques of one wheel that are not known: nothing is made of them, nor of the state of a lag after them.
     unknown = {key: column.copy() for key, column in logs[5].items()}
     for begin in (150, 700, 1800, 1950):
         unknown["wheel_front_left_applied_n_m"][begin : begin + 15] = np.nan

@@ -197,7 +197,7 @@ def test_what_wheels_have_in_common_is_no_error_of_shape():
     reference = np.array([3.0, -2.0, 0.0, 5.0])
     for factor in (1.0, 0.4, 0.0):  # off by roundings of numbers below 5
         np.testing.assert_allclose(omnistep.shape_error(reference, factor * reference), 0.0, atol=1e-15)
-        assert omnistep.speed_ratio_spread(reference, factor * reference).item() == pytest.approx(0.0, abs=1e-15)
+        assert omnistep.speed_ratio_std(reference, factor * reference).item() == pytest.approx(0.0, abs=1e-15)
     error = omnistep.shape_error(np.tile(reference, (2, 1)), [[3.0, 2.0, 1.0, 0.0], [1.0, 1.0, 1.0, 1.0]])
     np.testing.assert_allclose(
         error @ reference, 0.0, atol=1e-14
@@ -223,7 +223,7 @@ def test_a_floor_is_above_0(floor):
     wheels = [1.0, 2.0, 3.0]
     assert refused(omnistep.slip_ratio, 0.0, 0.0, floor_m_s=floor).key == "floor_m_s"
     assert refused(omnistep.disturbed_ratio, 0.0, 0.0, floor_rad_s=floor).key == "floor_rad_s"
-    error = refused(omnistep.speed_ratio_spread, wheels, wheels, floor_rad_s=floor)
+    error = refused(omnistep.speed_ratio_std, wheels, wheels, floor_rad_s=floor)
     assert error.key == "floor_rad_s" and str(error).endswith("allowed: finite and > 0")
 
 

@@ -96,7 +96,7 @@ def test_long_arrays_leave_the_interpreter_to_others():
     numbers = np.ones(5_000_000)
     calls = [
         lambda: omnistep.disturbed_ratio(numbers, numbers),
-        lambda: omnistep.speed_ratio_spread(wheels, wheels),
+        lambda: omnistep.speed_ratio_std(wheels, wheels),
         lambda: omnistep.torque_factor(wheels, lower_n_m=-wheels[0], upper_n_m=wheels[0]),
         lambda: omnistep.at_point(rows, [0.1, 0.2]),
         lambda: omnistep.to_world(rows, 0.5),

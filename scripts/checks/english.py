@@ -25,6 +25,16 @@ CHECKED = (
     "python/omnistep/_omnistep.pyi",
     ":(glob)scripts/**/*.py",
     ":(glob)scripts/**/*.sh",
+    ":(glob)firmware/c/src/*.rs",
+    ":(glob)firmware/c/src/*.in",
+    ":(glob)firmware/c/include/*",
+    ":(glob)firmware/src/**/*.rs",
+    ":(glob)web/**/*.js",
+    ":(glob)web/**/*.mjs",
+    ":(glob)wasm/**/*.rs",
+    ":(glob)wasm/**/*.py",
+    ":(glob)wasm/**/*.mjs",
+    "Makefile",
 )
 #: They quote the patterns.
 EXEMPT = ("CONTRIBUTING.md", "docs/glossary.md", "scripts/checks/english.py")
@@ -46,6 +56,7 @@ PATTERNS = {
     r"\bcrosswise\b": "transverse",
     rf"{START}Where the [^.,;:]*,": "If or When",
     r"\brefused\b": "rejected; is an error",
+    r"\bremembers?\b": "the state of",
 }
 
 
@@ -71,9 +82,15 @@ def python(text: str) -> Iterator[tuple[int, str]]:
     yield from ((number, comment.lstrip(":")) for number, comment in hashed(text))
 
 
+#: What reads the prose of a file; of others, comments after a hash.
+READERS = {".md": markdown, ".py": python, ".pyi": python} | dict.fromkeys(
+    (".rs", ".in", ".h", ".hpp", ".js", ".mjs"), rust
+)
+
+
 def paragraphs(name: str, text: str) -> Iterator[list[tuple[int, str]]]:
     """Prose in paragraphs, so that sentences are found over the ends of lines."""
-    lines = {".md": markdown, ".rs": rust, ".py": python, ".pyi": python}.get(Path(name).suffix, hashed)(text)
+    lines = READERS.get(Path(name).suffix, hashed)(text)
     paragraph: list[tuple[int, str]] = []
     for number, line in lines:
         line = re.sub(r"`[^`]*`|\"[^\"]*\"", "CODE", line).strip()
@@ -114,6 +131,8 @@ def self_test() -> None:
         ("a.py", 'f(help="a log is refused")\n', [1]),
         ("a.md", "It has 64 counts a turn, and one row a control\nperiod. A row a person knows.\n", [1, 1]),
         ("a.sh", "# 5.0 a second\nrefused=1\n", [1]),
+        ("a.hpp", "/// A filter that remembers.\nint remembers; // refused\n", [1, 2]),
+        ("Makefile", "all: ## in every bit\n\tremember\n", [1]),
     ]:
         assert [line for line, _, _ in findings(name, text)] == expected, (name, text, findings(name, text))
 

@@ -43,7 +43,7 @@ PAGES = {
         "Layout Wheel Kinematics Desaturated Odometry Estimator moved_by discretize at_point from_point to_world"
         " to_body CommandShaper ShapedCommands Waypoint TrajectoryPlanner Trajectory TrajectorySample HolonomicFollower"
         " Follow Pid PidSample EncoderCounter VelocityEstimator DcMotor MotorDuty torque_duty Controller ControlSample"
-        " disturbed_ratio slip_ratio shape_error speed_ratio_spread torque_range torque_factor reference_factor",
+        " disturbed_ratio slip_ratio shape_error speed_ratio_std torque_range torque_factor reference_factor",
     ),
     "many": (
         "Many runs",

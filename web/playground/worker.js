@@ -8,9 +8,9 @@ const TICK_MS = 6, BUDGET_MS = 14, MOST_LATE_S = 0.2;
 const SLICE = 5;
 /** Between two states [ms]. */
 const SHOW_MS = 16;
-/** So much of a log is kept here before it goes to where the browser keeps files [bytes]. */
+/** Size of a log in memory before it goes to the browser's file store [bytes]. */
 const PIECE = 4 << 20;
-/** So long is a single step [s]. */
+/** Length of a single step [s]. */
 const STEP_S = 0.01;
 /** The rate is measured over this time [ms]. */
 const RATE_MS = 500;

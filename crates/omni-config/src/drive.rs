@@ -17,7 +17,7 @@ use crate::ranges::{
 /// use omni_config::{Override, Scenario};
 /// let scenario = Scenario::load("flat", &[Override::parse("drive.command_timeout_s=0.2")?])?;
 /// let config = scenario.drive_config::<f32, 7>()?.expect("it has a [drive]");
-/// assert_eq!((config.shaping.timeout_s, config.blind_periods), (Some(0.2), 10));
+/// assert_eq!((config.shaping.timeout_s, config.unobservable_periods), (Some(0.2), 10));
 /// assert!(Scenario::load("flat", &[])?.drive_config::<f32, 7>()?.is_none());
 /// // Counts of periods that are left out are times: 20 ms without a reading.
 /// let keys = ["drive={}", "control.period_s=0.002"].map(Override::parse);
@@ -48,7 +48,7 @@ pub struct Drive {
     /// to 65534; 10 by default.
     #[serde(deserialize_with = "crate::integers::periods_from_0")]
     #[garde(adapt(ranges), range(min = PERIODS_FROM_0.min, max = PERIODS_FROM_0.max))]
-    pub blind_periods: u32,
+    pub unobservable_periods: u32,
     /// The point of the body that moves as commanded, from the origin \[m\], -100 to 100; the origin by default.
     #[garde(adapt(ranges), inner(range(min = PLACE_M.min, max = PLACE_M.max)))]
     pub command_point_m: [f64; 2],
@@ -81,7 +81,7 @@ impl Default for Drive {
             stop_m_s2: 2.0,
             stop_rad_s2: 8.0,
             restart: DriveRestart::AtOnce,
-            blind_periods: 10,
+            unobservable_periods: 10,
             command_point_m: [0.0; 2],
             discretize: false,
             speed_limit_rad_s: None,

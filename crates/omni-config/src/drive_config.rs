@@ -59,7 +59,7 @@ impl Drive {
             DriveRestart::AtOnce => shaping::Restart::AtOnce,
             DriveRestart::Neutral => shaping::Restart::Neutral,
         };
-        config.blind_periods = whole(self.blind_periods);
+        config.unobservable_periods = whole(self.unobservable_periods);
         config.command_point_m = self.command_point_m.map(R::of);
         config.discretize = self.discretize;
         if let Some(limit) = self.speed_limit_rad_s {
@@ -162,7 +162,7 @@ impl Scenario {
     /// ```
     /// use omni_config::{Override, Scenario};
     /// use omni_core::{DriveInput, DriveMode, DriveState, WheelVelocities};
-    /// let scenario = Scenario::load("flat", &[Override::parse("drive.blind_periods=0")?])?;
+    /// let scenario = Scenario::load("flat", &[Override::parse("drive.unobservable_periods=0")?])?;
     /// let drive = scenario.drive::<f64, 7>()?.expect("it has a [drive]");
     /// let mut silent = DriveInput::measured(&WheelVelocities::zero());
     /// silent.readings_rad_s = [None; 7];

@@ -131,7 +131,7 @@ mod tests {
             ("physics.solver_iterations", "-1", "1 to 100"),
             ("physics.roller_substeps", "-1", "1 to 16"),
             ("seed", "-1", "0 to 9223372036854775807"),
-            ("drive.blind_periods", "-1", "0 to 65534"),
+            ("drive.unobservable_periods", "-1", "0 to 65534"),
             ("drive.slip.enter_periods", "-1", "1 to 65535"),
             ("drive.faults.stuck_periods", "-1", "2 to 65535"),
         ] {

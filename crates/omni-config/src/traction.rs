@@ -178,7 +178,7 @@ impl Scenario {
 
     fn supervisor<R: Real>(&self, preset: SupervisorConfig<R>) -> SupervisorConfig<R> {
         let mut config = preset;
-        config.most_m_s = match self.vehicle().limits {
+        config.max_m_s = match self.vehicle().limits {
             Some(limits) => [limits.vx_m_s, limits.vy_m_s].map(R::of),
             None => [R::of(MOST_M_S); 2],
         };

@@ -109,11 +109,11 @@ pub fn shape_error<R: Real, const N: usize>(reference_rad_s: &[R; N], velocity_r
 /// keep the commanded ratios, whatever their common speed. 0 if fewer than two wheels have one.
 ///
 /// ```
-/// use omni_core::metrics::speed_ratio_spread;
-/// assert_eq!(speed_ratio_spread(&[4.0, -4.0, 0.0], &[2.0, -2.0, 0.3], 0.1), 0.0);
-/// assert_eq!(speed_ratio_spread(&[4.0, -4.0, 0.0], &[4.0, -2.0, 0.3], 0.1), 0.25);
+/// use omni_core::metrics::speed_ratio_std;
+/// assert_eq!(speed_ratio_std(&[4.0, -4.0, 0.0], &[2.0, -2.0, 0.3], 0.1), 0.0);
+/// assert_eq!(speed_ratio_std(&[4.0, -4.0, 0.0], &[4.0, -2.0, 0.3], 0.1), 0.25);
 /// ```
-pub fn speed_ratio_spread<R: Real, const N: usize>(
+pub fn speed_ratio_std<R: Real, const N: usize>(
     reference_rad_s: &[R; N],
     velocity_rad_s: &[R; N],
     floor_rad_s: R,

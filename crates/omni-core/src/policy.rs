@@ -140,7 +140,7 @@ impl<'a, R: Real> Readings<'a, R> {
 /// assert_eq!((policy.name(), policy.signal_name(1)), ("own", None)); // unless it says its name
 /// ```
 pub trait Policy<R> {
-    /// Back to the start: nothing is remembered.
+    /// Resets to the initial state.
     fn reset(&mut self);
 
     /// One control period: writes one torque per wheel \[N.m\], finite. `torques_n_m` is all zero before. The caller

@@ -11,7 +11,7 @@ use crate::{
     ToController, decode, encode,
 };
 
-/// Answers frames with what it serves, of `N` wheels, which remembers a `T` ([`Served::State`]):
+/// Answers frames with what it serves, of `N` wheels, whose state is a `T` ([`Served::State`]):
 /// that state, the guard and the last answer, with [`Loops`](crate::Loops) at most 76 `N` + 120
 /// bytes. Needs no buffers but the two it is given.
 ///

@@ -79,7 +79,7 @@ mod _omnistep {
     #[pymodule_export]
     use crate::log::{Log, read_mcap, recover, write_recording};
     #[pymodule_export]
-    use crate::metrics::{disturbed_ratio, shape_error, slip_ratio, speed_ratio_spread};
+    use crate::metrics::{disturbed_ratio, shape_error, slip_ratio, speed_ratio_std};
     #[pymodule_export]
     use crate::motion::{at_point, discretize, from_point, moved_by, to_body, to_world};
     #[pymodule_export]

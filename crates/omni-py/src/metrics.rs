@@ -157,10 +157,9 @@ pub(crate) fn shape_error<'py>(
     array(py, rows[0].shape(count), values)
 }
 
-fn spreads<const N: usize>(py: Python<'_>, rows: &[Rows], floor: f64) -> PyResult<Vec<f64>> {
+fn speed_ratio_stds<const N: usize>(py: Python<'_>, rows: &[Rows], floor: f64) -> PyResult<Vec<f64>> {
     every::<2, N, 1>(py, rows, |[reference, velocity]| {
-        let spread = metrics::speed_ratio_spread(&reference, &velocity, floor);
-        [spread]
+        [metrics::speed_ratio_std(&reference, &velocity, floor)]
     })
 }
 
@@ -172,7 +171,7 @@ fn spreads<const N: usize>(py: Python<'_>, rows: &[Rows], floor: f64) -> PyResul
 ///     floor_rad_s: wheels with a smaller reference [rad/s] are ignored; above 0.
 ///
 /// Returns:
-///     Spreads [-], () or (T,).
+///     Standard deviations [-], () or (T,).
 ///
 /// Raises:
 ///     ConfigError: a shape is wrong, a number is not finite, or the floor is not above 0.
@@ -180,11 +179,11 @@ fn spreads<const N: usize>(py: Python<'_>, rows: &[Rows], floor: f64) -> PyResul
 ///
 /// Example:
 ///     >>> import omnistep
-///     >>> omnistep.speed_ratio_spread([4.0, -4.0, 0.0], [4.0, -2.0, 0.3]).item()
+///     >>> omnistep.speed_ratio_std([4.0, -4.0, 0.0], [4.0, -2.0, 0.3]).item()
 ///     0.25
 #[pyfunction]
 #[pyo3(signature = (reference_rad_s, velocity_rad_s, *, floor_rad_s = 0.1))]
-pub(crate) fn speed_ratio_spread<'py>(
+pub(crate) fn speed_ratio_std<'py>(
     reference_rad_s: &Bound<'py, PyAny>,
     velocity_rad_s: &Bound<'py, PyAny>,
     floor_rad_s: f64,
@@ -196,6 +195,6 @@ pub(crate) fn speed_ratio_spread<'py>(
     ];
     let (count, rows) = wheels(given)?;
     let py = reference_rad_s.py();
-    let values = for_wheel_count!(count, spreads[](py, &rows, floor), wheel_count::refuse)?;
+    let values = for_wheel_count!(count, speed_ratio_stds[](py, &rows, floor), wheel_count::refuse)?;
     array(py, rows[0].shape_of_scalars(), values)
 }

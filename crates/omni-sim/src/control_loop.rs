@@ -155,7 +155,7 @@ impl ControlLoop {
         Ok(())
     }
 
-    /// Everything that it remembers; none if the controller is at the other end of a link.
+    /// Its whole state; none if the controller is at the other end of a link.
     pub(crate) fn save(&self) -> Option<LoopState> {
         let hold = self.hold.as_ref().map(|hold| hold.state);
         Some((hold, self.memory.clone(), self.controller.save()?))

@@ -59,7 +59,7 @@ impl AnyController {
 
     /// A controller of one's own, for a vehicle of the scenario. Its torques are limited to the motors' ranges; it is
     /// responsible for vehicle limits of the command. It is used as it is; the caller resets one that was used before.
-    /// A snapshot does not hold what it remembers.
+    /// A snapshot does not contain its state.
     ///
     /// # Errors
     /// As [`AnyController::new`] and [`check_name`]; [`Error::Config`] for a scenario with a

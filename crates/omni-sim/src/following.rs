@@ -105,7 +105,7 @@ impl Following {
         }
     }
 
-    /// What it remembers.
+    /// Its state.
     pub(crate) fn state(&self) -> State {
         State {
             progress: self.progress,

@@ -31,11 +31,11 @@ struct OfWheels<const N: usize> {
 impl<const N: usize> Localize for OfWheels<N> {
     fn step(&mut self, control: &ControlSample, sensed: &Sensed) {
         let drive = control.report.drive.as_ref();
-        let left_out =
-            |wheel: usize| drive.is_some_and(|drive| drive.wheels.get(wheel).is_some_and(|w| w.left_out));
+        let excluded =
+            |wheel: usize| drive.is_some_and(|drive| drive.wheels.get(wheel).is_some_and(|w| w.excluded));
         // A wheel without a reading, or whose reading the fault monitor rejects, is left out.
         let read = |wheel: usize| match sensed.wheels_rad_s.get(wheel) {
-            Some(rate) if !left_out(wheel) => *rate,
+            Some(rate) if !excluded(wheel) => *rate,
             _ => f64::NAN,
         };
         let wheels = std::array::from_fn(read).into();

@@ -34,7 +34,7 @@ pub(crate) struct State {
     periods: u32,
     from: PlanarPose<f64>,
     /// Wheels that are excluded.
-    left_out: [bool; WHEELS],
+    excluded: [bool; WHEELS],
     /// How far it may have come along \[m\] and about \[rad\] since too few wheels determine the
     /// motion, and how fast it was or may be.
     drift: [f64; 2],
@@ -68,9 +68,9 @@ struct Maps {
 }
 
 impl Maps {
-    fn of(vehicle: &Vehicle, left_out: &[bool; WHEELS]) -> Result<Option<Self>, omni_core::ConfigError> {
+    fn of(vehicle: &Vehicle, excluded: &[bool; WHEELS]) -> Result<Option<Self>, omni_core::ConfigError> {
         let count = vehicle.wheel.len();
-        for_wheel_count!(count, maps[](vehicle, left_out), |count| Err(config::wheel_count_refused(count)))
+        for_wheel_count!(count, maps[](vehicle, excluded), |count| Err(config::wheel_count_refused(count)))
     }
 
     /// The twist of these velocities, or the displacement of these angles.
@@ -83,10 +83,10 @@ impl Maps {
 
 fn maps<const N: usize>(
     vehicle: &Vehicle,
-    left_out: &[bool; WHEELS],
+    excluded: &[bool; WHEELS],
 ) -> Result<Option<Maps>, omni_core::ConfigError> {
     let kinematics = Kinematics::<f64, N>::new(&vehicle.layout()?)?;
-    let Some(kinematics) = kinematics.excluding(&std::array::from_fn(|i| left_out[i])) else {
+    let Some(kinematics) = kinematics.excluding(&std::array::from_fn(|i| excluded[i])) else {
         return Ok(None);
     };
     let (mut forward, mut inverse) = ([[0.0; WHEELS]; 3], [[0.0; 3]; WHEELS]);
@@ -125,11 +125,11 @@ impl Odometer {
         });
         let [ahead, aside, about] = scenario.vehicle().top_speeds()?;
         let period_s = scenario.period_s();
-        let left_out = [false; WHEELS];
+        let excluded = [false; WHEELS];
         let mut reckoned = OdometryState::new();
         reckoned.reset(&start);
         Ok(Self {
-            maps: Maps::of(scenario.vehicle(), &left_out).map_err(refuse)?,
+            maps: Maps::of(scenario.vehicle(), &excluded).map_err(refuse)?,
             vehicle: scenario.vehicle().clone(),
             odometry: Odometry::new(period_s).map_err(refuse)?,
             growth: growth.map_err(refuse)?,
@@ -146,7 +146,7 @@ impl Odometer {
                 covariance: PoseCovariance::default(),
                 turned: [0.0; WHEELS],
                 periods: 0,
-                left_out,
+                excluded,
                 drift: [0.0; 2],
                 drift_speed: [0.0; 2],
             },
@@ -165,8 +165,8 @@ impl Odometer {
         let Some(drive) = &sample.report.drive else {
             return;
         };
-        let left_out = |wheel: usize| drive.wheels.get(wheel).is_some_and(|wheel| wheel.left_out);
-        self.turn(sample.wheels.iter().map(|wheel| wheel.measured_rad_s), left_out);
+        let excluded = |wheel: usize| drive.wheels.get(wheel).is_some_and(|wheel| wheel.excluded);
+        self.turn(sample.wheels.iter().map(|wheel| wheel.measured_rad_s), excluded);
         let PlanarPose { x_m, y_m, yaw_rad } = drive.pose;
         let (sin, cos) = omni_core::Real::sine_cosine(self.start.yaw_rad);
         // Of nonsense over a link nothing is taken.
@@ -178,19 +178,19 @@ impl Odometer {
     }
 
     /// The wheels turned with these velocities \[rad/s\] for a period. One without a reading is excluded.
-    fn turn(&mut self, wheels_rad_s: impl Iterator<Item = f64>, is_left_out: impl Fn(usize) -> bool) {
-        let (mut read, mut left_out) = ([0.0; WHEELS], [false; WHEELS]);
+    fn turn(&mut self, wheels_rad_s: impl Iterator<Item = f64>, is_excluded: impl Fn(usize) -> bool) {
+        let (mut read, mut excluded) = ([0.0; WHEELS], [false; WHEELS]);
         for (i, velocity) in wheels_rad_s.enumerate().take(WHEELS) {
-            left_out[i] = is_left_out(i) || !velocity.is_finite();
-            if !left_out[i] {
+            excluded[i] = is_excluded(i) || !velocity.is_finite();
+            if !excluded[i] {
                 read[i] = velocity;
             }
         }
-        if left_out != self.state.left_out {
+        if excluded != self.state.excluded {
             self.grow();
             // The layout was good with all wheels.
-            self.maps = Maps::of(&self.vehicle, &left_out).ok().flatten();
-            self.state.left_out = left_out;
+            self.maps = Maps::of(&self.vehicle, &excluded).ok().flatten();
+            self.state.excluded = excluded;
             if self.maps.is_some() {
                 self.state.drift = [0.0; 2];
             }
@@ -285,7 +285,7 @@ impl Odometer {
     }
 
     pub(crate) fn restore(&mut self, state: State) {
-        self.maps = Maps::of(&self.vehicle, &state.left_out).ok().flatten();
+        self.maps = Maps::of(&self.vehicle, &state.excluded).ok().flatten();
         self.state = state;
     }
 }

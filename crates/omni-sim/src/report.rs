@@ -57,7 +57,7 @@ pub struct DriveWheel {
     /// Its error.
     pub fault: Option<Fault>,
     /// It is excluded from the motion.
-    pub left_out: bool,
+    pub excluded: bool,
     /// Its motor's windings are shorted.
     pub brake: bool,
 }
@@ -116,7 +116,7 @@ const DRIVE: [&str; 9] = [
     "drive_std_y_m",
     "drive_std_yaw_rad",
 ];
-const DRIVE_WHEEL: [&str; 3] = ["drive_fault", "drive_left_out", "drive_brake"];
+const DRIVE_WHEEL: [&str; 3] = ["drive_fault", "drive_excluded", "drive_brake"];
 /// Columns of traction control; then for each signal of [`TRACTION_WHEEL`] one per wheel.
 const TRACTION: [&str; 13] = [
     "traction_factor",
@@ -214,7 +214,7 @@ impl DriveReport {
         values.extend([self.pose.x_m, self.pose.y_m, self.pose.yaw_rad]);
         values.extend(self.deviations.unwrap_or([f64::NAN; 3]));
         values.extend(self.wheels.iter().map(|wheel| number(&FAULTS, &wheel.fault)));
-        values.extend(self.wheels.iter().map(|wheel| number(&FLAGS, &wheel.left_out)));
+        values.extend(self.wheels.iter().map(|wheel| number(&FLAGS, &wheel.excluded)));
         values.extend(self.wheels.iter().map(|wheel| number(&FLAGS, &wheel.brake)));
         values
     }
@@ -227,7 +227,7 @@ impl DriveReport {
             let signal = |k: usize| of_wheels.get(k * wheels + i).copied();
             Some(DriveWheel {
                 fault: value(&FAULTS, signal(0)?)?,
-                left_out: value(&FLAGS, signal(1)?)?,
+                excluded: value(&FLAGS, signal(1)?)?,
                 brake: value(&FLAGS, signal(2)?)?,
             })
         };
@@ -497,7 +497,7 @@ mod tests {
     fn report() -> Report {
         let wheel = |fault| DriveWheel {
             fault,
-            left_out: fault.is_some(),
+            excluded: fault.is_some(),
             brake: false,
         };
         Report {

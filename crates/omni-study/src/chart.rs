@@ -59,7 +59,7 @@ pub struct Chart {
     /// `climbs_m` of a cell is this part of its `limit_m`, or less.
     pub margin: f64,
     /// A run that turns the vehicle by this angle has not climbed \[deg\].
-    pub most_yaw_deg: f64,
+    pub max_yaw_deg: f64,
     /// Cells of negative sides equal the cells of positive sides: the vehicle is symmetric.
     pub mirrored: bool,
     /// Number of entries of `start` that have to climb each height.

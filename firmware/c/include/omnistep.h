@@ -12,7 +12,7 @@
 #include <stdint.h>
 
 #define OMNISTEP_VERSION "0.1.0"
-/* 1000000 major + 1000 minor + patch; constants.h of another version is refused. */
+/* 1000000 major + 1000 minor + patch; constants.h of another version is an error. */
 #define OMNISTEP_VERSION_NUMBER 1000
 
 /* Structures differ from version to version: a library of another one does not link. */
@@ -224,7 +224,7 @@ typedef uint8_t omni_traction_loops;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
-// Phase of a `super::Supervisor`.
+// Phase of a `Supervisor`.
 enum omni_supervisor_mode
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
   : uint8_t
@@ -481,7 +481,7 @@ typedef struct {
   float derivative_memory;
   omni_feed_forward feed_forward;
   // Some term compares with the step before: a derivative or a feed-forward.
-  bool remembers;
+  bool uses_last;
   bool feeds_forward;
   // 1 / (du/dr) [rad/s per N.m], 0 if du/dr is 0; in the first step.
   float inverse_slope;
@@ -802,13 +802,13 @@ typedef struct {
   omni_covariance_growth growth;
   float command_point_m[2];
   float period_s;
-  uint16_t blind_periods;
+  uint16_t unobservable_periods;
   bool limits_speed;
   bool grows_covariance;
   bool discretize;
 } omni3_drive;
 
-// What a drive remembers. Nothing in it is for anybody else.
+// State of a drive. Private.
 typedef struct {
   uint32_t ready;
   uint32_t memory[128];
@@ -828,25 +828,25 @@ typedef struct {
 typedef struct {
   // Torques to apply [N.m], always within the motors' limits.
   omni3_torques torques;
-  // Torques that the loops asked for [N.m].
+  // Torques that the loops requested [N.m].
   omni3_torques requested;
   // References of the loops [rad/s].
   omni3_velocities references;
-  // Velocities that the loops went by [rad/s]; 0 for a wheel that is not `active`.
+  // Velocities that the loops used [rad/s]; 0 for a wheel that is not `active`.
   omni3_velocities measured;
-  // What the vehicle is to do: the command within all limits, of the origin.
+  // Command within all limits, of the origin.
   omni_twist twist;
-  // What the vehicle does, by its wheels; 0 unless `motion_known`.
+  // Twist of the vehicle, by its wheels; 0 unless `motion_known`.
   omni_twist estimated;
-  // Where the vehicle is, by its wheels.
+  // Pose of the vehicle, by its wheels.
   omni_pose pose;
   // How far the vehicle can be relied on.
   omni_drive_mode mode;
   // Why the twist is what it is.
   omni_command_status status;
-  // A command arrived and was refused: it is no number, or beyond 1e6.
+  // A command arrived and was rejected: it is no number, or beyond 1e6.
   bool rejected;
-  // Enough wheels determine the motion; else the pose stands still.
+  // Enough wheels determine the motion; otherwise the pose does not change.
   bool motion_known;
   // The fault of each wheel.
   omni_fault faults[3];
@@ -855,7 +855,7 @@ typedef struct {
   bool active[3];
   // The requested torque is outside the limits.
   bool saturated[3];
-  // The wheel is left out of the motion: faulty, lifted or slipping.
+  // The wheel is excluded from the motion: faulty, lifted or slipping.
   bool excluded[3];
   // The motor's windings shall be shorted. In a safe stop and an emergency stop: the wheel has a
   // fault, so that no torque can be asked of it, or all torque has ended. At rest otherwise: all
@@ -866,23 +866,23 @@ typedef struct {
 // What arrived since the period before. All zero: nothing did, every wheel is on flat ground,
 // motors have their own limits.
 typedef struct {
-  // The command; looked at only where `commanded`.
+  // The command; used only if `commanded`.
   omni_twist command;
-  // Actuator velocities [rad/s]; each looked at only where it was `received`.
+  // Actuator velocities [rad/s]; each used only if it was `received`.
   omni3_velocities measured;
   // Torques [N.m] that the motors shall keep within besides their own limits: a hot motor, a low
-  // battery. Each looked at only where `limited`. 0 is always within.
+  // battery. Each used only if `limited`. 0 is always within.
   omni3_torque_ranges torque_ranges;
-  // Path of each wheel over path of the body beneath it, 0.01 to 100; whatever else counts as 1, flat ground.
+  // Path of each wheel over path of the body beneath it, 0.01 to 100; any other number counts as 1, flat ground.
   float path_factor[3];
-  // A command arrived. Where none does for the time-out, the vehicle is brought to rest.
+  // A command arrived. If none does for the time-out, the vehicle is brought to rest.
   bool commanded;
   // The emergency stop is pressed: the vehicle comes to rest at the emergency deceleration, whatever is
-  // commanded, and stays there for as long as this is said. A momentary button has to be latched by the caller.
+  // commanded, and stays there as long as this is true. The caller has to latch a momentary button.
   bool emergency;
   // The encoder's reading arrived.
   bool received[3];
-  // The wheel is in the air: it is controlled, but says nothing of the vehicle's motion.
+  // The wheel is in the air: it is controlled, but excluded from the vehicle's motion.
   bool lifted[3];
   // `torque_ranges` holds for this motor.
   bool limited[3];
@@ -899,12 +899,12 @@ typedef struct {
   // Increment of the distance per retry [m].
   float back_off_more_m;
   // No further than this [m].
-  float back_off_most_m;
+  float back_off_max_m;
   // The same for the first row, which has nothing behind it that could fall off an edge: further
   // each time, and at most [m].
   float first_row_more_m;
   // No further than this for the first row [m].
-  float first_row_most_m;
+  float first_row_max_m;
   // Slow retries: at `slow_retry_m_s`, without slip allowed and without spin.
   uint16_t slow_retries;
   // Speed of these [m/s], 0.001 to 100.
@@ -928,19 +928,19 @@ typedef struct {
   // Gain of that, in multiples of the thrust's, 0 to 100.
   float spin_gain;
   // Part of the speed of a try that succeeded with which later rows are approached, 0 to 1.
-  float remembered_part;
+  float later_rows_part;
   // Part of the spin with which they are, 0 to 1.
-  float remembered_spin;
+  float later_rows_spin;
 } omni_retry_schedule;
 
-// Speeds, times and places of a `super::Supervisor`.
+// Speeds, times and places of a `Supervisor`.
 typedef struct {
   // Control period [s], 1e-6 to 10.
   float period_s;
   // The target speed changes no faster [m/s^2], 0.001 to 1e6.
   float acceleration_m_s2;
   // It is never above this, forward and lateral [m/s], each 0.001 to 100.
-  float most_m_s[2];
+  float max_m_s[2];
   // Part of the commanded speed by which it is raised for the second row, and for those behind it, 0 to 10.
   float boost[2];
   // A row that stands higher than the next by this is up [m], 0.0001 to 99.
@@ -968,7 +968,7 @@ typedef struct {
   omni_retry_schedule retry;
 } omni_supervisor_config;
 
-// Chooses the target speed of a `super::Traction`. Immutable.
+// Chooses the target speed of a `Traction`. Immutable.
 //
 // It knows which row of wheels climbs next from how high the rows stand. Rows behind the first need a run-up, because
 // an impact absorbs most of the vehicle's energy. A vehicle that pushes with its full thrust and does not move backs
@@ -1076,7 +1076,7 @@ typedef struct {
   // It is found only below this part of the largest thrust, 0 to 1.
   float gyro_zero_part;
   // Largest zero offset [rad/s], 0 to 100: from the gyro's datasheet.
-  float gyro_zero_most_rad_s;
+  float gyro_zero_max_rad_s;
 } omni_traction_config;
 
 // Times and dead zones that fit sensors, motors and wheels.
@@ -1104,7 +1104,7 @@ typedef struct {
   float rare_rad_s;
 } omni_traction_times;
 
-// Traction control of one vehicle. Immutable; what it remembers is a
+// Traction control of one vehicle. Immutable; its state is a
 // `TractionState`.
 typedef struct {
   omni3_kinematics kinematics;
@@ -1133,7 +1133,7 @@ typedef struct {
   omni3_traction traction;
 } omni3_traction_drive;
 
-// What a drive with traction control remembers. Nothing in it is for anybody else.
+// State of a drive with traction control. Private.
 typedef struct {
   uint32_t ready;
   uint32_t memory[393];
@@ -1189,12 +1189,12 @@ typedef struct {
 // What the vehicle's bodies are read to do. All zero: nothing is read, and traction control does
 // with the wheels' encoders.
 typedef struct {
-  // Angle of each hinge [rad], in the order of the vehicle file; NaN where it was not read.
-  // Looked at only where `hinges_received`.
+  // Angle of each hinge [rad], in the order of the vehicle file; NaN if it was not read.
+  // Used only if `hinges_received`.
   float hinges_rad[OMNI_MAX_HINGES];
   // Their rates [rad/s].
   float hinges_rad_s[OMNI_MAX_HINGES];
-  // Inertial measurement unit of the base; looked at only where `imu_received`.
+  // Inertial measurement unit of the base; used only if `imu_received`.
   omni_imu imu;
   // The hinges' readings arrived.
   bool hinges_received;
@@ -1269,13 +1269,13 @@ typedef struct {
   float lever_m2;
 } omni3_estimator;
 
-// What an estimator remembers. Nothing in it is for anybody else.
+// State of an estimator. Private.
 typedef struct {
   uint32_t ready;
   uint32_t memory[104];
 } omni3_estimator_state;
 
-// How far the pose may be off: standard deviations. All 0 where the drive was given no noise.
+// Standard deviations of the pose. All 0 if the drive has no noise.
 typedef struct {
   // Of x [m].
   float x_m;
@@ -1285,40 +1285,40 @@ typedef struct {
   float yaw_rad;
 } omni_deviations;
 
-// Where the vehicle is and how it moves, by an estimator. Nothing in it is ever NaN.
+// Pose and velocity of the vehicle, by an estimator. Nothing in it is ever NaN.
 typedef struct {
-  // Where it is.
+  // Pose.
   omni_pose pose;
-  // How far that may be off.
+  // Its standard deviations.
   omni_deviations deviations;
-  // How it moves.
+  // Velocity.
   omni_twist twist;
-  // By how much the wheels together say more than that: their common slip.
+  // Common slip of the wheels: their velocity less that.
   omni_twist slip;
-  // What the gyro reads at rest [rad/s].
+  // Zero of the gyro [rad/s].
   float gyro_bias_rad_s;
-  // How far that may be off [rad/s].
+  // Its standard deviation [rad/s].
   float gyro_bias_deviation_rad_s;
   // Covariance of the pose: x, y, yaw, in m and rad.
   float covariance[3][3];
-  // Covariance of the velocity ahead and to the left [m^2/s^2].
+  // Covariance of the forward and lateral velocity [m^2/s^2].
   float velocity_covariance[2][2];
-  // By how much the readings were off what was expected: the sum of their squares over the
-  // expected, over all `readings`.
+  // Normalised innovation squared of the readings, summed
+  // over all `readings`.
   float nis;
-  // How many readings that is of.
+  // Number of these readings.
   uint32_t readings;
   // The vehicle stands.
   bool standing;
-  // The step was taken; false where the state would be no number, and stays what it was.
+  // The step was taken; false if the state would be no number; it then stays.
   bool taken;
 } omni_estimator_output;
 
 // Readings of an estimator in a period. All zero: nothing is read.
 typedef struct {
-  // Actuator velocities [rad/s]; each looked at only where it was `received`.
+  // Actuator velocities [rad/s]; each used only if it was `received`.
   omni3_velocities measured;
-  // Inertial measurement unit of the base; looked at only where `imu_received`.
+  // Inertial measurement unit of the base; used only if `imu_received`.
   omni_imu imu;
   // The encoder's reading arrived.
   bool received[3];
@@ -1491,13 +1491,13 @@ typedef struct {
   omni_covariance_growth growth;
   float command_point_m[2];
   float period_s;
-  uint16_t blind_periods;
+  uint16_t unobservable_periods;
   bool limits_speed;
   bool grows_covariance;
   bool discretize;
 } omni4_drive;
 
-// What a drive remembers. Nothing in it is for anybody else.
+// State of a drive. Private.
 typedef struct {
   uint32_t ready;
   uint32_t memory[155];
@@ -1507,25 +1507,25 @@ typedef struct {
 typedef struct {
   // Torques to apply [N.m], always within the motors' limits.
   omni4_torques torques;
-  // Torques that the loops asked for [N.m].
+  // Torques that the loops requested [N.m].
   omni4_torques requested;
   // References of the loops [rad/s].
   omni4_velocities references;
-  // Velocities that the loops went by [rad/s]; 0 for a wheel that is not `active`.
+  // Velocities that the loops used [rad/s]; 0 for a wheel that is not `active`.
   omni4_velocities measured;
-  // What the vehicle is to do: the command within all limits, of the origin.
+  // Command within all limits, of the origin.
   omni_twist twist;
-  // What the vehicle does, by its wheels; 0 unless `motion_known`.
+  // Twist of the vehicle, by its wheels; 0 unless `motion_known`.
   omni_twist estimated;
-  // Where the vehicle is, by its wheels.
+  // Pose of the vehicle, by its wheels.
   omni_pose pose;
   // How far the vehicle can be relied on.
   omni_drive_mode mode;
   // Why the twist is what it is.
   omni_command_status status;
-  // A command arrived and was refused: it is no number, or beyond 1e6.
+  // A command arrived and was rejected: it is no number, or beyond 1e6.
   bool rejected;
-  // Enough wheels determine the motion; else the pose stands still.
+  // Enough wheels determine the motion; otherwise the pose does not change.
   bool motion_known;
   // The fault of each wheel.
   omni_fault faults[4];
@@ -1534,7 +1534,7 @@ typedef struct {
   bool active[4];
   // The requested torque is outside the limits.
   bool saturated[4];
-  // The wheel is left out of the motion: faulty, lifted or slipping.
+  // The wheel is excluded from the motion: faulty, lifted or slipping.
   bool excluded[4];
   // The motor's windings shall be shorted. In a safe stop and an emergency stop: the wheel has a
   // fault, so that no torque can be asked of it, or all torque has ended. At rest otherwise: all
@@ -1545,29 +1545,29 @@ typedef struct {
 // What arrived since the period before. All zero: nothing did, every wheel is on flat ground,
 // motors have their own limits.
 typedef struct {
-  // The command; looked at only where `commanded`.
+  // The command; used only if `commanded`.
   omni_twist command;
-  // Actuator velocities [rad/s]; each looked at only where it was `received`.
+  // Actuator velocities [rad/s]; each used only if it was `received`.
   omni4_velocities measured;
   // Torques [N.m] that the motors shall keep within besides their own limits: a hot motor, a low
-  // battery. Each looked at only where `limited`. 0 is always within.
+  // battery. Each used only if `limited`. 0 is always within.
   omni4_torque_ranges torque_ranges;
-  // Path of each wheel over path of the body beneath it, 0.01 to 100; whatever else counts as 1, flat ground.
+  // Path of each wheel over path of the body beneath it, 0.01 to 100; any other number counts as 1, flat ground.
   float path_factor[4];
-  // A command arrived. Where none does for the time-out, the vehicle is brought to rest.
+  // A command arrived. If none does for the time-out, the vehicle is brought to rest.
   bool commanded;
   // The emergency stop is pressed: the vehicle comes to rest at the emergency deceleration, whatever is
-  // commanded, and stays there for as long as this is said. A momentary button has to be latched by the caller.
+  // commanded, and stays there as long as this is true. The caller has to latch a momentary button.
   bool emergency;
   // The encoder's reading arrived.
   bool received[4];
-  // The wheel is in the air: it is controlled, but says nothing of the vehicle's motion.
+  // The wheel is in the air: it is controlled, but excluded from the vehicle's motion.
   bool lifted[4];
   // `torque_ranges` holds for this motor.
   bool limited[4];
 } omni4_drive_input;
 
-// Chooses the target speed of a `super::Traction`. Immutable.
+// Chooses the target speed of a `Traction`. Immutable.
 //
 // It knows which row of wheels climbs next from how high the rows stand. Rows behind the first need a run-up, because
 // an impact absorbs most of the vehicle's energy. A vehicle that pushes with its full thrust and does not move backs
@@ -1589,7 +1589,7 @@ typedef struct {
   float arm_m[4][3];
 } omni4_linkage;
 
-// Traction control of one vehicle. Immutable; what it remembers is a
+// Traction control of one vehicle. Immutable; its state is a
 // `TractionState`.
 typedef struct {
   omni4_kinematics kinematics;
@@ -1618,7 +1618,7 @@ typedef struct {
   omni4_traction traction;
 } omni4_traction_drive;
 
-// What a drive with traction control remembers. Nothing in it is for anybody else.
+// State of a drive with traction control. Private.
 typedef struct {
   uint32_t ready;
   uint32_t memory[445];
@@ -1692,7 +1692,7 @@ typedef struct {
   float lever_m2;
 } omni4_estimator;
 
-// What an estimator remembers. Nothing in it is for anybody else.
+// State of an estimator. Private.
 typedef struct {
   uint32_t ready;
   uint32_t memory[105];
@@ -1700,9 +1700,9 @@ typedef struct {
 
 // Readings of an estimator in a period. All zero: nothing is read.
 typedef struct {
-  // Actuator velocities [rad/s]; each looked at only where it was `received`.
+  // Actuator velocities [rad/s]; each used only if it was `received`.
   omni4_velocities measured;
-  // Inertial measurement unit of the base; looked at only where `imu_received`.
+  // Inertial measurement unit of the base; used only if `imu_received`.
   omni_imu imu;
   // The encoder's reading arrived.
   bool received[4];
@@ -1875,13 +1875,13 @@ typedef struct {
   omni_covariance_growth growth;
   float command_point_m[2];
   float period_s;
-  uint16_t blind_periods;
+  uint16_t unobservable_periods;
   bool limits_speed;
   bool grows_covariance;
   bool discretize;
 } omni5_drive;
 
-// What a drive remembers. Nothing in it is for anybody else.
+// State of a drive. Private.
 typedef struct {
   uint32_t ready;
   uint32_t memory[184];
@@ -1891,25 +1891,25 @@ typedef struct {
 typedef struct {
   // Torques to apply [N.m], always within the motors' limits.
   omni5_torques torques;
-  // Torques that the loops asked for [N.m].
+  // Torques that the loops requested [N.m].
   omni5_torques requested;
   // References of the loops [rad/s].
   omni5_velocities references;
-  // Velocities that the loops went by [rad/s]; 0 for a wheel that is not `active`.
+  // Velocities that the loops used [rad/s]; 0 for a wheel that is not `active`.
   omni5_velocities measured;
-  // What the vehicle is to do: the command within all limits, of the origin.
+  // Command within all limits, of the origin.
   omni_twist twist;
-  // What the vehicle does, by its wheels; 0 unless `motion_known`.
+  // Twist of the vehicle, by its wheels; 0 unless `motion_known`.
   omni_twist estimated;
-  // Where the vehicle is, by its wheels.
+  // Pose of the vehicle, by its wheels.
   omni_pose pose;
   // How far the vehicle can be relied on.
   omni_drive_mode mode;
   // Why the twist is what it is.
   omni_command_status status;
-  // A command arrived and was refused: it is no number, or beyond 1e6.
+  // A command arrived and was rejected: it is no number, or beyond 1e6.
   bool rejected;
-  // Enough wheels determine the motion; else the pose stands still.
+  // Enough wheels determine the motion; otherwise the pose does not change.
   bool motion_known;
   // The fault of each wheel.
   omni_fault faults[5];
@@ -1918,7 +1918,7 @@ typedef struct {
   bool active[5];
   // The requested torque is outside the limits.
   bool saturated[5];
-  // The wheel is left out of the motion: faulty, lifted or slipping.
+  // The wheel is excluded from the motion: faulty, lifted or slipping.
   bool excluded[5];
   // The motor's windings shall be shorted. In a safe stop and an emergency stop: the wheel has a
   // fault, so that no torque can be asked of it, or all torque has ended. At rest otherwise: all
@@ -1929,29 +1929,29 @@ typedef struct {
 // What arrived since the period before. All zero: nothing did, every wheel is on flat ground,
 // motors have their own limits.
 typedef struct {
-  // The command; looked at only where `commanded`.
+  // The command; used only if `commanded`.
   omni_twist command;
-  // Actuator velocities [rad/s]; each looked at only where it was `received`.
+  // Actuator velocities [rad/s]; each used only if it was `received`.
   omni5_velocities measured;
   // Torques [N.m] that the motors shall keep within besides their own limits: a hot motor, a low
-  // battery. Each looked at only where `limited`. 0 is always within.
+  // battery. Each used only if `limited`. 0 is always within.
   omni5_torque_ranges torque_ranges;
-  // Path of each wheel over path of the body beneath it, 0.01 to 100; whatever else counts as 1, flat ground.
+  // Path of each wheel over path of the body beneath it, 0.01 to 100; any other number counts as 1, flat ground.
   float path_factor[5];
-  // A command arrived. Where none does for the time-out, the vehicle is brought to rest.
+  // A command arrived. If none does for the time-out, the vehicle is brought to rest.
   bool commanded;
   // The emergency stop is pressed: the vehicle comes to rest at the emergency deceleration, whatever is
-  // commanded, and stays there for as long as this is said. A momentary button has to be latched by the caller.
+  // commanded, and stays there as long as this is true. The caller has to latch a momentary button.
   bool emergency;
   // The encoder's reading arrived.
   bool received[5];
-  // The wheel is in the air: it is controlled, but says nothing of the vehicle's motion.
+  // The wheel is in the air: it is controlled, but excluded from the vehicle's motion.
   bool lifted[5];
   // `torque_ranges` holds for this motor.
   bool limited[5];
 } omni5_drive_input;
 
-// Chooses the target speed of a `super::Traction`. Immutable.
+// Chooses the target speed of a `Traction`. Immutable.
 //
 // It knows which row of wheels climbs next from how high the rows stand. Rows behind the first need a run-up, because
 // an impact absorbs most of the vehicle's energy. A vehicle that pushes with its full thrust and does not move backs
@@ -1973,7 +1973,7 @@ typedef struct {
   float arm_m[5][3];
 } omni5_linkage;
 
-// Traction control of one vehicle. Immutable; what it remembers is a
+// Traction control of one vehicle. Immutable; its state is a
 // `TractionState`.
 typedef struct {
   omni5_kinematics kinematics;
@@ -2002,7 +2002,7 @@ typedef struct {
   omni5_traction traction;
 } omni5_traction_drive;
 
-// What a drive with traction control remembers. Nothing in it is for anybody else.
+// State of a drive with traction control. Private.
 typedef struct {
   uint32_t ready;
   uint32_t memory[499];
@@ -2076,7 +2076,7 @@ typedef struct {
   float lever_m2;
 } omni5_estimator;
 
-// What an estimator remembers. Nothing in it is for anybody else.
+// State of an estimator. Private.
 typedef struct {
   uint32_t ready;
   uint32_t memory[106];
@@ -2084,9 +2084,9 @@ typedef struct {
 
 // Readings of an estimator in a period. All zero: nothing is read.
 typedef struct {
-  // Actuator velocities [rad/s]; each looked at only where it was `received`.
+  // Actuator velocities [rad/s]; each used only if it was `received`.
   omni5_velocities measured;
-  // Inertial measurement unit of the base; looked at only where `imu_received`.
+  // Inertial measurement unit of the base; used only if `imu_received`.
   omni_imu imu;
   // The encoder's reading arrived.
   bool received[5];
@@ -2259,13 +2259,13 @@ typedef struct {
   omni_covariance_growth growth;
   float command_point_m[2];
   float period_s;
-  uint16_t blind_periods;
+  uint16_t unobservable_periods;
   bool limits_speed;
   bool grows_covariance;
   bool discretize;
 } omni6_drive;
 
-// What a drive remembers. Nothing in it is for anybody else.
+// State of a drive. Private.
 typedef struct {
   uint32_t ready;
   uint32_t memory[212];
@@ -2275,25 +2275,25 @@ typedef struct {
 typedef struct {
   // Torques to apply [N.m], always within the motors' limits.
   omni6_torques torques;
-  // Torques that the loops asked for [N.m].
+  // Torques that the loops requested [N.m].
   omni6_torques requested;
   // References of the loops [rad/s].
   omni6_velocities references;
-  // Velocities that the loops went by [rad/s]; 0 for a wheel that is not `active`.
+  // Velocities that the loops used [rad/s]; 0 for a wheel that is not `active`.
   omni6_velocities measured;
-  // What the vehicle is to do: the command within all limits, of the origin.
+  // Command within all limits, of the origin.
   omni_twist twist;
-  // What the vehicle does, by its wheels; 0 unless `motion_known`.
+  // Twist of the vehicle, by its wheels; 0 unless `motion_known`.
   omni_twist estimated;
-  // Where the vehicle is, by its wheels.
+  // Pose of the vehicle, by its wheels.
   omni_pose pose;
   // How far the vehicle can be relied on.
   omni_drive_mode mode;
   // Why the twist is what it is.
   omni_command_status status;
-  // A command arrived and was refused: it is no number, or beyond 1e6.
+  // A command arrived and was rejected: it is no number, or beyond 1e6.
   bool rejected;
-  // Enough wheels determine the motion; else the pose stands still.
+  // Enough wheels determine the motion; otherwise the pose does not change.
   bool motion_known;
   // The fault of each wheel.
   omni_fault faults[6];
@@ -2302,7 +2302,7 @@ typedef struct {
   bool active[6];
   // The requested torque is outside the limits.
   bool saturated[6];
-  // The wheel is left out of the motion: faulty, lifted or slipping.
+  // The wheel is excluded from the motion: faulty, lifted or slipping.
   bool excluded[6];
   // The motor's windings shall be shorted. In a safe stop and an emergency stop: the wheel has a
   // fault, so that no torque can be asked of it, or all torque has ended. At rest otherwise: all
@@ -2313,29 +2313,29 @@ typedef struct {
 // What arrived since the period before. All zero: nothing did, every wheel is on flat ground,
 // motors have their own limits.
 typedef struct {
-  // The command; looked at only where `commanded`.
+  // The command; used only if `commanded`.
   omni_twist command;
-  // Actuator velocities [rad/s]; each looked at only where it was `received`.
+  // Actuator velocities [rad/s]; each used only if it was `received`.
   omni6_velocities measured;
   // Torques [N.m] that the motors shall keep within besides their own limits: a hot motor, a low
-  // battery. Each looked at only where `limited`. 0 is always within.
+  // battery. Each used only if `limited`. 0 is always within.
   omni6_torque_ranges torque_ranges;
-  // Path of each wheel over path of the body beneath it, 0.01 to 100; whatever else counts as 1, flat ground.
+  // Path of each wheel over path of the body beneath it, 0.01 to 100; any other number counts as 1, flat ground.
   float path_factor[6];
-  // A command arrived. Where none does for the time-out, the vehicle is brought to rest.
+  // A command arrived. If none does for the time-out, the vehicle is brought to rest.
   bool commanded;
   // The emergency stop is pressed: the vehicle comes to rest at the emergency deceleration, whatever is
-  // commanded, and stays there for as long as this is said. A momentary button has to be latched by the caller.
+  // commanded, and stays there as long as this is true. The caller has to latch a momentary button.
   bool emergency;
   // The encoder's reading arrived.
   bool received[6];
-  // The wheel is in the air: it is controlled, but says nothing of the vehicle's motion.
+  // The wheel is in the air: it is controlled, but excluded from the vehicle's motion.
   bool lifted[6];
   // `torque_ranges` holds for this motor.
   bool limited[6];
 } omni6_drive_input;
 
-// Chooses the target speed of a `super::Traction`. Immutable.
+// Chooses the target speed of a `Traction`. Immutable.
 //
 // It knows which row of wheels climbs next from how high the rows stand. Rows behind the first need a run-up, because
 // an impact absorbs most of the vehicle's energy. A vehicle that pushes with its full thrust and does not move backs
@@ -2357,7 +2357,7 @@ typedef struct {
   float arm_m[6][3];
 } omni6_linkage;
 
-// Traction control of one vehicle. Immutable; what it remembers is a
+// Traction control of one vehicle. Immutable; its state is a
 // `TractionState`.
 typedef struct {
   omni6_kinematics kinematics;
@@ -2386,7 +2386,7 @@ typedef struct {
   omni6_traction traction;
 } omni6_traction_drive;
 
-// What a drive with traction control remembers. Nothing in it is for anybody else.
+// State of a drive with traction control. Private.
 typedef struct {
   uint32_t ready;
   uint32_t memory[552];
@@ -2460,7 +2460,7 @@ typedef struct {
   float lever_m2;
 } omni6_estimator;
 
-// What an estimator remembers. Nothing in it is for anybody else.
+// State of an estimator. Private.
 typedef struct {
   uint32_t ready;
   uint32_t memory[107];
@@ -2468,9 +2468,9 @@ typedef struct {
 
 // Readings of an estimator in a period. All zero: nothing is read.
 typedef struct {
-  // Actuator velocities [rad/s]; each looked at only where it was `received`.
+  // Actuator velocities [rad/s]; each used only if it was `received`.
   omni6_velocities measured;
-  // Inertial measurement unit of the base; looked at only where `imu_received`.
+  // Inertial measurement unit of the base; used only if `imu_received`.
   omni_imu imu;
   // The encoder's reading arrived.
   bool received[6];
@@ -2643,13 +2643,13 @@ typedef struct {
   omni_covariance_growth growth;
   float command_point_m[2];
   float period_s;
-  uint16_t blind_periods;
+  uint16_t unobservable_periods;
   bool limits_speed;
   bool grows_covariance;
   bool discretize;
 } omni7_drive;
 
-// What a drive remembers. Nothing in it is for anybody else.
+// State of a drive. Private.
 typedef struct {
   uint32_t ready;
   uint32_t memory[239];
@@ -2659,25 +2659,25 @@ typedef struct {
 typedef struct {
   // Torques to apply [N.m], always within the motors' limits.
   omni7_torques torques;
-  // Torques that the loops asked for [N.m].
+  // Torques that the loops requested [N.m].
   omni7_torques requested;
   // References of the loops [rad/s].
   omni7_velocities references;
-  // Velocities that the loops went by [rad/s]; 0 for a wheel that is not `active`.
+  // Velocities that the loops used [rad/s]; 0 for a wheel that is not `active`.
   omni7_velocities measured;
-  // What the vehicle is to do: the command within all limits, of the origin.
+  // Command within all limits, of the origin.
   omni_twist twist;
-  // What the vehicle does, by its wheels; 0 unless `motion_known`.
+  // Twist of the vehicle, by its wheels; 0 unless `motion_known`.
   omni_twist estimated;
-  // Where the vehicle is, by its wheels.
+  // Pose of the vehicle, by its wheels.
   omni_pose pose;
   // How far the vehicle can be relied on.
   omni_drive_mode mode;
   // Why the twist is what it is.
   omni_command_status status;
-  // A command arrived and was refused: it is no number, or beyond 1e6.
+  // A command arrived and was rejected: it is no number, or beyond 1e6.
   bool rejected;
-  // Enough wheels determine the motion; else the pose stands still.
+  // Enough wheels determine the motion; otherwise the pose does not change.
   bool motion_known;
   // The fault of each wheel.
   omni_fault faults[7];
@@ -2686,7 +2686,7 @@ typedef struct {
   bool active[7];
   // The requested torque is outside the limits.
   bool saturated[7];
-  // The wheel is left out of the motion: faulty, lifted or slipping.
+  // The wheel is excluded from the motion: faulty, lifted or slipping.
   bool excluded[7];
   // The motor's windings shall be shorted. In a safe stop and an emergency stop: the wheel has a
   // fault, so that no torque can be asked of it, or all torque has ended. At rest otherwise: all
@@ -2697,29 +2697,29 @@ typedef struct {
 // What arrived since the period before. All zero: nothing did, every wheel is on flat ground,
 // motors have their own limits.
 typedef struct {
-  // The command; looked at only where `commanded`.
+  // The command; used only if `commanded`.
   omni_twist command;
-  // Actuator velocities [rad/s]; each looked at only where it was `received`.
+  // Actuator velocities [rad/s]; each used only if it was `received`.
   omni7_velocities measured;
   // Torques [N.m] that the motors shall keep within besides their own limits: a hot motor, a low
-  // battery. Each looked at only where `limited`. 0 is always within.
+  // battery. Each used only if `limited`. 0 is always within.
   omni7_torque_ranges torque_ranges;
-  // Path of each wheel over path of the body beneath it, 0.01 to 100; whatever else counts as 1, flat ground.
+  // Path of each wheel over path of the body beneath it, 0.01 to 100; any other number counts as 1, flat ground.
   float path_factor[7];
-  // A command arrived. Where none does for the time-out, the vehicle is brought to rest.
+  // A command arrived. If none does for the time-out, the vehicle is brought to rest.
   bool commanded;
   // The emergency stop is pressed: the vehicle comes to rest at the emergency deceleration, whatever is
-  // commanded, and stays there for as long as this is said. A momentary button has to be latched by the caller.
+  // commanded, and stays there as long as this is true. The caller has to latch a momentary button.
   bool emergency;
   // The encoder's reading arrived.
   bool received[7];
-  // The wheel is in the air: it is controlled, but says nothing of the vehicle's motion.
+  // The wheel is in the air: it is controlled, but excluded from the vehicle's motion.
   bool lifted[7];
   // `torque_ranges` holds for this motor.
   bool limited[7];
 } omni7_drive_input;
 
-// Chooses the target speed of a `super::Traction`. Immutable.
+// Chooses the target speed of a `Traction`. Immutable.
 //
 // It knows which row of wheels climbs next from how high the rows stand. Rows behind the first need a run-up, because
 // an impact absorbs most of the vehicle's energy. A vehicle that pushes with its full thrust and does not move backs
@@ -2741,7 +2741,7 @@ typedef struct {
   float arm_m[7][3];
 } omni7_linkage;
 
-// Traction control of one vehicle. Immutable; what it remembers is a
+// Traction control of one vehicle. Immutable; its state is a
 // `TractionState`.
 typedef struct {
   omni7_kinematics kinematics;
@@ -2770,7 +2770,7 @@ typedef struct {
   omni7_traction traction;
 } omni7_traction_drive;
 
-// What a drive with traction control remembers. Nothing in it is for anybody else.
+// State of a drive with traction control. Private.
 typedef struct {
   uint32_t ready;
   uint32_t memory[604];
@@ -2844,7 +2844,7 @@ typedef struct {
   float lever_m2;
 } omni7_estimator;
 
-// What an estimator remembers. Nothing in it is for anybody else.
+// State of an estimator. Private.
 typedef struct {
   uint32_t ready;
   uint32_t memory[108];
@@ -2852,9 +2852,9 @@ typedef struct {
 
 // Readings of an estimator in a period. All zero: nothing is read.
 typedef struct {
-  // Actuator velocities [rad/s]; each looked at only where it was `received`.
+  // Actuator velocities [rad/s]; each used only if it was `received`.
   omni7_velocities measured;
-  // Inertial measurement unit of the base; looked at only where `imu_received`.
+  // Inertial measurement unit of the base; used only if `imu_received`.
   omni_imu imu;
   // The encoder's reading arrived.
   bool received[7];
@@ -3027,13 +3027,13 @@ typedef struct {
   omni_covariance_growth growth;
   float command_point_m[2];
   float period_s;
-  uint16_t blind_periods;
+  uint16_t unobservable_periods;
   bool limits_speed;
   bool grows_covariance;
   bool discretize;
 } omni8_drive;
 
-// What a drive remembers. Nothing in it is for anybody else.
+// State of a drive. Private.
 typedef struct {
   uint32_t ready;
   uint32_t memory[266];
@@ -3043,25 +3043,25 @@ typedef struct {
 typedef struct {
   // Torques to apply [N.m], always within the motors' limits.
   omni8_torques torques;
-  // Torques that the loops asked for [N.m].
+  // Torques that the loops requested [N.m].
   omni8_torques requested;
   // References of the loops [rad/s].
   omni8_velocities references;
-  // Velocities that the loops went by [rad/s]; 0 for a wheel that is not `active`.
+  // Velocities that the loops used [rad/s]; 0 for a wheel that is not `active`.
   omni8_velocities measured;
-  // What the vehicle is to do: the command within all limits, of the origin.
+  // Command within all limits, of the origin.
   omni_twist twist;
-  // What the vehicle does, by its wheels; 0 unless `motion_known`.
+  // Twist of the vehicle, by its wheels; 0 unless `motion_known`.
   omni_twist estimated;
-  // Where the vehicle is, by its wheels.
+  // Pose of the vehicle, by its wheels.
   omni_pose pose;
   // How far the vehicle can be relied on.
   omni_drive_mode mode;
   // Why the twist is what it is.
   omni_command_status status;
-  // A command arrived and was refused: it is no number, or beyond 1e6.
+  // A command arrived and was rejected: it is no number, or beyond 1e6.
   bool rejected;
-  // Enough wheels determine the motion; else the pose stands still.
+  // Enough wheels determine the motion; otherwise the pose does not change.
   bool motion_known;
   // The fault of each wheel.
   omni_fault faults[8];
@@ -3070,7 +3070,7 @@ typedef struct {
   bool active[8];
   // The requested torque is outside the limits.
   bool saturated[8];
-  // The wheel is left out of the motion: faulty, lifted or slipping.
+  // The wheel is excluded from the motion: faulty, lifted or slipping.
   bool excluded[8];
   // The motor's windings shall be shorted. In a safe stop and an emergency stop: the wheel has a
   // fault, so that no torque can be asked of it, or all torque has ended. At rest otherwise: all
@@ -3081,29 +3081,29 @@ typedef struct {
 // What arrived since the period before. All zero: nothing did, every wheel is on flat ground,
 // motors have their own limits.
 typedef struct {
-  // The command; looked at only where `commanded`.
+  // The command; used only if `commanded`.
   omni_twist command;
-  // Actuator velocities [rad/s]; each looked at only where it was `received`.
+  // Actuator velocities [rad/s]; each used only if it was `received`.
   omni8_velocities measured;
   // Torques [N.m] that the motors shall keep within besides their own limits: a hot motor, a low
-  // battery. Each looked at only where `limited`. 0 is always within.
+  // battery. Each used only if `limited`. 0 is always within.
   omni8_torque_ranges torque_ranges;
-  // Path of each wheel over path of the body beneath it, 0.01 to 100; whatever else counts as 1, flat ground.
+  // Path of each wheel over path of the body beneath it, 0.01 to 100; any other number counts as 1, flat ground.
   float path_factor[8];
-  // A command arrived. Where none does for the time-out, the vehicle is brought to rest.
+  // A command arrived. If none does for the time-out, the vehicle is brought to rest.
   bool commanded;
   // The emergency stop is pressed: the vehicle comes to rest at the emergency deceleration, whatever is
-  // commanded, and stays there for as long as this is said. A momentary button has to be latched by the caller.
+  // commanded, and stays there as long as this is true. The caller has to latch a momentary button.
   bool emergency;
   // The encoder's reading arrived.
   bool received[8];
-  // The wheel is in the air: it is controlled, but says nothing of the vehicle's motion.
+  // The wheel is in the air: it is controlled, but excluded from the vehicle's motion.
   bool lifted[8];
   // `torque_ranges` holds for this motor.
   bool limited[8];
 } omni8_drive_input;
 
-// Chooses the target speed of a `super::Traction`. Immutable.
+// Chooses the target speed of a `Traction`. Immutable.
 //
 // It knows which row of wheels climbs next from how high the rows stand. Rows behind the first need a run-up, because
 // an impact absorbs most of the vehicle's energy. A vehicle that pushes with its full thrust and does not move backs
@@ -3125,7 +3125,7 @@ typedef struct {
   float arm_m[8][3];
 } omni8_linkage;
 
-// Traction control of one vehicle. Immutable; what it remembers is a
+// Traction control of one vehicle. Immutable; its state is a
 // `TractionState`.
 typedef struct {
   omni8_kinematics kinematics;
@@ -3154,7 +3154,7 @@ typedef struct {
   omni8_traction traction;
 } omni8_traction_drive;
 
-// What a drive with traction control remembers. Nothing in it is for anybody else.
+// State of a drive with traction control. Private.
 typedef struct {
   uint32_t ready;
   uint32_t memory[656];
@@ -3228,7 +3228,7 @@ typedef struct {
   float lever_m2;
 } omni8_estimator;
 
-// What an estimator remembers. Nothing in it is for anybody else.
+// State of an estimator. Private.
 typedef struct {
   uint32_t ready;
   uint32_t memory[109];
@@ -3236,9 +3236,9 @@ typedef struct {
 
 // Readings of an estimator in a period. All zero: nothing is read.
 typedef struct {
-  // Actuator velocities [rad/s]; each looked at only where it was `received`.
+  // Actuator velocities [rad/s]; each used only if it was `received`.
   omni8_velocities measured;
-  // Inertial measurement unit of the base; looked at only where `imu_received`.
+  // Inertial measurement unit of the base; used only if `imu_received`.
   omni_imu imu;
   // The encoder's reading arrived.
   bool received[8];
@@ -3497,7 +3497,7 @@ typedef struct {
 } omni_follower_config;
 
 // Follows a trajectory: its velocity in the vehicle frame, and a correction proportional to the pose error. Goes
-// before the limits of the twist. It remembers nothing.
+// before the limits of the twist. It has no state.
 //
 // The correction of the velocity is limited as a vector, so that its direction stays; the yaw rate correction follows
 // the shorter turn.
@@ -3551,7 +3551,7 @@ omni_status omni3_drive_init(const omni3_drive *drive,
 // One control period of a three-wheel vehicle: from what arrived to torques [N.m], in `output->torques.n_m`.
 // To be called once every period that the drive was made for, always with the same `drive`.
 //
-// Nonsense in the input is refused, or its wheel is released. `input` must not lie within `output`.
+// Nonsense in the input is rejected, or its wheel is released. `input` must not lie within `output`.
 omni_status omni3_drive_step(const omni3_drive *drive,
                              omni3_drive_state *state,
                              const omni3_drive_input *input,
@@ -3567,7 +3567,7 @@ omni_status omni3_traction_drive_init(const omni3_traction_drive *drive,
 // [N.m], in `output->drive.torques.n_m`. To be called once every period that the drive was made
 // for, always with the same `drive`.
 //
-// Nonsense in the input is refused, or its wheel is released. `input` and `bodies` must not lie within `output`.
+// Nonsense in the input is rejected, or its wheel is released. `input` and `bodies` must not lie within `output`.
 omni_status omni3_traction_drive_step(const omni3_traction_drive *drive,
                                       omni3_traction_drive_state *state,
                                       const omni3_drive_input *input,
@@ -3599,10 +3599,10 @@ omni_status omni3_estimator_reset(omni3_estimator_state *state,
 omni_status omni3_drive_release_safe_stop(omni3_drive_state *state);
 
 // The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad`
-// [rad]. How far it may be off stays.
+// [rad]. Its deviations stay.
 omni_status omni3_drive_reset_pose(omni3_drive_state *state, float x_m, float y_m, float yaw_rad);
 
-// How far the pose may be off.
+// Standard deviations of the pose.
 omni_status omni3_drive_deviations(const omni3_drive_state *state, omni_deviations *deviations);
 
 // Ends a safe stop. Every reading is judged afresh, and commands that arrive from now on are followed.
@@ -3610,13 +3610,13 @@ omni_status omni3_drive_deviations(const omni3_drive_state *state, omni_deviatio
 omni_status omni3_traction_drive_release_safe_stop(omni3_traction_drive_state *state);
 
 // The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad`
-// [rad]. How far it may be off stays.
+// [rad]. Its deviations stay.
 omni_status omni3_traction_drive_reset_pose(omni3_traction_drive_state *state,
                                             float x_m,
                                             float y_m,
                                             float yaw_rad);
 
-// How far the pose may be off.
+// Standard deviations of the pose.
 omni_status omni3_traction_drive_deviations(const omni3_traction_drive_state *state,
                                             omni_deviations *deviations);
 
@@ -3648,7 +3648,7 @@ omni_status omni4_drive_init(const omni4_drive *drive,
 // One control period of a four-wheel vehicle: from what arrived to torques [N.m], in `output->torques.n_m`.
 // To be called once every period that the drive was made for, always with the same `drive`.
 //
-// Nonsense in the input is refused, or its wheel is released. `input` must not lie within `output`.
+// Nonsense in the input is rejected, or its wheel is released. `input` must not lie within `output`.
 omni_status omni4_drive_step(const omni4_drive *drive,
                              omni4_drive_state *state,
                              const omni4_drive_input *input,
@@ -3664,7 +3664,7 @@ omni_status omni4_traction_drive_init(const omni4_traction_drive *drive,
 // [N.m], in `output->drive.torques.n_m`. To be called once every period that the drive was made
 // for, always with the same `drive`.
 //
-// Nonsense in the input is refused, or its wheel is released. `input` and `bodies` must not lie within `output`.
+// Nonsense in the input is rejected, or its wheel is released. `input` and `bodies` must not lie within `output`.
 omni_status omni4_traction_drive_step(const omni4_traction_drive *drive,
                                       omni4_traction_drive_state *state,
                                       const omni4_drive_input *input,
@@ -3696,10 +3696,10 @@ omni_status omni4_estimator_reset(omni4_estimator_state *state,
 omni_status omni4_drive_release_safe_stop(omni4_drive_state *state);
 
 // The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad`
-// [rad]. How far it may be off stays.
+// [rad]. Its deviations stay.
 omni_status omni4_drive_reset_pose(omni4_drive_state *state, float x_m, float y_m, float yaw_rad);
 
-// How far the pose may be off.
+// Standard deviations of the pose.
 omni_status omni4_drive_deviations(const omni4_drive_state *state, omni_deviations *deviations);
 
 // Ends a safe stop. Every reading is judged afresh, and commands that arrive from now on are followed.
@@ -3707,13 +3707,13 @@ omni_status omni4_drive_deviations(const omni4_drive_state *state, omni_deviatio
 omni_status omni4_traction_drive_release_safe_stop(omni4_traction_drive_state *state);
 
 // The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad`
-// [rad]. How far it may be off stays.
+// [rad]. Its deviations stay.
 omni_status omni4_traction_drive_reset_pose(omni4_traction_drive_state *state,
                                             float x_m,
                                             float y_m,
                                             float yaw_rad);
 
-// How far the pose may be off.
+// Standard deviations of the pose.
 omni_status omni4_traction_drive_deviations(const omni4_traction_drive_state *state,
                                             omni_deviations *deviations);
 
@@ -3745,7 +3745,7 @@ omni_status omni5_drive_init(const omni5_drive *drive,
 // One control period of a five-wheel vehicle: from what arrived to torques [N.m], in `output->torques.n_m`.
 // To be called once every period that the drive was made for, always with the same `drive`.
 //
-// Nonsense in the input is refused, or its wheel is released. `input` must not lie within `output`.
+// Nonsense in the input is rejected, or its wheel is released. `input` must not lie within `output`.
 omni_status omni5_drive_step(const omni5_drive *drive,
                              omni5_drive_state *state,
                              const omni5_drive_input *input,
@@ -3761,7 +3761,7 @@ omni_status omni5_traction_drive_init(const omni5_traction_drive *drive,
 // [N.m], in `output->drive.torques.n_m`. To be called once every period that the drive was made
 // for, always with the same `drive`.
 //
-// Nonsense in the input is refused, or its wheel is released. `input` and `bodies` must not lie within `output`.
+// Nonsense in the input is rejected, or its wheel is released. `input` and `bodies` must not lie within `output`.
 omni_status omni5_traction_drive_step(const omni5_traction_drive *drive,
                                       omni5_traction_drive_state *state,
                                       const omni5_drive_input *input,
@@ -3793,10 +3793,10 @@ omni_status omni5_estimator_reset(omni5_estimator_state *state,
 omni_status omni5_drive_release_safe_stop(omni5_drive_state *state);
 
 // The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad`
-// [rad]. How far it may be off stays.
+// [rad]. Its deviations stay.
 omni_status omni5_drive_reset_pose(omni5_drive_state *state, float x_m, float y_m, float yaw_rad);
 
-// How far the pose may be off.
+// Standard deviations of the pose.
 omni_status omni5_drive_deviations(const omni5_drive_state *state, omni_deviations *deviations);
 
 // Ends a safe stop. Every reading is judged afresh, and commands that arrive from now on are followed.
@@ -3804,13 +3804,13 @@ omni_status omni5_drive_deviations(const omni5_drive_state *state, omni_deviatio
 omni_status omni5_traction_drive_release_safe_stop(omni5_traction_drive_state *state);
 
 // The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad`
-// [rad]. How far it may be off stays.
+// [rad]. Its deviations stay.
 omni_status omni5_traction_drive_reset_pose(omni5_traction_drive_state *state,
                                             float x_m,
                                             float y_m,
                                             float yaw_rad);
 
-// How far the pose may be off.
+// Standard deviations of the pose.
 omni_status omni5_traction_drive_deviations(const omni5_traction_drive_state *state,
                                             omni_deviations *deviations);
 
@@ -3842,7 +3842,7 @@ omni_status omni6_drive_init(const omni6_drive *drive,
 // One control period of a six-wheel vehicle: from what arrived to torques [N.m], in `output->torques.n_m`.
 // To be called once every period that the drive was made for, always with the same `drive`.
 //
-// Nonsense in the input is refused, or its wheel is released. `input` must not lie within `output`.
+// Nonsense in the input is rejected, or its wheel is released. `input` must not lie within `output`.
 omni_status omni6_drive_step(const omni6_drive *drive,
                              omni6_drive_state *state,
                              const omni6_drive_input *input,
@@ -3858,7 +3858,7 @@ omni_status omni6_traction_drive_init(const omni6_traction_drive *drive,
 // [N.m], in `output->drive.torques.n_m`. To be called once every period that the drive was made
 // for, always with the same `drive`.
 //
-// Nonsense in the input is refused, or its wheel is released. `input` and `bodies` must not lie within `output`.
+// Nonsense in the input is rejected, or its wheel is released. `input` and `bodies` must not lie within `output`.
 omni_status omni6_traction_drive_step(const omni6_traction_drive *drive,
                                       omni6_traction_drive_state *state,
                                       const omni6_drive_input *input,
@@ -3890,10 +3890,10 @@ omni_status omni6_estimator_reset(omni6_estimator_state *state,
 omni_status omni6_drive_release_safe_stop(omni6_drive_state *state);
 
 // The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad`
-// [rad]. How far it may be off stays.
+// [rad]. Its deviations stay.
 omni_status omni6_drive_reset_pose(omni6_drive_state *state, float x_m, float y_m, float yaw_rad);
 
-// How far the pose may be off.
+// Standard deviations of the pose.
 omni_status omni6_drive_deviations(const omni6_drive_state *state, omni_deviations *deviations);
 
 // Ends a safe stop. Every reading is judged afresh, and commands that arrive from now on are followed.
@@ -3901,13 +3901,13 @@ omni_status omni6_drive_deviations(const omni6_drive_state *state, omni_deviatio
 omni_status omni6_traction_drive_release_safe_stop(omni6_traction_drive_state *state);
 
 // The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad`
-// [rad]. How far it may be off stays.
+// [rad]. Its deviations stay.
 omni_status omni6_traction_drive_reset_pose(omni6_traction_drive_state *state,
                                             float x_m,
                                             float y_m,
                                             float yaw_rad);
 
-// How far the pose may be off.
+// Standard deviations of the pose.
 omni_status omni6_traction_drive_deviations(const omni6_traction_drive_state *state,
                                             omni_deviations *deviations);
 
@@ -3939,7 +3939,7 @@ omni_status omni7_drive_init(const omni7_drive *drive,
 // One control period of a seven-wheel vehicle: from what arrived to torques [N.m], in `output->torques.n_m`.
 // To be called once every period that the drive was made for, always with the same `drive`.
 //
-// Nonsense in the input is refused, or its wheel is released. `input` must not lie within `output`.
+// Nonsense in the input is rejected, or its wheel is released. `input` must not lie within `output`.
 omni_status omni7_drive_step(const omni7_drive *drive,
                              omni7_drive_state *state,
                              const omni7_drive_input *input,
@@ -3955,7 +3955,7 @@ omni_status omni7_traction_drive_init(const omni7_traction_drive *drive,
 // [N.m], in `output->drive.torques.n_m`. To be called once every period that the drive was made
 // for, always with the same `drive`.
 //
-// Nonsense in the input is refused, or its wheel is released. `input` and `bodies` must not lie within `output`.
+// Nonsense in the input is rejected, or its wheel is released. `input` and `bodies` must not lie within `output`.
 omni_status omni7_traction_drive_step(const omni7_traction_drive *drive,
                                       omni7_traction_drive_state *state,
                                       const omni7_drive_input *input,
@@ -3987,10 +3987,10 @@ omni_status omni7_estimator_reset(omni7_estimator_state *state,
 omni_status omni7_drive_release_safe_stop(omni7_drive_state *state);
 
 // The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad`
-// [rad]. How far it may be off stays.
+// [rad]. Its deviations stay.
 omni_status omni7_drive_reset_pose(omni7_drive_state *state, float x_m, float y_m, float yaw_rad);
 
-// How far the pose may be off.
+// Standard deviations of the pose.
 omni_status omni7_drive_deviations(const omni7_drive_state *state, omni_deviations *deviations);
 
 // Ends a safe stop. Every reading is judged afresh, and commands that arrive from now on are followed.
@@ -3998,13 +3998,13 @@ omni_status omni7_drive_deviations(const omni7_drive_state *state, omni_deviatio
 omni_status omni7_traction_drive_release_safe_stop(omni7_traction_drive_state *state);
 
 // The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad`
-// [rad]. How far it may be off stays.
+// [rad]. Its deviations stay.
 omni_status omni7_traction_drive_reset_pose(omni7_traction_drive_state *state,
                                             float x_m,
                                             float y_m,
                                             float yaw_rad);
 
-// How far the pose may be off.
+// Standard deviations of the pose.
 omni_status omni7_traction_drive_deviations(const omni7_traction_drive_state *state,
                                             omni_deviations *deviations);
 
@@ -4036,7 +4036,7 @@ omni_status omni8_drive_init(const omni8_drive *drive,
 // One control period of a eight-wheel vehicle: from what arrived to torques [N.m], in `output->torques.n_m`.
 // To be called once every period that the drive was made for, always with the same `drive`.
 //
-// Nonsense in the input is refused, or its wheel is released. `input` must not lie within `output`.
+// Nonsense in the input is rejected, or its wheel is released. `input` must not lie within `output`.
 omni_status omni8_drive_step(const omni8_drive *drive,
                              omni8_drive_state *state,
                              const omni8_drive_input *input,
@@ -4052,7 +4052,7 @@ omni_status omni8_traction_drive_init(const omni8_traction_drive *drive,
 // [N.m], in `output->drive.torques.n_m`. To be called once every period that the drive was made
 // for, always with the same `drive`.
 //
-// Nonsense in the input is refused, or its wheel is released. `input` and `bodies` must not lie within `output`.
+// Nonsense in the input is rejected, or its wheel is released. `input` and `bodies` must not lie within `output`.
 omni_status omni8_traction_drive_step(const omni8_traction_drive *drive,
                                       omni8_traction_drive_state *state,
                                       const omni8_drive_input *input,
@@ -4084,10 +4084,10 @@ omni_status omni8_estimator_reset(omni8_estimator_state *state,
 omni_status omni8_drive_release_safe_stop(omni8_drive_state *state);
 
 // The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad`
-// [rad]. How far it may be off stays.
+// [rad]. Its deviations stay.
 omni_status omni8_drive_reset_pose(omni8_drive_state *state, float x_m, float y_m, float yaw_rad);
 
-// How far the pose may be off.
+// Standard deviations of the pose.
 omni_status omni8_drive_deviations(const omni8_drive_state *state, omni_deviations *deviations);
 
 // Ends a safe stop. Every reading is judged afresh, and commands that arrive from now on are followed.
@@ -4095,13 +4095,13 @@ omni_status omni8_drive_deviations(const omni8_drive_state *state, omni_deviatio
 omni_status omni8_traction_drive_release_safe_stop(omni8_traction_drive_state *state);
 
 // The vehicle's pose is known from outside: the pose goes on from `x_m`, `y_m` [m] and `yaw_rad`
-// [rad]. How far it may be off stays.
+// [rad]. Its deviations stay.
 omni_status omni8_traction_drive_reset_pose(omni8_traction_drive_state *state,
                                             float x_m,
                                             float y_m,
                                             float yaw_rad);
 
-// How far the pose may be off.
+// Standard deviations of the pose.
 omni_status omni8_traction_drive_deviations(const omni8_traction_drive_state *state,
                                             omni_deviations *deviations);
 
@@ -4117,17 +4117,17 @@ omni_status omni_encoder_init(omni_encoder_state *state);
 
 // Takes in the counter of a wheel's encoder as it stands (16 bits, or more of which the lower 16 are
 // used), once every control period, and gives the wheel's velocity [rad/s]; 0 at the first reading.
-// The counter may wrap around; right while the wheel turns by less than 32768 counts a period.
+// The counter may wrap around; right while the wheel turns by less than 32768 counts per period.
 //
 // `since_edge_s` is the time from the last edge to now [s], for encoders whose velocities come
-// from edges; NaN where it is not known.
+// from edges; NaN if it is not known.
 omni_status omni_encoder_step(const omni_encoder *encoder,
                               omni_encoder_state *state,
                               uint32_t raw,
                               float since_edge_s,
                               float *rad_s);
 
-// The same for a counter that was read `since_reading_s` [s] after the last time, where that was
+// The same for a counter that was read `since_reading_s` [s] after the last time, if that was
 // measured: a period that came late or is not constant.
 omni_status omni_encoder_step_after(const omni_encoder *encoder,
                                     omni_encoder_state *state,
@@ -4140,14 +4140,14 @@ omni_status omni_encoder_step_after(const omni_encoder *encoder,
 // next reading is right about the time.
 omni_status omni_encoder_missed(const omni_encoder *encoder, omni_encoder_state *state);
 
-// The duty, -1 to 1, of a bridge without a current loop that gives `torque_n_m` [N.m] at `velocity_rad_s` [rad/s],
+// The duty, -1 to 1, of a bridge without a current loop that applies `torque_n_m` [N.m] at `velocity_rad_s` [rad/s],
 // or the nearest there is: `OMNI_MOTORS[i]`. 0 shorts the motor, which brakes; to let a wheel go, open the bridge.
 omni_status omni_duty(const omni_motor *motor,
                       float torque_n_m,
                       float velocity_rad_s,
                       float *duty);
 
-// `omni_duty` where the supply has `supply_part` of the voltage that `OMNI_MOTORS` is of, above 0:
+// `omni_duty` if the supply has `supply_part` of the voltage of `OMNI_MOTORS`, above 0:
 // a battery that runs down. 0 for a part that is not above 0.
 omni_status omni_duty_at(const omni_motor *motor,
                          float torque_n_m,
@@ -4155,16 +4155,16 @@ omni_status omni_duty_at(const omni_motor *motor,
                          float supply_part,
                          float *duty);
 
-// Where the vehicle shall be `time_s` [s] after the start of the path. Before the start it is
-// there, after the end it rests there.
+// Reference pose `time_s` [s] after the start of the path. Before the start it is the start, after the
+// end it is the end, at rest.
 omni_status omni_trajectory_at(const omni_trajectory *trajectory,
                                float time_s,
                                omni_trajectory_sample *sample);
 
-// How long the path takes [s].
+// Duration of the path [s].
 omni_status omni_trajectory_duration(const omni_trajectory *trajectory, float *duration_s);
 
-// The twist that brings a vehicle at `pose` to where the path has it now, and keeps it there: a command for the drive.
+// The twist that brings a vehicle at `pose` to the reference pose and keeps it there: a command for the drive.
 omni_status omni_follow(const omni_follower *follower,
                         const omni_trajectory_sample *sample,
                         const omni_pose *pose,

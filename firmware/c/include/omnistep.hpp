@@ -17,7 +17,7 @@
 
 namespace omnistep {
 
-/// Every signal of one step of a `Controller`, one value a wheel; none is ever NaN. Torques are the actuators' [N.m],
+/// Every signal of one step of a `Controller`, one value per wheel; none is ever NaN. Torques are the actuators' [N.m],
 /// velocities too [rad/s].
 template <std::size_t Wheels>
 class Sample {
@@ -111,18 +111,18 @@ private:
 /// What arrived since the period before. As constructed, nothing did.
 template <std::size_t Wheels>
 struct Input {
-    /// The command [m/s, rad/s]; none where none arrived. Where none does for the time-out, the vehicle is brought to rest.
+    /// The command [m/s, rad/s]; none if none arrived. If none does for the time-out, the vehicle is brought to rest.
     std::optional<Twist> command{};
-    /// Actuator velocities [rad/s]; none where no reading arrived. A NaN is a fault of its wheel.
+    /// Actuator velocities [rad/s]; none if no reading arrived. A NaN is a fault of its wheel.
     std::array<std::optional<float>, Wheels> measured_rad_s{};
-    /// The emergency stop is pressed: the vehicle comes to rest at the emergency deceleration, whatever is commanded, and stays there for as
-    /// long as this is said. A button that springs back has to be latched before.
+    /// The emergency stop is pressed: the vehicle comes to rest at the emergency deceleration, whatever is commanded, and stays there as
+    /// long as this is true. The caller has to latch a momentary button.
     bool emergency = false;
-    /// The wheel is in the air: it is controlled, but says nothing of the vehicle's motion.
+    /// The wheel is in the air: it is controlled, but excluded from the vehicle's motion.
     std::array<bool, Wheels> lifted{};
     /// Torques that the motors shall keep within besides their own limits [N.m]: a hot motor, a low battery. 0 is always within.
     std::array<std::optional<TorqueRange>, Wheels> torque_ranges{};
-    /// Path of each wheel over path of the body beneath it, 0.01 to 100; whatever else counts as 1, flat ground.
+    /// Path of each wheel over path of the body beneath it, 0.01 to 100; any other number counts as 1, flat ground.
     std::array<float, Wheels> path_factor{};
 };
 
@@ -134,7 +134,7 @@ struct BodyReadings {
     std::array<float, OMNI_MAX_HINGES> hinges_rad_s{};
     /// The hinges' readings arrived.
     bool hinges_received = false;
-    /// The inertial measurement unit of the base; none where no reading arrived.
+    /// The inertial measurement unit of the base; none if no reading arrived.
     std::optional<Imu> imu{};
 };
 
@@ -178,7 +178,7 @@ template <std::size_t Wheels>
 
 } // namespace detail
 
-/// What a step of a `Drive` reports, one value a wheel where it is of wheels; none is ever NaN.
+/// What a step of a `Drive` reports, one value per wheel if it is of wheels; none is ever NaN.
 template <std::size_t Wheels>
 class Output {
     template <typename Value> using Each = std::array<Value, Wheels>;
@@ -188,25 +188,25 @@ public:
     Output() noexcept = default;
     /// Torques to apply [N.m], always within the motors' limits; 0 for a wheel that is not active.
     [[nodiscard]] Each<float> torques_n_m() const noexcept { return detail::each<Wheels>(c_.torques.n_m); }
-    /// Torques that the loops asked for [N.m].
+    /// Torques that the loops requested [N.m].
     [[nodiscard]] Each<float> requested_n_m() const noexcept { return detail::each<Wheels>(c_.requested.n_m); }
     /// References of the loops [rad/s].
     [[nodiscard]] Each<float> references_rad_s() const noexcept { return detail::each<Wheels>(c_.references.rad_s); }
-    /// Velocities that the loops went by [rad/s]; 0 for a wheel that is not active.
+    /// Velocities that the loops used [rad/s]; 0 for a wheel that is not active.
     [[nodiscard]] Each<float> measured_rad_s() const noexcept { return detail::each<Wheels>(c_.measured.rad_s); }
-    /// What the vehicle is to do: the command within all limits, of the origin.
+    /// Command within all limits, of the origin.
     [[nodiscard]] Twist twist() const noexcept { return detail::of_c(c_.twist); }
-    /// What the vehicle does, by its wheels; 0 unless `motion_known()`.
+    /// Twist of the vehicle, by its wheels; 0 unless `motion_known()`.
     [[nodiscard]] Twist estimated() const noexcept { return detail::of_c(c_.estimated); }
-    /// Where the vehicle is, by its wheels.
+    /// Pose of the vehicle, by its wheels.
     [[nodiscard]] Pose pose() const noexcept { return detail::of_c(c_.pose); }
     /// How far the vehicle can be relied on.
     [[nodiscard]] DriveMode mode() const noexcept { return static_cast<DriveMode>(c_.mode); }
     /// Why the twist is what it is.
     [[nodiscard]] CommandStatus status() const noexcept { return static_cast<CommandStatus>(c_.status); }
-    /// A command arrived and was refused: it is no number, or beyond 1e6.
+    /// A command arrived and was rejected: it is no number, or beyond 1e6.
     [[nodiscard]] bool rejected() const noexcept { return c_.rejected; }
-    /// Enough wheels determine the motion; else the pose stands still.
+    /// Enough wheels determine the motion; otherwise the pose does not change.
     [[nodiscard]] bool motion_known() const noexcept { return c_.motion_known; }
     /// What is wrong with each wheel.
     [[nodiscard]] Each<Fault> faults() const noexcept {
@@ -220,7 +220,7 @@ public:
     [[nodiscard]] Each<bool> active() const noexcept { return detail::each<Wheels>(c_.active); }
     /// The requested torque is outside the limits.
     [[nodiscard]] Each<bool> saturated() const noexcept { return detail::each<Wheels>(c_.saturated); }
-    /// The wheel is left out of the motion: faulty, lifted or slipping.
+    /// The wheel is excluded from the motion: faulty, lifted or slipping.
     [[nodiscard]] Each<bool> excluded() const noexcept { return detail::each<Wheels>(c_.excluded); }
     /// The motor's windings shall be shorted. In a safe stop and an emergency stop: the wheel has a fault, or all torque has ended. At rest
     /// otherwise: all torque has ended, and the scenario asks for it.
@@ -289,13 +289,13 @@ public:
     /// Ends a safe stop. Every reading is judged afresh: one whose cause lasts begins anew.
     void release_safe_stop() noexcept { (void)Kind::release_safe_stop(&state_); }
 
-    /// The vehicle's pose is known from outside: the pose goes on from there. How far it may be off stays.
-    /// False, and nothing is done, where a number is not finite.
+    /// The vehicle's pose is known from outside: the pose goes on from there. Its deviations stay.
+    /// False, and nothing is done, if a number is not finite.
     [[nodiscard]] bool reset_pose(const Pose& pose) noexcept {
         return Kind::reset_pose(&state_, pose.x_m, pose.y_m, pose.yaw_rad) == OMNI_STATUS_OK;
     }
 
-    /// How far the pose may be off.
+    /// Standard deviations of the pose.
     [[nodiscard]] Deviations deviations() const noexcept {
         omni_deviations off{};
         (void)Kind::deviations(&state_, &off);
@@ -327,7 +327,7 @@ public:
 
     /// One control period: from what arrived to `torques_n_m()` [N.m] of what it returns, which the next step overwrites.
     /// To be called once every OMNI_PERIOD_US.
-    /// Cannot fail: nonsense in the input is refused, or its wheel is released.
+    /// Cannot fail: nonsense in the input is rejected, or its wheel is released.
     [[nodiscard]] const Output<Wheels>& step(const Input<Wheels>& input) noexcept {
         const auto arrived = detail::to_c(input);
         (void)C::step(constants_, &this->state_, &arrived, &output_.c_);
@@ -402,7 +402,7 @@ public:
     Encoder(const omni_encoder&&) = delete; // it would be gone before the first step
 
     /// Takes in the counter as it stands (the lower 16 bits are used), once every control period; the velocity [rad/s], 0 at
-    /// the first reading. The counter may wrap; right while the wheel turns by less than 32768 counts a period.
+    /// the first reading. The counter may wrap; right while the wheel turns by less than 32768 counts per period.
     /// `since_edge_s` is the time from the last edge to now [s], for encoders whose velocities come from edges; NaN: not known.
     [[nodiscard]] float step(std::uint32_t counter, float since_edge_s = std::numeric_limits<float>::quiet_NaN()) noexcept {
         float rad_s = 0.0f;

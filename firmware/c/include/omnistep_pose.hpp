@@ -1,4 +1,4 @@
-/* Where a vehicle is and where it shall be: estimator, planned path, follower. Included by omnistep.hpp. */
+/* Pose and reference pose of a vehicle: estimator, planned path, follower. Included by omnistep.hpp. */
 #ifndef OMNISTEP_POSE_HPP
 #define OMNISTEP_POSE_HPP
 
@@ -9,45 +9,45 @@ namespace omnistep {
 /// What an `Estimator` reads in a period. As constructed, nothing is read.
 template <std::size_t Wheels>
 struct EstimatorInput {
-    /// Actuator velocities [rad/s]; none where no reading arrived.
+    /// Actuator velocities [rad/s]; none if no reading arrived.
     std::array<std::optional<float>, Wheels> measured_rad_s{};
-    /// The inertial measurement unit of the base; none where no reading arrived.
+    /// The inertial measurement unit of the base; none if no reading arrived.
     std::optional<Imu> imu{};
     /// The vehicle is commanded to stand.
     bool commanded_rest = false;
 };
 
-/// Where the vehicle is and how it moves, by an `Estimator`; none is ever NaN.
+/// Pose and velocity of the vehicle, by an `Estimator`; none is ever NaN.
 class Estimated {
 public:
-    /// Where it is.
+    /// Pose.
     [[nodiscard]] Pose pose() const noexcept { return detail::of_c(c_.pose); }
-    /// How far that may be off.
+    /// Its standard deviations.
     [[nodiscard]] Deviations deviations() const noexcept { return detail::of_c(c_.deviations); }
-    /// How it moves.
+    /// Velocity.
     [[nodiscard]] Twist twist() const noexcept { return detail::of_c(c_.twist); }
-    /// By how much the wheels together say more than that: their common slip.
+    /// Common slip of the wheels: their velocity less that.
     [[nodiscard]] Twist slip() const noexcept { return detail::of_c(c_.slip); }
-    /// What the gyro reads at rest [rad/s], and how far that may be off [rad/s].
+    /// Zero of the gyro [rad/s], and its standard deviation [rad/s].
     [[nodiscard]] float gyro_bias_rad_s() const noexcept { return c_.gyro_bias_rad_s; }
-    /// How far that may be off [rad/s].
+    /// Its standard deviation [rad/s].
     [[nodiscard]] float gyro_bias_deviation_rad_s() const noexcept { return c_.gyro_bias_deviation_rad_s; }
     /// Covariance of the pose: x, y, yaw, in m and rad.
     [[nodiscard]] std::array<std::array<float, 3>, 3> covariance() const noexcept {
         const auto& p = c_.covariance;
         return {detail::each<3>(p[0]), detail::each<3>(p[1]), detail::each<3>(p[2])};
     }
-    /// Covariance of the velocity ahead and to the left [m^2/s^2].
+    /// Covariance of the forward and lateral velocity [m^2/s^2].
     [[nodiscard]] std::array<std::array<float, 2>, 2> velocity_covariance() const noexcept {
         return {detail::each<2>(c_.velocity_covariance[0]), detail::each<2>(c_.velocity_covariance[1])};
     }
-    /// By how much the readings were off what was expected: the sum of their squares over the expected, over all `readings()`.
+    /// Normalised innovation squared of the readings, summed over all `readings()`.
     [[nodiscard]] float nis() const noexcept { return c_.nis; }
-    /// How many readings that is of.
+    /// Number of these readings.
     [[nodiscard]] std::uint32_t readings() const noexcept { return c_.readings; }
     /// The vehicle stands.
     [[nodiscard]] bool standing() const noexcept { return c_.standing; }
-    /// The step was taken; false where the state would be no number, and stays what it was.
+    /// The step was taken; false if the state would be no number; it then stays.
     [[nodiscard]] bool taken() const noexcept { return c_.taken; }
 
 private:
@@ -105,18 +105,18 @@ private:
     Estimated estimated_{};
 };
 
-/// Where a vehicle shall be at a time of a path.
+/// Reference pose of a path at a time.
 class Waypoint {
 public:
     /// Time that was asked for [s].
     [[nodiscard]] float time_s() const noexcept { return c_.time_s; }
-    /// Where it shall be.
+    /// Reference pose.
     [[nodiscard]] Pose pose() const noexcept { return detail::of_c(c_.pose); }
-    /// How fast along the path [m/s].
+    /// Speed along the path [m/s].
     [[nodiscard]] float speed_m_s() const noexcept { return c_.speed_m_s; }
     /// The path is over.
     [[nodiscard]] bool done() const noexcept { return c_.done; }
-    /// For how long it has been [s].
+    /// Time since then [s].
     [[nodiscard]] float over_s() const noexcept { return c_.over_s; }
 
 private:
@@ -132,14 +132,14 @@ public:
     explicit Trajectory(const omni_trajectory& constants) noexcept : constants_(&constants) {}
     explicit Trajectory(const omni_trajectory&&) = delete; // it would be gone before it is asked
 
-    /// Where the vehicle shall be `time_s` [s] after the start of the path. Before the start it is there, after the end it rests there.
+    /// Reference pose `time_s` [s] after the start of the path. Before the start it is the start, after the end it is the end, at rest.
     [[nodiscard]] Waypoint at(float time_s) const noexcept {
         Waypoint waypoint;
         (void)omni_trajectory_at(constants_, time_s, &waypoint.c_);
         return waypoint;
     }
 
-    /// How long the path takes [s].
+    /// Duration of the path [s].
     [[nodiscard]] float duration_s() const noexcept {
         float duration_s = 0.0f;
         (void)omni_trajectory_duration(constants_, &duration_s);
@@ -150,7 +150,7 @@ private:
     const omni_trajectory* constants_;
 };
 
-/// Brings a vehicle to where its path has it. It has no state.
+/// Brings a vehicle to the reference pose of its path. It has no state.
 class Follower {
 public:
     /// Of `OMNI_FOLLOWER`.

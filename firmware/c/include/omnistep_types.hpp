@@ -12,21 +12,21 @@
 
 namespace omnistep {
 
-/// Velocity of the vehicle in its own frame. A command beyond 1e6, or one that is no number, is refused where it is taken.
+/// Velocity of the vehicle in its own frame. A command beyond 1e6, or one that is no number, is rejected.
 struct Twist {
     float vx_m_s = 0.0f;   ///< Forward velocity [m/s], forward is +.
-    float vy_m_s = 0.0f;   ///< Sideways velocity [m/s], left is +.
+    float vy_m_s = 0.0f;   ///< Lateral velocity [m/s], left is +.
     float wz_rad_s = 0.0f; ///< Yaw rate [rad/s], counter-clockwise from above is +.
 };
 
-/// Where the vehicle is in the world: the frame in which it stood at the start.
+/// Pose of the vehicle in the world frame, which is its frame at the start.
 struct Pose {
     float x_m = 0.0f;     ///< World x [m].
     float y_m = 0.0f;     ///< World y [m].
     float yaw_rad = 0.0f; ///< Heading [rad], 0 along world x, counter-clockwise from above is +.
 };
 
-/// How far a pose may be off: standard deviations, >= 0. All 0 where the drive was given no noise (`[drive.noise]`).
+/// Standard deviations of a pose, >= 0. All 0 if the drive has no noise (`[drive.noise]`).
 struct Deviations {
     float x_m = 0.0f;     ///< Of x [m].
     float y_m = 0.0f;     ///< Of y [m].
@@ -136,7 +136,7 @@ OMNISTEP_NAMES(8);
 #undef OMNISTEP_DRIVE
 #undef OMNISTEP_NAMES
 
-/// Refuses other wheel counts, and stands in for them, so that this is the only error.
+/// Rejects other wheel counts, and stands in for them, so that this is the only error.
 template <std::size_t Wheels>
 struct Known {
     static constexpr bool is = Wheels >= 3 && Wheels <= 8;

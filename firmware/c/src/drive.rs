@@ -15,23 +15,23 @@ use crate::status::{Status, at, finite};
 /// motors have their own limits.
 #[repr(C)]
 pub struct Input<const N: usize> {
-    /// The command; looked at only where `commanded`.
+    /// The command; used only if `commanded`.
     pub command: BodyTwist<f32>,
-    /// Actuator velocities [rad/s]; each looked at only where it was `received`.
+    /// Actuator velocities [rad/s]; each used only if it was `received`.
     pub measured: WheelVelocities<f32, N>,
     /// Torques [N.m] that the motors shall keep within besides their own limits: a hot motor, a low
-    /// battery. Each looked at only where `limited`. 0 is always within.
+    /// battery. Each used only if `limited`. 0 is always within.
     pub torque_ranges: TorqueRanges<f32, N>,
-    /// Path of each wheel over path of the body beneath it, 0.01 to 100; whatever else counts as 1, flat ground.
+    /// Path of each wheel over path of the body beneath it, 0.01 to 100; any other number counts as 1, flat ground.
     pub path_factor: [f32; N],
-    /// A command arrived. Where none does for the time-out, the vehicle is brought to rest.
+    /// A command arrived. If none does for the time-out, the vehicle is brought to rest.
     pub commanded: bool,
     /// The emergency stop is pressed: the vehicle comes to rest at the emergency deceleration, whatever is
-    /// commanded, and stays there for as long as this is said. A momentary button has to be latched by the caller.
+    /// commanded, and stays there as long as this is true. The caller has to latch a momentary button.
     pub emergency: bool,
     /// The encoder's reading arrived.
     pub received: [bool; N],
-    /// The wheel is in the air: it is controlled, but says nothing of the vehicle's motion.
+    /// The wheel is in the air: it is controlled, but excluded from the vehicle's motion.
     pub lifted: [bool; N],
     /// `torque_ranges` holds for this motor.
     pub limited: [bool; N],
@@ -101,25 +101,25 @@ impl WheelFault {
 pub struct Output<const N: usize> {
     /// Torques to apply [N.m], always within the motors' limits.
     pub torques: WheelTorques<f32, N>,
-    /// Torques that the loops asked for [N.m].
+    /// Torques that the loops requested [N.m].
     pub requested: WheelTorques<f32, N>,
     /// References of the loops [rad/s].
     pub references: WheelVelocities<f32, N>,
-    /// Velocities that the loops went by [rad/s]; 0 for a wheel that is not `active`.
+    /// Velocities that the loops used [rad/s]; 0 for a wheel that is not `active`.
     pub measured: WheelVelocities<f32, N>,
-    /// What the vehicle is to do: the command within all limits, of the origin.
+    /// Command within all limits, of the origin.
     pub twist: BodyTwist<f32>,
-    /// What the vehicle does, by its wheels; 0 unless `motion_known`.
+    /// Twist of the vehicle, by its wheels; 0 unless `motion_known`.
     pub estimated: BodyTwist<f32>,
-    /// Where the vehicle is, by its wheels.
+    /// Pose of the vehicle, by its wheels.
     pub pose: PlanarPose<f32>,
     /// How far the vehicle can be relied on.
     pub mode: DriveMode,
     /// Why the twist is what it is.
     pub status: CommandStatus,
-    /// A command arrived and was refused: it is no number, or beyond 1e6.
+    /// A command arrived and was rejected: it is no number, or beyond 1e6.
     pub rejected: bool,
-    /// Enough wheels determine the motion; else the pose stands still.
+    /// Enough wheels determine the motion; otherwise the pose does not change.
     pub motion_known: bool,
     /// The fault of each wheel.
     pub faults: [WheelFault; N],
@@ -128,7 +128,7 @@ pub struct Output<const N: usize> {
     pub active: [bool; N],
     /// The requested torque is outside the limits.
     pub saturated: [bool; N],
-    /// The wheel is left out of the motion: faulty, lifted or slipping.
+    /// The wheel is excluded from the motion: faulty, lifted or slipping.
     pub excluded: [bool; N],
     /// The motor's windings shall be shorted. In a safe stop and an emergency stop: the wheel has a
     /// fault, so that no torque can be asked of it, or all torque has ended. At rest otherwise: all
@@ -184,7 +184,7 @@ impl<const N: usize> Output<N> {
     }
 }
 
-/// How far the pose may be off: standard deviations. All 0 where the drive was given no noise.
+/// Standard deviations of the pose. All 0 if the drive has no noise.
 #[repr(C)]
 pub struct Deviations {
     /// Of x [m].

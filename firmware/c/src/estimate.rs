@@ -14,9 +14,9 @@ use crate::status::{Status, at, finite};
 /// Readings of an estimator in a period. All zero: nothing is read.
 #[repr(C)]
 pub struct PoseInput<const N: usize> {
-    /// Actuator velocities [rad/s]; each looked at only where it was `received`.
+    /// Actuator velocities [rad/s]; each used only if it was `received`.
     pub measured: WheelVelocities<f32, N>,
-    /// Inertial measurement unit of the base; looked at only where `imu_received`.
+    /// Inertial measurement unit of the base; used only if `imu_received`.
     pub imu: Imu<f32>,
     /// The encoder's reading arrived.
     pub received: [bool; N],
@@ -26,33 +26,33 @@ pub struct PoseInput<const N: usize> {
     pub commanded_rest: bool,
 }
 
-/// Where the vehicle is and how it moves, by an estimator. Nothing in it is ever NaN.
+/// Pose and velocity of the vehicle, by an estimator. Nothing in it is ever NaN.
 #[repr(C)]
 pub struct PoseOutput {
-    /// Where it is.
+    /// Pose.
     pub pose: PlanarPose<f32>,
-    /// How far that may be off.
+    /// Its standard deviations.
     pub deviations: Deviations,
-    /// How it moves.
+    /// Velocity.
     pub twist: BodyTwist<f32>,
-    /// By how much the wheels together say more than that: their common slip.
+    /// Common slip of the wheels: their velocity less that.
     pub slip: BodyTwist<f32>,
-    /// What the gyro reads at rest [rad/s].
+    /// Zero of the gyro [rad/s].
     pub gyro_bias_rad_s: f32,
-    /// How far that may be off [rad/s].
+    /// Its standard deviation [rad/s].
     pub gyro_bias_deviation_rad_s: f32,
     /// Covariance of the pose: x, y, yaw, in m and rad.
     pub covariance: [[f32; 3]; 3],
-    /// Covariance of the velocity ahead and to the left [m^2/s^2].
+    /// Covariance of the forward and lateral velocity [m^2/s^2].
     pub velocity_covariance: [[f32; 2]; 2],
-    /// By how much the readings were off what was expected: the sum of their squares over the
-    /// expected, over all `readings`.
+    /// Normalised innovation squared of the readings, summed
+    /// over all `readings`.
     pub nis: f32,
-    /// How many readings that is of.
+    /// Number of these readings.
     pub readings: u32,
     /// The vehicle stands.
     pub standing: bool,
-    /// The step was taken; false where the state would be no number, and stays what it was.
+    /// The step was taken; false if the state would be no number; it then stays.
     pub taken: bool,
 }
 

@@ -24,21 +24,21 @@ pub trait Memory: Sized {
     fn look(&self) -> Result<&Self::Kept, Status>;
 }
 
-/// What a drive remembers. Nothing in it is for anybody else.
+/// State of a drive. Private.
 #[repr(C)]
 pub struct DriveMemory<const N: usize, const WORDS: usize> {
     ready: u32,
     memory: [u32; WORDS],
 }
 
-/// What a drive with traction control remembers. Nothing in it is for anybody else.
+/// State of a drive with traction control. Private.
 #[repr(C)]
 pub struct TractionMemory<const N: usize, const WORDS: usize> {
     ready: u32,
     memory: [u32; WORDS],
 }
 
-/// What an estimator remembers. Nothing in it is for anybody else.
+/// State of an estimator. Private.
 #[repr(C)]
 pub struct EstimatorMemory<const N: usize, const WORDS: usize> {
     ready: u32,

@@ -37,10 +37,10 @@ pub extern "C" fn omni_encoder_init(state: Option<&mut MaybeUninit<EncoderState<
 
 /// Takes in the counter of a wheel's encoder as it stands (16 bits, or more of which the lower 16 are
 /// used), once every control period, and gives the wheel's velocity [rad/s]; 0 at the first reading.
-/// The counter may wrap around; right while the wheel turns by less than 32768 counts a period.
+/// The counter may wrap around; right while the wheel turns by less than 32768 counts per period.
 ///
 /// `since_edge_s` is the time from the last edge to now [s], for encoders whose velocities come
-/// from edges; NaN where it is not known.
+/// from edges; NaN if it is not known.
 #[unsafe(no_mangle)]
 pub extern "C" fn omni_encoder_step(
     encoder: Option<&Encoder<f32, 32>>,
@@ -56,7 +56,7 @@ pub extern "C" fn omni_encoder_step(
     Status::Ok
 }
 
-/// The same for a counter that was read `since_reading_s` [s] after the last time, where that was
+/// The same for a counter that was read `since_reading_s` [s] after the last time, if that was
 /// measured: a period that came late or is not constant.
 #[unsafe(no_mangle)]
 pub extern "C" fn omni_encoder_step_after(
@@ -88,7 +88,7 @@ pub extern "C" fn omni_encoder_missed(
     Status::Ok
 }
 
-/// The duty, -1 to 1, of a bridge without a current loop that gives `torque_n_m` [N.m] at `velocity_rad_s` [rad/s],
+/// The duty, -1 to 1, of a bridge without a current loop that applies `torque_n_m` [N.m] at `velocity_rad_s` [rad/s],
 /// or the nearest there is: `OMNI_MOTORS[i]`. 0 shorts the motor, which brakes; to let a wheel go, open the bridge.
 #[unsafe(no_mangle)]
 pub extern "C" fn omni_duty(
@@ -100,7 +100,7 @@ pub extern "C" fn omni_duty(
     omni_duty_at(motor, torque_n_m, velocity_rad_s, 1.0, duty)
 }
 
-/// `omni_duty` where the supply has `supply_part` of the voltage that `OMNI_MOTORS` is of, above 0:
+/// `omni_duty` if the supply has `supply_part` of the voltage of `OMNI_MOTORS`, above 0:
 /// a battery that runs down. 0 for a part that is not above 0.
 #[unsafe(no_mangle)]
 pub extern "C" fn omni_duty_at(

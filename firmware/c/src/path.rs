@@ -1,4 +1,4 @@
-//! Planned paths: where the vehicle shall be when, and the twist that brings it there.
+//! Planned paths: the reference pose at a time, and the twist that leads to it.
 
 use core::slice;
 
@@ -34,8 +34,8 @@ impl PlannedTrajectory {
     }
 }
 
-/// Where the vehicle shall be `time_s` [s] after the start of the path. Before the start it is
-/// there, after the end it rests there.
+/// Reference pose `time_s` [s] after the start of the path. Before the start it is the start, after the
+/// end it is the end, at rest.
 #[unsafe(no_mangle)]
 pub extern "C" fn omni_trajectory_at(
     trajectory: Option<&PlannedTrajectory>,
@@ -50,7 +50,7 @@ pub extern "C" fn omni_trajectory_at(
     sampled().into()
 }
 
-/// How long the path takes [s].
+/// Duration of the path [s].
 #[unsafe(no_mangle)]
 pub extern "C" fn omni_trajectory_duration(
     trajectory: Option<&PlannedTrajectory>,
@@ -64,7 +64,7 @@ pub extern "C" fn omni_trajectory_duration(
     asked().into()
 }
 
-/// The twist that brings a vehicle at `pose` to where the path has it now, and keeps it there: a command for the drive.
+/// The twist that brings a vehicle at `pose` to the reference pose and keeps it there: a command for the drive.
 #[unsafe(no_mangle)]
 pub extern "C" fn omni_follow(
     follower: Option<&HolonomicFollower<f32>>,

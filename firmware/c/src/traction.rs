@@ -15,12 +15,12 @@ use crate::status::{Status, at};
 /// with the wheels' encoders.
 #[repr(C)]
 pub struct Bodies {
-    /// Angle of each hinge [rad], in the order of the vehicle file; NaN where it was not read.
-    /// Looked at only where `hinges_received`.
+    /// Angle of each hinge [rad], in the order of the vehicle file; NaN if it was not read.
+    /// Used only if `hinges_received`.
     pub hinges_rad: [f32; MAX_HINGES],
     /// Their rates [rad/s].
     pub hinges_rad_s: [f32; MAX_HINGES],
-    /// Inertial measurement unit of the base; looked at only where `imu_received`.
+    /// Inertial measurement unit of the base; used only if `imu_received`.
     pub imu: Imu<f32>,
     /// The hinges' readings arrived.
     pub hinges_received: bool,

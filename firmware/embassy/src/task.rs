@@ -176,7 +176,7 @@ impl<P: SetDutyCycle, D: OutputPin, E: Encoder, C: Can> ControlTask<P, D, E, C> 
         }
     }
 
-    /// No torque anywhere, and nothing remembered of how it came to that.
+    /// No torque anywhere, and the initial state.
     fn hold(&mut self) {
         for motor in &mut self.motors {
             self.failed |= motor.release().is_err();

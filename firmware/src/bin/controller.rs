@@ -14,7 +14,7 @@ fn main() -> ! {
     static mut STATE: ControlState<f32, 7> = ControlState::new();
     static mut SAMPLE: ControlSample<f32, 7> = ControlSample::zero();
     loop {
-        // Where the bus and the encoders would be read, and the torques be written.
+        // Here a vehicle reads the bus and the encoders, and writes the torques.
         let command = core::hint::black_box(BodyTwist::ZERO);
         let measured = core::hint::black_box(WheelVelocities::zero());
         let twist = LIMITER.step(LIMITED, &command);

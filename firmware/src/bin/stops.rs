@@ -15,7 +15,7 @@ enum Encoder {
     Stuck,
     /// Its counter stands.
     Dead,
-    /// Its counter goes up and down by one as the shaft turns: at 1440 counts a turn and 1 ms, 4.4 rad/s each way.
+    /// Its counter goes up and down by one as the shaft turns: at 1440 counts per turn and 1 ms, 4.4 rad/s each way.
     Toggles,
 }
 

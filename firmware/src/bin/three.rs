@@ -127,7 +127,7 @@ impl Bench {
             1499 => near(references) && sample.mode == DriveMode::Normal,
             // No command for 0.8 s: at rest.
             2299 => near([0.0; 3]) && sample.shaped.status == CommandStatus::TimedOut,
-            // The counter has stood for 0.1 s: it reads exactly 0. So it did for 0.1 s while half
+            // The counter has stood for 0.1 s: it reads exactly 0. It also stood for 0.1 s while half
             // the motor's torque acted and others turned.
             BREAKS => sample.faults[1].is_none(),
             3099 => sample.faults[1] == Some(Fault::Stuck) && sample.brake[1],

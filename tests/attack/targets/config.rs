@@ -79,7 +79,7 @@ pub(super) fn drive<R: Real, const N: usize>(
     config.shaping = shaping(u);
     config.command_point_m = command_point_m;
     config.discretize = one_in(u, 2);
-    config.blind_periods = periods(u);
+    config.unobservable_periods = periods(u);
     config.speed_limits = speed_limits.flatten();
     config.slip = slip;
     config.faults = faults;

@@ -51,7 +51,7 @@ fn inputs<R: Real, const N: usize>(controller: &Controller<R, N>, saturated: boo
     })
 }
 
-/// What the step needs and remembers.
+/// Inputs and state of the step.
 struct Vehicle<R, const N: usize> {
     limiter: TwistLimiter<R>,
     limited: TwistLimiterState<R>,

@@ -44,7 +44,7 @@ pub struct DriveConfig<R, const N: usize> {
     pub discretize: bool,
     /// Periods in which too few wheels may determine the motion before the vehicle is stopped;
     /// until then it is controlled on. 10 are usual.
-    pub blind_periods: u16,
+    pub unobservable_periods: u16,
     /// Speed limits of the actuators, if they have any.
     pub speed_limits: Option<SpeedLimits<R, N>>,
     /// When a wheel counts as slipping; none: wheels are never left out for it.
@@ -67,7 +67,7 @@ impl<R: Real, const N: usize> DriveConfig<R, N> {
             shaping: ShapingConfig::none(),
             command_point_m: [R::zero(); 2],
             discretize: false,
-            blind_periods: 10,
+            unobservable_periods: 10,
             speed_limits: None,
             slip: None,
             faults: None,

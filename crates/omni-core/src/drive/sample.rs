@@ -12,7 +12,7 @@ use crate::shaping::{CommandStatus, ShapedCommand};
 /// use omni_core::{Drive, DriveConfig, DriveInput, DriveMode, DriveState, WheelLayout, WheelVelocities};
 /// # let config = omni_core::examples::loops(0.3, 0.0, 2.0)?;
 /// let mut config = DriveConfig::new(WheelLayout::mecanum4(0.6, 0.4, 0.1)?, config);
-/// config.blind_periods = 0; // stops at once
+/// config.unobservable_periods = 0; // stops at once
 /// let drive = Drive::new(config)?;
 /// let mut state = DriveState::new(&drive);
 /// let mut input = DriveInput::measured(&WheelVelocities { rad_s: [1.0; 4] });

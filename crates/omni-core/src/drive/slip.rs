@@ -114,7 +114,7 @@ constant_struct!(SlipDetector<R> { config: SlipConfig<R> });
 /// let config = SlipConfig { enter_rad_s: 1.0, leave_rad_s: 0.5, enter_periods: 1, leave_periods: 1 };
 /// let (detector, mut state) = (SlipDetector::new(config)?, SlipState::new(&kinematics));
 /// let spins = [0.0, 0.0, 0.0, 5.0, 0.0, 0.0, 0.0].into();
-/// // Wheel 4 shifts the first estimate by a fifth of 5 * 0.066 m/s; the state remembers that it did.
+/// // Wheel 4 shifts the first estimate by a fifth of 5 * 0.066 m/s; the state excludes it in the second.
 /// let estimated = [0; 2].map(|_| detector.step(&kinematics, &mut state, &spins).estimated.vx_m_s);
 /// assert!((estimated[0] - 0.066).abs() < 1e-12 && estimated[1] == 0.0);
 /// # Ok::<(), omni_core::ConfigError>(())

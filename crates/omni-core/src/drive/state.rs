@@ -39,7 +39,7 @@ pub struct DriveState<R, const N: usize> {
     /// A safe stop is latched.
     pub(super) stopping: bool,
     /// Periods in a row in which too few wheels determined the motion.
-    pub(super) blind_periods: u16,
+    pub(super) unobservable_periods: u16,
     /// The velocities that the other wheels imply, and which of them are significant.
     pub(super) by_others: WheelVelocities<R, N>,
     #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
@@ -61,7 +61,7 @@ impl<R: Real, const N: usize> DriveState<R, N> {
             covariance: PoseCovariance::default(),
             slip: SlipState::new(drive.controller.kinematics()),
             stopping: false,
-            blind_periods: 0,
+            unobservable_periods: 0,
             by_others: WheelVelocities::zero(),
             checked: [false; N],
             reference: WheelVelocities::zero(),
@@ -90,7 +90,7 @@ impl<R: Real, const N: usize> DriveState<R, N> {
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
     pub fn release_safe_stop(&mut self) {
-        (self.stopping, self.blind_periods) = (false, 0);
+        (self.stopping, self.unobservable_periods) = (false, 0);
         self.faults.clear();
     }
 }

@@ -111,12 +111,12 @@ impl<R: Real, const N: usize> Drive<R, N> {
         };
         // Lifted wheels still hold the vehicle on its course when they come down: no reason to stop.
         let unobservable = !enough && dropped.contains(&true) && kinematics.excluding(&dropped).is_none();
-        state.blind_periods = if unobservable {
-            state.blind_periods.saturating_add(1)
+        state.unobservable_periods = if unobservable {
+            state.unobservable_periods.saturating_add(1)
         } else {
             0
         };
-        state.stopping |= state.blind_periods > self.blind_periods;
+        state.stopping |= state.unobservable_periods > self.unobservable_periods;
         let stops = state.stopping || input.emergency;
         if stops {
             state.shaper.emergency_stop();

@@ -50,7 +50,7 @@ fn wrapped<R: Real>(angle: Sum<R>) -> Sum<R> {
 pub enum OdometryStep<R> {
     /// The pose moved by this.
     Moved(BodyDisplacement<R>),
-    /// These were the first positions: remembered, the pose is unchanged.
+    /// These were the first positions: stored, the pose is unchanged.
     Started,
     /// A reading, or the pose it would have led to, was infinite or NaN: nothing changed.
     Skipped,

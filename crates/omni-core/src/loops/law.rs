@@ -99,9 +99,9 @@ impl<R: Real> Law<'_, R> {
             for i in 0..N {
                 state.integral_n_m[i] += ki_dt * integrated_error[i];
             }
-            self.remember(state, out);
+            self.store_last(state, out);
         }
-        if self.pid.remembers() {
+        if self.pid.uses_last() {
             (state.last_measured_rad_s, state.started) = (out.measured.rad_s, out.active);
         }
         self.hold_integrals(state);
@@ -109,8 +109,8 @@ impl<R: Real> Law<'_, R> {
 
     /// The derivative and the reference that the next step compares with.
     #[inline]
-    fn remember<const N: usize>(self, state: &mut ControlState<R, N>, out: &WheelSample<R, N>) {
-        if self.pid.remembers() {
+    fn store_last<const N: usize>(self, state: &mut ControlState<R, N>, out: &WheelSample<R, N>) {
+        if self.pid.uses_last() {
             (state.derivative_n_m, state.last_reference_rad_s) = (out.d_n_m, out.reference.rad_s);
         }
     }
@@ -136,7 +136,7 @@ impl<R: Real> Law<'_, R> {
             // than all of these stores.
             (out.d_n_m[i], out.ff_n_m[i]) = (R::zero(), R::zero());
         }
-        if !self.pid.remembers() {
+        if !self.pid.uses_last() {
             return;
         }
         let (mut last_reference, mut last_measured) = (state.last_reference_rad_s, state.last_measured_rad_s);
@@ -170,7 +170,7 @@ impl<R: Real> Law<'_, R> {
         for i in 0..N {
             requested[i] = out.p_n_m[i] + out.i_n_m[i];
         }
-        if self.pid.remembers() {
+        if self.pid.uses_last() {
             for i in 0..N {
                 requested[i] += out.d_n_m[i] + out.ff_n_m[i];
             }

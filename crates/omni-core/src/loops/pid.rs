@@ -65,7 +65,7 @@ pub struct Pid<R> {
     derivative_memory: R,
     feed_forward: Discrete<R>,
     /// Some term compares with the step before: a derivative or a feed-forward.
-    remembers: bool,
+    uses_last: bool,
     feeds_forward: bool,
     /// 1 / (du/dr) \[rad/s per N.m\], 0 if du/dr is 0; in the first step.
     inverse_slope: R,
@@ -88,7 +88,7 @@ constant_struct!(Pid<R> {
     derivative_weight: R,
     derivative_memory: R,
     feed_forward: Discrete<R>,
-    remembers: bool,
+    uses_last: bool,
     feeds_forward: bool,
     inverse_slope: R,
     inverse_first_slope: R,
@@ -151,7 +151,7 @@ impl<R: Real> Pid<R> {
             derivative_weight,
             derivative_memory: filter / (filter + dt),
             feed_forward,
-            remembers: kd > zero || feeds_forward,
+            uses_last: kd > zero || feeds_forward,
             feeds_forward,
             inverse_slope: reciprocal(slope),
             inverse_first_slope: reciprocal(first_slope),
@@ -207,8 +207,8 @@ impl<R: Real> Pid<R> {
 
     /// Some term compares with the step before.
     #[inline]
-    pub(crate) fn remembers(&self) -> bool {
-        self.remembers
+    pub(crate) fn uses_last(&self) -> bool {
+        self.uses_last
     }
 
     /// How each term changes with the reference \[N.m per rad/s\]. In the first step what is compared with moves along.

@@ -66,7 +66,7 @@ pub struct Follow<R> {
 }
 
 /// Follows a trajectory: its velocity in the vehicle frame, and a correction proportional to the pose error. Goes
-/// before the limits of the twist. It remembers nothing.
+/// before the limits of the twist. It has no state.
 ///
 /// The correction of the velocity is limited as a vector, so that its direction stays; the yaw rate correction follows
 /// the shorter turn.

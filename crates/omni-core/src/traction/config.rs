@@ -143,14 +143,14 @@ pub struct TractionConfig<R> {
     /// It is found only below this part of the largest thrust, 0 to 1.
     pub gyro_zero_part: R,
     /// Largest zero offset \[rad/s\], 0 to 100: from the gyro's datasheet.
-    pub gyro_zero_most_rad_s: R,
+    pub gyro_zero_max_rad_s: R,
 }
 
 constant_struct!(TractionConfig<R> {
     period_s: R, sensors: TractionSensors<R>, thrust_gain_n_m_s_rad: R, thrust_integral_n_m_rad: R, soft_part: R, soft_s_rad: R, free_gain_n_m_s_rad: R,
     free_integral_n_m_rad: R, speed_s: R, acceleration_m_s2: R, rates_s: R, slip_s: R, slip_free_m_s: R, slip_width_m_s: R,
     contact_s: R, heading_per_s: R, heading_thrust_per_s: R, yaw_damping: R, levelling_per_s: R, levelling_from: R, squaring_s: R,
-    gyro_zero_s: R, gyro_zero_part: R, gyro_zero_most_rad_s: R
+    gyro_zero_s: R, gyro_zero_part: R, gyro_zero_max_rad_s: R
 });
 
 impl<R: Real> TractionSensors<R> {
@@ -207,7 +207,7 @@ impl<R: Real> TractionConfig<R> {
             squaring_s: of(45e-3),
             gyro_zero_s: of(2.0),
             gyro_zero_part: of(0.4),
-            gyro_zero_most_rad_s: R::one(),
+            gyro_zero_max_rad_s: R::one(),
         }
     }
 
@@ -301,7 +301,7 @@ impl<R: Real> TractionConfig<R> {
             &[
                 ("encoder_noise_rad_s", self.sensors.encoder_noise_rad_s),
                 ("gyro_noise_rad_s", self.sensors.gyro_noise_rad_s),
-                ("gyro_zero_most_rad_s", self.gyro_zero_most_rad_s),
+                ("gyro_zero_max_rad_s", self.gyro_zero_max_rad_s),
             ],
             &(0.0..=100.0),
             "0 to 100",

@@ -46,7 +46,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         if let Some(rate) = gyro
             && let Some(turns) = self.turns_by_wheels(state, rolling_rad_s)
         {
-            let most = config.gyro_zero_most_rad_s;
+            let most = config.gyro_zero_max_rad_s;
             state.gyro_found_s = min(state.gyro_found_s + config.period_s, config.gyro_zero_s);
             let zero = state.gyro_zero_rad_s;
             state.gyro_zero_rad_s = zero + config.part(state.gyro_found_s) * (rate - turns - zero);

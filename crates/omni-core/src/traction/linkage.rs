@@ -122,7 +122,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
             state.base_found_s = min(state.base_found_s + period_s, whole_s);
             let (part, most) = (
                 self.config.part(state.base_found_s),
-                self.config.gyro_zero_most_rad_s,
+                self.config.gyro_zero_max_rad_s,
             );
             for (k, zero) in state.base_zero_rad_s.iter_mut().enumerate() {
                 // An attitude that jumps is no rate.

@@ -16,7 +16,7 @@ pub(super) const BACK_PART: f64 = 0.5;
 /// A wheel that rises faster climbs \[m/s\].
 pub(super) const CLIMBS_M_S: f64 = 0.02;
 
-/// Traction control of one vehicle. Immutable; what it remembers is a
+/// Traction control of one vehicle. Immutable; its state is a
 /// [`TractionState`](crate::traction::TractionState).
 ///
 /// ```

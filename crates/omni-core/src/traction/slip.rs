@@ -27,7 +27,7 @@ pub(super) struct Asked<'a, R, const N: usize> {
 }
 
 impl<R: Real, const N: usize> Traction<R, N> {
-    /// The torque of every wheel into `sample`, and what is remembered of it.
+    /// The torque of every wheel into `sample`, and its part of the state.
     pub(super) fn find_torques(
         &self,
         state: &mut TractionState<R, N>,

@@ -133,8 +133,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
             ((drop - config.height_m) / (config.boost_height_m - config.height_m)).limited(zero, R::one());
         let mut speed = commanded * (R::one() + boost * part);
         if state.row > 0 {
-            let remembered = retry.remembered_part * state.remembered_m_s;
-            speed = max(remembered, speed);
+            speed = max(retry.later_rows_part * state.later_rows_m_s, speed);
         }
         self.progress(state, order);
         let most = self.max_speed(traction.direction);
@@ -149,13 +148,13 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
         target.spin_gain = retry.spin_gain;
         target.trying = matches!(state.mode, SupervisorMode::BackOff | SupervisorMode::RunUp);
         let again = state.mode == SupervisorMode::Drive
-            && state.remembered_m_s > zero
+            && state.later_rows_m_s > zero
             && state.row > 0
             && traction.speed_m_s > R::of(ROLLS_PART) * state.target_m_s;
         let after_impact = state.begun && traction.speed_m_s < R::of(IMPACT_PART) * state.run_up_m_s;
         if retry.spin_m_s > zero {
             if again {
-                target.spin_m_s = retry.remembered_spin * retry.spin_m_s;
+                target.spin_m_s = retry.later_rows_spin * retry.spin_m_s;
             } else if state.mode == SupervisorMode::RunUp && hard > zero && !after_impact {
                 target.spin_m_s = retry.spin_m_s + retry.spin_more_m_s * (hard - R::one());
             }
@@ -222,7 +221,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
         if state.row > state.furthest {
             state.furthest = state.row;
             if state.row_retries > config.retry.slow_retries {
-                state.remembered_m_s = state.run_up_m_s;
+                state.later_rows_m_s = state.run_up_m_s;
             }
             state.row_retries = 0;
             state.start(SupervisorMode::Drive);
@@ -235,7 +234,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
             zero
         };
         if state.level_s > config.level_s {
-            (state.furthest, state.row_retries, state.remembered_m_s) = (0, 0, zero);
+            (state.furthest, state.row_retries, state.later_rows_m_s) = (0, 0, zero);
         }
     }
 
@@ -245,7 +244,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
         state: &mut SupervisorState<R>,
         traction: &TractionState<R, N>,
         wanted_m_s: R,
-        most_m_s: R,
+        max_m_s: R,
     ) -> R {
         let (config, retry) = (&self.config, &self.config.retry);
         let measured = traction.speed_m_s;
@@ -254,7 +253,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
         let retries_left = state.row_retries < retry.retries;
         // No vehicle that is commanded to creep rams an edge.
         let commanded = traction.commanded_m_s;
-        let most_m_s = min(most_m_s, retry.run_up_times * commanded);
+        let max_m_s = min(max_m_s, retry.run_up_times * commanded);
         state.in_mode_s += config.period_s;
         match state.mode {
             SupervisorMode::Drive => {
@@ -273,9 +272,9 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
                 state.back_m -= measured * config.period_s;
                 let again = R::of(f64::from(state.row_retries.saturating_sub(1)));
                 let (more, most) = if state.row == 0 {
-                    (retry.first_row_more_m, retry.first_row_most_m)
+                    (retry.first_row_more_m, retry.first_row_max_m)
                 } else {
-                    (retry.back_off_more_m, retry.back_off_most_m)
+                    (retry.back_off_more_m, retry.back_off_max_m)
                 };
                 let far = retry.back_off_m + more * again;
                 let speed = min(retry.back_off_m_s, commanded);
@@ -293,7 +292,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
                     retry.run_up_m_s
                         + retry.run_up_more_m_s * R::of(f64::from(state.row_retries - retry.slow_retries - 1))
                 };
-                let speed = min(speed, most_m_s);
+                let speed = min(speed, max_m_s);
                 state.run_up_m_s = speed;
                 state.begun |= measured > R::of(BEGUN_PART) * speed;
                 let stuck = stuck && state.begun;
@@ -314,7 +313,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
 
     /// The largest speed in a direction \[m/s\].
     fn max_speed(&self, direction: [R; 2]) -> R {
-        let [ahead, aside] = self.config.most_m_s;
+        let [ahead, aside] = self.config.max_m_s;
         let (x, y) = (direction[0].abs() / ahead, direction[1].abs() / aside);
         R::one() / max(x, y)
     }

@@ -375,7 +375,7 @@ fn write_drive<R: Real, const N: usize>(
         wheels: (0..N)
             .map(|i| DriveWheel {
                 fault: did.faults[i],
-                left_out: did.slip.excluded[i],
+                excluded: did.slip.excluded[i],
                 brake: did.brake[i],
             })
             .collect(),

@@ -238,7 +238,7 @@ impl<const N: usize> Linked<N> {
         let wheel = |i: usize| {
             Some(DriveWheel {
                 fault: wheel_fault(report.faults[i])?,
-                left_out: report.excluded[i],
+                excluded: report.excluded[i],
                 brake: brake[i],
             })
         };

@@ -197,7 +197,7 @@ impl<const N: usize> ControlLaw for UserPolicy<N> {
         inverse(self.here.kinematics(), twist)
     }
 
-    /// The periods alone: what the policy remembers is its owner's to keep.
+    /// The periods alone: the owner keeps the state of the policy.
     fn save(&self) -> Option<Vec<u8>> {
         postcard::to_allocvec(&(OWN, self.policy.name(), self.periods)).ok()
     }

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use omni_core::loops::Saturation;
-use omni_core::metrics::{DISTURBED_FLOOR_RAD_S, disturbed_ratio, shape_error, speed_ratio_spread};
+use omni_core::metrics::{DISTURBED_FLOOR_RAD_S, disturbed_ratio, shape_error, speed_ratio_std};
 use omni_core::traction::SupervisorMode;
 
 use super::criteria::{Gain, Gained, Lean, Runaway, farthest_wheel_m};
@@ -83,12 +83,12 @@ enum Phase {
 struct Crossing {
     periods: u64,
     slip: Mean,
-    disturbed: Mean,
-    disturbed_realised: Mean,
-    spread: Mean,
-    linkage: SlipSpeedStd,
+    speed_error: Mean,
+    speed_error_realised: Mean,
+    speed_ratio: Mean,
+    slip_speed: SlipSpeedStd,
     shape: Mean,
-    heat: f64,
+    torque_squared: f64,
     nose_up_rad: f64,
     nose_down_rad: f64,
     from: Option<([f64; 2], f64)>,
@@ -277,33 +277,35 @@ impl Meter {
         } else {
             1.0
         };
-        crossing.linkage.start_period();
+        crossing.slip_speed.start_period();
         for (i, (signals, wheel)) in sample.wheels.iter().zip(&seen.wheels).enumerate().take(WHEELS) {
             // What a silent encoder would have said is not known.
             let measured = signals.measured_rad_s.is_finite();
             if measured {
                 (reference[i], velocity[i]) = (signals.reference_rad_s, signals.measured_rad_s);
             }
-            crossing.heat += signals.applied_n_m * signals.applied_n_m * self.period_s;
+            crossing.torque_squared += signals.applied_n_m * signals.applied_n_m * self.period_s;
             if signals.reference_rad_s.abs() < DISTURBED_FLOOR_RAD_S || !measured {
                 continue;
             }
-            crossing.disturbed.add(signals.disturbed_ratio());
-            crossing.disturbed_realised.add(disturbed_ratio(
+            crossing.speed_error.add(signals.disturbed_ratio());
+            crossing.speed_error_realised.add(disturbed_ratio(
                 realised * signals.reference_rad_s,
                 signals.measured_rad_s,
                 DISTURBED_FLOOR_RAD_S,
             ));
             let asked_m_s = signals.reference_rad_s * self.way_per_rad[i];
-            crossing.linkage.add(asked_m_s, wheel.rim_m_s - wheel.along_m_s);
+            crossing
+                .slip_speed
+                .add(asked_m_s, wheel.rim_m_s - wheel.along_m_s);
             if wheel.touches() {
                 crossing.slip.add(wheel.slip_ratio());
             }
         }
-        crossing.linkage.end_period();
+        crossing.slip_speed.end_period();
         crossing
-            .spread
-            .add(speed_ratio_spread(&reference, &velocity, DISTURBED_FLOOR_RAD_S));
+            .speed_ratio
+            .add(speed_ratio_std(&reference, &velocity, DISTURBED_FLOOR_RAD_S));
         let shape = shape_error(&reference, &velocity);
         for error in &shape[..sample.wheels.len().min(WHEELS)] {
             crossing.shape.add(*error);
@@ -408,12 +410,12 @@ impl Meter {
             nose_down_peak_deg: c.nose_down_rad.to_degrees() * measured,
             yaw_error_deg: c.yaw_error_rad.to_degrees() * measured,
             slip_rms: c.slip.root(),
-            speed_error_rms: c.disturbed.root(),
-            speed_error_realised_rms: c.disturbed_realised.root(),
-            speed_ratio_std: c.spread.root(),
-            slip_speed_std: c.linkage.ratio(),
+            speed_error_rms: c.speed_error.root(),
+            speed_error_realised_rms: c.speed_error_realised.root(),
+            speed_ratio_std: c.speed_ratio.root(),
+            slip_speed_std: c.slip_speed.ratio(),
             shape_error_rms_rad_s: c.shape.root(),
-            torque_squared_n2m2s: c.heat * measured,
+            torque_squared_n2m2s: c.torque_squared * measured,
             work_j: work_j * measured,
             cost_of_transport: (way_m > 0.01).then(|| work_j / (self.weight_n * way_m)),
             e_over_mgh: (verdict == Verdict::Climbed && gained_m > 0.0)

@@ -25,7 +25,7 @@ const OFF_DEG: f64 = 1.0;
 const CONFIRMING: usize = 27;
 /// A run that turns the vehicle by so much has not climbed: a follower that corrects its heading
 /// would have to work against the edge.
-const MOST_YAW_DEG: f64 = 20.0;
+const MAX_YAW_DEG: f64 = 20.0;
 /// Most sides times skews.
 const MOST_APPROACHES: usize = 5000;
 
@@ -168,7 +168,7 @@ impl ChartPlan {
             friction: setup.friction,
             speed_m_s: setup.speed_m_s,
             margin: setup.margin,
-            most_yaw_deg: MOST_YAW_DEG,
+            max_yaw_deg: MAX_YAW_DEG,
             mirrored,
             starts: setup.starts,
             start: (0..setup.starts + CONFIRMING).map(start).collect(),

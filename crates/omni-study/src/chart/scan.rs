@@ -146,7 +146,7 @@ impl Scan<'_> {
             }
             let turned_deg = outcome.yaw_error_deg.abs();
             // A figure that was not measured is no small one.
-            if turned_deg.is_nan() || turned_deg >= self.plan.empty.most_yaw_deg {
+            if turned_deg.is_nan() || turned_deg >= self.plan.empty.max_yaw_deg {
                 return Ok(Some(Some("turned".into())));
             }
         }

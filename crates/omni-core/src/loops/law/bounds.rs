@@ -51,7 +51,7 @@ impl<R: Real> Law<'_, R> {
         let (mut requested, mut slopes) = (out.requested.n_m, [R::zero(); N]);
         for i in 0..N {
             let reference = out.reference.rad_s[i];
-            let slope = self.pid.term_slopes(!self.pid.remembers() || state.started[i]);
+            let slope = self.pid.term_slopes(!self.pid.uses_last() || state.started[i]);
             let mut others = slope.d_n_m + slope.ff_n_m;
             if outside_zone & (1 << i) == 0 {
                 others += slope.i_n_m;

@@ -9,7 +9,7 @@ use crate::motor::TorqueRanges;
 
 impl<R: Real> Law<'_, R> {
     /// Brings the requested torques of `out` within the limits by the law of the coordination, and
-    /// the derivative and reference to remember to `state`. `correction`, which is 0, becomes what
+    /// the derivative and reference of this period to `state`. `correction`, which is 0, becomes what
     /// anti-windup adds to the integrals; true if it adds something.
     #[inline(never)]
     pub(super) fn limit<const N: usize>(
@@ -31,13 +31,13 @@ impl<R: Real> Law<'_, R> {
             }
             asked = out.applied.n_m;
         } else {
-            self.remember(state, out);
+            self.store_last(state, out);
             if self.coordination.saturation == Saturation::ScaleTorques {
                 scale_torques(out);
             }
         }
         // To look whether anything changed pays only if an excess costs more than a product.
-        let mut changed = !self.pid.remembers();
+        let mut changed = !self.pid.uses_last();
         for i in 0..N {
             let applied = out.range.clip(i, out.applied.n_m[i]);
             out.applied.n_m[i] = applied;
@@ -123,7 +123,7 @@ impl<R: Real> Law<'_, R> {
         for slope in &mut slopes {
             *slope *= later;
         }
-        if self.pid.remembers() && !all_started {
+        if self.pid.uses_last() && !all_started {
             for i in 0..N {
                 slopes[i] = out.reference.rad_s[i] * self.pid.term_slopes(state.started[i]).sum();
             }
@@ -131,7 +131,7 @@ impl<R: Real> Law<'_, R> {
         slopes
     }
 
-    /// The terms with references that are reduced by the part `less`, and what to remember of them.
+    /// The terms with references that are reduced by the part `less`, and what the next period needs of them.
     #[inline(always)]
     fn reduce_terms<const N: usize>(
         self,
@@ -147,7 +147,7 @@ impl<R: Real> Law<'_, R> {
             out.p_n_m[i] -= later.p_n_m * removed;
             out.i_n_m[i] -= later.i_n_m * removed;
         }
-        if !self.pid.remembers() {
+        if !self.pid.uses_last() {
             return;
         }
         // The usual case apart, because its slopes are the same for all wheels.
@@ -243,7 +243,7 @@ impl<R: Real> Law<'_, R> {
                 };
                 let (correct, shift) = self.pid.correction(law, integrated_error[i], &excess, started);
                 correction[i] = correct;
-                if self.pid.remembers() {
+                if self.pid.uses_last() {
                     state.derivative_n_m[i] += self.pid.derivative_slope(started) * shift;
                     state.last_reference_rad_s[i] += shift;
                 }

@@ -16,11 +16,11 @@ pub(crate) struct Excess<R> {
 
 impl<R: Real> Pid<R> {
     /// Fraction of an excess that the integral removes, if nothing else is needed: the law is
-    /// [`AntiWindup::Conditioned`], nothing is remembered or bounded, and the integral need not stop instead.
+    /// [`AntiWindup::Conditioned`], no term uses the last step or has a bound, and the integral need not stop instead.
     #[inline]
     pub(crate) fn plain_gain(&self, law: AntiWindup<R>) -> Option<R> {
         let gain = self.first_conditioned_gain;
-        let plain = !self.remembers && !self.bounds.any;
+        let plain = !self.uses_last && !self.bounds.any;
         (law == AntiWindup::Conditioned && plain && gain > R::zero()).then_some(gain)
     }
 

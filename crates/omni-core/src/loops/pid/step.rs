@@ -33,7 +33,7 @@ impl<R: Real> Pid<R> {
             self.law(&coordination)
                 .step(&mut loops, share, some_released, waits, &mut out);
             if out.active[0] && terms(&out).sum().is_finite_real() {
-                if self.remembers {
+                if self.uses_last {
                     state.derivative_n_m = loops.derivative_n_m[0];
                     state.last = Some(LastStep {
                         reference_rad_s: loops.last_reference_rad_s[0],

@@ -26,12 +26,12 @@ pub struct RetrySchedule<R> {
     /// Increment of the distance per retry \[m\].
     pub back_off_more_m: R,
     /// No further than this \[m\].
-    pub back_off_most_m: R,
+    pub back_off_max_m: R,
     /// The same for the first row, which has nothing behind it that could fall off an edge: further
     /// each time, and at most \[m\].
     pub first_row_more_m: R,
     /// No further than this for the first row \[m\].
-    pub first_row_most_m: R,
+    pub first_row_max_m: R,
     /// Slow retries: at `slow_retry_m_s`, without slip allowed and without spin.
     pub slow_retries: u16,
     /// Speed of these \[m/s\], 0.001 to 100.
@@ -55,15 +55,15 @@ pub struct RetrySchedule<R> {
     /// Gain of that, in multiples of the thrust's, 0 to 100.
     pub spin_gain: R,
     /// Part of the speed of a try that succeeded with which later rows are approached, 0 to 1.
-    pub remembered_part: R,
+    pub later_rows_part: R,
     /// Part of the spin with which they are, 0 to 1.
-    pub remembered_spin: R,
+    pub later_rows_spin: R,
 }
 
 constant_struct!(RetrySchedule<R> {
-    retries: u16, back_off_m_s: R, back_off_m: R, back_off_more_m: R, back_off_most_m: R, first_row_more_m: R, first_row_most_m: R,
+    retries: u16, back_off_m_s: R, back_off_m: R, back_off_more_m: R, back_off_max_m: R, first_row_more_m: R, first_row_max_m: R,
     slow_retries: u16, slow_retry_m_s: R, run_up_m_s: R, run_up_more_m_s: R, run_up_s: R, run_up_times: R, stuck_again_s: R, allowance_m_s: R, spin_m_s: R,
-    spin_more_m_s: R, spin_gain: R, remembered_part: R, remembered_spin: R
+    spin_more_m_s: R, spin_gain: R, later_rows_part: R, later_rows_spin: R
 });
 
 /// Speeds, times and places of a [`super::Supervisor`].
@@ -83,7 +83,7 @@ pub struct SupervisorConfig<R> {
     /// The target speed changes no faster \[m/s^2\], 0.001 to 1e6.
     pub acceleration_m_s2: R,
     /// It is never above this, forward and lateral \[m/s\], each 0.001 to 100.
-    pub most_m_s: [R; 2],
+    pub max_m_s: [R; 2],
     /// Part of the commanded speed by which it is raised for the second row, and for those behind it, 0 to 10.
     pub boost: [R; 2],
     /// A row that stands higher than the next by this is up \[m\], 0.0001 to 99.
@@ -112,7 +112,7 @@ pub struct SupervisorConfig<R> {
 }
 
 constant_struct!(SupervisorConfig<R> {
-    period_s: R, acceleration_m_s2: R, most_m_s: [R; 2], boost: [R; 2], height_m: R, boost_height_m: R, stuck_m_s: R, stuck_part: R, stuck_thrust: R, stuck_s: R,
+    period_s: R, acceleration_m_s2: R, max_m_s: [R; 2], boost: [R; 2], height_m: R, boost_height_m: R, stuck_m_s: R, stuck_part: R, stuck_thrust: R, stuck_s: R,
     weight_thrust: R, starting_s: R, level_s: R, retry: RetrySchedule<R>
 });
 
@@ -128,7 +128,7 @@ impl<R: Real> SupervisorConfig<R> {
         Self {
             period_s,
             acceleration_m_s2: of(4.0),
-            most_m_s: [of(1.0); 2],
+            max_m_s: [of(1.0); 2],
             boost: [of(0.1936), of(0.1524)],
             height_m: of(0.01),
             boost_height_m: of(0.04),
@@ -144,9 +144,9 @@ impl<R: Real> SupervisorConfig<R> {
                 back_off_m_s: of(0.3),
                 back_off_m: of(0.130),
                 back_off_more_m: of(0.05),
-                back_off_most_m: of(0.22),
+                back_off_max_m: of(0.22),
                 first_row_more_m: of(0.05),
-                first_row_most_m: of(0.22),
+                first_row_max_m: of(0.22),
                 slow_retries: 0,
                 slow_retry_m_s: of(0.505),
                 run_up_m_s: of(0.505),
@@ -158,8 +158,8 @@ impl<R: Real> SupervisorConfig<R> {
                 spin_m_s: zero,
                 spin_more_m_s: zero,
                 spin_gain: zero,
-                remembered_part: zero,
-                remembered_spin: zero,
+                later_rows_part: zero,
+                later_rows_spin: zero,
             },
         }
     }
@@ -184,9 +184,9 @@ impl<R: Real> SupervisorConfig<R> {
             retry: RetrySchedule {
                 back_off_m: of(0.1099),
                 back_off_more_m: of(0.05),
-                back_off_most_m: of(0.27),
+                back_off_max_m: of(0.27),
                 first_row_more_m: of(0.0884),
-                first_row_most_m: of(0.40),
+                first_row_max_m: of(0.40),
                 slow_retries: 1,
                 slow_retry_m_s: of(0.5354),
                 run_up_m_s: of(0.8476),
@@ -197,8 +197,8 @@ impl<R: Real> SupervisorConfig<R> {
                 spin_m_s: of(2.64),
                 spin_more_m_s: of(0.3335),
                 spin_gain: of(0.9295),
-                remembered_part: of(0.93),
-                remembered_spin: of(0.3146),
+                later_rows_part: of(0.93),
+                later_rows_spin: of(0.3146),
                 ..traction.retry
             },
             ..traction
@@ -210,8 +210,8 @@ impl<R: Real> SupervisorConfig<R> {
         let retry = &self.retry;
         each_within(
             &[
-                ("most_m_s", self.most_m_s[0]),
-                ("most_m_s", self.most_m_s[1]),
+                ("max_m_s", self.max_m_s[0]),
+                ("max_m_s", self.max_m_s[1]),
                 ("back_off_m_s", retry.back_off_m_s),
                 ("slow_retry_m_s", retry.slow_retry_m_s),
                 ("run_up_m_s", retry.run_up_m_s),
@@ -223,9 +223,9 @@ impl<R: Real> SupervisorConfig<R> {
             &[
                 ("back_off_m", retry.back_off_m),
                 ("back_off_more_m", retry.back_off_more_m),
-                ("back_off_most_m", retry.back_off_most_m),
+                ("back_off_max_m", retry.back_off_max_m),
                 ("first_row_more_m", retry.first_row_more_m),
-                ("first_row_most_m", retry.first_row_most_m),
+                ("first_row_max_m", retry.first_row_max_m),
                 ("run_up_more_m_s", retry.run_up_more_m_s),
                 ("stuck_again_s", retry.stuck_again_s),
                 ("allowance_m_s", retry.allowance_m_s),
@@ -243,8 +243,8 @@ impl<R: Real> SupervisorConfig<R> {
             &[
                 ("stuck_part", self.stuck_part),
                 ("stuck_thrust", self.stuck_thrust),
-                ("remembered_part", retry.remembered_part),
-                ("remembered_spin", retry.remembered_spin),
+                ("later_rows_part", retry.later_rows_part),
+                ("later_rows_spin", retry.later_rows_spin),
             ],
             &(0.0..=1.0),
             "0 to 1",

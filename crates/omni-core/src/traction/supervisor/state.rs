@@ -65,9 +65,9 @@ pub struct SupervisorState<R> {
     pub(super) back_m: R,
     pub(super) far_m: R,
     pub(super) begun: bool,
-    /// Speed of the last run-up, and of the last that succeeded \[m/s\].
+    /// Speed of the last run-up, and of the last that succeeded, for later rows \[m/s\].
     pub(super) run_up_m_s: R,
-    pub(super) remembered_m_s: R,
+    pub(super) later_rows_m_s: R,
 }
 
 impl<R: Real> Default for SupervisorState<R> {
@@ -98,7 +98,7 @@ impl<R: Real> SupervisorState<R> {
             far_m: R::ZERO,
             begun: false,
             run_up_m_s: R::ZERO,
-            remembered_m_s: R::ZERO,
+            later_rows_m_s: R::ZERO,
         }
     }
 

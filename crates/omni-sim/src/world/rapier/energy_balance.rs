@@ -107,7 +107,7 @@ impl EnergyBalance {
         self.state = state;
     }
 
-    /// Before a physics step: remembers velocities.
+    /// Stores velocities before a physics step.
     pub(super) fn open(&mut self, physics: &PhysicsWorld) {
         for (handle, body) in physics.bodies.iter() {
             self.parts[index(handle)] = Part {

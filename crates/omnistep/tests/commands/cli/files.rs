@@ -132,7 +132,7 @@ fn in_a_new_excitation_no_wheel_slips() {
         // Contacts creep by some ten thousandths of the speed. Slip is a hundred times as much: 0.4 m/s
         // where a ramp asks for more than friction gives. Single periods do not count, means over ten do.
         let top = scenario.vehicle().top_speeds().unwrap();
-        let most_m_s = 0.002 * top[0].max(top[1]);
+        let max_m_s = 0.002 * top[0].max(top[1]);
         for wheel in 0..scenario.vehicle().wheel.len() {
             let [rim, along] = ["rim_m_s", "along_m_s"].map(|signal| trace.wheel(signal, wheel).unwrap());
             let slips: Vec<_> = rim.iter().zip(along).map(|(rim, along)| rim - along).collect();
@@ -140,7 +140,7 @@ fn in_a_new_excitation_no_wheel_slips() {
                 .windows(10)
                 .map(|ten| (ten.iter().sum::<f64>() / 10.0).abs())
                 .fold(0.0, f64::max);
-            assert!(worst < most_m_s, "{vehicle}, wheel {wheel}: {worst} m/s");
+            assert!(worst < max_m_s, "{vehicle}, wheel {wheel}: {worst} m/s");
         }
     }
 }

@@ -188,8 +188,8 @@ fn keys_of_drive_and_grid_are_named_with_their_ranges() {
         "drive.command_timeout_s: -1, allowed: 0 to 3600",
     );
     in_scenario(
-        "[drive]\nblind_periods = 70000",
-        "drive.blind_periods: 70000, allowed: 0 to 65534",
+        "[drive]\nunobservable_periods = 70000",
+        "drive.unobservable_periods: 70000, allowed: 0 to 65534",
     );
     in_scenario(
         "[drive.slip]\nenter_rad_s = 0.5",

@@ -257,7 +257,7 @@ fn last_torque<R: Real, const N: usize>(
     last
 }
 
-/// A configuration with everything that remembers, in either precision.
+/// A configuration with every part that has a state, in either precision.
 fn with_memory<R: Real, const N: usize>(
     layout: WheelLayout<R, N>,
     policy: &str,
