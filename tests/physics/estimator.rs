@@ -40,21 +40,21 @@ fn normal(rng: &mut ChaCha8Rng) -> f64 {
         - 6.0
 }
 
-/// Half a second of rest, then as fast as commanded at once, a stop, and sideways in a turn: wheels
+/// One and a half seconds of rest, the last half of which is held, then as fast as commanded at once, a stop, and sideways in a turn: wheels
 /// slip on every start.
 fn excitation(t: f64) -> [f64; 3] {
     match t {
-        t if t < 0.5 => [0.0; 3],
-        t if t < 2.0 => [0.6, 0.0, 0.0],
-        t if t < 2.5 => [0.0; 3],
-        t if t < 3.5 => [0.2, 0.3, 0.5],
+        t if t < 1.5 => [0.0; 3],
+        t if t < 3.0 => [0.6, 0.0, 0.0],
+        t if t < 3.5 => [0.0; 3],
+        t if t < 4.5 => [0.2, 0.3, 0.5],
         _ => [0.0; 3],
     }
 }
 
-/// Half a second of rest, then 0.3 m/s ahead.
+/// As much rest, then 0.3 m/s ahead.
 fn across(t: f64) -> [f64; 3] {
-    [0.3 * ((t - 0.5) / 0.3).clamp(0.0, 1.0), 0.0, 0.0]
+    [0.3 * ((t - 1.5) / 0.3).clamp(0.0, 1.0), 0.0, 0.0]
 }
 
 struct Drive {
@@ -70,31 +70,31 @@ const FLAT: Drive = Drive {
     scenario: "flat",
     keys: &[],
     command: excitation,
-    duration_s: 4.0,
+    duration_s: 5.0,
 };
 const HALF_ON_ICE: Drive = Drive {
     scenario: "ice",
     keys: &[LEFT_ICE],
     command: excitation,
-    duration_s: 4.0,
+    duration_s: 5.0,
 };
 const ON_ICE: Drive = Drive {
     scenario: "ice",
     keys: &[ALL_ICE],
     command: excitation,
-    duration_s: 4.0,
+    duration_s: 5.0,
 };
 const BUMPS: Drive = Drive {
     scenario: "bumps",
     keys: &[],
     command: across,
-    duration_s: 6.0,
+    duration_s: 7.0,
 };
 const STEP: Drive = Drive {
     scenario: "step",
     keys: &[],
     command: across,
-    duration_s: 6.0,
+    duration_s: 7.0,
 };
 
 /// What came of a drive with one seed.

@@ -347,7 +347,10 @@ impl Scenario {
                 return Ok(());
             }
             let (value, divisor) = (seconds(us), seconds(divisor_us));
-            Err(source.refuse(key, format!("{value}, allowed: a multiple of {of}, {divisor}{hint}")))
+            Err(source.refuse(
+                key,
+                format!("{value}, allowed: a multiple of {of}, {divisor}{hint}"),
+            ))
         };
         let period_us = self.control.period_us;
         multiple(

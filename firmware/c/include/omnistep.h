@@ -1252,10 +1252,10 @@ typedef struct {
 //    components are estimated from redundancy: Baarda, 1968). No matrix is inverted, and the covariance is updated in
 //    Joseph's form. Its variances are never below 0.
 //
-// A vehicle that is commanded to rest and stands still (wheels, gyro and accelerometer are quiet for 50 ms) has no
-// velocity, and the gyro's difference from the wheels' yaw rate is its bias: the vehicle trembles because its loops
-// respond to encoder noise. The bias is estimated only then: a wheel's slip in a turn is one-sided, and would be
-// mistaken for a bias.
+// A vehicle that is commanded to rest and is quiet (wheels, gyro and accelerometer for 50 ms) has nearly no velocity.
+// It may still glide or turn on free rollers, so that only after a second of quiet its pose is held, and the gyro's
+// difference from the wheels' yaw rate is its bias: the vehicle trembles because its loops respond to encoder noise.
+// The bias is estimated only at rest: a wheel's slip in a turn is one-sided, and would be mistaken for a bias.
 //
 // Limits: it does not model a bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s of
 // error while all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
@@ -1675,10 +1675,10 @@ typedef struct {
 //    components are estimated from redundancy: Baarda, 1968). No matrix is inverted, and the covariance is updated in
 //    Joseph's form. Its variances are never below 0.
 //
-// A vehicle that is commanded to rest and stands still (wheels, gyro and accelerometer are quiet for 50 ms) has no
-// velocity, and the gyro's difference from the wheels' yaw rate is its bias: the vehicle trembles because its loops
-// respond to encoder noise. The bias is estimated only then: a wheel's slip in a turn is one-sided, and would be
-// mistaken for a bias.
+// A vehicle that is commanded to rest and is quiet (wheels, gyro and accelerometer for 50 ms) has nearly no velocity.
+// It may still glide or turn on free rollers, so that only after a second of quiet its pose is held, and the gyro's
+// difference from the wheels' yaw rate is its bias: the vehicle trembles because its loops respond to encoder noise.
+// The bias is estimated only at rest: a wheel's slip in a turn is one-sided, and would be mistaken for a bias.
 //
 // Limits: it does not model a bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s of
 // error while all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
@@ -2059,10 +2059,10 @@ typedef struct {
 //    components are estimated from redundancy: Baarda, 1968). No matrix is inverted, and the covariance is updated in
 //    Joseph's form. Its variances are never below 0.
 //
-// A vehicle that is commanded to rest and stands still (wheels, gyro and accelerometer are quiet for 50 ms) has no
-// velocity, and the gyro's difference from the wheels' yaw rate is its bias: the vehicle trembles because its loops
-// respond to encoder noise. The bias is estimated only then: a wheel's slip in a turn is one-sided, and would be
-// mistaken for a bias.
+// A vehicle that is commanded to rest and is quiet (wheels, gyro and accelerometer for 50 ms) has nearly no velocity.
+// It may still glide or turn on free rollers, so that only after a second of quiet its pose is held, and the gyro's
+// difference from the wheels' yaw rate is its bias: the vehicle trembles because its loops respond to encoder noise.
+// The bias is estimated only at rest: a wheel's slip in a turn is one-sided, and would be mistaken for a bias.
 //
 // Limits: it does not model a bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s of
 // error while all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
@@ -2443,10 +2443,10 @@ typedef struct {
 //    components are estimated from redundancy: Baarda, 1968). No matrix is inverted, and the covariance is updated in
 //    Joseph's form. Its variances are never below 0.
 //
-// A vehicle that is commanded to rest and stands still (wheels, gyro and accelerometer are quiet for 50 ms) has no
-// velocity, and the gyro's difference from the wheels' yaw rate is its bias: the vehicle trembles because its loops
-// respond to encoder noise. The bias is estimated only then: a wheel's slip in a turn is one-sided, and would be
-// mistaken for a bias.
+// A vehicle that is commanded to rest and is quiet (wheels, gyro and accelerometer for 50 ms) has nearly no velocity.
+// It may still glide or turn on free rollers, so that only after a second of quiet its pose is held, and the gyro's
+// difference from the wheels' yaw rate is its bias: the vehicle trembles because its loops respond to encoder noise.
+// The bias is estimated only at rest: a wheel's slip in a turn is one-sided, and would be mistaken for a bias.
 //
 // Limits: it does not model a bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s of
 // error while all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
@@ -2827,10 +2827,10 @@ typedef struct {
 //    components are estimated from redundancy: Baarda, 1968). No matrix is inverted, and the covariance is updated in
 //    Joseph's form. Its variances are never below 0.
 //
-// A vehicle that is commanded to rest and stands still (wheels, gyro and accelerometer are quiet for 50 ms) has no
-// velocity, and the gyro's difference from the wheels' yaw rate is its bias: the vehicle trembles because its loops
-// respond to encoder noise. The bias is estimated only then: a wheel's slip in a turn is one-sided, and would be
-// mistaken for a bias.
+// A vehicle that is commanded to rest and is quiet (wheels, gyro and accelerometer for 50 ms) has nearly no velocity.
+// It may still glide or turn on free rollers, so that only after a second of quiet its pose is held, and the gyro's
+// difference from the wheels' yaw rate is its bias: the vehicle trembles because its loops respond to encoder noise.
+// The bias is estimated only at rest: a wheel's slip in a turn is one-sided, and would be mistaken for a bias.
 //
 // Limits: it does not model a bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s of
 // error while all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
@@ -3211,10 +3211,10 @@ typedef struct {
 //    components are estimated from redundancy: Baarda, 1968). No matrix is inverted, and the covariance is updated in
 //    Joseph's form. Its variances are never below 0.
 //
-// A vehicle that is commanded to rest and stands still (wheels, gyro and accelerometer are quiet for 50 ms) has no
-// velocity, and the gyro's difference from the wheels' yaw rate is its bias: the vehicle trembles because its loops
-// respond to encoder noise. The bias is estimated only then: a wheel's slip in a turn is one-sided, and would be
-// mistaken for a bias.
+// A vehicle that is commanded to rest and is quiet (wheels, gyro and accelerometer for 50 ms) has nearly no velocity.
+// It may still glide or turn on free rollers, so that only after a second of quiet its pose is held, and the gyro's
+// difference from the wheels' yaw rate is its bias: the vehicle trembles because its loops respond to encoder noise.
+// The bias is estimated only at rest: a wheel's slip in a turn is one-sided, and would be mistaken for a bias.
 //
 // Limits: it does not model a bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s of
 // error while all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.

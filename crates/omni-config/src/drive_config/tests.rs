@@ -1,10 +1,10 @@
-use omni_core::drive::{Expectation, FaultMonitor, FaultState};
 use omni_core::Kinematics;
+use omni_core::drive::{Expectation, FaultMonitor, FaultState};
 
 use super::*;
 use crate::Override;
 
-/// The built-in mecanum vehicle with a control period of 10 ms and 1024 counts a turn: a count reads as 0.61 rad/s.
+/// The built-in mecanum vehicle with a control period of 10 ms and 1024 counts per turn: a count reads as 0.61 rad/s.
 fn coarse() -> Scenario {
     let keys = [
         "vehicle=mecanum4",

@@ -44,6 +44,16 @@ const RESTLESS: f64 = 400.0;
 /// Standard deviation of a vehicle's velocity that stands \[m/s\]: its loops answer the noise of their encoders.
 const STANDING_M_S: f64 = 3e-4;
 
+/// Result of the test for standstill.
+#[derive(Clone, Copy, PartialEq)]
+enum Standstill {
+    Moving,
+    /// Everything is quiet, but the vehicle may glide: rollers turn freely, and wheels without load stand.
+    Settling,
+    /// Quiet for so long that it stands.
+    Held,
+}
+
 /// The filter for a vehicle with `N` wheels. Immutable; the changing state is in [`EstimatorState`].
 ///
 /// State: place and yaw in the world; velocity of the origin along the vehicle's heading; the gyro's bias;
@@ -60,10 +70,10 @@ const STANDING_M_S: f64 = 3e-4;
 ///    components are estimated from redundancy: Baarda, 1968). No matrix is inverted, and the covariance is updated in
 ///    Joseph's form. Its variances are never below 0.
 ///
-/// A vehicle that is commanded to rest and stands still (wheels, gyro and accelerometer are quiet for 50 ms) has no
-/// velocity, and the gyro's difference from the wheels' yaw rate is its bias: the vehicle trembles because its loops
-/// respond to encoder noise. The bias is estimated only then: a wheel's slip in a turn is one-sided, and would be
-/// mistaken for a bias.
+/// A vehicle that is commanded to rest and is quiet (wheels, gyro and accelerometer for 50 ms) has nearly no velocity.
+/// It may still glide or turn on free rollers, so that only after a second of quiet its pose is held, and the gyro's
+/// difference from the wheels' yaw rate is its bias: the vehicle trembles because its loops respond to encoder noise.
+/// The bias is estimated only at rest: a wheel's slip in a turn is one-sided, and would be mistaken for a bias.
 ///
 /// Limits: it does not model a bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s of
 /// error while all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
@@ -167,7 +177,7 @@ pub struct EstimatorStep<R> {
     pub nis: R,
     /// Wheels whose readings were used.
     pub readings: usize,
-    /// The vehicle counted as standing: a zero-velocity update, without wheel readings.
+    /// The vehicle counted as standing: a zero-velocity update, after a second without wheel readings.
     pub standing: bool,
     /// False if the result was not finite: nothing changed.
     pub taken: bool,

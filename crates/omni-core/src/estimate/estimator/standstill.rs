@@ -2,25 +2,16 @@
 
 use super::step::{ValidReadings, above_zero, min, part};
 use super::{
-    BIAS, Estimator, EstimatorInput, EstimatorState, QUIET, Real, SIZE, STANDING_M_S, STILL_S, VX, VY,
+    BIAS, Estimator, EstimatorInput, EstimatorState, QUIET, Real, SIZE, STANDING_M_S, STILL_S, Standstill,
+    VX, VY,
 };
 
 /// Time that everything has to be quiet before the pose is held \[s\].
 const HELD_S: f64 = 1.0;
-/// Deviation of the velocity of a vehicle whose wheels stand and that may still glide on free rollers \[m/s\], and for how
-/// long such an error lasts \[s\].
+/// Deviation of the velocity of a vehicle whose wheels stand and that may still glide on free rollers \[m/s\],
+/// and for how long such an error lasts \[s\].
 const GLIDE_M_S: f64 = 3e-3;
 const GLIDE_S: f64 = 0.5;
-
-/// Result of the test for standstill.
-#[derive(Clone, Copy, PartialEq)]
-pub(super) enum Standstill {
-    Moving,
-    /// Everything is quiet, but the vehicle may glide: rollers turn freely, and wheels without load stand.
-    Settling,
-    /// Quiet for so long that it stands.
-    Held,
-}
 
 impl<R: Real, const N: usize> Estimator<R, N> {
     /// For how long has everything been quiet?

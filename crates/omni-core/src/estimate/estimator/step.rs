@@ -1,9 +1,8 @@
 //! One period of the filter.
 
-use super::standstill::Standstill;
 use super::{
     BIAS, ConfigError, Estimator, EstimatorConfig, EstimatorInput, EstimatorState, EstimatorStep, Kinematics,
-    Matrix, Motion, Real, SIZE, SLIP, STANDING_M_S, Sum, VX, VY, X, Y, YAW, is_plausible,
+    Matrix, Motion, Real, SIZE, SLIP, STANDING_M_S, Standstill, Sum, VX, VY, X, Y, YAW, is_plausible,
 };
 
 /// The valid readings of a period.
