@@ -40,7 +40,8 @@ fn normal(rng: &mut ChaCha8Rng) -> f64 {
         - 6.0
 }
 
-/// One and a half seconds of rest, the last half of which is held, then as fast as commanded at once, a stop, and sideways in a turn: wheels
+/// One and a half seconds of rest, the last half of which is held, then as fast as commanded at once, a stop, and
+/// sideways in a turn: wheels
 /// slip on every start.
 fn excitation(t: f64) -> [f64; 3] {
     match t {

@@ -23,7 +23,8 @@ fn resting(random: &mut Random, bias: f64, turns: f64) -> EstimatorInput<f64, 4>
     input
 }
 
-/// Fifty vehicles that stand for two seconds, the second of which counts, and tremble about the vertical by this deviation \[rad/s\],
+/// Fifty vehicles that stand for two seconds, the second of which counts, and tremble about the vertical by this
+/// deviation \[rad/s\],
 /// each time for 45 ms: squares of what the bias is off by over its deviation, and the deviations.
 fn learnt(tremble: f64, change: fn(&mut EstimatorInput<f64, 4>)) -> (Vec<f64>, Vec<f64>) {
     let estimator = filter::<f64>();
