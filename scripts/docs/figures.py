@@ -1,6 +1,7 @@
 """Draws the pictures that the documents show, from runs: python scripts/docs/figures.py [NAME ...].
 
-Without names it draws all. climb-map is of the study climb_map, which takes some minutes; its results are out/climb_map.
+Without names it draws all. climb-map is of the study climb_map, which takes some minutes and leaves its results in
+out/climb_map.
 """
 
 import argparse
@@ -15,8 +16,9 @@ import matplotlib
 matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt
-import omnistep
 from matplotlib.axes import Axes
+
+import omnistep
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "docs" / "images"

@@ -163,8 +163,9 @@ pub struct DriveFaults {
     #[garde(adapt(ranges), range(min = PERIODS.min, max = PERIODS.max))]
     pub jump_periods: Option<u32>,
     /// A constant reading is stuck if the velocity expected from the other wheels changes by more than
-    /// this \[rad/s\], 1e-9 to 1e6. Left out: 1, or the reading of two encoder counts (of 3.5 with four mecanum wheels,
-    /// where each of the other three adds one) if that is more.
+    /// this \[rad/s\], 1e-9 to 1e6. Left out: 1, or the reading of two encoder counts if
+    /// that is more. Where 20 periods or fewer make a reading stuck: of as many counts as the other wheels can show
+    /// together, 3.5 with four mecanum wheels and 4.1 of `chugo7`.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[garde(adapt(ranges), range(min = THRESHOLD_RAD_S.min, max = THRESHOLD_RAD_S.max))]
     pub stuck_rad_s: Option<f64>,

@@ -13,6 +13,8 @@ use crate::{Error, Scenario, Vehicle, for_wheel_count};
 /// A reading toggles between two counts at an edge, and another wheel's may do so at the same time: with
 /// 1.2 counts a standing wheel of chugo7 was called stuck in each of four drives, with 1.5 counts in none.
 pub(crate) const LEAST_COUNTS: f64 = 2.0;
+/// Within more periods than these, readings that toggle return, which ends the evidence of the others.
+const FEW_PERIODS: u32 = 20;
 /// Part of a count by which a wheel can turn faster or slower without another reading.
 const OWN_COUNTS: f64 = 0.5;
 
@@ -109,13 +111,13 @@ impl Scenario {
         let usual = FaultConfig::usual(self.period_s());
         let half_n_m = 0.5 * self.vehicle().motor.peak_torque_n_m();
         faults.stuck_torque_n_m.get_or_insert(half_n_m);
-        faults
-            .stuck_rad_s
-            .get_or_insert(usual.stuck_rad_s.max(self.least_counts() * count_rad_s));
         let held = (self.held_s() / self.period_s()).ceil().min(65534.0) as u32;
-        faults
+        let periods = *faults
             .stuck_periods
             .get_or_insert(u32::from(usual.stuck_periods).max(held));
+        faults
+            .stuck_rad_s
+            .get_or_insert(usual.stuck_rad_s.max(self.least_counts(periods) * count_rad_s));
         // From one way to the other at full speed in a period, and what single counts add to a reading.
         if let Some(no_load_rad_s) = self.vehicle().no_load_rad_s() {
             let jump_rad_s = 2.0 * no_load_rad_s + 3.0 * count_rad_s;
@@ -124,9 +126,13 @@ impl Scenario {
         Some(faults)
     }
 
-    /// Encoder counts by which the motion that the other wheels imply of a wheel can change at constant speed: the
-    /// readings of all of them may toggle at once. By four mecanum wheels that is one count of each of the other three.
-    pub(crate) fn least_counts(&self) -> f64 {
+    /// Encoder counts by which the motion that the other wheels imply of a wheel can change at constant speed, and stay
+    /// so for as many periods as make a reading stuck. Over few periods the readings of all of them may toggle at once:
+    /// by four mecanum wheels that is one count of each of the other three.
+    pub(crate) fn least_counts(&self, stuck_periods: u32) -> f64 {
+        if stuck_periods > FEW_PERIODS {
+            return LEAST_COUNTS;
+        }
         let vehicle = self.vehicle();
         let others = for_wheel_count!(vehicle.wheel.len(), counts_of_others[](vehicle), |_| 0.0);
         LEAST_COUNTS.max(others + OWN_COUNTS)

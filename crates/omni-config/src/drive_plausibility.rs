@@ -18,11 +18,11 @@ impl Scenario {
     ///     Ok::<_, omni_config::Error>(Scenario::load("flat", &keys)?.drive_doubts())
     /// };
     /// let expected = "drive.faults.stuck_rad_s = 1, but one encoder count reads as 1.57 rad/s, so that single counts of other wheels make a \
-    ///                 standing wheel faulty; use sensors.encoder_velocity, more sensors.encoder_counts or at least 5.5";
+    ///                 standing wheel faulty; use sensors.encoder_velocity, more sensors.encoder_counts or at least 3.14";
     /// assert_eq!(doubts("{ stuck_rad_s = 1.0 }", 4000)?, [expected]);
-    /// assert_eq!(doubts("{}", 4000)?, Vec::<String>::new()); // it is 5.5 then
-    /// let expected = "drive.faults.stuck_rad_s = 21.5, but no wheel turns faster than 3.95 rad/s under the command, so that the other wheels \
-    ///                 show a dead encoder after 5.44 s or later; use sensors.encoder_velocity or more sensors.encoder_counts";
+    /// assert_eq!(doubts("{}", 4000)?, Vec::<String>::new()); // it is 3.14 then
+    /// let expected = "drive.faults.stuck_rad_s = 12.3, but no wheel turns faster than 3.95 rad/s under the command, so that the other wheels \
+    ///                 show a dead encoder after 3.11 s or later; use sensors.encoder_velocity or more sensors.encoder_counts";
     /// assert_eq!(doubts("{}", 1024)?, [expected]);
     /// # Ok::<(), omni_config::Error>(())
     /// ```
@@ -32,7 +32,9 @@ impl Scenario {
             return Vec::new();
         };
         let count_rad_s = self.encoder_step_rad_s().unwrap_or(0.0);
-        let least_counts = self.least_counts();
+        let least_counts = faults
+            .stuck_periods
+            .map_or(LEAST_COUNTS, |periods| self.least_counts(periods));
         let finer = match self.sensors.encoder_velocity {
             None => "sensors.encoder_velocity",
             Some(EncoderVelocity::Window { .. }) => "a longer window",
@@ -67,7 +69,7 @@ impl Scenario {
         };
         let counts = self.sensors.encoder_counts;
         let three_counts =
-            (least_counts + 1.0) * std::f64::consts::TAU / (counts * stuck_rad_s * self.period_s());
+            (LEAST_COUNTS + 1.0) * std::f64::consts::TAU / (counts * stuck_rad_s * self.period_s());
         if counts > 0.0 && f64::from(periods) < three_counts {
             doubts.push(format!(
                 "drive.faults.stuck_periods = {periods}, but a wheel of {} rad/s takes {} periods for three encoder counts, so that a wheel that \
@@ -78,7 +80,7 @@ impl Scenario {
         }
         if let Some(fastest_rad_s) = self.fastest_rad_s().filter(|fastest| *fastest < stuck_rad_s) {
             let after_s = 10.0 * f64::from(periods) * self.period_s() * stuck_rad_s / fastest_rad_s;
-            let less = if fastest_rad_s > least_counts * count_rad_s {
+            let less = if fastest_rad_s > LEAST_COUNTS * count_rad_s {
                 format!("less than {}", digits(fastest_rad_s))
             } else {
                 format!("{finer} or more sensors.encoder_counts")
