@@ -1,6 +1,6 @@
 //! A controller of omni-core, built from a file.
 
-use omni_core::estimate::{Estimator, EstimatorConfig};
+use omni_core::estimate::{Estimator, EstimatorConfig, GroundOdometry, GroundOdometryConfig};
 use omni_core::shaping::{AxisLimits, TwistLimiter, TwistLimits};
 use omni_core::{
     ConfigError, Controller, Coordination, Kinematics, PidConfig, Real, WheelControlConfig, WheelLayout,
@@ -61,6 +61,17 @@ impl Scenario {
     pub fn estimator<R: Real, const N: usize>(&self) -> Result<Estimator<R, N>, Error> {
         let config = EstimatorConfig::new(R::of(self.period_s()));
         let build = || Estimator::new(config, &Kinematics::new(&self.vehicle().layout()?)?);
+        build().map_err(|error| self.vehicle().refuse(&error))
+    }
+
+    /// The odometry in three dimensions of the scenario's vehicle, with the noise of [`GroundOdometryConfig::new`].
+    ///
+    /// # Errors
+    /// [`Error::Key`] if `N` is not the number of wheels, or for more than 8 hinges.
+    pub fn ground_odometry<R: Real, const N: usize>(&self) -> Result<GroundOdometry<R, N>, Error> {
+        let config = GroundOdometryConfig::new(R::of(self.period_s()));
+        let linkage = self.vehicle().linkage()?;
+        let build = || GroundOdometry::new(config, &self.vehicle().layout()?, linkage);
         build().map_err(|error| self.vehicle().refuse(&error))
     }
 

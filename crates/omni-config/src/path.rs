@@ -198,6 +198,8 @@ pub enum PoseSource {
     /// [`omni_core::estimate::Estimator`]: encoders, gyro and accelerometer, also where wheels slip. The start is
     /// known.
     Estimate,
+    /// [`omni_core::estimate::GroundOdometry`]: also hinges and lean, over edges and slopes. The start is known.
+    Ground,
     /// The true pose, which a real vehicle obtains only from an external measurement.
     Truth,
 }

@@ -7,7 +7,7 @@ mod desaturation;
 mod forward_map;
 mod kinematics;
 mod layout;
-mod matrix3;
+pub(crate) mod matrix3;
 mod path_factors;
 mod twist;
 mod wheels;

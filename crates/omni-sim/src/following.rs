@@ -49,7 +49,8 @@ impl Following {
             return Ok(None);
         };
         let localization = match path.pose {
-            PoseSource::Estimate => Some(Localization::new(scenario, start)?),
+            PoseSource::Estimate => Some(Localization::new(scenario, start, false)?),
+            PoseSource::Ground => Some(Localization::new(scenario, start, true)?),
             _ => None,
         };
         Ok(Some(Self {

@@ -1,6 +1,8 @@
 //! The pose that the estimator of the core finds from encoders, gyro and accelerometer.
 
-use omni_core::estimate::{Estimator, EstimatorInput, EstimatorState, PoseCovariance};
+use omni_core::estimate::{
+    Estimator, EstimatorInput, EstimatorState, GroundInput, GroundOdometry, GroundOdometryState, PoseCovariance,
+};
 use omni_core::geometry::PlanarPose;
 use serde::{Deserialize, Serialize};
 
@@ -28,8 +30,8 @@ struct OfWheels<const N: usize> {
     state: EstimatorState<f64, N>,
 }
 
-impl<const N: usize> Localize for OfWheels<N> {
-    fn step(&mut self, control: &ControlSample, sensed: &Sensed) {
+impl<const N: usize> OfWheels<N> {
+    fn advance(&mut self, control: &ControlSample, sensed: &Sensed) -> (omni_core::WheelVelocities<f64, N>, bool) {
         let drive = control.report.drive.as_ref();
         let left_out =
             |wheel: usize| drive.is_some_and(|drive| drive.wheels.get(wheel).is_some_and(|w| w.left_out));
@@ -38,9 +40,15 @@ impl<const N: usize> Localize for OfWheels<N> {
             Some(rate) if !left_out(wheel) => *rate,
             _ => f64::NAN,
         };
-        let wheels = std::array::from_fn(read).into();
+        let wheels: omni_core::WheelVelocities<f64, N> = std::array::from_fn(read).into();
         let input = EstimatorInput::with_imu(&wheels, &sensed.imu, &control.command);
-        let _ = self.estimator.step(&mut self.state, &input);
+        (wheels, self.estimator.step(&mut self.state, &input).standing)
+    }
+}
+
+impl<const N: usize> Localize for OfWheels<N> {
+    fn step(&mut self, control: &ControlSample, sensed: &Sensed) {
+        let _ = self.advance(control, sensed);
     }
 
     fn pose(&self) -> PlanarPose<f64> {
@@ -58,19 +66,70 @@ impl<const N: usize> Localize for OfWheels<N> {
     }
 }
 
+/// 3D odometry; the estimator tells when the vehicle stands.
+struct OnGround<const N: usize> {
+    planar: OfWheels<N>,
+    odometry: GroundOdometry<f64, N>,
+    state: Box<GroundOdometryState<f64, N>>,
+    moved: bool,
+}
+
+impl<const N: usize> Localize for OnGround<N> {
+    fn step(&mut self, control: &ControlSample, sensed: &Sensed) {
+        let (wheels, standing) = self.planar.advance(control, sensed);
+        let mut input =
+            GroundInput::new(&wheels, &sensed.imu).with_hinges(&sensed.hinges_rad, &sensed.hinges_rad_s);
+        self.moved |= control.command != omni_core::BodyTwist::ZERO;
+        if standing || !self.moved {
+            input = input.at_rest(!self.moved);
+        }
+        let _ = self.odometry.step(&mut self.state, &input);
+    }
+
+    fn pose(&self) -> PlanarPose<f64> {
+        let pose = self.state.pose();
+        let [x_m, y_m, _] = pose.position_m;
+        PlanarPose {
+            x_m,
+            y_m,
+            yaw_rad: pose.yaw_rad,
+        }
+    }
+
+    fn state(&self) -> Vec<u8> {
+        Vec::new()
+    }
+
+    fn restore(&mut self, _: &[u8]) -> bool {
+        false
+    }
+}
+
 fn of_wheels<const N: usize>(
     scenario: &Scenario,
     start: &PlanarPose<f64>,
+    ground: bool,
 ) -> Result<Localization, config::Error> {
     let estimator = scenario.estimator::<f64, N>()?;
     let mut state = estimator.start();
     state.reset(start, &PoseCovariance::default());
-    Ok(Localization(Box::new(OfWheels { estimator, state })))
+    let planar = OfWheels { estimator, state };
+    if !ground {
+        return Ok(Localization(Box::new(planar)));
+    }
+    let mut state = Box::new(GroundOdometryState::new());
+    state.reset([start.x_m, start.y_m, 0.0], start.yaw_rad);
+    Ok(Localization(Box::new(OnGround {
+        planar,
+        odometry: scenario.ground_odometry::<f64, N>()?,
+        state,
+        moved: false,
+    })))
 }
 
 impl Localization {
     /// Of a scenario's vehicle, which knows the pose that it starts at.
-    pub(crate) fn new(scenario: &Scenario, start: &PlanarPose<f64>) -> Result<Self, Error> {
+    pub(crate) fn new(scenario: &Scenario, start: &PlanarPose<f64>, ground: bool) -> Result<Self, Error> {
         let count = scenario.vehicle().wheel.len();
         let refuse = |count| {
             Err(config::Error::Key {
@@ -79,7 +138,7 @@ impl Localization {
                 message: config::wheel_count_refused(count).to_string(),
             })
         };
-        Ok(for_wheel_count!(count, of_wheels[](scenario, start), refuse)?)
+        Ok(for_wheel_count!(count, of_wheels[](scenario, start, ground), refuse)?)
     }
 
     /// A period of a controller ended, and the sensors were read.

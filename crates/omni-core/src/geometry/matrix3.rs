@@ -7,7 +7,7 @@ use crate::Real;
 const SWEEPS: usize = 6;
 
 /// Rows of a matrix.
-pub(super) type Rows<R> = [[R; 3]; 3];
+pub(crate) type Rows<R> = [[R; 3]; 3];
 
 /// `a b`.
 fn product<R: Real>(a: &Rows<R>, b: &Rows<R>) -> Rows<R> {
@@ -35,7 +35,7 @@ pub(super) fn determinant<R: Real>(matrix: &Rows<R>) -> R {
 }
 
 /// The inverse, by cofactors; none if the determinant is 0.
-pub(super) fn inverse<R: Real>(matrix: &Rows<R>) -> Option<Rows<R>> {
+pub(crate) fn inverse<R: Real>(matrix: &Rows<R>) -> Option<Rows<R>> {
     let det = determinant(matrix);
     let ([a, b, c], [d, e, f], [g, h, i]) = (matrix[0], matrix[1], matrix[2]);
     let [x, y, z] = minors(matrix);
