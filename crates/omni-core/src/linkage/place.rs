@@ -1,35 +1,39 @@
-//! Where the wheels of a linkage are in space, and how they move: exactly, for any tree of hinges.
+//! Positions and velocities of the wheels of a linkage in space: exact, for any tree of hinges.
 
 use super::tree::{Attitude, Linkage, MAX_HINGES};
 use crate::Real;
 
-/// x, y and z axis of a body, each along the heading, to its left and up.
+/// Largest angle of the base's axes above the horizon \[rad\].
+const LARGEST_ANGLE_RAD: f64 = 1.1;
+
+/// x, y and z axis of a body, each as a vector of the level frame.
 pub(crate) type Axes<R> = [[R; 3]; 3];
 
-/// A wheel in the level frame: origin in the base's origin, x along the heading, z up.
+/// A wheel in the level frame: origin at the base's origin, x along the heading, z up.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct WheelPlace<R> {
     /// Its centre \[m\].
     pub(crate) centre_m: [R; 3],
-    /// How fast that moves against the base's origin, by attitude and hinges alone \[m/s\].
+    /// Velocity of its centre relative to the base's origin, by attitude and hinges alone \[m/s\].
     pub(crate) velocity_m_s: [R; 3],
     /// Axes of the body that carries it.
     pub(crate) axes: Axes<R>,
-    /// How that body turns, the heading's own turning left out \[rad/s\].
+    /// Angular velocity of that body, without the yaw rate \[rad/s\].
     pub(crate) rate_rad_s: [R; 3],
 }
 
+/// A body in the level frame: its axes, angular velocity, and position and velocity of its reference point.
 #[derive(Clone, Copy)]
 struct BodyPlace<R> {
     axes: Axes<R>,
-    rate: [R; 3],
-    at: [R; 3],
-    velocity: [R; 3],
+    rate_rad_s: [R; 3],
+    position_m: [R; 3],
+    velocity_m_s: [R; 3],
 }
 
-/// The base's axes from how its x and its y axis point up. No vehicle stands on its side: sines are held at 0.9.
+/// The base's axes from the angles of its x and y axis above the horizon, which are limited to 1.1 rad.
 pub(crate) fn axes_of<R: Real>(attitude: &Attitude<R>) -> Axes<R> {
-    let most = R::of(1.1);
+    let most = R::of(LARGEST_ANGLE_RAD);
     let up = |angle: R| angle.limited(-most, most).sine_cosine();
     let ((sp, cp), (sr, _)) = (up(attitude.nose_up_rad), up(attitude.left_up_rad));
     let level = R::one() - sp * sp - sr * sr;
@@ -59,7 +63,7 @@ pub(crate) fn plus<R: Real>(a: &[R; 3], b: &[R; 3]) -> [R; 3] {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
-/// A vector of a body in the level frame.
+/// A vector in a body's axes, in the level frame.
 pub(crate) fn turned<R: Real>([x, y, z]: &Axes<R>, v: &[R; 3]) -> [R; 3] {
     [
         x[0] * v[0] + y[0] * v[1] + z[0] * v[2],
@@ -68,7 +72,7 @@ pub(crate) fn turned<R: Real>([x, y, z]: &Axes<R>, v: &[R; 3]) -> [R; 3] {
     ]
 }
 
-/// A unit vector `v`, turned about the unit vector `axis` by the angle with this sine and cosine (Rodrigues).
+/// A vector `v`, turned about the unit vector `axis` by the angle with this sine and cosine (Rodrigues).
 fn about<R: Real>(v: &[R; 3], axis: &[R; 3], (sin, cos): (R, R)) -> [R; 3] {
     let (across, along) = (cross(axis, v), dot(axis, v) * (R::one() - cos));
     let part = |k: usize| cos * v[k] + sin * across[k] + along * axis[k];
@@ -76,8 +80,8 @@ fn about<R: Real>(v: &[R; 3], axis: &[R; 3], (sin, cos): (R, R)) -> [R; 3] {
 }
 
 impl<R: Real, const N: usize> Linkage<R, N> {
-    /// Where the wheels are and how they move, from attitude and hinges: angles \[rad\] and rates \[rad/s\] in the order in which they were
-    /// given. A hinge without a reading stands at 0. Hinges about vertical axes are left out, as in [`Linkage::motion`].
+    /// Positions and velocities of the wheels, from attitude and hinges: angles \[rad\] and rates \[rad/s\] in the order
+    /// in which the hinges were given. Hinges about vertical axes are left out, as in [`Linkage::motion`].
     pub(crate) fn places(
         &self,
         base: &Attitude<R>,
@@ -86,16 +90,16 @@ impl<R: Real, const N: usize> Linkage<R, N> {
     ) -> [WheelPlace<R>; N] {
         let zero = [R::zero(); 3];
         let axes = axes_of(base);
-        // Turning of the base without its heading: its x axis stays in the upright plane through it.
+        // Angular velocity of the base without the yaw rate: its x axis stays in its vertical plane.
         let [x, y, _] = &axes;
         let (left, nose) = (base.left_up_rad_s, -base.nose_up_rad_s);
         let along = x[0] * left + y[0] * nose;
         let rate = [along, y[1] * nose, along * x[2] / x[0]];
         let body = BodyPlace {
             axes,
-            rate,
-            at: zero,
-            velocity: zero,
+            rate_rad_s: rate,
+            position_m: zero,
+            velocity_m_s: zero,
         };
         let mut bodies = [body; MAX_HINGES + 1];
         for (k, joint) in self.joints.iter().take(self.hinge_count()).enumerate() {
@@ -105,14 +109,14 @@ impl<R: Real, const N: usize> Linkage<R, N> {
             let read = |values: &[R; MAX_HINGES]| values.get(reading).copied().unwrap_or(R::zero());
             let (angle, rate) = (read(hinges_rad), read(hinges_rad_s));
             let axis = turned(&parent.axes, &[joint.left_up, -joint.nose_up, R::zero()]);
-            let (at, velocity) = parent.point(&joint.arm_m);
+            let (position_m, velocity_m_s) = parent.point(&joint.arm_m);
             let by = angle.sine_cosine();
             if let Some(body) = bodies.get_mut(k + 1) {
                 *body = BodyPlace {
                     axes: parent.axes.map(|each| about(&each, &axis, by)),
-                    rate: plus(&parent.rate, &axis.map(|each| each * rate)),
-                    at,
-                    velocity,
+                    rate_rad_s: plus(&parent.rate_rad_s, &axis.map(|each| each * rate)),
+                    position_m,
+                    velocity_m_s,
                 };
             }
         }
@@ -125,18 +129,18 @@ impl<R: Real, const N: usize> Linkage<R, N> {
                 centre_m,
                 velocity_m_s,
                 axes: body.axes,
-                rate_rad_s: body.rate,
+                rate_rad_s: body.rate_rad_s,
             }
         })
     }
 }
 
 impl<R: Real> BodyPlace<R> {
-    /// Place and velocity of a point of it.
+    /// Position and velocity of a point of it.
     fn point(&self, arm_m: &[R; 3]) -> ([R; 3], [R; 3]) {
         let arm = turned(&self.axes, arm_m);
-        let velocity = plus(&self.velocity, &cross(&self.rate, &arm));
-        (plus(&self.at, &arm), velocity)
+        let velocity = plus(&self.velocity_m_s, &cross(&self.rate_rad_s, &arm));
+        (plus(&self.position_m, &arm), velocity)
     }
 }
 
@@ -196,7 +200,8 @@ mod tests {
         for i in 0..2 {
             for k in 0..3 {
                 let difference = (after[i].centre_m[k] - before[i].centre_m[k]) / (2.0 * h);
-                // Without the gyro about z the base's turning about its own z axis is left out: a product of two small angles.
+                // Without the gyro about z the base's rotation about its own z axis is left out: a product of two small
+                // angles.
                 assert!(
                     (now[i].velocity_m_s[k] - difference).abs() < 0.02,
                     "{i} {k}: {} {difference}",
@@ -204,7 +209,7 @@ mod tests {
                 );
             }
         }
-        // 0.3 m ahead of the joint, 0.2 m to the left, turned by the hinge.
+        // 0.3 m in front of the joint, 0.2 m to the left, turned by the hinge.
         let (s, c) = 0.3_f64.sin_cos();
         let arm = turned(&[x, y, z], &[0.3 * c, 0.2, 0.07 + 0.3 * s]);
         for k in 0..3 {

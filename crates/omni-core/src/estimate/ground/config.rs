@@ -1,11 +1,11 @@
-//! Noise of the sensors, and the size of what is remembered of the ground.
+//! Noise of the sensors, and resolution of the recorded ground.
 
 use crate::constants::constant_struct;
 use crate::error::{each_within, period};
 use crate::{ConfigError, Real};
 
-/// What a [`GroundOdometry`](crate::estimate::GroundOdometry) assumes of its sensors; checked by
-/// [`GroundOdometry::new`](crate::estimate::GroundOdometry::new). Every standard deviation is that of one reading.
+/// Noise of the sensors of a [`GroundOdometry`](crate::estimate::GroundOdometry) and its resolution; checked by
+/// [`GroundOdometry::new`](crate::estimate::GroundOdometry::new). Noise is the standard deviation of one reading.
 ///
 /// ```
 /// use omni_core::estimate::GroundOdometryConfig;
@@ -22,22 +22,23 @@ pub struct GroundOdometryConfig<R> {
     pub period_s: R,
     /// Noise of an actuator's velocity \[rad/s\], 1e-6 to 1000; 0.05.
     pub wheel_rad_s: R,
-    /// Noise of each gyro \[rad/s\], 1e-6 to 1000; 0.014: at 200 Hz a drift of 1 mrad per root of s.
+    /// Noise of each gyro \[rad/s\], 1e-6 to 1000; 0.014: at 200 Hz an angular random walk of 1 mrad per
+    /// root of s.
     pub gyro_rad_s: R,
     /// Noise of the accelerometer \[m/s^2\], 1e-6 to 1000; 0.05.
     pub accelerometer_m_s2: R,
-    /// Wander of the measured roll and pitch \[rad\], 1e-6 to 1; 0.001.
+    /// Noise of the measured roll and pitch, slow drift included \[rad\], 1e-6 to 1; 0.001.
     pub attitude_rad: R,
     /// Noise of a hinge's angle \[rad\], 1e-6 to 1; 0.001.
     pub hinge_rad: R,
     /// Noise of a hinge's rate \[rad/s\], 1e-6 to 1000; 0.05.
     pub hinge_rad_s: R,
-    /// Slip of a wheel that goes unnoticed \[m/s\], 1e-6 to 1000; 0.005.
+    /// Standard deviation of a wheel's slip in regular motion \[m/s\], 1e-6 to 1000; 0.005.
     pub slip_m_s: R,
-    /// Side of a cell of the remembered ground \[m\], 0.001 to 10; 0.02. A third of a wheel's radius is good; 512 cells have to hold what lies
-    /// between the first wheel that passes over the ground and the last.
+    /// Side of a cell of the recorded ground \[m\], 0.001 to 10; 0.02. A third of a wheel's radius is suitable. The 512
+    /// cells must hold the tracks of all wheels over the length of the vehicle.
     pub cell_m: R,
-    /// Height from which on an edge is reported \[m\], 0.001 to 10; 0.006.
+    /// Least height of a reported edge \[m\], 0.001 to 10; 0.006.
     pub edge_m: R,
 }
 
@@ -55,7 +56,7 @@ constant_struct!(GroundOdometryConfig<R> {
 });
 
 impl<R: Real> GroundOdometryConfig<R> {
-    /// Every field but the period as its documentation says.
+    /// Every field but the period at its default.
     #[must_use]
     pub fn new(period_s: R) -> Self {
         Self {

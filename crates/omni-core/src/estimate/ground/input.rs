@@ -1,11 +1,11 @@
-//! What a ground odometry reads in a period.
+//! Readings of one period for the ground odometry.
 
 use crate::Real;
 use crate::geometry::WheelVelocities;
 use crate::linkage::MAX_HINGES;
 use crate::policy::Imu;
 
-/// The readings of one period. What is NaN did not arrive.
+/// The readings of one period. A value that is NaN is a missing reading.
 ///
 /// ```
 /// use omni_core::estimate::GroundInput;
@@ -20,20 +20,21 @@ use crate::policy::Imu;
 pub struct GroundInput<R, const N: usize> {
     /// Velocities of the actuators \[rad/s\], the mean over the period.
     pub wheels: WheelVelocities<R, N>,
-    /// Gyros, and how the base leans now.
+    /// Gyros and accelerometer, the mean over the period, and the present roll and pitch of the base.
     pub imu: Imu<R>,
-    /// Angles of the hinges now \[rad\].
+    /// Present angles of the hinges \[rad\].
     pub hinges_rad: [R; MAX_HINGES],
     /// Their rates \[rad/s\].
     pub hinges_rad_s: [R; MAX_HINGES],
-    /// The command is rest and the vehicle stands: what the gyros read is their zero, and the pose stays.
+    /// The command is rest and the vehicle stands: the readings of the gyros are their biases, and the pose stays.
     pub standing: bool,
-    /// The ground below a vehicle that stands is level: what roll, pitch and hinges read is their zero.
+    /// The ground below a vehicle that stands is level: the readings of roll, pitch, hinges and accelerometer are their
+    /// biases.
     pub level: bool,
 }
 
 impl<R: Real, const N: usize> GroundInput<R, N> {
-    /// Wheels and inertial measurement unit, on the way; no hinges.
+    /// Of wheels and inertial measurement unit, in motion; without hinges.
     #[must_use]
     pub fn new(wheels: &WheelVelocities<R, N>, imu: &Imu<R>) -> Self {
         let nan = R::of(f64::NAN);
@@ -47,7 +48,7 @@ impl<R: Real, const N: usize> GroundInput<R, N> {
         }
     }
 
-    /// With the hinges' angles and rates, in the order in which the linkage has them.
+    /// With the hinges' angles and rates, in the order of the linkage.
     #[must_use]
     pub fn with_hinges(mut self, angles_rad: &[R], rates_rad_s: &[R]) -> Self {
         for (to, from) in self.hinges_rad.iter_mut().zip(angles_rad) {
