@@ -1,7 +1,8 @@
 //! The pose that the estimator of the core finds from encoders, gyro and accelerometer.
 
 use omni_core::estimate::{
-    Estimator, EstimatorInput, EstimatorState, GroundInput, GroundOdometry, GroundOdometryState, PoseCovariance,
+    Estimator, EstimatorInput, EstimatorState, GroundInput, GroundOdometry, GroundOdometryState,
+    PoseCovariance,
 };
 use omni_core::geometry::PlanarPose;
 use serde::{Deserialize, Serialize};
@@ -31,7 +32,11 @@ struct OfWheels<const N: usize> {
 }
 
 impl<const N: usize> OfWheels<N> {
-    fn advance(&mut self, control: &ControlSample, sensed: &Sensed) -> (omni_core::WheelVelocities<f64, N>, bool) {
+    fn advance(
+        &mut self,
+        control: &ControlSample,
+        sensed: &Sensed,
+    ) -> (omni_core::WheelVelocities<f64, N>, bool) {
         let drive = control.report.drive.as_ref();
         let left_out =
             |wheel: usize| drive.is_some_and(|drive| drive.wheels.get(wheel).is_some_and(|w| w.left_out));

@@ -80,8 +80,8 @@ fn about<R: Real>(v: &[R; 3], axis: &[R; 3], (sin, cos): (R, R)) -> [R; 3] {
 }
 
 impl<R: Real, const N: usize> Linkage<R, N> {
-    /// Positions and velocities of the wheels, from attitude and hinges: angles \[rad\] and rates \[rad/s\] in the order
-    /// in which the hinges were given. Hinges about vertical axes are left out, as in [`Linkage::motion`].
+    /// Positions and velocities of the wheels, from attitude and hinges: angles \[rad\] and rates \[rad/s\] in the
+    /// order in which the hinges were given. Hinges about vertical axes are left out, as in [`Linkage::motion`].
     pub(crate) fn places(
         &self,
         base: &Attitude<R>,

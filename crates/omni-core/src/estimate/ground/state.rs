@@ -91,7 +91,7 @@ pub struct GroundPose<R, const N: usize> {
     pub pitch_rad: R,
     /// Heading, counter-clockwise, in (-pi, pi] \[rad\].
     pub yaw_rad: R,
-    /// Height of each wheel's contact in the world \[m\].
+    /// Height of each wheel's contact in the world \[m\]; NaN before the first step.
     pub contact_m: [R; N],
     /// Slope of the plane with the least squared distance from the contacts \[m/m\]: along the heading and to its
     /// left.
@@ -164,6 +164,13 @@ impl<R: Real, const N: usize> GroundOdometryState<R, N> {
     }
 
     /// Position, attitude and contacts of the wheels.
+    ///
+    /// ```
+    /// use omni_core::estimate::GroundOdometryState;
+    /// let pose = GroundOdometryState::<f32, 6>::new().pose();
+    /// assert_eq!(pose.position_m[2], 0.0);
+    /// assert!(pose.contact_m[0].is_nan()); // until the first step
+    /// ```
     #[must_use]
     pub fn pose(&self) -> GroundPose<R, N> {
         let height_m = self.height_m.total + self.offset_m;
@@ -178,6 +185,11 @@ impl<R: Real, const N: usize> GroundOdometryState<R, N> {
     }
 
     /// Covariance of x, y and yaw.
+    ///
+    /// ```
+    /// use omni_core::estimate::GroundOdometryState;
+    /// assert_eq!(GroundOdometryState::<f32, 6>::new().covariance().standard_deviations(), [0.0; 3]);
+    /// ```
     #[must_use]
     pub fn covariance(&self) -> PoseCovariance<R> {
         PoseCovariance::of(self.pose_error.covariance())

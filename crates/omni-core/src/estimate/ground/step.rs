@@ -439,8 +439,8 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
     }
 }
 
-/// Lean of a vehicle that stands: the measured one, or else the mean of the accelerometer's, of which the newest reading
-/// has the weight `part`; `lean_rad` without readings.
+/// Lean of a vehicle that stands: the measured one, or else the mean of the lean by the accelerometer, in which the
+/// newest reading has the weight `part`; `lean_rad` without readings.
 fn resting_lean<R: Real>(imu: &Unbiased<R>, lean_rad: [R; 2], part: R) -> [R; 2] {
     if let Some(measured_rad) = imu.lean() {
         return measured_rad;
