@@ -149,6 +149,23 @@ mod tests {
     use super::*;
     use crate::linkage::{CarriedWheel, HingeGeometry};
 
+    /// The attitude with the rates of a gyro on the base's axes, if nose and left side rise at these rates \[rad/s\].
+    ///
+    /// The angular velocity (p, q, r) turns the axes by x' = r y - q z and y' = p z - r x. The heading is kept: the
+    /// lateral component of x' is 0.
+    fn with_rates(base: &Attitude<f64>, nose: f64, left: f64) -> Attitude<f64> {
+        let [x, y, z] = axes_of(base);
+        let (cn, cl) = (base.nose_up_rad.cos(), base.left_up_rad.cos());
+        let r_per_q = z[1] / y[1];
+        let q = nose * cn / (r_per_q * y[2] - z[2]);
+        let p = (left * cl + r_per_q * q * x[2]) / z[2];
+        Attitude {
+            nose_up_rad_s: -q,
+            left_up_rad_s: p,
+            ..*base
+        }
+    }
+
     #[test]
     fn places_are_those_of_turned_bodies_and_velocities_their_differences() {
         let pitch = HingeGeometry {
@@ -173,20 +190,10 @@ mod tests {
             hinges[0] = -0.3 + 0.7 * t;
             (base, hinges)
         };
-        let (mut base, hinges) = at(0.0);
+        let (base, hinges) = at(0.0);
         let [x, y, z] = axes_of(&base);
         assert!((z[2] - cross(&x, &y)[2]).abs() < 1e-12 && dot(&x, &y).abs() < 1e-12);
-        // Rates of the angles, as a gyro on the body's axes reads them.
-        let (nose, left) = (0.5, -0.3);
-        // d(sin nose)/dt = x axis' z rate = (rate x axis)_z; solved for the body's rates by z components alone.
-        let (cn, cl) = (base.nose_up_rad.cos(), base.left_up_rad.cos());
-        // Rate w in body axes (p, q, r): x' = r y - q z, y' = p z - r x, heading kept: x'_y = 0.
-        let r_per_q = z[1] / y[1];
-        let q = nose * cn / (r_per_q * y[2] - z[2]);
-        let r = r_per_q * q;
-        let p = (left * cl + r * x[2]) / z[2];
-        base.nose_up_rad_s = -q;
-        base.left_up_rad_s = p;
+        let base = with_rates(&base, 0.5, -0.3);
         let mut rates = [0.0; MAX_HINGES];
         rates[0] = 0.7;
         let now = linkage.places(&base, &hinges, &rates);

@@ -243,10 +243,10 @@ fn a_step_is_met_climbed_and_left_with_its_height_and_angle() {
     // The path of a wheel of 76 mm over a step of 30 mm at x = 1 m, down again at 1.5 m.
     let (radius, height) = (0.076, 0.03);
     let ground = |x: f64| {
-        let climb = |ahead: f64| {
+        let climb = |distance: f64| {
             let reach = f64::sqrt(radius * radius - (radius - height) * (radius - height));
-            let ahead = ahead.clamp(0.0, reach);
-            f64::sqrt(radius * radius - ahead * ahead) - radius + height
+            let distance = distance.clamp(0.0, reach);
+            f64::sqrt(radius * radius - distance * distance) - radius + height
         };
         if x < 1.25 { climb(1.0 - x) } else { climb(x - 1.5) }
     };
