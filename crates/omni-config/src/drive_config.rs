@@ -245,13 +245,15 @@ impl Scenario {
     }
 }
 
+/// Kinematics of a loaded vehicle: none for another number of wheels.
+fn kinematics<const N: usize>(vehicle: &Vehicle) -> Option<Kinematics<f64, N>> {
+    let layout = vehicle.layout().ok()?;
+    Kinematics::new(&layout).ok()
+}
+
 /// Largest sum of the parts that the other wheels have in what they imply of a wheel.
 fn counts_of_others<const N: usize>(vehicle: &Vehicle) -> f64 {
-    let kinematics = vehicle
-        .layout()
-        .and_then(|layout| Kinematics::<f64, N>::new(&layout));
-    // A loaded vehicle's layout is one.
-    let Ok(kinematics) = kinematics else {
+    let Some(kinematics) = kinematics::<N>(vehicle) else {
         return 0.0;
     };
     let parts = |wheel: usize| {
@@ -269,17 +271,11 @@ fn counts_of_others<const N: usize>(vehicle: &Vehicle) -> f64 {
 }
 
 fn unchecked<const N: usize>(vehicle: &Vehicle) -> Vec<usize> {
-    let kinematics = vehicle
-        .layout()
-        .and_then(|layout| Kinematics::<f64, N>::new(&layout));
-    // A loaded vehicle's layout is one.
-    kinematics.map_or_else(
-        |_| Vec::new(),
-        |kinematics| {
-            let redundancy = kinematics.redundancy();
-            (0..N).filter(|i| redundancy[*i] < LEAST_REDUNDANCY).collect()
-        },
-    )
+    let Some(kinematics) = kinematics::<N>(vehicle) else {
+        return Vec::new();
+    };
+    let redundancy = kinematics.redundancy();
+    (0..N).filter(|i| redundancy[*i] < LEAST_REDUNDANCY).collect()
 }
 
 #[cfg(test)]
