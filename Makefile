@@ -19,7 +19,7 @@ lint:           ## formatting and lints of Rust and Python
 study:          ## traction control against plain loops: runs, gates, docs/study.md and its pictures; some forty minutes
 	scripts/study.sh
 
-climb-charts:   ## the climb chart of every built-in vehicle, its checks and its picture; some twenty minutes
+climb-charts:   ## the climb chart of every built-in vehicle and its checks; some twenty minutes
 	scripts/climb-charts.sh
 
 coverage:       ## line coverage of omni-core by its own tests, at least 95 %

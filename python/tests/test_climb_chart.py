@@ -117,13 +117,28 @@ def test_a_file_that_is_no_chart_and_a_chart_of_other_runs_are_refused(omni3, tm
         omnistep.climb_chart("omni3", **PLAIN, sides_deg=[0], friction=0.5, out=out, resume=True)
 
 
+def sectors(ax):
+    """Middle [deg], width [deg] and radius [mm] of every sector of a picture."""
+    return np.array(
+        [
+            (np.degrees(each.get_x() + 0.5 * each.get_width()), np.degrees(each.get_width()), each.get_height())
+            for each in ax.patches
+        ]
+    )
+
+
 def test_a_picture_goes_all_round_and_has_what_the_cells_say():
     whole = of_cells(*(("step", 0, side, 0.001 * (side + 1)) for side in range(0, 181, 15)))
     ax = omnistep.plot.chart(whole)
-    climbs, limits = (line.get_ydata() for line in ax.lines)
-    assert len(climbs) == 25 and climbs[0] == climbs[-1]  # closed
-    np.testing.assert_allclose(climbs[11], 1.0)  # ahead, in mm
-    np.testing.assert_allclose(limits - climbs, 10.0)
+    sides, widths, climbs = sectors(ax).T
+    np.testing.assert_allclose(sides, np.arange(-165, 181, 15), atol=1e-9)
+    np.testing.assert_allclose(widths, 15.0)  # side by side
+    np.testing.assert_allclose(climbs, np.abs(np.arange(-165, 181, 15)) + 1.0)  # in mm
+    (limits,) = ax.lines
+    arcs = limits.get_ydata().reshape(24, -1)
+    np.testing.assert_allclose(arcs - climbs[:, np.newaxis], 10.0)
+    assert np.isnan(limits.get_xdata().reshape(24, -1)[:, -1]).all()  # no line from one arc to the next
+    np.testing.assert_allclose(ax.get_xlim(), [0.0, 2.0 * np.pi])
     assert ax.get_theta_offset() == pytest.approx(np.pi / 2)  # forward is up, and left is left
     assert [text.get_text() for text in ax.get_legend().get_texts()] == ["traction"]
     _, square = plt.subplots()
@@ -133,3 +148,33 @@ def test_a_picture_goes_all_round_and_has_what_the_cells_say():
         assert error.value.key == key
     with pytest.raises(TypeError):
         omnistep.plot.chart([whole.text])
+
+
+@pytest.mark.parametrize(
+    ("sides", "mirrored", "width", "labels"),
+    [
+        ([0, 90, 180], True, 30.0, ["-90°\nright", "0° forward", "90°\nleft", "180° back"]),
+        ([0, 45, 90, 135, 180], True, 30.0, [f"{side}°" for side in (-135, -45, 45, 135)]),
+        ([-10, 0, 10], False, 10.0, ["-10°", "0° forward", "10°"]),
+        ([30], False, 30.0, ["30°"]),
+        ([-180, 180], False, 30.0, ["180° back"]),
+    ],
+)
+def test_few_sides_are_a_sector_and_an_angle_each_with_nothing_between(sides, mirrored, width, labels):
+    # Nothing is climbed at the first side.
+    ax = omnistep.plot.chart(of_cells(*(("step", 0, side, 0.02 * (side != 0)) for side in sides), mirrored=mirrored))
+    drawn = sectors(ax)
+    np.testing.assert_allclose(drawn[:, 1], width)
+    assert {round(side) % 360: radius > 0.0 for side, _, radius in drawn} == {
+        side % 360: side != 0 for side in sides + [-side for side in sides if mirrored]
+    }
+    names = [text.get_text() for text in ax.get_xticklabels()]
+    assert len(names) == len(drawn) and set(labels) <= set(names)
+    # The scale is between two sides.
+    scale = ax.get_rlabel_position()
+    assert min(abs((side - scale + 180.0) % 360.0 - 180.0) for side in drawn[:, 0]) >= 0.5 * width
+
+
+def test_a_chart_without_any_size_has_a_picture():
+    nothing = ClimbChart(of_cells(("step", 0, 0, 0.0)).text.replace("limit_m = 0.01", "limit_m = 0.0"))
+    assert omnistep.plot.chart(nothing).get_rmax() == 1.0

@@ -61,6 +61,19 @@ def wheel_fight() -> Axes:
     return axes[0]
 
 
+def climb_charts() -> Axes:
+    """Draw charts under traction: two that the tests of plans keep, and steps up of omni3, which take half a minute."""
+    kept = ROOT / "crates" / "omni-plan" / "tests" / "charts"
+    chugo7, mecanum4 = (omnistep.ClimbChart.read(kept / f"{name}.toml") for name in ("chugo7", "mecanum4"))
+    omni3 = omnistep.climb_chart("omni3", policy="traction", edges=["step"])
+    polar = {"projection": "polar"}
+    _, axes = plt.subplots(2, 2, figsize=(7.8, 8.2), subplot_kw=polar, layout="constrained")
+    drawn = [(chugo7, "step"), (chugo7, "drop"), (omni3, "step"), (mecanum4, "step")]
+    for ax, (chart, edge) in zip(axes.ravel(), drawn, strict=True):
+        omnistep.plot.chart(chart, edge=edge, ax=ax).get_legend().remove()
+    return axes[0, 0]
+
+
 #: How each picture is drawn.
 PICTURES: dict[str, Callable[[], Any]] = {
     "climb": lambda: omnistep.plot.side_view(omnistep.run("step"), every_s=0.6),
@@ -70,6 +83,7 @@ PICTURES: dict[str, Callable[[], Any]] = {
     )[0],
     "figure-10": lambda: omnistep.plot.climb(omnistep.run("step", policy="scale_references"))[0],
     "figure-11": lambda: omnistep.plot.climb(omnistep.run("step", policy="independent"))[0],
+    "climb-charts": climb_charts,
     "climb-map": climb_map,
     "square-path": lambda: omnistep.plot.path(omnistep.run("square", overrides=SQUARE)),
     "wheel-fight": wheel_fight,

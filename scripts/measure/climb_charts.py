@@ -1,13 +1,12 @@
-"""Makes and checks the climb charts of all built-in vehicles, and draws docs/images/climb-charts.png.
+"""Makes and checks the climb charts of all built-in vehicles.
 
-    .venv/bin/python scripts/measure/climb_charts.py [charts|check|engines|picture ...]
+    .venv/bin/python scripts/measure/climb_charts.py [charts|check|engines ...]
 
-Charts are kept in out/charts, and a run that was stopped goes on there. Without arguments it does all four:
+Charts are kept in out/charts, and a run that was stopped goes on there. Without arguments it does all three:
 
 - `charts`: every vehicle under `traction` and `independent`; prints CPU seconds.
 - `check`: each cell with a size above 0 is run from 20 fresh starts; at least 19 of them have to climb.
 - `engines`: ten cells are run from five starts with both engines and in MuJoCo, and in each they have to climb.
-- `picture`: steps up and down.
 
 It ends with exit code 1 if a cell fails.
 """
@@ -167,26 +166,7 @@ def engines() -> bool:
     return good
 
 
-def picture() -> None:
-    """Steps up and down of every vehicle."""
-    import matplotlib.pyplot as plt
-
-    vehicles = omnistep.list_vehicles()
-    figure, axes = plt.subplots(
-        2, len(vehicles), figsize=(3.4 * len(vehicles), 7.4), subplot_kw={"projection": "polar"}, layout="constrained"
-    )
-    for row, edge in zip(axes, ("step", "drop"), strict=True):
-        for ax, vehicle in zip(row, vehicles, strict=True):
-            omnistep.plot.chart(
-                [omnistep.ClimbChart.read(path(vehicle, policy)) for policy in POLICIES], edge=edge, ax=ax
-            )
-    for ax in axes.ravel():
-        ax.get_legend().remove()
-    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=len(POLICIES))
-    figure.savefig(ROOT / "docs" / "images" / "climb-charts.png", dpi=80)
-
-
 if __name__ == "__main__":
-    asked = sys.argv[1:] or ["charts", "check", "engines", "picture"]
-    results = [{"charts": charts, "check": check, "engines": engines, "picture": picture}[each]() for each in asked]
+    asked = sys.argv[1:] or ["charts", "check", "engines"]
+    results = [{"charts": charts, "check": check, "engines": engines}[each]() for each in asked]
     sys.exit(any(result is False for result in results))
