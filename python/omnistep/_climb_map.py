@@ -36,7 +36,7 @@ _UNITS = {
     "_s": "s",
     "_n": "N",
 }
-_IN_A_ROW = 4
+_IN_A_ROW = 2
 
 
 def climb_map(
@@ -108,7 +108,7 @@ def climb_map(
             message = f"rows[{number}]: climbed = {outcome!r}, allowed: true, false or none"
             raise ConfigError(message, key="climbed")
 
-    drawn = _panels(axes, len(panels), width=0.7 * len(columns_x), height=0.55 * len(rows_y))
+    drawn = _panels(axes, len(panels), width=0.75 * len(columns_x), height=0.55 * len(rows_y))
     for ax, name, *counts in zip(drawn, panels, climbed, counted, failed, unfinished, strict=True):
         _draw(ax, *counts)
         ax.set_xticks(np.arange(len(columns_x)) + 0.5, [value_text(value) for value in columns_x])
