@@ -275,6 +275,16 @@ def test_the_programs_of_three_wheels_are_those_that_run_in_an_emulator():
     assert tomllib.loads(scenario[0]) | {"name": "three"} == of_the_image
 
 
+def test_pieces_of_the_program_of_four_mecanum_wheels_are_its_own():
+    file = "crates/omni-core/examples/mecanum_traction.rs"
+    program, shown = (ROOT / file).read_text(), 0
+    for page in PAGES:
+        for piece in re.findall(rf"```rust title=\"{file}\"\n(.*?)```", page.read_text(), re.DOTALL):
+            assert piece in program, page.name
+            shown += 1
+    assert shown == 3
+
+
 def test_the_first_program_in_cpp_is_the_one_that_is_built_and_run():
     page = (ROOT / "docs" / "cpp.md").read_text()
     shown = dict(re.findall(r"```\w+ title=\"([^\"]+)\"\n(.*?)```", page, re.DOTALL))
