@@ -14,8 +14,8 @@ use crate::key::{VERSION, hex, key};
 const RUN_UP_M: f64 = 0.2;
 /// A vehicle has this many times the time that its way takes.
 const TIMES: f64 = 1.5;
-/// And so much more for pushing and for retries \[s\].
-const PUSHES_S: f64 = 5.0;
+/// And so much more for each attempt \[s\]: pushing until it is stuck, backing off, the next run-up.
+const ATTEMPT_S: f64 = 5.0;
 /// How far back runs may start \[m\]: most wheels have turned by the distance between two rollers then.
 const BACK_M: f64 = 0.06;
 /// And how far their headings may differ \[deg\].
@@ -229,6 +229,7 @@ impl ChartPlan {
         let start_x_m = self.reach_m + RUN_UP_M;
         let way_m = start_x_m - start.x_m + edge.length_m(size_m) + self.reach_m;
         let across_m_s = speed * approach.skew_deg.to_radians().cos();
+        let attempts = 1.0 + f64::from(self.level.max_retries().unwrap_or(0));
         let terrain = edge.terrain(size_m, self.empty.friction, start_x_m, self.level.vehicle());
         let keys = [
             Override::new("terrain", terrain),
@@ -236,7 +237,7 @@ impl ChartPlan {
             Override::new("start.heading_rad", heading_rad + 0.0),
             Override::new("command.vx_m_s", speed * side_rad.cos()),
             Override::new("command.vy_m_s", speed * side_rad.sin()),
-            Override::new("duration_s", PUSHES_S + TIMES * way_m / across_m_s),
+            Override::new("duration_s", ATTEMPT_S * attempts + TIMES * way_m / across_m_s),
         ];
         Ok(self.level.with("chart", &keys)?)
     }
