@@ -91,13 +91,13 @@ def cells(page):
     return ["".join(each.itertext()) for each in root.iter() if each.tag in ("td", "th")]
 
 
-def test_outcome_and_trace_show_the_figures_of_the_command_s_table(runs):
+def test_outcome_and_trace_show_the_metrics_of_the_command_s_table(runs):
     trace = runs["traction"]
-    figures = cells(trace.outcome._repr_html_())
-    assert figures[:4] == ["verdict", "unfinished", "limited by", "time"]
-    assert figures[figures.index("work [J]") + 1] == f"{trace.outcome.work_j:.2f}"
+    metrics = cells(trace.outcome._repr_html_())
+    assert metrics[:4] == ["verdict", "unfinished", "limited by", "time"]
+    assert metrics[metrics.index("work [J]") + 1] == f"{trace.outcome.work_j:.2f}"
     shown = cells(trace._repr_html_())
-    assert shown[1] == f"traction, 3000 periods, {len(trace.names)} columns" and shown[2:] == figures
+    assert shown[1] == f"traction, 3000 periods, {len(trace.names)} columns" and shown[2:] == metrics
 
 
 def test_a_vehicle_is_drawn_from_above_with_ahead_up_left_on_the_left_and_its_wheels_names():

@@ -1,4 +1,4 @@
-"""Controllers of one's own: the same run as a built-in law gives, the same trace, log, figures and rows."""
+"""Controllers of one's own: the same run as a built-in law gives, the same trace, log, metrics and rows."""
 
 import contextlib
 import gc
@@ -420,7 +420,7 @@ def test_a_policy_that_cannot_be_pickled_is_refused_with_what_can(tmp_path):
 # One period at a time
 
 
-def test_a_simulation_with_a_policy_is_the_run_bit_for_bit_with_trace_figures_and_log(tmp_path):
+def test_a_simulation_with_a_policy_is_the_run_bit_for_bit_with_trace_metrics_and_log(tmp_path):
     simulation = omnistep.Simulation("flat", policy=Loops("scale_torques"), overrides=SHORT)
     assert simulation.policy == "Loops"
     for _ in range(300):

@@ -71,8 +71,8 @@ fn it_climbs_wherever_plain_loops_do_with_about_half_the_spread_and_less_heat_an
             continue;
         }
         plain += 1;
-        let figures = |o: &omni_sim::Outcome| [o.slip_speed_std, o.torque_squared_n2m2s, o.slip_rms];
-        for ((sum, ours), theirs) in ratios.iter_mut().zip(figures(traction)).zip(figures(independent)) {
+        let metrics = |o: &omni_sim::Outcome| [o.slip_speed_std, o.torque_squared_n2m2s, o.slip_rms];
+        for ((sum, ours), theirs) in ratios.iter_mut().zip(metrics(traction)).zip(metrics(independent)) {
             *sum += ours / theirs;
         }
     }

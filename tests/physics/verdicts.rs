@@ -194,7 +194,7 @@ fn a_vehicle_that_coasts_past_a_stop_rolls_on_and_one_that_comes_to_a_stand_does
 }
 
 /// The gears' friction is more than the motors' 2 N.m, and the integrals bring every motor to its limit.
-fn a_vehicle_that_is_held_on_flat_ground_stalled_and_the_time_at_full_torque_is_a_figure() {
+fn a_vehicle_that_is_held_on_flat_ground_stalled_and_the_time_at_full_torque_is_a_metric() {
     let held = outcome(
         "flat",
         &[
@@ -292,7 +292,7 @@ on_the_fast_engine! {
     a_vehicle_that_wrong_sensors_drive_back_is_not_called_driven,
     motors_that_drive_on_after_a_command_of_rest_are_named,
     a_vehicle_that_coasts_past_a_stop_rolls_on_and_one_that_comes_to_a_stand_does_not,
-    a_vehicle_that_is_held_on_flat_ground_stalled_and_the_time_at_full_torque_is_a_figure,
+    a_vehicle_that_is_held_on_flat_ground_stalled_and_the_time_at_full_torque_is_a_metric,
     a_rocker_without_a_differential_falls_on_its_nose_and_leaned,
     traction_control_that_backs_off_for_another_try_does_not_go_the_wrong_way,
     a_vehicle_that_rolls_away_without_motors_ran_away_and_one_that_is_braked_in_time_did_not,

@@ -15,7 +15,7 @@ const WAVES: usize = 64;
 /// Cells of a rough surface in its shortest wave.
 const CELLS_PER_WAVE: f64 = 8.0;
 
-/// Minimum extent of a run's ground \[m\]. Any number would do. This one yields the built-in step's figures in tables.
+/// Minimum extent of a run's ground \[m\]. Any number would do. This one yields the built-in step's metrics in tables.
 const REACH_M: f64 = 202.4;
 
 /// How far the ground of a scenario's physics reaches to all sides \[m\]: at least twice as far as the command goes.

@@ -1,12 +1,12 @@
-//! The figures of a run and its verdict.
+//! The metrics of a run and its verdict.
 
 mod body_name;
 mod criteria;
 mod effort;
-mod figures;
 mod friction_use;
 mod mean;
 mod meter;
+mod metrics;
 mod obedience;
 mod pose_errors;
 mod slip_speed_std;
@@ -18,8 +18,8 @@ use serde::{Deserialize, Deserializer, Serialize};
 use crate::config::{Engine, Scenario};
 pub use body_name::BodyName;
 pub use effort::LimitedBy;
-pub use figures::{Better, Figure};
 pub(crate) use meter::Meter;
+pub use metrics::{Better, Metric};
 
 /// End of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -145,14 +145,14 @@ impl Verdict {
                 "A body met the ground. In the simulation it passes through; a real vehicle would be stopped or scrape."
             }
             Self::GainedEnergy => {
-                "The physics created energy, so no figure is valid. Use a shorter physics.timestep_s."
+                "The physics created energy, so no metric is valid. Use a shorter physics.timestep_s."
             }
-            Self::Diverged => "The physics failed: no figure is valid. Use a shorter physics.timestep_s.",
+            Self::Diverged => "The physics failed: no metric is valid. Use a shorter physics.timestep_s.",
         }
     }
 }
 
-/// Figures of a run.
+/// Metrics of a run.
 ///
 /// If there is an obstacle, averages are over the *crossing*: from the moment the foremost wheel reaches it to the
 /// moment the last wheel stands on the ground beyond, or the end of the run. On flat ground they are over the whole
@@ -177,7 +177,7 @@ pub struct Outcome {
     #[serde(default)] // logs that do not say it are of the only engine that there was
     pub engine: Engine,
     /// The wheel model is valid on this ground: rollers, or balls that represent them there
-    /// ([`Scenario::beyond_balls`](crate::config::Scenario::beyond_balls)). If it is false, verdict and figures
+    /// ([`Scenario::beyond_balls`](crate::config::Scenario::beyond_balls)). If it is false, verdict and metrics
     /// describe another vehicle.
     #[serde(default)] // of logs that do not say it, the scenario does
     pub wheel_model_valid: bool,
@@ -350,12 +350,12 @@ impl Outcome {
     }
 }
 
-/// A figure that a file does not have.
+/// A metric that a file does not have.
 fn not_measured() -> f64 {
     f64::NAN
 }
 
-/// A figure; JSON contains null if nothing was measured.
+/// A metric; JSON contains null if nothing was measured.
 fn or_nan<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
     Ok(Option::deserialize(from)?.unwrap_or(f64::NAN))
 }

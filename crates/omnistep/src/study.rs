@@ -32,7 +32,7 @@ pub(super) fn study(args: &StudyArgs, out: &mut dyn Write) -> Result<(), Error> 
     let plan = Plan::new(&study, &overrides)?;
     let baseline = args.baseline.as_deref().map(Override::parse).transpose()?;
     let compared = |rows: &[_]| match &baseline {
-        Some(baseline) => paired(&plan, rows, baseline, &plan.study().map.figures),
+        Some(baseline) => paired(&plan, rows, baseline, &plan.study().map.metrics),
         None => Ok(Vec::new()),
     };
     compared(&[])?; // what is wrong with it is said before hours of runs
@@ -215,7 +215,7 @@ pub(crate) fn bar(quiet: bool, steps: usize, template: &str) -> ProgressBar {
 }
 
 /// One object a cell: each axis by its column, `runs`, `errors`, `unfinished`, `beyond_balls`, the mean of
-/// each figure with the ends of its interval; and what the cell is against its fellow, where it is compared.
+/// each metric with the ends of its interval; and what the cell is against its fellow, where it is compared.
 fn json(plan: &Plan, map: &[MapCell], compared: &[PairedCell], out: &mut dyn Write) -> Result<(), Error> {
     for cell in map {
         let mut object = Map::new();
@@ -229,22 +229,22 @@ fn json(plan: &Plan, map: &[MapCell], compared: &[PairedCell], out: &mut dyn Wri
         object.insert("errors".into(), cell.errors.into());
         object.insert("unfinished".into(), cell.unfinished.into());
         object.insert("beyond_balls".into(), cell.beyond_balls.into());
-        for (i, figure) in plan.study().map.figures.iter().enumerate() {
+        for (i, metric) in plan.study().map.metrics.iter().enumerate() {
             let [low, high] = cell.intervals[i].map_or([None; 2], |ends| ends.map(Some));
             let number = |number: Option<f64>| number.map_or(Value::Null, Value::from);
-            object.insert(figure.clone(), number(cell.mean(i)));
-            object.insert(format!("{figure}_low"), number(low));
-            object.insert(format!("{figure}_high"), number(high));
+            object.insert(metric.clone(), number(cell.mean(i)));
+            object.insert(format!("{metric}_low"), number(low));
+            object.insert(format!("{metric}_high"), number(high));
             if let Some(pair) = compared.iter().find(|pair| pair.axes == cell.axes) {
-                let pair = &pair.figures[i];
+                let pair = &pair.metrics[i];
                 let [low, high] = pair.interval.map_or([None; 2], |ends| ends.map(Some));
-                object.insert(format!("{figure}_pairs"), pair.pairs.into());
-                object.insert(format!("{figure}_difference"), number(pair.mean));
-                object.insert(format!("{figure}_difference_low"), number(low));
-                object.insert(format!("{figure}_difference_high"), number(high));
+                object.insert(format!("{metric}_pairs"), pair.pairs.into());
+                object.insert(format!("{metric}_difference"), number(pair.mean));
+                object.insert(format!("{metric}_difference_low"), number(low));
+                object.insert(format!("{metric}_difference_high"), number(high));
                 if let Some([here, there]) = pair.only {
-                    object.insert(format!("{figure}_only_here"), here.into());
-                    object.insert(format!("{figure}_only_there"), there.into());
+                    object.insert(format!("{metric}_only_here"), here.into());
+                    object.insert(format!("{metric}_only_there"), there.into());
                 }
             }
         }

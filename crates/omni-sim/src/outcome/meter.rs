@@ -1,4 +1,4 @@
-//! The figures of a run, gathered while it goes on: nothing here grows with time.
+//! The metrics of a run, gathered while it goes on: nothing here grows with time.
 
 use std::collections::VecDeque;
 
@@ -324,7 +324,7 @@ impl Meter {
         self.gain.found()
     }
 
-    /// The figures so far; `failed` where the physics ended the run.
+    /// The metrics so far; `failed` where the physics ended the run.
     pub(crate) fn outcome(&self, failed: bool) -> Outcome {
         let c = &self.crossing;
         let measured = if c.periods > 0 { 1.0 } else { f64::NAN };
