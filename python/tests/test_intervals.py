@@ -99,7 +99,7 @@ def test_whiskers_are_the_intervals_of_the_summary(result):
     plt.close("all")
 
 
-def test_a_wheel_that_keeps_to_the_reduced_reference_lags_behind_the_commanded_one_alone():
+def test_a_wheel_at_its_reduced_reference_lags_behind_the_commanded_one_alone():
     # At the riser the motors are at their limit: all references are reduced, and wheels follow those closer.
     outcome = omnistep.run("step", policy="scale_references", overrides={"vehicle.motor.stall_torque_n_m": 1.4}).outcome
     assert 0.0 < outcome.speed_error_realised_rms < outcome.speed_error_rms

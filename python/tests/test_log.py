@@ -27,7 +27,7 @@ def run(tmp_path_factory):
     return trace, path
 
 
-def test_a_report_of_several_scenarios_is_titled_after_all_of_them_and_says_which_run_is_which(tmp_path):
+def test_a_report_of_several_scenarios_names_all_in_its_title_and_each_run_s(tmp_path):
     logs = []
     for scenario, vehicle, name in (
         ("flat", "chugo7", "flat"),
@@ -51,7 +51,7 @@ def test_a_report_of_several_scenarios_is_titled_after_all_of_them_and_says_whic
     assert f"<h1>{title}</h1>" in report.page([*logs, moon])
 
 
-def test_a_report_shows_shared_settings_below_its_title_and_those_that_differ_in_names_and_rows(tmp_path):
+def test_a_report_shows_shared_settings_below_its_title_and_others_in_names_and_rows(tmp_path):
     logs = []
     for vehicle, height, name in (("chugo7", 0.03, "a"), ("chugo7", 0.05, "b"), ("mecanum4", 0.05, "c")):
         given = {"duration_s": 0.1, "vehicle": vehicle, "terrain.height_m": height, "terrain.friction": 0.5}

@@ -137,7 +137,7 @@ def ground(name, **of_steady):
     return pd.DataFrame(rows)
 
 
-def test_other_grounds_may_take_a_tenth_more_and_the_spread_of_half_a_step_is_reported():
+def test_other_grounds_may_take_a_tenth_more_and_half_a_step_s_spread_is_reported():
     def held(rows, name="ramp"):
         return [gate.held for gate in study.gates.grounds(rows, [name], "articulated", 8)]
 

@@ -108,7 +108,7 @@ def test_what_goes_to_a_worker_is_small_and_a_sweep_that_grows_computes_what_is_
     assert short([{FRICTION: 0.5}], out=tmp_path, seeds=32, executor=(third := Here())).computed == 0 == len(third.keys)
 
 
-def test_a_worker_that_is_killed_loses_no_row_and_going_on_computes_exactly_what_is_missing(tmp_path):
+def test_a_killed_worker_loses_no_row_and_going_on_computes_what_is_missing(tmp_path):
     points, seen = [{FRICTION: friction} for friction in (0.5, 0.7, 0.9)], []
 
     def kill():
