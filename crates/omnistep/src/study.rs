@@ -20,33 +20,18 @@ use crate::output::{print, say, warn};
 use crate::signals::stop_flag;
 
 pub(super) fn study(args: &StudyArgs, out: &mut dyn Write) -> Result<(), Error> {
-    let mut study = Study::load(&args.study)?;
-    if let Some(count) = &args.seeds {
-        let count = whole("--seeds", count, 1..=100_000, "a whole number, 1 to 100000")?;
-        study.seeds = Seeds::Count(count.unsigned_abs() as u32);
-    }
-    let mut overrides = parse_overrides(&args.overrides)?;
-    if args.stop_when_done {
-        overrides.push(Override::new("stop_when_done", true));
-    }
-    let plan = Plan::new(&study, &overrides)?;
+    let plan = planned(args)?;
     let baseline = args.baseline.as_deref().map(Override::parse).transpose()?;
     let compared = |rows: &[_]| match &baseline {
         Some(baseline) => paired(&plan, rows, baseline, &plan.study().map.metrics),
         None => Ok(Vec::new()),
     };
     compared(&[])?; // what is wrong with it is said before hours of runs
-    if let Some(short) = too_short(&plan) {
-        warn(&short);
-    }
-    let said = [notices::beyond_balls, notices::coarse].map(|why| plan.said_of(why));
-    for why in said.iter().flatten().chain(&plan.policy_notes()) {
-        warn(why);
-    }
+    warn_of(&plan);
     let folder = args
         .out
         .clone()
-        .unwrap_or_else(|| PathBuf::from("out").join(&study.name));
+        .unwrap_or_else(|| PathBuf::from("out").join(&plan.study().name));
     let store = Store::new(folder, &plan)?;
     let _lock = store.lock()?;
     if args.retry_errors {
@@ -93,19 +78,7 @@ pub(super) fn study(args: &StudyArgs, out: &mut dyn Write) -> Result<(), Error> 
     if let Some(baseline) = &baseline {
         print(out, &tables::baseline(&plan, baseline, &compared(&rows)?))?;
     }
-    let mut line = format!("{runs} runs");
-    if computed.rows < runs {
-        line += &format!(", {} of them done before", runs - computed.rows);
-    }
-    if computed.rows > 0 {
-        let seconds = start.elapsed().as_secs_f64();
-        line += &format!("; {seconds:.1} s, {:.1} runs/s", computed.rows as f64 / seconds);
-    }
-    if let Some(run) = plan.runs().first()
-        && plan.study().axis.iter().all(|axis| axis.key != "physics.engine")
-    {
-        line += &format!("; engine {}", run.scenario().physics.engine.name());
-    }
+    let line = counted(&plan, computed.rows, start.elapsed());
     let failed = map.iter().map(|cell| cell.errors).sum::<usize>();
     print(
         out,
@@ -120,6 +93,50 @@ pub(super) fn study(args: &StudyArgs, out: &mut dyn Write) -> Result<(), Error> 
         )?;
     }
     Ok(())
+}
+
+/// The plan of the study that the arguments ask for.
+fn planned(args: &StudyArgs) -> Result<Plan, Error> {
+    let mut study = Study::load(&args.study)?;
+    if let Some(count) = &args.seeds {
+        let count = whole("--seeds", count, 1..=100_000, "a whole number, 1 to 100000")?;
+        study.seeds = Seeds::Count(count.unsigned_abs() as u32);
+    }
+    let mut overrides = parse_overrides(&args.overrides)?;
+    if args.stop_when_done {
+        overrides.push(Override::new("stop_when_done", true));
+    }
+    Ok(Plan::new(&study, &overrides)?)
+}
+
+/// Warns of what is doubtful of the runs.
+fn warn_of(plan: &Plan) {
+    if let Some(short) = too_short(plan) {
+        warn(&short);
+    }
+    let said = [notices::beyond_balls, notices::coarse].map(|why| plan.said_of(why));
+    for why in said.iter().flatten().chain(&plan.policy_notes()) {
+        warn(why);
+    }
+}
+
+/// `400 runs, 100 of them done before; 30.0 s, 10.0 runs/s; engine articulated`.
+fn counted(plan: &Plan, computed: usize, took: Duration) -> String {
+    let runs = plan.runs().len();
+    let mut line = format!("{runs} runs");
+    if computed < runs {
+        line += &format!(", {} of them done before", runs - computed);
+    }
+    if computed > 0 {
+        let seconds = took.as_secs_f64();
+        line += &format!("; {seconds:.1} s, {:.1} runs/s", computed as f64 / seconds);
+    }
+    if let Some(run) = plan.runs().first()
+        && plan.study().axis.iter().all(|axis| axis.key != "physics.engine")
+    {
+        line += &format!("; engine {}", run.scenario().physics.engine.name());
+    }
+    line
 }
 
 /// `climb_map: 400 runs: 80 combinations of 3 axes with 5 seeds, scenario step`.
