@@ -173,7 +173,7 @@ fn main() {
         100.0 * (traced / physics - 1.0)
     );
     println!(
-        "figures without a trace cost        {:+.1} % of the physics",
+        "metrics without a trace cost        {:+.1} % of the physics",
         100.0 * (metered / physics - 1.0)
     );
     println!(

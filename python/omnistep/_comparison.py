@@ -1,4 +1,4 @@
-"""Runs of one scenario under several policies, by policy, with the command's table of their figures."""
+"""Runs of one scenario under several policies, by policy, with the command's table of their metrics."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import html
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Generic, NamedTuple, TypeVar
 
-from omnistep import _figures
+from omnistep import _metrics
 from omnistep._omnistep import Outcome, Trace
 from omnistep._tables import extra
 
@@ -18,7 +18,7 @@ _WIDTH = 80
 
 
 class Row(NamedTuple):
-    """A figure of several runs.
+    """A metric of several runs.
 
     Attributes:
         heading: name and unit.
@@ -82,19 +82,19 @@ class Comparison(Mapping[Key, Trace], Generic[Key]):
         return html_table(heads, self._rows(), caption=caption(list(self.values())))
 
     def to_pandas(self) -> Any:
-        """Return a pandas data frame: a row for each run, by policy, or by policy and engine; a column for each figure.
+        """Return a pandas data frame: a row for each run, by policy, or by policy and engine; a column for each metric.
 
         Raises:
             ImportError: pandas is not installed: ``pip install pandas``.
         """
         pandas = extra("pandas", "pandas")
-        figures = [trace.outcome.to_dict() for trace in self.values()]
+        metrics = [trace.outcome.to_dict() for trace in self.values()]
         by_engine = any(not isinstance(key, str) for key in self)
         names = ["policy", "engine"] if by_engine else ["policy"]
         if by_engine:  # it is in the index
-            figures = [{name: value for name, value in each.items() if name != "engine"} for each in figures]
+            metrics = [{name: value for name, value in each.items() if name != "engine"} for each in metrics]
         index = pandas.MultiIndex.from_tuples(map(words, self), names=names) if by_engine else None
-        return pandas.DataFrame(figures, index=index if by_engine else pandas.Index(list(self), name="policy"))
+        return pandas.DataFrame(metrics, index=index if by_engine else pandas.Index(list(self), name="policy"))
 
     def _rows(self) -> list[Row]:
         engines = [words(key)[1] for key in self if len(words(key)) > 1]
@@ -107,15 +107,15 @@ def words(key: str | tuple[str, str]) -> tuple[str, ...]:
 
 
 def rows(outcomes: Sequence[Outcome]) -> list[Row]:
-    """Return the rows of the command's table of these runs: the verdicts and the figures that some run has."""
-    found = [Row("verdict", _figures.FIGURES["verdict"].explained, [outcome.verdict for outcome in outcomes])]
+    """Return the rows of the command's table of these runs: the verdicts and the metrics that some run has."""
+    found = [Row("verdict", _metrics.METRICS["verdict"].explained, [outcome.verdict for outcome in outcomes])]
     if any(outcome.limited_by for outcome in outcomes):
         found.append(Row("limited by", "What kept it from its way.", [each.limited_by or "-" for each in outcomes]))
     shown = [outcome._rows() for outcome in outcomes]
-    for key, figure in _figures.FIGURES.items():
+    for key, metric in _metrics.METRICS.items():
         cells = [each.get(key, (None, False)) for each in shown]
         if any(is_shown for _, is_shown in cells):
-            found.append(Row(figure.heading, figure.explained, ["-" if text is None else text for text, _ in cells]))
+            found.append(Row(metric.heading, metric.explained, ["-" if text is None else text for text, _ in cells]))
     return found
 
 
@@ -166,7 +166,7 @@ def _line(columns: Sequence[int], cells: Sequence[str], width: Sequence[int]) ->
 
 
 def html_table(heads: Sequence[str], lines: Sequence[Row], *, caption: str = "") -> str:
-    """Return rows as a table of HTML, with what each figure means as its tooltip."""
+    """Return rows as a table of HTML, with what each metric means as its tooltip."""
     said = f'<caption style="caption-side:top;text-align:left">{html.escape(caption)}</caption>' if caption else ""
     cells = "".join(f'<th scope="col">{html.escape(head)}</th>' for head in heads)
     top = f"<thead><tr>{cells}</tr></thead>" if heads else ""

@@ -26,32 +26,32 @@ _ROOM = 0.6  # of the way between two values, for lines side by side
 
 def ensemble(
     rows: str | PathLike[str] | Any,
-    figures: Sequence[str] = ("climbed", "crossing_s"),
+    metrics: Sequence[str] = ("climbed", "crossing_s"),
     *,
     x: str = "control.policy",
     lines: str | None = None,
     axes: Sequence[Axes] | NDArray[Any] | None = None,
 ) -> NDArray[Any]:
-    """Draw means of a study's figures over one of its axes, with whiskers of their 95 % intervals.
+    """Draw means of a study's metrics over one of its axes, with whiskers of their 95 % intervals.
 
     Whiskers are Wilson score intervals for booleans such as ``climbed``, and Student's t intervals for means of two
     runs or more; a single run has none. Two values with overlapping whiskers may still differ significantly if both
     have the same starts: :meth:`omnistep.StudyResult.paired` compares these pairs. Runs that failed are not counted,
-    nor are those in which a figure was not measured; runs that differ in anything but x and lines are counted together.
+    nor are those in which a metric was not measured; runs that differ in anything but x and lines are counted together.
 
     Args:
         rows: what :func:`omnistep.run_study` or :func:`omnistep.sweep` returned, or anything else that
             :func:`omnistep.plot.climb_map` accepts.
-        figures: columns of numbers, or of yes and no; one axes for each.
+        metrics: columns of numbers, or of yes and no; one axes for each.
         x: key or column along x; numbers or names.
         lines: key or column that has one line for each value; None for one line.
-        axes: axes to draw on, as many as figures; a new figure by default.
+        axes: axes to draw on, as many as metrics; a new figure by default.
 
     Returns:
-        The axes, (F,), in the order of the figures.
+        The axes, (F,), in the order of the metrics.
 
     Raises:
-        ConfigError: no rows, a column is missing, a figure is text, or the axes are not as many as figures.
+        ConfigError: no rows, a column is missing, a metric is text, or the axes are not as many as metrics.
         ImportError: matplotlib or a Parquet reader is not installed.
 
     Example:
@@ -63,19 +63,19 @@ def ensemble(
         [0.3, 0.95]
     """
     names = {name.replace(".", "_"): argument for argument, name in (("x", x), ("lines", lines)) if name is not None}
-    found = columns(rows, names | dict.fromkeys(figures, "figures"), optional=["error"])
+    found = columns(rows, names | dict.fromkeys(metrics, "metrics"), optional=["error"])
     along = found[x.replace(".", "_")]
     line_of = found[lines.replace(".", "_")] if lines is not None else [""] * len(along)
     errors = found.get("error", [None] * len(along))
     values, each = in_order(along), in_order(line_of)
     numbers = all(isinstance(value, int | float) for value in values)
-    drawn = given_or_new(axes, (len(figures),), size=(4.8, 0.6 + 2.2 * len(figures)))
-    for ax, figure in zip(drawn, figures, strict=True):
+    drawn = given_or_new(axes, (len(metrics),), size=(4.8, 0.6 + 2.2 * len(metrics)))
+    for ax, metric in zip(drawn, metrics, strict=True):
         for number, line in enumerate(each):
             of_line = [
                 [
                     measured
-                    for measured, here, there, error in zip(found[figure], along, line_of, errors, strict=True)
+                    for measured, here, there, error in zip(found[metric], along, line_of, errors, strict=True)
                     if (here, there, error) == (value, line, None) and measured is not None
                 ]
                 for value in values
@@ -83,15 +83,15 @@ def ensemble(
             places = np.array(values, dtype=float) if numbers else np.arange(len(values), dtype=float)
             step = float(np.min(np.diff(places))) if len(places) > 1 else 1.0
             places += _ROOM * step * ((number + 0.5) / len(each) - 0.5)
-            _draw(ax, figure, places, of_line, line, number, [value_text(value) for value in values])
+            _draw(ax, metric, places, of_line, line, number, [value_text(value) for value in values])
         ax.set_xticks(values if numbers else np.arange(len(values)), [value_text(value) for value in values])
         if len(values) * max(len(value_text(value)) for value in values) > _LETTERS:
             ax.tick_params(axis="x", labelrotation=20)
         if not numbers:
             ax.set_xlim(-0.6, len(values) - 0.4)
-        if all(isinstance(measured, bool | None) for measured in found[figure]):
+        if all(isinstance(measured, bool | None) for measured in found[metric]):
             ax.set_ylim(-0.05, 1.05)
-        ax.set_ylabel(axis_label(figure))
+        ax.set_ylabel(axis_label(metric))
         ax.grid(axis="y", alpha=0.3)
     drawn[-1].set_xlabel(axis_label(x))
     if lines is not None:
@@ -101,10 +101,10 @@ def ensemble(
 
 
 def _draw(
-    ax: Axes, figure: str, places: NDArray[Any], measured: list[list[Any]], line: Any, number: int, names: list[str]
+    ax: Axes, metric: str, places: NDArray[Any], measured: list[list[Any]], line: Any, number: int, names: list[str]
 ) -> None:
     """Draw a line of points with whiskers; points of policies have the policies' colours, and no line joins names."""
-    points = [_point(figure, of_value) for of_value in measured]
+    points = [_point(metric, of_value) for of_value in measured]
     for place, name, point in zip(places, names, points, strict=True):
         if point is None:
             continue
@@ -121,10 +121,10 @@ def _draw(
         )  # fmt: skip
 
 
-def _point(figure: str, measured: list[Any]) -> tuple[float, tuple[float, float]] | None:
+def _point(metric: str, measured: list[Any]) -> tuple[float, tuple[float, float]] | None:
     """Return mean and interval; None if nothing was measured."""
     if any(isinstance(value, str) for value in measured):
-        raise ConfigError(f"figures: {figure} is text, allowed: numbers or booleans", key="figures")
+        raise ConfigError(f"metrics: {metric} is text, allowed: numbers or booleans", key="metrics")
     if not measured:
         return None
     if all(isinstance(value, bool) for value in measured):

@@ -21,12 +21,12 @@ _DRAWN_PX = 260.0
 
 
 def outcome_html(outcome: Outcome) -> str:
-    """Return the figures that the command's table has of a run."""
+    """Return the metrics that the command's table has of a run."""
     return html_table([], rows([outcome]))
 
 
 def trace_html(trace: Trace) -> str:
-    """Return what was run and the figures."""
+    """Return what was run and the metrics."""
     head = f"{trace.policy}, {len(trace)} periods, {len(trace.names)} columns"
     return html_table(["", head], rows([trace.outcome]), caption=caption([trace]))
 

@@ -66,12 +66,12 @@ __all__ = [
     "discretize",
     "disturbed_ratio",
     "drive_route",
-    "figures",
     "from_point",
     "list_policies",
     "list_scenarios",
     "list_vehicles",
     "mean_interval",
+    "metrics",
     "moved_by",
     "plan_route",
     "policy_name",
@@ -2138,7 +2138,7 @@ class Log:
         """
     @property
     def outcome(self) -> Outcome | None:
-        """The figures; None if the run was killed before its end, or was not simulated."""
+        """The metrics; None if the run was killed before its end, or was not simulated."""
     @property
     def frame_time_s(self) -> _Floats:
         """Times of the frames [s], (F,)."""
@@ -2233,7 +2233,7 @@ class Trace:
         """Seed of the perturbation."""
     @property
     def outcome(self) -> Outcome:
-        """The figures of the run."""
+        """The metrics of the run."""
     def wheels(self, signal: str) -> _Floats:
         """A signal of all wheels, (T, N), without a copy.
 
@@ -2243,7 +2243,7 @@ class Trace:
     def columns(self) -> dict[str, _Floats]:
         """Every column by name, each (T,), without a copy."""
     def metrics(self) -> dict[str, Any]:
-        """The figures of the run by name, as :meth:`Outcome.to_dict`."""
+        """The metrics of the run by name, as :meth:`Outcome.to_dict`."""
     def to_numpy(self) -> _Floats:
         """Every column side by side in the order of ``names``, (T, C), without a copy; read-only."""
     def to_polars(self) -> Any:
@@ -2293,9 +2293,9 @@ class Trace:
 
 @final
 class Outcome:
-    """Figures of a run; if there is an obstacle, over the crossing (docs/metrics.md).
+    """Metrics of a run; if there is an obstacle, over the crossing (docs/metrics.md).
 
-    A figure that was not measured, because nothing crossed or the run was killed, is NaN, or None if documented.
+    A metric that was not measured, because nothing crossed or the run was killed, is NaN, or None if documented.
     """
 
     @property
@@ -2445,7 +2445,7 @@ class Outcome:
     def final_yaw_rad(self) -> float:
         """True heading then [rad], counter-clockwise positive, -pi to pi."""
     def to_dict(self) -> dict[str, str | bool | float | None]:
-        """The figures by name."""
+        """The metrics by name."""
     def _repr_html_(self) -> str: ...
     def __eq__(self, other: object, /) -> bool: ...
     def __ne__(self, other: object, /) -> bool: ...
@@ -2453,7 +2453,7 @@ class Outcome:
     @staticmethod
     def _of_state(state: str) -> Outcome: ...
     def _rows(self) -> dict[str, tuple[str | None, bool]]:
-        """Each figure's value as tables format it, and whether the command's tables show it for this run, by key."""
+        """Each metric's value as tables format it, and whether the command's tables show it for this run, by key."""
 
 @final
 class Simulation:
@@ -2578,7 +2578,7 @@ class Simulation:
         """
     @property
     def outcome(self) -> Outcome:
-        """The figures so far.
+        """The metrics so far.
 
         Raises:
             ConfigError: nothing was recorded.
@@ -3141,8 +3141,8 @@ class Plan:
     def axes(self) -> list[str]:
         """Varied keys."""
     @property
-    def figures(self) -> list[str]:
-        """Names of the figures of a row that are numbers or booleans."""
+    def metrics(self) -> list[str]:
+        """Names of the metrics of a row that are numbers or booleans."""
     def policy_notes(self) -> list[str]:
         """Notes, one per line: inputs that traction control lacks, and runs whose policy is not the usual default."""
     def __len__(self) -> int: ...
@@ -3198,27 +3198,27 @@ class Rows:
         """The runs without a row as texts for :func:`compute_batch`, at most ``size`` runs each."""
     def to_dicts(self) -> list[dict[str, Any]]:
         """One dictionary per row; None if nothing was measured."""
-    def cells(self, figures: Sequence[str] | None = None) -> list[dict[str, Any]]:
-        """One dictionary per combination: each axis by its column, counts of runs, mean and interval of each figure.
+    def cells(self, metrics: Sequence[str] | None = None) -> list[dict[str, Any]]:
+        """One dictionary per combination: each axis by its column, counts of runs, mean and interval of each metric.
 
         Args:
-            figures: names of figures; the map's by default.
+            metrics: names of metrics; the map's by default.
 
         Raises:
-            ConfigError: a name is not a figure.
+            ConfigError: a name is not a metric.
         """
-    def paired(self, key: str, baseline: object, figure: str) -> list[dict[str, Any]]:
-        """One dictionary per combination with another value: its figure minus the given value's figure, seed by seed.
+    def paired(self, key: str, baseline: object, metric: str) -> list[dict[str, Any]]:
+        """One dictionary per combination with another value: its metric minus the given value's metric, seed by seed.
 
         Raises:
-            ConfigError: the key does not vary, no run has the value, or the name is not a figure.
+            ConfigError: the key does not vary, no run has the value, or the name is not a metric.
         """
     def __len__(self) -> int: ...
     def __arrow_c_stream__(self, requested_schema: object = None) -> object:
         """The rows by the Arrow PyCapsule interface."""
 
-def figures() -> list[tuple[str, str, str, str, str]]:
-    """Key, heading, meaning, unit and ``lower``, ``zero`` or nothing for every figure, in the order of tables."""
+def metrics() -> list[tuple[str, str, str, str, str]]:
+    """Key, heading, meaning, unit and ``lower``, ``zero`` or nothing for every metric, in the order of tables."""
 
 def policy_name(policy: PolicyLike) -> str:
     """Name of a policy in tables and traces."""

@@ -37,7 +37,7 @@ class StudyResult:
 
     Data frame libraries read it directly (``polars.DataFrame(result)``, ``pyarrow.table(result)``, DuckDB), by the
     Arrow PyCapsule interface. Columns are ``key``, ``seed``, one for each varied key (with ``_`` for each dot), the
-    figures of :class:`omnistep.Outcome`, and ``error``: null, or why the run failed.
+    metrics of :class:`omnistep.Outcome`, and ``error``: null, or why the run failed.
 
     Attributes:
         folder: the folder of the Parquet files; None where it was a temporary one.
@@ -73,24 +73,24 @@ class StudyResult:
         """The map: a dictionary for each combination of values with counts and means over the seeds.
 
         ``runs`` is their number, ``errors`` the number that failed, ``unfinished`` the number of the others that
-        ``duration_s`` cut off, ``beyond_balls`` the number with ``wheel_model_valid`` false. Means are of the figures
+        ``duration_s`` cut off, ``beyond_balls`` the number with ``wheel_model_valid`` false. Means are of the metrics
         that the study's ``[map]`` names, ``climbed`` by default, over the runs that did not fail; True counts as 1;
-        None if nothing was measured. ``climbed_low`` and ``climbed_high`` (likewise for other figures) are the ends of
+        None if nothing was measured. ``climbed_low`` and ``climbed_high`` (likewise for other metrics) are the ends of
         the 95 % interval: Wilson's score for yes and no, Student's t for a mean of two runs or more.
         """
         return self._rows.cells()
 
-    def summary(self, *figures: str) -> list[dict[str, Any]]:
-        """Return :attr:`cells` with other figures: their means and 95 % intervals.
+    def summary(self, *metrics: str) -> list[dict[str, Any]]:
+        """Return :attr:`cells` with other metrics: their means and 95 % intervals.
 
         Args:
-            figures: any columns of a row that are numbers, or yes and no; the map's by default.
+            metrics: any columns of a row that are numbers, or yes and no; the map's by default.
 
         Returns:
-            A dictionary for each combination of values, with ``FIGURE``, ``FIGURE_low`` and ``FIGURE_high``.
+            A dictionary for each combination of values, with ``METRIC``, ``METRIC_low`` and ``METRIC_high``.
 
         Raises:
-            ConfigError: a name is not a figure.
+            ConfigError: a name is not a metric.
 
         >>> import omnistep, tempfile
         >>> with tempfile.TemporaryDirectory() as out:
@@ -99,24 +99,24 @@ class StudyResult:
         >>> cell["climbed"], cell["climbed_low"], round(cell["climbed_high"], 3)  # none of three
         (0.0, 0.0, 0.561)
         """
-        return self._rows.cells(list(figures) or None)
+        return self._rows.cells(list(metrics) or None)
 
-    def paired(self, key: str, baseline: Any, figure: str = "climbed") -> list[dict[str, Any]]:
+    def paired(self, key: str, baseline: Any, metric: str = "climbed") -> list[dict[str, Any]]:
         """Compare runs that differ in one key alone, seed by seed: the effect of the common start cancels.
 
         Args:
             key: a varied key, such as ``control.policy``.
             baseline: the value with which the others are compared.
-            figure: a column of a row that is a number, or yes and no.
+            metric: a column of a row that is a number, or yes and no.
 
         Returns:
             A dictionary for each combination of values that has another value of the key: each key by its column,
-            ``pairs`` of runs that both have the figure, the mean ``difference``, its 95 % interval ``low`` to ``high``
+            ``pairs`` of runs that both have the metric, the mean ``difference``, its 95 % interval ``low`` to ``high``
             by Student's t (None for fewer than two pairs). For yes and no there are two counts of seeds in addition:
             yes with this value alone, ``only_here``, and with ``baseline`` alone, ``only_there``.
 
         Raises:
-            ConfigError: the key does not vary, no run has that value, or the name is not a figure.
+            ConfigError: the key does not vary, no run has that value, or the name is not a metric.
 
         >>> import omnistep, tempfile
         >>> with tempfile.TemporaryDirectory() as out:
@@ -129,7 +129,7 @@ class StudyResult:
         >>> faster  # more work in the same time
         True
         """
-        return self._rows.paired(key, baseline, figure)
+        return self._rows.paired(key, baseline, metric)
 
     def rows(self) -> list[dict[str, Any]]:
         """Return a dictionary for each run, by column; None if nothing was measured."""

@@ -1,7 +1,7 @@
 """Scenarios in MuJoCo, an independent reference, under our controller; the only module that names MuJoCo.
 
 MuJoCo simulates the vehicle that :meth:`Scenario.mjcf` writes, with every roller a body of its own. Controller,
-sensors, actuators, command, trace and figures are the simulation's; only the physics is MuJoCo's. It needs the extra
+sensors, actuators, command, trace and metrics are the simulation's; only the physics is MuJoCo's. It needs the extra
 ``mujoco``. docs/mujoco.md lists the measured figures.
 
 >>> import omnistep.mujoco

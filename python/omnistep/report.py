@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from omnistep import _figures, _run_settings, _scene, _top_view
+from omnistep import _metrics, _run_settings, _scene, _top_view
 from omnistep._omnistep import Log, read_mcap
 from omnistep._output_files import check_output, write_text
 
@@ -37,7 +37,7 @@ _SIGMAS = 2.0
 _GAP = float(2**60)
 #: Facts that differ from run to run: they are in the runs' names.
 _OF_A_RUN = ("policy", "seed")
-#: Figures without a row in the command's tables.
+#: Metrics without a row in the command's tables.
 _MORE = ("required_friction",)
 #: Mark of a run whose balls are not a valid model of its wheels, and its meaning; the command uses the same mark.
 _BEYOND_BALLS = (
@@ -53,7 +53,7 @@ _SHARE_LONG = 0.35
 def page(logs: Sequence[Log]) -> str:
     """Make one HTML page of several runs.
 
-    It contains a player with the runs overlaid, a table of their figures, plots of wheel speeds with their references,
+    It contains a player with the runs overlaid, a table of their metrics, plots of wheel speeds with their references,
     torques with their limits, slip, disturbed ratio and load, the paths from above (as :func:`omnistep.plot.path` draws
     them), and one cursor in time for all of them. It holds everything it needs.
 
@@ -88,7 +88,7 @@ def page(logs: Sequence[Log]) -> str:
         run["scene"] = kept.index(found)
         if _scene.extent_m(scene["ground"]) > _scene.extent_m(scenes[run["scene"]]["ground"]):
             scenes[run["scene"]]["ground"] = scene["ground"]
-    about = {key: [signal.heading, signal.explained] for key, signal in _figures.SIGNALS.items()}
+    about = {key: [signal.heading, signal.explained] for key, signal in _metrics.SIGNALS.items()}
     content = {"runs": runs, "scenes": scenes, "shown": _SHOWN, "signals": about}
     data = json.dumps(content, separators=(",", ":"), allow_nan=False)
     shared = {key: value for key, value in _shared(logs).items() if key not in (*_OF_A_RUN, "scenario", "vehicle")}
@@ -218,9 +218,9 @@ def _verdict(log: Log) -> str:
 
 
 def _table(logs: Sequence[Log], names: Sequence[str], settings: dict[str, list[str]]) -> str:
-    """Return the settings that differ and the figures as rows, and the runs as columns.
+    """Return the settings that differ and the metrics as rows, and the runs as columns.
 
-    Figures that no run has are left out.
+    Metrics that no run has are left out.
     """
     verdicts = [_verdict(log) for log in logs]
     outcomes = [log.outcome._rows() if log.outcome else {} for log in logs]
@@ -229,24 +229,24 @@ def _table(logs: Sequence[Log], names: Sequence[str], settings: dict[str, list[s
     for heading, found in settings.items():
         values = "".join(f"<td>{html.escape(text)}</td>" for text in found)
         rows.append(f'<tr class="setting"><th scope=row>{html.escape(heading)}</th>{values}</tr>')
-    for key, figure in _figures.FIGURES.items():
+    for key, metric in _metrics.METRICS.items():
         shown_of = [outcome.get(key, (None, False)) for outcome in outcomes]
         cells = verdicts if key == "verdict" else ["-" if text is None else text for text, _ in shown_of]
         # As the command's tables do, and what they have no row for.
         needed = key == "verdict" or any(shown or (key in _MORE and text is not None) for text, shown in shown_of)
         if not needed:
             continue
-        better = {"lower": " \u2193", "zero": " \u21920"}.get(figure.better, "")
+        better = {"lower": " \u2193", "zero": " \u21920"}.get(metric.better, "")
         head = (
-            f'<button type="button" class="tip" aria-describedby="about-{key}">{html.escape(figure.heading)}</button>'
+            f'<button type="button" class="tip" aria-describedby="about-{key}">{html.escape(metric.heading)}</button>'
         )
-        about = f'<span hidden id="about-{key}">{html.escape(figure.explained)}</span>'
+        about = f'<span hidden id="about-{key}">{html.escape(metric.explained)}</span>'
         arrow = f'<span class="better" aria-hidden="true">{better}</span>'
         values = "".join(f"<td><span>{html.escape(cell)}</span></td>" for cell in cells)
         rows.append(f'<tr class="{key}"><th scope=row>{head}{arrow}{about}</th>{values}</tr>')
     files_ = "".join(f"<td>{html.escape(_file_name(log))}</td>" for log in logs)
     rows.append(f'<tr class="file"><th scope=row>log</th>{files_}</tr>')
-    return f"<thead><tr><th scope=col>figure</th>{heads}</tr></thead><tbody>{''.join(rows)}</tbody>"
+    return f"<thead><tr><th scope=col>metric</th>{heads}</tr></thead><tbody>{''.join(rows)}</tbody>"
 
 
 def _run(log: Log) -> dict[str, Any]:
@@ -343,8 +343,8 @@ style-src 'unsafe-inline'; img-src data: blob:">
 <option value="0.1">0.1&times;</option><option value="0.25">0.25&times;</option><option value="0.5">0.5&times;</option>
 <option value="1" selected>1&times;</option><option value="2">2&times;</option></select></label>
 </div>
-<h2>Figures</h2>
-<div class="wide" tabindex="0" role="region" aria-label="Figures of the runs">
+<h2>Metrics</h2>
+<div class="wide" tabindex="0" role="region" aria-label="Metrics of the runs">
 <table style="--runs: {count}">{table}</table></div>{footnote}
 <details class="logs"><summary>Logs</summary><dl>{logs}</dl></details>
 <h2>Wheels over time</h2>

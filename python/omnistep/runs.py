@@ -16,9 +16,9 @@ from omnistep.own_policy import PolicyLike
 
 
 def _warn(trace: Trace) -> None:
-    """Warn the caller's caller of a run with invalid figures."""
+    """Warn the caller's caller of a run with invalid metrics."""
     if trace.outcome.verdict == "gained_energy":
-        message = "the physics gained energy, so no figure of this run is valid; use a shorter physics.timestep_s"
+        message = "the physics gained energy, so no metric of this run is valid; use a shorter physics.timestep_s"
         warnings.warn(message, RuntimeWarning, stacklevel=3)
 
 

@@ -27,9 +27,9 @@ class TuneResult:
         overrides: the best values, for ``overrides`` of :func:`omnistep.run`.
         value: the objective at the best values.
         study: the ``optuna.Study`` with every trial, for Optuna's plots and analyses. A trial's
-            ``user_attrs["failed"]`` is the number of its runs that failed or lack the figure.
+            ``user_attrs["failed"]`` is the number of its runs that failed or lack the metric.
         folder: the folder of the rows of all runs; None if they were not kept.
-        failed: number of runs of the best trial that failed or lack the figure.
+        failed: number of runs of the best trial that failed or lack the metric.
     """
 
     overrides: dict[str, Any]
@@ -62,15 +62,15 @@ def tune(
     the next values from those before. Equal arguments produce equal trials, so that with ``out`` an interrupted search
     continues from its last trial, and a search with more trials begins with the existing trials.
 
-    A run that failed, or lacks the figure because it did not climb, counts as ``worst``. Therefore fewer failures are
-    always better, and the figure ranks trials with equally many failures. Seeds differ only if the scenario has a
+    A run that failed, or lacks the metric because it did not climb, counts as ``worst``. Therefore fewer failures are
+    always better, and the metric ranks trials with equally many failures. Seeds differ only if the scenario has a
     perturbation or noise: set some in ``overrides``, because otherwise the values fit only a single run.
 
     Args:
         scenario: a built-in name, the path of a .toml file or an :class:`omnistep.Scenario`.
         space: for each key, as in ``overrides`` of :func:`omnistep.run`, the values to search: ``(0.1, 10.0)``, ``(0.1,
             10.0, "log")``, two integers for whole numbers, or a list of values.
-        objective: a figure of :class:`omnistep.Outcome`, averaged over all runs; or a function of the rows (one
+        objective: a metric of :class:`omnistep.Outcome`, averaged over all runs; or a function of the rows (one
             dictionary per run, by column), called only if no run failed.
         direction: ``minimize`` or ``maximize``.
         points: the points of each trial, as in :func:`omnistep.sweep`; the unchanged scenario by default.
@@ -79,7 +79,7 @@ def tune(
         trials: number of trials, 1 or more.
         seeds: number of seeds per trial, counted from 0, or a list of them.
         seed: seed of the search.
-        worst: the value of a failed run, above 0: more than any figure.
+        worst: the value of a failed run, above 0: more than any metric.
         out: a folder to keep the rows in.
         jobs: threads; as many as there are cores by default.
         progress: show a bar, in a terminal or a notebook, when it takes more than a second.
@@ -91,7 +91,7 @@ def tune(
         ConfigError: a name, key or value is wrong, or a range reaches beyond what its key allows. Values within the
             range that do not fit together are no error: they count as ``worst``.
         ImportError: Optuna is not installed; install the extra ``tune``.
-        StudyError: the folder cannot be read or written; or no run of any trial has the figure.
+        StudyError: the folder cannot be read or written; or no run of any trial has the metric.
         KeyboardInterrupt: Ctrl-C was pressed.
 
     >>> import omnistep
@@ -130,8 +130,8 @@ def tune(
             except ConfigError:
                 # It may fit only what the others are there.
                 plan({**high, key: choice})
-    if isinstance(objective, str) and objective not in checked.figures:
-        known = ", ".join(checked.figures)
+    if isinstance(objective, str) and objective not in checked.metrics:
+        known = ", ".join(checked.metrics)
         raise ConfigError(f"objective = {objective!r}, allowed: a function, or {known}", key="objective")
     bad = worst if direction == "minimize" else -worst
 
@@ -172,8 +172,8 @@ def _nothing(study: Any, objective: str | Callable[[list[dict[str, Any]]], float
     refused = [trial.user_attrs["refused"] for trial in study.trials if "refused" in trial.user_attrs]
     if len(refused) == trials:
         return f"none of {trials} trials can run: {refused[0]}"
-    figure = objective if isinstance(objective, str) else "value of the objective"
-    return ": ".join([f"no run of {trials} trials has a {figure}", *errors[:1]])
+    metric = objective if isinstance(objective, str) else "value of the objective"
+    return ": ".join([f"no run of {trials} trials has a {metric}", *errors[:1]])
 
 
 def _value(
@@ -181,9 +181,9 @@ def _value(
 ) -> tuple[float, int]:
     """Objective of a trial, and the number of its failed runs."""
     if isinstance(objective, str):
-        figures = [None if row["error"] is not None else row[objective] for row in rows]
-        failed = sum(figure is None for figure in figures)
-        return sum(bad if figure is None else float(figure) for figure in figures) / len(figures), failed
+        metrics = [None if row["error"] is not None else row[objective] for row in rows]
+        failed = sum(metric is None for metric in metrics)
+        return sum(bad if metric is None else float(metric) for metric in metrics) / len(metrics), failed
     failed = sum(row["error"] is not None for row in rows)
     if failed:
         return bad * failed / len(rows), failed

@@ -194,7 +194,7 @@ def test_one_end_that_is_wrong_is_named_and_leaves_no_interval(name):
     assert any("run[5] does not fit the others" in line for line in found.undetermined), found.undetermined
 
 
-def test_a_log_that_begins_without_an_encoder_on_the_way_is_refused_and_units_are_named():
+def test_a_log_without_an_encoder_at_its_start_is_refused_and_units_are_named():
     drawn, rng = omnistep.Vehicle("mecanum4"), np.random.default_rng(1)
     runs = runs_of(drawn, rng)
     log = {key: column.copy() for key, column in runs[2].log.items()}

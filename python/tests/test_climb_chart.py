@@ -57,7 +57,7 @@ def test_command_and_python_write_the_same_bytes_also_when_resumed(omni3, tmp_pa
     assert (tmp_path / "c.toml").read_bytes() == out.read_bytes()
 
 
-def test_between_cells_the_smallest_neighbour_counts_and_nothing_is_known_beyond_them():
+def test_between_cells_the_smallest_neighbour_counts_and_nothing_beyond_is_known():
     mirrored = of_cells(
         ("step", 0, 0, 0.03),
         ("step", 0, 15, 0.01),

@@ -109,7 +109,7 @@ def test_a_limited_pid_says_so_and_does_not_wind_up():
 
 
 @pytest.mark.parametrize("anti_windup", ["conditioned", {"back_calculation": {"tracking_time_s": 0.3 / 2.0}}])
-def test_with_its_proportional_term_limited_a_blocked_loop_winds_up_to_the_output_limit_and_no_further(anti_windup):
+def test_with_a_limited_proportional_term_a_blocked_loop_winds_up_to_its_limit(anti_windup):
     pid = omnistep.Pid(
         kp_n_m_s_rad=0.3,
         ki_n_m_rad=2.0,

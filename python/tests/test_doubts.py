@@ -204,7 +204,7 @@ def test_rows_that_are_seconds_apart_are_doubtful():
     assert _plausibility.of_steps(5.0) == ["samples are 5 s apart: check the unit of time"]
 
 
-def test_how_soon_motors_are_followed_does_not_change_with_the_side_of_the_gear_that_is_counted():
+def test_the_delay_of_motors_does_not_depend_on_the_counted_side_of_the_gear():
     drawn = omnistep.Vehicle("mecanum4")
     times = []
     for gear in (1.0, 0.05):

@@ -44,7 +44,7 @@ def test_wheels_and_masses_of_public_robots_are_those_that_are_published(name, r
     assert math.isclose(omnistep.Vehicle("robot.toml").mass_kg, all_kg, rel_tol=1e-8)
 
 
-def test_the_rocker_of_ridgeback_is_a_hinge_and_its_wheels_carry_the_loads_of_moment_balance(robots, here, monkeypatch):
+def test_the_rocker_of_ridgeback_is_a_hinge_and_loads_are_those_of_moment_balance(robots, here, monkeypatch):
     vehicle, text = imported(here, monkeypatch, robots.ridgeback())
     (hinge,) = vehicle["hinge"]
     assert (hinge["axis"], hinge["anchor_m"], hinge["limit_rad"]) == ([1, 0, 0], [0.319, 0, 0.0759], 0.08726)
@@ -63,7 +63,7 @@ def test_the_rocker_of_ridgeback_is_a_hinge_and_its_wheels_carry_the_loads_of_mo
     np.testing.assert_allclose(loads, 9.81 * np.array(expected), rtol=1e-6)  # of positions in nanometres
 
 
-def test_drives_of_lekiwi_whose_links_are_turned_in_each_other_stand_where_its_tree_has_them(robots, here, monkeypatch):
+def test_the_turned_drives_of_lekiwi_stand_where_its_tree_has_them(robots, here, monkeypatch):
     vehicle, _ = imported(here, monkeypatch, robots.lekiwi(), "--radius", "0.05")
     # Places of the wheels' meshes in the published file by an independent reader, yourdfpy; its axes have six digits.
     expected = [(0.00061, -0.14225), (0.10625938, 0.06205338), (-0.10617666, 0.06059665)]
@@ -152,9 +152,7 @@ def test_rollers_that_turn_on_a_wheel_belong_to_it_and_casters_and_arms_to_the_b
 
 
 @pytest.mark.parametrize("sign", [1, -1])
-def test_rollers_of_mecanum_wheels_form_an_o_on_the_ground_whichever_way_the_axles_point(
-    sign, robots, here, monkeypatch
-):
+def test_mecanum_rollers_form_an_o_on_the_ground_whichever_way_the_axles_point(sign, robots, here, monkeypatch):
     vehicle, text = imported(here, monkeypatch, robots.four(robots.BODY, axis=(0, sign, 0)))
     for wheel in vehicle["wheel"]:
         assert wheel["rolling_direction"] == [sign, 0]

@@ -72,7 +72,7 @@ PARTS = {
 
 @pytest.mark.parametrize("part", PARTS)
 @pytest.mark.parametrize("kind", ["omni", "mecanum"])
-def test_a_round_part_that_is_not_named_as_the_wheels_belongs_to_the_body_and_is_noted(
+def test_a_round_part_that_is_not_named_as_a_wheel_belongs_to_the_body_and_is_noted(
     part, kind, robots, here, monkeypatch
 ):
     at, shape = PARTS[part]
@@ -91,9 +91,7 @@ def test_a_round_part_that_is_not_named_as_the_wheels_belongs_to_the_body_and_is
         assert [note for key, note in notes if key == "mass_kg"] == [f"joints held at 0: {part}_joint"]
 
 
-def test_a_part_with_the_name_of_a_wheel_and_one_of_a_robot_that_names_none_is_left_out_by_the_option(
-    robots, here, monkeypatch
-):
+def test_the_option_leaves_out_a_part_named_as_a_wheel_or_of_a_robot_without_names(robots, here, monkeypatch):
     ball = list(round_part(robots, "support_wheel", (-0.03, 0.02, 0.05), sphere(0.05)))
     vehicle, _ = imported(here, monkeypatch, omni(robots, *ball))
     assert len(vehicle["wheel"]) == 4
@@ -194,7 +192,7 @@ def test_a_centre_of_mass_in_the_ground_and_implausible_radii_are_noted(robots, 
 
 
 @pytest.mark.parametrize("name", ["panther", "ridgeback", "robotino", "rosbot_xl", "rosmaster_x3", "youbot", "lekiwi"])
-def test_nothing_contradicts_itself_in_public_robots_and_what_is_doubtful_of_them_is_published(
+def test_public_robots_do_not_contradict_themselves_and_their_doubts_are_published(
     name, robots, here, monkeypatch, capfd
 ):
     urdf, options, *_ = robots.ROBOTS.get(name, (robots.lekiwi, ["--radius", "0.05"]))

@@ -133,7 +133,7 @@ def test_full_speed_ahead_climbs_three_centimetres_and_ends_the_episode():
     assert total == pytest.approx(info["x_m"] - start_m + 2.0 - 0.1 * info["effort_s"], abs=0.25)
 
 
-def test_torque_added_to_the_rear_row_pushes_the_vehicle_on_and_none_leaves_it_standing():
+def test_torque_on_the_rear_row_pushes_the_vehicle_on_and_none_leaves_it_standing():
     moved = []
     for added in (0.0, 1.0):
         env = make("StepClimb")

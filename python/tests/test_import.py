@@ -53,9 +53,7 @@ def round_trip(tmp_path_factory, curve, recorded):
     return summary, log
 
 
-def test_velocities_of_counts_at_jittering_times_are_right_within_a_count_a_period_and_the_gap_is_not_a_number(
-    round_trip, curve, recorded
-):
+def test_velocities_of_jittering_counts_are_within_a_count_and_a_gap_is_nan(round_trip, curve, recorded):
     summary, log = round_trip
     assert log.recorded and log.complete and log.outcome is None and log.trace.policy == "recorded"
     assert len(log.trace) == summary.rows == len(curve)
@@ -114,7 +112,7 @@ def test_commands_hold_currents_become_torques_and_poses_are_of_the_end_of_a_per
     assert np.isnan(log.trace["common_factor"]).all() and np.isnan(log.trace.wheels("saturated")).all()
 
 
-def test_odometry_comes_from_the_counts_and_what_wheels_turned_in_the_gap_is_not_lost(round_trip, curve):
+def test_odometry_comes_from_the_counts_and_the_turns_in_a_gap_are_not_lost(round_trip, curve):
     _, log = round_trip
     gap = np.flatnonzero(np.isnan(log.trace.wheels("measured_rad_s")[:, 0]))
     behind = np.arange(gap[-1] + 2, len(log.trace) - 1)

@@ -250,7 +250,7 @@ def test_the_times_of_parquet_are_looked_at_before_the_rest_is_unpacked(tmp_path
     assert unpacked == ["t"]
 
 
-def test_a_control_period_is_no_smaller_part_of_the_time_between_samples_than_has_a_use(tmp_path):
+def test_a_control_period_is_a_limited_part_of_the_time_between_samples(tmp_path):
     rows = "".join(f"{5 * k},{k},{k},{k}\n" for k in range(400))
     (tmp_path / "t.csv").write_text("t,a,b,c\n" + rows)
     keys = TABLE + '[wheels]\nnames = ["a", "b", "c"]\n'

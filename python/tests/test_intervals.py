@@ -22,8 +22,8 @@ def result(tmp_path_factory):
     return omnistep.sweep(points, out=out, **given)
 
 
-def figures(result, name, **where):
-    """A figure by seed, of the rows that are so."""
+def metrics(result, name, **where):
+    """A metric by seed, of the rows that are so."""
     chosen = [row for row in result.rows() if all(row[key] == value for key, value in where.items())]
     return {row["seed"]: row[name] for row in chosen}
 
@@ -38,7 +38,7 @@ def test_means_have_students_interval_and_rates_wilsons(result):
     assert len(cells) == 4 == len(result.cells)
     for cell in cells:
         where = {key: cell[key] for key in ("command_vx_m_s", "control_policy")}
-        expected = interval(figures(result, "work_j", **where).values())
+        expected = interval(metrics(result, "work_j", **where).values())
         assert [cell["work_j_low"], cell["work_j"], cell["work_j_high"]] == pytest.approx(expected, rel=1e-6)
         assert cell["work_j_low"] < cell["work_j_high"]
         z = statistics.NormalDist().inv_cdf(0.975)
@@ -59,8 +59,8 @@ def test_paired_differences_are_those_of_runs_with_the_same_seed(result):
     assert [(cell["command_vx_m_s"], cell["pairs"]) for cell in cells] == [(0.4, 4)] * 2
     for cell in cells:
         policy = cell["control_policy"]
-        fast = figures(result, "work_j", command_vx_m_s=0.4, control_policy=policy)
-        slow = figures(result, "work_j", command_vx_m_s=0.2, control_policy=policy)
+        fast = metrics(result, "work_j", command_vx_m_s=0.4, control_policy=policy)
+        slow = metrics(result, "work_j", command_vx_m_s=0.2, control_policy=policy)
         expected = interval([fast[seed] - slow[seed] for seed in fast])
         assert [cell["low"], cell["difference"], cell["high"]] == pytest.approx(expected, rel=1e-6)
     climbed = result.paired("control.policy", "independent")
@@ -77,7 +77,7 @@ def test_what_cannot_be_compared_is_one_line(result):
             ("control.policy", "scale_references"),
             "baseline: control.policy = scale_references, allowed: independent, scale_torques",
         ),
-        (("control.policy", "scale_torques", "verdict"), 'figures: "verdict", allowed: '),
+        (("control.policy", "scale_torques", "verdict"), 'metrics: "verdict", allowed: '),
     ]:
         with pytest.raises(omnistep.ConfigError, match=expected) as refused:
             result.paired(*given)
@@ -88,18 +88,18 @@ def test_what_cannot_be_compared_is_one_line(result):
 
 def test_whiskers_are_the_intervals_of_the_summary(result):
     axes = omnistep.plot.ensemble(result, ["climbed", "work_j"], lines="command.vx_m_s")
-    for ax, figure in zip(axes, ("climbed", "work_j"), strict=True):
+    for ax, metric in zip(axes, ("climbed", "work_j"), strict=True):
         drawn = sorted(tuple(float(y) for _, y in bar.get_segments()[0]) for bar in ax.collections)
-        cells = result.summary(figure)
-        expected = sorted((cell[f"{figure}_low"], cell[f"{figure}_high"]) for cell in cells)
+        cells = result.summary(metric)
+        expected = sorted((cell[f"{metric}_low"], cell[f"{metric}_high"]) for cell in cells)
         assert len(drawn) == 4 and math.isclose(sum(map(sum, drawn)), sum(map(sum, expected)), rel_tol=1e-12)
     assert [text.get_text() for text in axes[1].get_xticklabels()] == ["independent", "scale_torques"]
-    with pytest.raises(omnistep.ConfigError, match="figures: verdict is text"):
+    with pytest.raises(omnistep.ConfigError, match="metrics: verdict is text"):
         omnistep.plot.ensemble(result, ["verdict"])
     plt.close("all")
 
 
-def test_a_wheel_that_keeps_to_the_reduced_reference_lags_behind_the_commanded_one_alone():
+def test_a_wheel_at_its_reduced_reference_lags_behind_the_commanded_one_alone():
     # At the riser the motors are at their limit: all references are reduced, and wheels follow those closer.
     outcome = omnistep.run("step", policy="scale_references", overrides={"vehicle.motor.stall_torque_n_m": 1.4}).outcome
     assert 0.0 < outcome.speed_error_realised_rms < outcome.speed_error_rms

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import omnistep
-from omnistep import _figures, _scene, meshes, plot, report
+from omnistep import _metrics, _scene, meshes, plot, report
 from omnistep.__main__ import main
 
 matplotlib.use("Agg")
@@ -27,7 +27,7 @@ def run(tmp_path_factory):
     return trace, path
 
 
-def test_a_report_of_several_scenarios_is_titled_after_all_of_them_and_says_which_run_is_which(tmp_path):
+def test_a_report_of_several_scenarios_names_all_in_its_title_and_each_run_s(tmp_path):
     logs = []
     for scenario, vehicle, name in (
         ("flat", "chugo7", "flat"),
@@ -51,7 +51,7 @@ def test_a_report_of_several_scenarios_is_titled_after_all_of_them_and_says_whic
     assert f"<h1>{title}</h1>" in report.page([*logs, moon])
 
 
-def test_a_report_shows_shared_settings_below_its_title_and_those_that_differ_in_names_and_rows(tmp_path):
+def test_a_report_shows_shared_settings_below_its_title_and_others_in_names_and_rows(tmp_path):
     logs = []
     for vehicle, height, name in (("chugo7", 0.03, "a"), ("chugo7", 0.05, "b"), ("mecanum4", 0.05, "c")):
         given = {"duration_s": 0.1, "vehicle": vehicle, "terrain.height_m": height, "terrain.friction": 0.5}
@@ -302,7 +302,7 @@ def test_a_page_holds_everything_and_asks_for_nothing(run, tmp_path, monkeypatch
     assert not re.search(r"""(src|href)=["']?(https?:)?//""", own), "nothing from elsewhere"
     data = json.loads(re.search(r'<script type="application/json" id="data">(.*?)</script>', text, re.S)[1])
     assert len(data["runs"]) == 2 and data["runs"][0]["wheels"] == list("1234567")
-    # They are of one vehicle on one ground. The table has a column for each, and a row for each figure that is known.
+    # They are of one vehicle on one ground. The table has a column for each, and a row for each metric that is known.
     assert len(data["scenes"]) == 1 and data["runs"][1]["scene"] == 0
     rows = re.findall(r"<tr.*?</tr>", text.split("<table", 1)[1].split("</table>")[0])
     assert {len(re.findall(r"<t[hd]", row)) for row in rows} == {3} and len(rows) > 10
@@ -324,15 +324,15 @@ def test_what_was_not_measured_is_a_gap_in_the_plots_and_no_number(run):
     assert values[0] == 1.0 and np.isnan(values[1:]).all()
 
 
-def test_every_figure_of_a_report_is_one_of_an_outcome_and_has_a_sentence(run):
+def test_every_metric_of_a_report_is_one_of_an_outcome_and_has_a_sentence(run):
     known = run[0].outcome.to_dict()
-    for key, figure in _figures.FIGURES.items():
+    for key, metric in _metrics.METRICS.items():
         assert key in known, key
-        assert re.match(r"[A-Z].*\.$", figure.text) and figure.better in ("", "lower", "zero"), key
-    assert _figures.FIGURES["work_j"].explained == "Mechanical work of the motors. Unit: J. Lower is better."
+        assert re.match(r"[A-Z].*\.$", metric.text) and metric.better in ("", "lower", "zero"), key
+    assert _metrics.METRICS["work_j"].explained == "Mechanical work of the motors. Unit: J. Lower is better."
 
 
-def test_the_figures_of_a_report_are_written_and_explained_as_the_command_does(run, tmp_path):
+def test_the_metrics_of_a_report_are_written_and_explained_as_the_command_does(run, tmp_path):
     log = omnistep.read_mcap(run[1])
     printed = subprocess.run(
         [sys.executable, "-m", "omnistep", "info", "--explain", log.path], capture_output=True, text=True, check=True
@@ -347,7 +347,7 @@ def test_the_figures_of_a_report_are_written_and_explained_as_the_command_does(r
             key,
             printed,
         )
-        text = " ".join(_figures.FIGURES[key].text.split())
+        text = " ".join(_metrics.METRICS[key].text.split())
         assert key == "verdict" or text in " ".join(printed.split()), (key, printed)
 
 

@@ -21,7 +21,7 @@ def runs():
     return omnistep.compare("step", overrides={"duration_s": 3.0}, progress=False)
 
 
-def test_a_comparison_prints_the_table_of_the_command_but_for_the_speed_of_computation(runs, tmp_path):
+def test_a_comparison_prints_the_command_s_table_but_for_the_speed_of_computation(runs, tmp_path):
     command = [sys.executable, "-m", "omnistep", "compare", "step", "--set", "duration_s=3.0", "--out", str(tmp_path)]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     table = [line for line in done.stdout.splitlines()[1:] if "real-time factor" not in line and ".mcap" not in line]
@@ -51,7 +51,7 @@ def test_a_comparison_on_two_engines_names_them():
     assert runs.to_pandas().reset_index()["engine"].tolist() == ["rapier", "articulated"]
 
 
-def test_a_key_of_the_scenario_among_the_arguments_is_refused_with_the_way_to_give_it():
+def test_a_scenario_s_key_among_the_arguments_is_refused_with_the_way_to_give_it():
     key = {"terrain.friction": 0.5}
     for call in (omnistep.run, omnistep.compare, omnistep.run_study, lambda x, **more: omnistep.sweep([{}], **more)):
         with pytest.raises(TypeError, match=r"terrain\.friction, .*overrides=\{'terrain\.friction': 0\.5\}"):
@@ -91,16 +91,16 @@ def cells(page):
     return ["".join(each.itertext()) for each in root.iter() if each.tag in ("td", "th")]
 
 
-def test_outcome_and_trace_show_the_figures_of_the_command_s_table(runs):
+def test_outcome_and_trace_show_the_metrics_of_the_command_s_table(runs):
     trace = runs["traction"]
-    figures = cells(trace.outcome._repr_html_())
-    assert figures[:4] == ["verdict", "unfinished", "limited by", "time"]
-    assert figures[figures.index("work [J]") + 1] == f"{trace.outcome.work_j:.2f}"
+    metrics = cells(trace.outcome._repr_html_())
+    assert metrics[:4] == ["verdict", "unfinished", "limited by", "time"]
+    assert metrics[metrics.index("work [J]") + 1] == f"{trace.outcome.work_j:.2f}"
     shown = cells(trace._repr_html_())
-    assert shown[1] == f"traction, 3000 periods, {len(trace.names)} columns" and shown[2:] == figures
+    assert shown[1] == f"traction, 3000 periods, {len(trace.names)} columns" and shown[2:] == metrics
 
 
-def test_a_vehicle_is_drawn_from_above_with_ahead_up_left_on_the_left_and_its_wheels_names():
+def test_a_vehicle_is_drawn_from_above_with_its_front_up_and_its_wheels_names():
     vehicle = omnistep.Vehicle("mecanum4")
     root = ElementTree.fromstring(vehicle._repr_html_())
     places = {each.text: (float(each.get("x")), float(each.get("y"))) for each in root.iter("text")}

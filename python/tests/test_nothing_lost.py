@@ -24,7 +24,7 @@ def until_grown(part, process, size=1):
         time.sleep(0.01)
 
 
-def test_a_log_that_another_program_writes_is_refused_and_a_killed_one_blocks_nothing(tmp_path):
+def test_a_log_of_another_program_is_refused_and_a_killed_one_blocks_nothing(tmp_path):
     path = tmp_path / "x.mcap"
     code = f"import omnistep; omnistep.run('flat', overrides={{'duration_s': 3600}}, mcap={str(path)!r})"
     with subprocess.Popen([sys.executable, "-c", code]) as other:

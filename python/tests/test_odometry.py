@@ -56,12 +56,12 @@ def test_a_log_has_the_columns_of_its_run_at_the_rate_of_its_topics(bend):
 def test_the_error_of_the_outcome_is_the_distance_in_the_last_row(bend):
     trace, _ = bend
     x, y = (trace[f"pose_{axis}"][-1] - trace[f"odom_{axis}"][-1] for axis in ("x_m", "y_m"))
-    figures = trace.outcome.to_dict()
-    assert figures["odometry_error_m"] == trace.outcome.odometry_error_m
+    metrics = trace.outcome.to_dict()
+    assert metrics["odometry_error_m"] == trace.outcome.odometry_error_m
     # The C library may round the last of 53 bits otherwise.
-    assert figures["odometry_error_m"] == pytest.approx(np.hypot(x, y), rel=2**-52, abs=0)
+    assert metrics["odometry_error_m"] == pytest.approx(np.hypot(x, y), rel=2**-52, abs=0)
     last = {name: trace[f"pose_{name}"][-1] for name in ("x_m", "y_m", "yaw_rad")}
-    assert {name: figures[f"final_{name}"] for name in last} == last
+    assert {name: metrics[f"final_{name}"] for name in last} == last
 
 
 def test_ros2_readers_of_others_find_odometry_with_its_covariance_and_the_truth(bend):

@@ -1,4 +1,4 @@
-"""Controllers of one's own: the same run as a built-in law gives, the same trace, log, figures and rows."""
+"""Controllers of one's own: the same run as a built-in law gives, the same trace, log, metrics and rows."""
 
 import contextlib
 import gc
@@ -420,7 +420,7 @@ def test_a_policy_that_cannot_be_pickled_is_refused_with_what_can(tmp_path):
 # One period at a time
 
 
-def test_a_simulation_with_a_policy_is_the_run_bit_for_bit_with_trace_figures_and_log(tmp_path):
+def test_a_simulation_with_a_policy_is_bit_identical_to_the_run_with_metrics_and_log(tmp_path):
     simulation = omnistep.Simulation("flat", policy=Loops("scale_torques"), overrides=SHORT)
     assert simulation.policy == "Loops"
     for _ in range(300):
@@ -489,7 +489,7 @@ def test_nothing_is_kept_unasked():
     assert pickle.loads(pickle.dumps(simulation)).time_s == 0.001
 
 
-def test_a_policy_that_raises_in_a_simulation_raises_there_and_the_simulation_can_go_on():
+def test_a_policy_that_raises_in_a_simulation_raises_there_and_the_run_can_go_on():
     simulation = omnistep.Simulation("flat", policy=Stumbles())
     with pytest.raises(ZeroDivisionError) as caught:
         for _ in range(100):
@@ -509,7 +509,7 @@ def test_a_policy_that_asks_for_its_own_simulation_gets_an_error_and_nothing_han
 
 
 @pytest.mark.parametrize("by", ["run", "reset", "simulation", "progress"])
-def test_runs_that_start_runs_without_end_are_a_recursion_error_and_a_few_of_them_are_fine(by):
+def test_runs_that_start_runs_without_end_are_a_recursion_error_and_a_few_are_fine(by):
     deepest = 0
 
     class Nested:

@@ -95,7 +95,7 @@ def wheel():
     return wheel
 
 
-def test_the_wheel_is_for_every_python_from_3_11_on_and_holds_types_licences_and_no_tests(wheel):
+def test_the_wheel_fits_every_python_from_3_11_on_with_types_licences_and_no_tests(wheel):
     assert "-cp311-abi3-" in wheel.name
     names = zipfile.ZipFile(wheel).namelist()
     inside = {name.split("/", 1)[1] for name in names if name.startswith("omnistep/")}
@@ -223,7 +223,7 @@ def test_a_folder_is_found_where_it_stands_alone_and_not_in_the_name_of_another(
     assert str(ROOT / "elsewhere") in build_places.places()
 
 
-def test_the_wheel_lists_its_rust_parts_with_versions_licences_and_hashes_of_the_lock_file(wheel):
+def test_the_wheel_lists_its_rust_parts_with_versions_licences_and_hashes(wheel):
     with zipfile.ZipFile(wheel) as archive:
         (name,) = [name for name in archive.namelist() if ".dist-info/sboms/" in name]
         parts = json.loads(archive.read(name))
@@ -240,7 +240,7 @@ def test_the_wheel_lists_its_rust_parts_with_versions_licences_and_hashes_of_the
     assert {"pyo3", "rapier3d-f64", "mcap", "foxglove", "parquet"} <= of_others.keys()
 
 
-def test_the_wheel_holds_the_licence_text_of_every_rust_package_that_is_linked_into_it(wheel, backend):
+def test_the_wheel_holds_the_licence_text_of_every_linked_rust_package(wheel, backend):
     with zipfile.ZipFile(wheel) as archive:
         (name,) = [name for name in archive.namelist() if name.endswith(".dist-info/licenses/THIRD-PARTY.txt")]
         text = archive.read(name).decode()

@@ -52,7 +52,7 @@ def test_no_wheel_is_drawn_twice_however_many_rows_there_are(vehicle, places, tm
         assert len(set(drawn)) == len(drawn) or vehicle != "mecanum4"
 
 
-def test_the_sheet_of_the_paper_is_saved_by_itself_by_its_figure_and_by_any_of_its_axes(climb, tmp_path):
+def test_the_sheet_of_the_paper_is_saved_by_itself_its_figure_or_any_of_its_axes(climb, tmp_path):
     sheet = omnistep.plot.paper(proposed=climb, general=climb)
     axes = [sheet[number][0] for number in ("8", "9", "10", "11")]
     for number, save in enumerate([sheet.savefig, sheet.figure.savefig, *(ax.figure.savefig for ax in axes)]):

@@ -83,7 +83,7 @@ def test_a_tag_fits_where_every_file_has_its_version(released):
         ("README.md", "# omnistep\n", "# omnistep\n\nIt is not yet\non PyPI.\n"),
     ],
 )
-def test_a_tag_does_not_fit_where_one_file_has_another_version_or_speaks_of_no_release(file, old, new, released):
+def test_a_tag_does_not_fit_if_one_file_has_another_version_or_no_release(file, old, new, released):
     folder, version = released
     text = (folder / file).read_text(encoding="utf-8")
     assert old in text
@@ -162,7 +162,7 @@ def test_a_tag_does_not_fit_in_another_repository_than_the_files_name(released, 
         assert tag_fits(folder, f"v{version}").returncode == code
 
 
-def test_every_address_of_the_repository_is_that_of_cargo_toml_and_is_written_from_there(addresses):
+def test_every_address_of_the_repository_is_written_from_cargo_toml(addresses):
     addresses.self_test()
     assert addresses.main() == 0
 
@@ -187,7 +187,7 @@ def test_the_packages_of_the_c_library_name_what_the_controller_needs_and_no_mor
     assert "Copyright (c) 2018 Jorge Aparicio" in text and str(Path.home()) not in text
 
 
-def test_the_source_is_packed_with_a_lock_file_that_fits_and_links_that_lead_somewhere(tmp_path, monkeypatch, scripts):
+def test_the_source_is_packed_with_a_fitting_lock_file_and_links_that_lead_somewhere(tmp_path, monkeypatch, scripts):
     monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}")  # where maturin is
     name = scripts("wheel_backend").build_sdist(str(tmp_path))
     with tarfile.open(tmp_path / name) as archive:

@@ -37,7 +37,7 @@ key = "vehicle.motor.stall_torque_n_m"
 values = [2.0, 1e6]
 
 [map]
-figures = ["climbed", "required_friction"]
+metrics = ["climbed", "required_friction"]
 """
 
 
@@ -66,8 +66,8 @@ def test_duckdb_reads_one_typed_row_a_run_and_agrees_with_the_map(tmp_path):
     for cell in cells:
         where = f"terrain_height_m = {cell['terrain_height_m']} and control_policy = '{cell['control_policy']}'"
         where += f" and vehicle_motor_stall_torque_n_m = {cell['vehicle_motor_stall_torque_n_m']}"
-        figures = "count(*), count(error), avg(climbed::int) filter (error is null)"
-        assert rows.filter(where).aggregate(figures).fetchall() == [(cell["runs"], cell["errors"], cell["climbed"])]
+        metrics = "count(*), count(error), avg(climbed::int) filter (error is null)"
+        assert rows.filter(where).aggregate(metrics).fetchall() == [(cell["runs"], cell["errors"], cell["climbed"])]
 
 
 SMALL = """

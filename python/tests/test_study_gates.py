@@ -19,20 +19,20 @@ finally:
 
 SEEDS = [1, 2, 3, 4]
 CELLS = [(0.05, mu, torque) for mu in (0.55, 0.7, 0.85) for torque in (1.4, 1.6, 1.8, 2.2)]
-FIGURES = {"slip_speed_std": 0.1, "torque_squared_n2m2s": 10.0, "slip_rms": 0.2, "crossing_s": 2.5}
+METRICS = {"slip_speed_std": 0.1, "torque_squared_n2m2s": 10.0, "slip_rms": 0.2, "crossing_s": 2.5}
 
 
 def row(policy, cell=(0.05, 0.7, 1.8), seed=1, climbed=True, **more):
     place = dict(zip(study.gates.CELL, cell, strict=True))
     tags = {"group": "grid", "scenario": "step", "case": "", "engine": "articulated", "wheels": "ball", "error": None}
-    return {**tags, **place, "policy": policy, "seed": seed, "climbed": climbed, **FIGURES, **more}
+    return {**tags, **place, "policy": policy, "seed": seed, "climbed": climbed, **METRICS, **more}
 
 
 def grid(falls=(), alone=48, **of_independent):
-    """A grid in which traction's figures are those parts of independent's, and those runs (policy, cell, seed) fail."""
+    """A grid in which traction's metrics are those parts of independent's, and those runs (policy, cell, seed) fail."""
     rows = []
     for number, (cell, seed) in enumerate(product(CELLS, SEEDS)):
-        parts = {figure: FIGURES[figure] * part for figure, part in of_independent.items()}
+        parts = {metric: METRICS[metric] * part for metric, part in of_independent.items()}
         rows += [
             row("independent", cell, seed, ("independent", cell, seed) not in falls),
             row("traction", cell, seed, ("traction", cell, seed) not in falls, **parts),
@@ -48,12 +48,12 @@ def verdicts(gates):
 GOOD = {"slip_speed_std": 0.54, "torque_squared_n2m2s": 0.89, "slip_rms": 0.84}
 
 
-def test_a_grid_at_its_bounds_holds_and_each_figure_beyond_fails_alone():
+def test_a_grid_at_its_bounds_holds_and_each_metric_beyond_fails_alone():
     assert all(verdicts(study.gates.grid(grid(**GOOD), "articulated", "ball")).values())
-    for figure, most in study.gates.PARTS.items():
-        found = verdicts(study.gates.grid(grid(**GOOD | {figure: most + 0.01}), "articulated", "ball"))
+    for metric, most in study.gates.PARTS.items():
+        found = verdicts(study.gates.grid(grid(**GOOD | {metric: most + 0.01}), "articulated", "ball"))
         assert [name for name, held in found.items() if not held] == [
-            f"{study.gates.NAMES[figure]}, ratio to independent"
+            f"{study.gates.NAMES[metric]}, ratio to independent"
         ]
 
 
@@ -137,7 +137,7 @@ def ground(name, **of_steady):
     return pd.DataFrame(rows)
 
 
-def test_other_grounds_may_take_a_tenth_more_and_the_spread_of_half_a_step_is_reported():
+def test_other_grounds_may_take_a_tenth_more_and_half_a_step_s_spread_is_reported():
     def held(rows, name="ramp"):
         return [gate.held for gate in study.gates.grounds(rows, [name], "articulated", 8)]
 
@@ -175,11 +175,11 @@ def test_a_cell_counts_only_where_every_run_climbs():
 
 def test_wheels_on_dampers_stay_together_and_none_collapses():
     for apart, fall, held in [(5.9, 0.9, [True, True]), (6.1, 0.9, [False, True]), (5.9, 1.1, [True, False])]:
-        figures = pd.DataFrame(
+        metrics = pd.DataFrame(
             [{"policy": policy, "apart_ever_rpm": apart, "fall_rpm": fall} for policy in ("traction", "traction_runup")]
         )
-        assert [gate.held for gate in study.gates.on_dampers(figures)] == 2 * held
-    assert not any(gate.held for gate in study.gates.on_dampers(figures.iloc[:0]))
+        assert [gate.held for gate in study.gates.on_dampers(metrics)] == 2 * held
+    assert not any(gate.held for gate in study.gates.on_dampers(metrics.iloc[:0]))
 
 
 def test_the_plan_has_the_runs_that_the_gates_ask_for():

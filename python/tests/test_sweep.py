@@ -78,9 +78,9 @@ def test_a_dictionary_of_lists_is_a_grid_and_points_need_none(tmp_path):
     rows = short([{FRICTION: 0.5}, {"control.policy": "scale_torques"}], out=tmp_path / "list").rows()
     listed = [(row["terrain_friction"], row["control_policy"]) for row in rows]
     assert listed == [(0.5, own.policy), (own.terrain["friction"], "scale_torques")] and own.terrain["friction"] != 0.5
-    figures = omnistep.run("flat", overrides={**SHORT, FRICTION: 0.5}).outcome.to_dict()
-    # Figures that were not measured are NaN in one and null in the other.
-    assert {name: rows[0][name] for name in figures} == {n: None if v != v else v for n, v in figures.items()}
+    metrics = omnistep.run("flat", overrides={**SHORT, FRICTION: 0.5}).outcome.to_dict()
+    # Metrics that were not measured are NaN in one and null in the other.
+    assert {name: rows[0][name] for name in metrics} == {n: None if v != v else v for n, v in metrics.items()}
 
 
 def test_processes_give_the_rows_that_this_process_gives(tmp_path):
@@ -108,7 +108,7 @@ def test_what_goes_to_a_worker_is_small_and_a_sweep_that_grows_computes_what_is_
     assert short([{FRICTION: 0.5}], out=tmp_path, seeds=32, executor=(third := Here())).computed == 0 == len(third.keys)
 
 
-def test_a_worker_that_is_killed_loses_no_row_and_going_on_computes_exactly_what_is_missing(tmp_path):
+def test_a_killed_worker_loses_no_row_and_going_on_computes_what_is_missing(tmp_path):
     points, seen = [{FRICTION: friction} for friction in (0.5, 0.7, 0.9)], []
 
     def kill():

@@ -44,7 +44,7 @@ def test_a_key_of_the_policy_goes_with_the_policy_that_is_asked_for():
 HOPELESS = {**QUICK, "terrain.height_m": 0.1}
 
 
-def test_retries_are_a_figure_of_the_outcome_and_lines_in_the_plot():
+def test_retries_are_a_metric_of_the_outcome_and_lines_in_the_plot():
     traces = omnistep.compare("step", policies=["scale_torques", "traction"], overrides=HOPELESS)
     tried = traces["traction"]
     retries = tried.outcome.retries

@@ -23,10 +23,10 @@ def test_the_best_of_the_trials_is_what_a_run_with_its_values_gives():
     values = [trial.value for trial in found.study.trials]
     assert len(values) == 8 == len(set(values)) and found.value == min(values)
     runs = [omnistep.run("flat", overrides={**BRIEF, **found.overrides}, seed=seed) for seed in range(2)]
-    figures = [run.outcome.shape_error_rms_rad_s for run in runs]
-    assert figures[0] != figures[1]
+    metrics = [run.outcome.shape_error_rms_rad_s for run in runs]
+    assert metrics[0] != metrics[1]
     # The mean of the same two numbers, bit for bit.
-    assert found.value == (figures[0] + figures[1]) / 2.0
+    assert found.value == (metrics[0] + metrics[1]) / 2.0
     assert 0.05 <= found.overrides[KP] <= 2.0 and found.folder is None and found.failed == 0
     assert tune(direction="maximize").value > found.value
 
@@ -79,8 +79,8 @@ def test_runs_that_fail_count_worst_and_the_search_goes_on(objective):
     assert found.overrides == {"vehicle.motor.stall_torque_n_m": 2.0} and found.value < 100.0
 
 
-def test_a_search_without_any_figure_has_no_best_values():
-    # On flat ground nothing is crossed: no run has the figure.
+def test_a_search_without_any_metric_has_no_best_values():
+    # On flat ground nothing is crossed: no run has the metric.
     with pytest.raises(omnistep.StudyError, match=r"^no run of 2 trials has a crossing_s$") as caught:
         tune(objective="crossing_s", trials=2)
     assert caught.value.key == "objective"
@@ -95,7 +95,7 @@ def test_a_search_without_any_figure_has_no_best_values():
         tune(space={"control.period_s": (0.001, 0.002)}, trials=2, seeds=1)
 
 
-def test_fewer_failures_are_better_whatever_the_figure():
+def test_fewer_failures_are_better_whatever_the_metric():
     half = omnistep.tuning._value([{"error": None, "x": 3.0}, {"error": None, "x": None}], "x", 1e6)
     assert half == ((3.0 + 1e6) / 2.0, 1)
     assert omnistep.tuning._value([{"error": None}], lambda rows: float("nan"), -1e6) == (-1e6, 0)

@@ -62,7 +62,7 @@ def numbers_of(line):
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_calibration_changes_numbers_alone_and_writes_the_digits_that_intervals_justify(drawn, seed):
+def test_calibration_changes_numbers_alone_to_the_digits_that_intervals_justify(drawn, seed):
     rng, text = np.random.default_rng(seed), drawn.read_text()
     vehicle = omnistep.Vehicle(drawn)
     real = vehicle.replace({f"wheel.{k}.radius_m": 0.076 * (1 + 0.01 * rng.standard_normal()) for k in range(4)})

@@ -307,7 +307,7 @@ def _attempt(port: int, payload: bytes, opcode: int = 1, head: bytes | None = No
 
 
 def not_asked(setting: Setting) -> str | None:
-    """Without --allow-control no client steers: the figures are those of a run without clients."""
+    """Without --allow-control no client steers: the metrics are those of a run without clients."""
     length = ["--set", "duration_s=1"]
     alone = run(
         [setting.omnistep, "run", "flat", "--json", "--quiet", *length, "--out", setting.work / "alone"], setting.work
@@ -324,13 +324,13 @@ def not_asked(setting: Setting) -> str | None:
             if process.poll() is not None:
                 break
         out, _ = process.communicate(timeout=20)
-    figures, seen = json.loads(alone.out), json.loads(out)
+    metrics, seen = json.loads(alone.out), json.loads(out)
     # The run alone also tells its policy, its speed and its log.
-    if missing := seen.keys() - figures.keys():
+    if missing := seen.keys() - metrics.keys():
         return f"a run alone does not tell {', '.join(sorted(missing))}"
     if "work_j" not in seen:
         return "a live run does not tell its work"
-    other = [f"{key} {figures[key]} alone, {value} live" for key, value in seen.items() if figures[key] != value]
+    other = [f"{key} {metrics[key]} alone, {value} live" for key, value in seen.items() if metrics[key] != value]
     return f"steered without --allow-control: {'; '.join(other)}" if other else None
 
 

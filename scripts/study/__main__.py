@@ -39,10 +39,10 @@ def judged(rows: pd.DataFrame, dampers: pd.DataFrame) -> list[study.gates.Gate]:
 
 
 def on_dampers(out: Path) -> None:
-    """Run section 3.3, some seconds, and keep its figures and speeds."""
+    """Run section 3.3, some seconds, and keep its metrics and speeds."""
     found = [study.measure.on_dampers(policy) for policy in ON_DAMPERS]
-    study.runs.write(out / "dampers.parquet", pd.DataFrame([figures for figures, _ in found]))
-    speeds = [pd.DataFrame(columns).assign(policy=figures["policy"]) for figures, columns in found]
+    study.runs.write(out / "dampers.parquet", pd.DataFrame([metrics for metrics, _ in found]))
+    speeds = [pd.DataFrame(columns).assign(policy=metrics["policy"]) for metrics, columns in found]
     study.runs.write(out / "speeds.parquet", pd.concat(speeds, ignore_index=True))
 
 

@@ -56,9 +56,9 @@ def impact(rows: pd.DataFrame) -> plt.Figure:
     here = of(rows, group="grid", engine="articulated", wheels="ball")
     here = here[here["policy"].isin(POLICIES) & (here["friction"] > 0.6)]
     figure, axes = plt.subplots(3, 1, figsize=(6.4, 8.2), layout="constrained", sharex=True)
-    figures = ["climbed", "impact_m_s", "impact_thrust"]
-    records = here[["policy", "torque_n_m", *figures]].astype(object).where(lambda each: each.notna(), None)
-    omnistep.plot.ensemble(records.to_dict("records"), figures, x="torque_n_m", lines="policy", axes=axes)
+    metrics = ["climbed", "impact_m_s", "impact_thrust"]
+    records = here[["policy", "torque_n_m", *metrics]].astype(object).where(lambda each: each.notna(), None)
+    omnistep.plot.ensemble(records.to_dict("records"), metrics, x="torque_n_m", lines="policy", axes=axes)
     axes[-1].set_xlabel("torque limit [N.m]")
     labels = ["share that climbed", "vehicle speed when\nwheel 4 meets the edge [m/s]"]
     labels.append("commanded torque / torque limit,\nmean of the 0.3 s after that")

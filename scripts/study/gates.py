@@ -11,7 +11,7 @@ from study.situations import SEEDS, VEHICLES
 from study.situations import situations as planned_situations
 
 CELL = ["height_m", "friction", "torque_n_m"]
-#: Figures of the grid and their largest allowed ratio to independent's.
+#: Metrics of the grid and their largest allowed ratio to independent's.
 PARTS = {"slip_speed_std": 0.55, "torque_squared_n2m2s": 0.9, "slip_rms": 0.85}
 NAMES = {
     "slip_speed_std": "slip speed std",
@@ -28,7 +28,7 @@ CLIMB, CLIMB_WITH_LAG = 23, 21
 MORE = 1.10
 #: Less is rounding: 0.15 mm/s at the rims.
 NO_SPREAD = 5e-4
-GROUND_FIGURES = ["crossing_s", "torque_squared_n2m2s", "slip_speed_std"]
+GROUND_METRICS = ["crossing_s", "torque_squared_n2m2s", "slip_speed_std"]
 #: Reported without a requirement: levelling works against inclined ground, and plain loops hardly slip there.
 REPORTED = {("half_step", "slip_speed_std")}
 REACH_CELLS, REACH_RAPIER = 32, 14
@@ -39,7 +39,7 @@ SITUATION_CLIMBS, SITUATION_RUNS = 190, 276
 
 @dataclass(frozen=True)
 class Gate:
-    """One demand; ``held`` is None if a figure is reported without a requirement."""
+    """One demand; ``held`` is None if a metric is reported without a requirement."""
 
     group: str
     name: str
@@ -78,15 +78,15 @@ def paired(rows: pd.DataFrame, policy: str, against: str, only: str | None = "cl
     return pairs[pairs[f"{only}_x"].astype(bool) & pairs[f"{only}_y"].astype(bool)] if only else pairs
 
 
-def part(pairs: pd.DataFrame, figure: str) -> float:
-    """Mean of a figure over pairs, as a part of the other's; not a number without pairs."""
-    ours, theirs = pairs[f"{figure}_x"].mean(), pairs[f"{figure}_y"].mean()
+def part(pairs: pd.DataFrame, metric: str) -> float:
+    """Mean of a metric over pairs, as a part of the other's; not a number without pairs."""
+    ours, theirs = pairs[f"{metric}_x"].mean(), pairs[f"{metric}_y"].mean()
     return float(ours / theirs) if theirs else float("nan")
 
 
-def difference(pairs: pd.DataFrame, figure: str) -> tuple[float, float, float]:
+def difference(pairs: pd.DataFrame, metric: str) -> tuple[float, float, float]:
     """Mean difference over pairs and its 95 % interval by Student's t."""
-    found = mean_interval((pairs[f"{figure}_x"] - pairs[f"{figure}_y"]).dropna().astype(float).tolist())
+    found = mean_interval((pairs[f"{metric}_x"] - pairs[f"{metric}_y"]).dropna().astype(float).tolist())
     mean, interval = found or (float("nan"), None)
     low, high = interval or (float("nan"), float("nan"))
     return mean, low, high
@@ -120,11 +120,11 @@ def grid(rows: pd.DataFrame, engine: str, wheels: str) -> list[Gate]:
         ),
     ]
     pairs = paired(here, "traction", "independent")
-    for figure, most in PARTS.items():
-        mean, low, high = difference(pairs, figure)
-        text = f"{part(pairs, figure):.3f} over {len(pairs)} pairs; difference {mean:.3f} [{low:.3f}, {high:.3f}]"
+    for metric, most in PARTS.items():
+        mean, low, high = difference(pairs, metric)
+        text = f"{part(pairs, metric):.3f} over {len(pairs)} pairs; difference {mean:.3f} [{low:.3f}, {high:.3f}]"
         gates.append(
-            gate(f"{NAMES[figure]}, ratio to independent", f"at most {most}", text, part(pairs, figure) <= most)
+            gate(f"{NAMES[metric]}, ratio to independent", f"at most {most}", text, part(pairs, metric) <= most)
         )
     if not demanded and alone.empty:  # the slowest of all
         return gates
@@ -156,18 +156,18 @@ def grounds(rows: pd.DataFrame, names: Iterable[str], engine: str, runs: int) ->
         whole = complete(traction, runs) and complete(plain, runs) and climbed(traction) >= climbed(plain)
         # On the flat nothing is climbed and every run counts.
         pairs = paired(here, "traction", "independent", "climbed" if climbed(plain) else None)
-        for figure in GROUND_FIGURES:
-            if len(plain) and plain[figure].isna().all():
+        for metric in GROUND_METRICS:
+            if len(plain) and plain[metric].isna().all():
                 continue  # no crossing on the flat
-            ours, theirs = pairs[f"{figure}_x"].mean(), pairs[f"{figure}_y"].mean()
-            reported = (name, figure) in REPORTED or engine != "articulated"
-            text = f"{part(pairs, figure):.2f} ({ours:.4g} against {theirs:.4g})"
-            most = max(MORE * theirs, NO_SPREAD if figure == "slip_speed_std" else 0.0)
+            ours, theirs = pairs[f"{metric}_x"].mean(), pairs[f"{metric}_y"].mean()
+            reported = (name, metric) in REPORTED or engine != "articulated"
+            text = f"{part(pairs, metric):.2f} ({ours:.4g} against {theirs:.4g})"
+            most = max(MORE * theirs, NO_SPREAD if metric == "slip_speed_std" else 0.0)
             held = None if reported else bool(whole and ours <= most)
             gates.append(
                 Gate(
                     f"grounds, {engine}",
-                    f"{name}: {NAMES[figure]}, ratio to independent",
+                    f"{name}: {NAMES[metric]}, ratio to independent",
                     f"at most {MORE}",
                     text,
                     held,
@@ -230,14 +230,14 @@ def vehicles(rows: pd.DataFrame) -> list[Gate]:
                 ours, theirs = of(here, policy=policy), of(here, policy="independent")
                 pairs = paired(here, policy, "independent")
                 more = {
-                    NAMES[figure]: part(pairs, figure)
-                    for figure in ("crossing_s", "torque_squared_n2m2s")
+                    NAMES[metric]: part(pairs, metric)
+                    for metric in ("crossing_s", "torque_squared_n2m2s")
                     if len(pairs)
                 }
                 held = complete(ours, len(SEEDS)) and complete(theirs, len(SEEDS)) and climbed(ours) >= climbed(theirs)
                 held = held and all(each <= MORE for each in more.values())
                 measured = f"{climbed(ours)}; independent {climbed(theirs)}"
-                measured += "".join(f"; {figure} {each:.2f}" for figure, each in more.items())
+                measured += "".join(f"; {metric} {each:.2f}" for metric, each in more.items())
                 demand = f"no fewer climbs, time and torque squared at most {MORE}"
                 gates.append(Gate("vehicles", f"{name}, {100 * height_m:g} cm, {policy}", demand, measured, held))
     return gates
@@ -284,11 +284,11 @@ def bouncing(rows: pd.DataFrame) -> list[Gate]:
     return gates
 
 
-def on_dampers(figures: pd.DataFrame) -> list[Gate]:
+def on_dampers(metrics: pd.DataFrame) -> list[Gate]:
     """Section 3.3."""
     gates = []
     for policy in ("traction", "traction_runup"):
-        row = of(figures, policy=policy)
+        row = of(metrics, policy=policy)
         apart, fall = (
             float(row[name].iloc[0]) if len(row) else float("nan") for name in ("apart_ever_rpm", "fall_rpm")
         )

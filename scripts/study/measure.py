@@ -1,4 +1,4 @@
-"""What is measured of a run of the study: its outcome, and the figures that need the whole trace."""
+"""What is measured of a run of the study: its outcome, and the metrics that need the whole trace."""
 
 import hashlib
 import inspect
@@ -33,15 +33,15 @@ def build() -> str:
 
 
 def measure(scenario: str, overrides: Mapping[str, Any], seed: int) -> dict[str, Any]:
-    """Run, and return the figures by name; ``error`` is why there are none."""
+    """Run, and return the metrics by name; ``error`` is why there are none."""
     try:
         trace = omnistep.run(scenario, overrides=overrides, seed=seed, progress=False)
     except omnistep.SimulationError as error:
         return {"error": str(error), "climbed": False}
-    figures = trace.outcome.to_dict() | {"error": None, "peak_n": peak_n(trace), "retries": 0.0}
+    metrics = trace.outcome.to_dict() | {"error": None, "peak_n": peak_n(trace), "retries": 0.0}
     if "traction_retries" in trace:
-        figures["retries"] = float(trace["traction_retries"][-1])
-    return figures | impact(trace)
+        metrics["retries"] = float(trace["traction_retries"][-1])
+    return metrics | impact(trace)
 
 
 def peak_n(trace: omnistep.Trace) -> float:
@@ -89,7 +89,7 @@ SETTLED_S = 1.0
 
 
 def on_dampers(policy: str) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-    """Run section 3.3: wheels 1, 4, 5 are A, B, C. Return figures, and speeds [rpm] over time."""
+    """Run section 3.3: wheels 1, 4, 5 are A, B, C. Return metrics, and speeds [rpm] over time."""
     loads = [
         {"kind": "wheel_drag", "wheel": wheel, "damper_n_m_s_rad": damper, "from_s": start, "until_s": end}
         for wheel, damper, start, end in DAMPERS
@@ -122,7 +122,7 @@ def on_dampers(policy: str) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     for end in (end for *_, end in DAMPERS):
         after = (time >= end) & (time < end + SETTLED_S)
         falls.append(slowest[np.searchsorted(time, end) - 1] - slowest[after].min())
-    figures = {
+    metrics = {
         "policy": policy,
         "apart_rpm": float(apart[loaded].max()),
         "apart_ever_rpm": float(apart[time > 3.0].max()),
@@ -131,5 +131,5 @@ def on_dampers(policy: str) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     }
     rows = slice(None, None, 100)
     columns = {f"wheel_{number + 1}": speeds[rows, place] for place, number in enumerate(wheels)}
-    figures |= {f"slowest_{moment:g}_rpm": float(slowest[np.searchsorted(time, moment)]) for moment in (20, 30, 59)}
-    return figures, {"time_s": time[rows]} | columns
+    metrics |= {f"slowest_{moment:g}_rpm": float(slowest[np.searchsorted(time, moment)]) for moment in (20, 30, 59)}
+    return metrics, {"time_s": time[rows]} | columns

@@ -34,15 +34,15 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]], left: int = 1) -> 
     return "\n".join(f"| {' | '.join(map(str, line))} |" for line in lines)
 
 
-def mean(rows: pd.DataFrame, figure: str, digits: int) -> str:
+def mean(rows: pd.DataFrame, metric: str, digits: int) -> str:
     """A mean, or a dash where nothing was measured."""
-    found = rows[figure].dropna().astype(float)
+    found = rows[metric].dropna().astype(float)
     return f"{found.mean():.{digits}f}" if len(found) else "-"
 
 
-def with_interval(pairs: pd.DataFrame, figure: str, digits: int) -> str:
+def with_interval(pairs: pd.DataFrame, metric: str, digits: int) -> str:
     """A mean difference with its interval."""
-    value, low, high = difference(pairs, figure)
+    value, low, high = difference(pairs, metric)
     return "-" if value != value else f"{value:+.{digits}f} [{low:+.{digits}f}, {high:+.{digits}f}]"
 
 
@@ -64,7 +64,7 @@ def grid(rows: pd.DataFrame) -> str:
         here = of(rows, group="grid", engine=engine, wheels=wheels)
         for policy in [*POLICIES, "traction without retry"]:
             if len(each := of(here, policy=policy)):
-                means = [mean(ups(each), figure, digits) for figure, (_, digits) in MEANS.items()]
+                means = [mean(ups(each), metric, digits) for metric, (_, digits) in MEANS.items()]
                 name = f"`{policy}`".replace(" without retry`", "` without retry")
                 lines.append([place, name, counted(climbed(each), len(each)), *means])
     head = ["engine, wheels", "policy", "climbed [95 %]", *[name for name, _ in MEANS.values()]]
@@ -78,8 +78,8 @@ def pairs(rows: pd.DataFrame) -> str:
         both = paired(of(rows, group="grid", engine=engine, wheels=wheels), "traction", "independent")
         if len(both):
             parts = [
-                f"{with_interval(both, figure, digits)}; {part(both, figure):.2f}"
-                for figure, (_, digits) in PAIRED.items()
+                f"{with_interval(both, metric, digits)}; {part(both, metric):.2f}"
+                for metric, (_, digits) in PAIRED.items()
             ]
             lines.append([place, str(len(both)), *parts])
     head = ["engine, wheels", "pairs", *[name for name, _ in PAIRED.values()]]
@@ -120,9 +120,9 @@ def impact(rows: pd.DataFrame) -> str:
         here = of(rows, group="grid", engine="articulated", wheels="ball", policy=policy)
         here = here[here["impact_m_s"].notna()]
         short = here[(here["friction"] > 0.6) & (here["torque_n_m"] == 1.4)]
-        figures = [("impact_m_s", 3), ("impact_windup", 2)]
-        line = [f"`{policy}`", str(len(here)), *[spread(here, figure, digits) for figure, digits in figures]]
-        line += [spread(short, figure, digits) for figure, digits in AFTER.items()]
+        metrics = [("impact_m_s", 3), ("impact_windup", 2)]
+        line = [f"`{policy}`", str(len(here)), *[spread(here, metric, digits) for metric, digits in metrics]]
+        line += [spread(short, metric, digits) for metric, digits in AFTER.items()]
         rise = spread(short.assign(rise=100 * short["impact_rise_m"].astype(float)), "rise", 2)
         lines.append([*line, rise, counted(climbed(short), len(short))])
     head = ["policy", "runs", "speed at wheel 4 [m/s]", "wind-up", "thrust *", "push *", "wheel 4 at once *"]
@@ -152,9 +152,9 @@ def turned(rows: pd.DataFrame) -> str:
     return table([*head, "heading error, median (range) [deg]"], lines, left=2)
 
 
-def spread(rows: pd.DataFrame, figure: str, digits: int) -> str:
+def spread(rows: pd.DataFrame, metric: str, digits: int) -> str:
     """A mean with its standard deviation."""
-    found = rows[figure].dropna().astype(float)
+    found = rows[metric].dropna().astype(float)
     return f"{found.mean():.{digits}f} +- {found.std():.{digits}f}" if len(found) > 1 else "-"
 
 
@@ -178,8 +178,8 @@ def claims(rows: pd.DataFrame) -> str:
             here = of(rows, group="grid", engine=engine, wheels="ball")
             columns.append((f"{engine}: `{policy}`", paired(here, policy, "independent")))
     lines = [
-        [name, *[with_interval(both, figure, digits) for _, both in columns]]
-        for figure, (name, digits) in CLAIMS.items()
+        [name, *[with_interval(both, metric, digits) for _, both in columns]]
+        for metric, (name, digits) in CLAIMS.items()
     ]
     again = paired(of(rows, group="grid", engine="rapier", wheels="ball"), "traction", "independent")
     once = again[again["retries_x"] == 0]
@@ -196,7 +196,7 @@ def answers(rows: pd.DataFrame) -> str:
     of_grid = {policy: of(here, policy=policy) for policy in (*POLICIES, "traction")}
     climbs = {policy: f"{climbed(each)} of {len(each)}" for policy, each in of_grid.items()}
     both = paired(here, "traction", "independent")
-    times = {figure: f"{part(both, figure):.2f} times" for figure in PAIRED}
+    times = {metric: f"{part(both, metric):.2f} times" for metric in PAIRED}
     hard = {p: of(rows, group="hard", engine="articulated", policy=p) for p in ("traction_runup", "independent")}
     harder = {policy: f"{climbed(each)} of {len(each)}" for policy, each in hard.items()}
     return "\n".join(
@@ -229,9 +229,9 @@ def losses(rows: pd.DataFrame) -> str:
     for (engine, wheels), place in PLACES.items():
         both = paired(of(rows, group="grid", engine=engine, wheels=wheels), "traction", "independent")
         again = int((both["retries_x"] > 0).sum())
-        for figure, (name, digits) in PAIRED.items():
-            if figure != "peak_n" and len(both) and part(both, figure) > 1.0:
-                text = f"{part(both, figure):.2f} times `independent`'s, {with_interval(both, figure, digits)}"
+        for metric, (name, digits) in PAIRED.items():
+            if metric != "peak_n" and len(both) and part(both, metric) > 1.0:
+                text = f"{part(both, metric):.2f} times `independent`'s, {with_interval(both, metric, digits)}"
                 lines.append(f"- *{name} on the grid, {place}*: {text}; {again} of {len(both)} runs have a retry.")
     more = [
         f"{part(both, 'peak_n'):.2f} ({place})"
@@ -286,7 +286,7 @@ def perturbed(rows: pd.DataFrame) -> str:
         both = paired(fast, "traction", "independent")
         line = [case, *[counted(climbed(each := of(fast, policy=p)), len(each)) for p in ("traction", "independent")]]
         line += [
-            with_interval(both, figure, PAIRED[figure][1]) for figure in ("slip_speed_std", "torque_squared_n2m2s")
+            with_interval(both, metric, PAIRED[metric][1]) for metric in ("slip_speed_std", "torque_squared_n2m2s")
         ]
         line.append(mean(ups(of(fast, policy="traction")), "retries", 2))
         lines.append([*line, counted(climbed(slow), len(slow)) if len(slow) else "-"])
@@ -310,8 +310,8 @@ def grounds(rows: pd.DataFrame) -> str:
         for ground in GROUNDS:
             here = of(rows, group="grounds", case=ground, engine=engine)
             line = [engine, f"`{ground}`"]
-            for figure, digits in [("crossing_s", 2), ("torque_squared_n2m2s", 2), ("slip_speed_std", 3)]:
-                line.append(" / ".join(mean(of(here, policy=policy), figure, digits) for policy in policies))
+            for metric, digits in [("crossing_s", 2), ("torque_squared_n2m2s", 2), ("slip_speed_std", 3)]:
+                line.append(" / ".join(mean(of(here, policy=policy), metric, digits) for policy in policies))
             of_all = [of(here, policy=policy) for policy in policies]
             flat = set(here["verdict"]) == {"completed"}
             counts = " / ".join(f"{len(each) if flat else climbed(each)} of {len(each)}" for each in of_all)
@@ -329,10 +329,10 @@ def coarse(rows: pd.DataFrame) -> str:
         line = [case]
         for policy in ("traction", "independent"):
             each = of(pd.concat([fine, of(rows, group="coarse")]), case=case, policy=policy)
-            figures = [("slip_speed_std", 3), ("torque_squared_n2m2s", 1), ("crossing_s", 2)]
+            metrics = [("slip_speed_std", 3), ("torque_squared_n2m2s", 1), ("crossing_s", 2)]
             line += [
                 counted(climbed(each), len(each)),
-                *[mean(ups(each), figure, digits) for figure, digits in figures],
+                *[mean(ups(each), metric, digits) for metric, digits in metrics],
             ]
         lines.append(line)
     head = [
@@ -471,17 +471,17 @@ def bouncing(rows: pd.DataFrame) -> str:
         here = of(rows, group=group)
         for policy in dict.fromkeys(here["policy"]):
             each = of(here, policy=policy)
-            means = [mean(ups(each), figure, digits) for figure, (_, digits) in MEANS.items()]
+            means = [mean(ups(each), metric, digits) for metric, (_, digits) in MEANS.items()]
             lines.append([what, f"`{policy}`", counted(climbed(each), len(each)), *means])
     return table(["", "policy", "climbed [95 %]", *[name for name, _ in MEANS.values()]], lines, left=2)
 
 
-def on_dampers(figures: pd.DataFrame) -> str:
+def on_dampers(metrics: pd.DataFrame) -> str:
     """Section 3.3."""
     names = {
         "apart_rpm": 1, "apart_ever_rpm": 1, "fall_rpm": 2, "slowest_20_rpm": 1, "slowest_30_rpm": 1,
         "slowest_59_rpm": 1, "fastest_rpm": 1,
     }  # fmt: skip
-    lines = [[f"`{row['policy']}`", *[f"{row[n]:.{d}f}" for n, d in names.items()]] for _, row in figures.iterrows()]
+    lines = [[f"`{row['policy']}`", *[f"{row[n]:.{d}f}" for n, d in names.items()]] for _, row in metrics.iterrows()]
     head = ["policy", "difference, settled", "difference, ever", "largest drop at a release"]
     return table([*head, "slowest at 20 s", "at 30 s", "at 59 s", "fastest ever"], lines)

@@ -67,7 +67,7 @@ fn a_platform_above_the_edge_does_not_touch_it() {
     assert_eq!(free.touched_body, None);
 }
 
-fn on_level_ground_a_body_2_mm_above_it_does_not_touch_and_one_whose_box_is_in_it_has_no_verdict() {
+fn on_level_ground_a_body_2_mm_above_does_not_touch_and_one_in_it_has_no_verdict() {
     let low = outcome("flat", &["vehicle=omni3", "vehicle.body.0.clearance_m=0.002"]);
     assert_eq!(
         (low.verdict, low.touched_body),
@@ -128,7 +128,7 @@ on_the_fast_engine! {
     a_platform_of_5_mm_clearance_touches_a_step_where_its_front_edge_meets_it,
     what_is_said_of_a_body_changes_no_bit_of_a_run,
     a_platform_above_the_edge_does_not_touch_it,
-    on_level_ground_a_body_2_mm_above_it_does_not_touch_and_one_whose_box_is_in_it_has_no_verdict,
+    on_level_ground_a_body_2_mm_above_does_not_touch_and_one_in_it_has_no_verdict,
     a_narrow_bar_between_the_wheels_is_found,
     frames_as_low_as_their_inertia_boxes_would_touch_the_step,
 }

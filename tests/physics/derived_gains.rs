@@ -30,7 +30,7 @@ fn response(scenario: &Scenario, command: BodyTwist<f64>, axis: usize, periods: 
 }
 
 #[test]
-fn every_vehicle_follows_a_step_of_the_command_with_an_overshoot_below_a_sixth_and_settles() {
+fn every_vehicle_follows_a_command_step_with_an_overshoot_below_a_sixth_and_settles() {
     for vehicle in VEHICLES {
         let scenario = without_gains(vehicle, 1000);
         for (axis, size) in [(0, 0.2), (1, 0.2), (2, 0.5)] {

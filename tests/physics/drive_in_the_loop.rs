@@ -111,7 +111,7 @@ fn a_silent_and_a_stuck_encoder_are_named_and_released() {
     }
 }
 
-fn too_few_wheels_are_a_safe_stop_that_lasts_and_the_shorted_motor_takes_its_slope_times_speed_squared() {
+fn too_few_wheels_are_a_lasting_safe_stop_in_which_motors_take_slope_speed_squared() {
     // Three wheels have no redundancy: with one silent it is not known how the vehicle moves.
     let fault = "fault=[{kind='encoder_silent',wheel='2',from_s=1.5,until_s=2.0}]";
     let trace = run(&scenario(&["vehicle=omni3", fault])).expect("runs");
@@ -150,7 +150,7 @@ fn too_few_wheels_are_a_safe_stop_that_lasts_and_the_shorted_motor_takes_its_slo
     }
 }
 
-fn an_emergency_stop_brakes_at_its_own_deceleration_and_commands_after_its_release_are_followed() {
+fn an_emergency_stop_brakes_at_its_own_deceleration_and_its_release_obeys_again() {
     let pressed = "fault=[{kind='emergency_stop',from_s=1.5,until_s=2.5}]";
     let trace = run(&scenario(&[pressed, "drive.stop_m_s2=1.0"])).expect("runs");
     assert_eq!(column(&trace, "drive_mode")[1500..2499], [3.0; 999]);
@@ -339,7 +339,7 @@ fn a_drive_without_a_table_of_faults_finds_a_dead_encoder_on_every_vehicle() {
     }
 }
 
-fn a_reading_that_is_frozen_near_its_reference_is_found_on_three_wheels_once_its_motor_pulls_hard() {
+fn a_reading_frozen_near_its_reference_is_found_on_three_wheels_by_a_hard_pull() {
     // On the way up: 0.83 of the reference, which the integral of 0.8 N.m/rad takes some 0.6 s to
     // half of the stall torque for.
     let found = blamed(&[
@@ -373,7 +373,7 @@ fn coarse_encoders_read_slowly_make_no_sound_wheel_faulty() {
 
 /// Three wheels, of which one stands before a wall: it pushes for a while, as a vehicle at a step
 /// has to, and is then stopped; see docs/failures.md.
-fn a_vehicle_that_pushes_in_vain_is_stopped_where_a_dead_encoder_would_look_the_same() {
+fn pushing_in_vain_is_stopped_where_a_dead_encoder_would_look_the_same() {
     // With a grip that the motors cannot break.
     let wall = "terrain={kind='step',start_x_m=0.35,height_m=0.2,friction=2.0}";
     let keys = [
@@ -403,17 +403,17 @@ on_the_fast_engine! {
     a_drive_does_in_the_loop_what_it_does_by_hand,
     without_a_command_the_vehicle_rests_half_a_second_later,
     a_silent_and_a_stuck_encoder_are_named_and_released,
-    too_few_wheels_are_a_safe_stop_that_lasts_and_the_shorted_motor_takes_its_slope_times_speed_squared,
-    an_emergency_stop_brakes_at_its_own_deceleration_and_commands_after_its_release_are_followed,
+    too_few_wheels_are_a_lasting_safe_stop_in_which_motors_take_slope_speed_squared,
+    an_emergency_stop_brakes_at_its_own_deceleration_and_its_release_obeys_again,
     with_restart_from_neutral_a_command_that_never_rests_moves_nothing_after_a_stop,
     a_drive_goes_on_from_a_snapshot_bit_for_bit,
     dead_and_toggling_encoders_are_found_on_every_vehicle,
     a_dead_encoder_is_found_at_a_crawl_where_the_others_show_less_than_stuck_rad_s,
     a_second_dead_encoder_is_found_where_the_first_took_the_redundancy,
     a_drive_without_a_table_of_faults_finds_a_dead_encoder_on_every_vehicle,
-    a_reading_that_is_frozen_near_its_reference_is_found_on_three_wheels_once_its_motor_pulls_hard,
+    a_reading_frozen_near_its_reference_is_found_on_three_wheels_by_a_hard_pull,
     coarse_encoders_read_slowly_make_no_sound_wheel_faulty,
-    a_vehicle_that_pushes_in_vain_is_stopped_where_a_dead_encoder_would_look_the_same,
+    pushing_in_vain_is_stopped_where_a_dead_encoder_would_look_the_same,
 }
 
 /// Three hundred of them are in `make test-full`, and their table in docs/drive.md.
@@ -435,7 +435,7 @@ fn a_campaign_of_random_faults_breaks_no_law() {
 /// The campaign is on the articulated engine; what it calls verdicts holds on the other too.
 #[test]
 #[ignore = "the engine is not the subject; make test-full runs it on rapier too"]
-fn no_run_that_pushes_after_a_stop_or_goes_against_its_command_is_called_driven_on_the_other_engine() {
+fn no_push_after_a_stop_or_against_the_command_is_completed_on_the_other_engine() {
     for seed in 0..12 {
         let mut scenario = drive_campaign::scenario(seed).expect("every seed is a scenario");
         scenario.physics.engine = Engine::Rapier;

@@ -85,7 +85,7 @@ fn a_stuck_encoder_s_count_stands_and_jumps_to_the_shaft_s_at_the_end() {
     assert_eq!(stuck[800..], whole[800..]);
 }
 
-fn an_encoder_with_one_channel_goes_to_and_fro_between_two_counts_as_the_shaft_turns() {
+fn an_encoder_with_one_channel_alternates_between_two_counts_as_the_shaft_turns() {
     let (toggles, whole) = (
         counter(&[&fault("encoder_toggles", "")], 1000),
         counter(&[], 1000),
@@ -235,7 +235,7 @@ fn grip(trace: &Trace, rows: std::ops::Range<usize>) -> f64 {
     rows.map(|k| along[k].abs() / normal[k]).fold(0.0, f64::max)
 }
 
-fn a_patch_that_moves_with_the_vehicle_takes_its_grip_from_its_time_on_and_one_that_rests_is_left() {
+fn a_moving_patch_takes_the_grip_from_its_time_on_and_a_resting_one_is_left() {
     // The vehicle goes to and fro at up to 0.6 m/s; a sheet of ice of 4 m goes with it from 1 s to
     // 3 s. Braking takes 0.1 of its weight.
     let common = [
@@ -302,9 +302,9 @@ fn bad_keys_of_faults_and_patches_name_themselves() {
 on_the_fast_engine! {
     a_dead_encoder_s_count_stands_and_goes_on_from_there,
     a_stuck_encoder_s_count_stands_and_jumps_to_the_shaft_s_at_the_end,
-    an_encoder_with_one_channel_goes_to_and_fro_between_two_counts_as_the_shaft_turns,
+    an_encoder_with_one_channel_alternates_between_two_counts_as_the_shaft_turns,
     an_encoder_that_slips_counts_a_part_of_the_way,
     by_every_method_the_velocity_of_a_dead_encoder_falls_and_is_finite,
     encoders_start_at_a_place_within_a_count_that_the_seed_and_nothing_else_draws,
-    a_patch_that_moves_with_the_vehicle_takes_its_grip_from_its_time_on_and_one_that_rests_is_left,
+    a_moving_patch_takes_the_grip_from_its_time_on_and_a_resting_one_is_left,
 }

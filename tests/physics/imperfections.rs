@@ -64,7 +64,7 @@ fn encoder_counts_quantise_the_velocity_and_lose_no_way() {
     }
 }
 
-fn encoder_and_gyro_noise_have_the_deviation_asked_for_and_the_seed_alone_changes_them() {
+fn encoder_and_gyro_noise_have_the_set_deviation_and_the_seed_alone_changes_them() {
     let keys = |seed| {
         [
             "sensors.encoder_noise_rad_s=0.2",
@@ -138,7 +138,7 @@ fn torque_follows_its_command_with_the_time_constant_of_the_lag() {
     }
 }
 
-fn velocity_and_counted_angle_follow_the_torque_by_the_lag_and_agree_with_each_other() {
+fn velocity_and_counted_angle_follow_the_torque_by_the_lag_and_agree() {
     // A constant torque: after t the velocity is a t, with a lag T a (t - T), and the angles are
     // the integrals of these.
     let (lag_s, count_rad) = (0.01, std::f64::consts::TAU / 1e7);
@@ -313,7 +313,7 @@ fn heading_hold_brings_back_the_heading_that_a_push_took_and_wheels_do_not_notic
     assert!((yaw / expected - 1.0).abs() < 0.1, "{yaw} rad, {expected} rad");
 }
 
-fn a_command_that_is_not_finite_or_a_torque_that_is_not_is_refused_and_changes_nothing() {
+fn a_command_or_a_torque_that_is_not_finite_is_refused_and_changes_nothing() {
     let mut simulation = Simulation::new(&scenario(&[])).expect("valid");
     let before = simulation.observation().clone();
     let bad = BodyTwist {
@@ -475,17 +475,17 @@ fn wheels_that_were_blocked_end_without_torque() {
 
 on_the_fast_engine! {
     encoder_counts_quantise_the_velocity_and_lose_no_way,
-    encoder_and_gyro_noise_have_the_deviation_asked_for_and_the_seed_alone_changes_them,
+    encoder_and_gyro_noise_have_the_set_deviation_and_the_seed_alone_changes_them,
     a_delay_shows_the_controller_what_was_so_many_periods_ago,
     torque_follows_its_command_with_the_time_constant_of_the_lag,
-    velocity_and_counted_angle_follow_the_torque_by_the_lag_and_agree_with_each_other,
+    velocity_and_counted_angle_follow_the_torque_by_the_lag_and_agree,
     a_sagging_supply_gives_the_torque_where_limit_and_load_meet,
     a_lost_wheel_gives_no_torque_and_the_others_drive_on,
     a_dragging_wheel_takes_the_power_that_its_damper_asks_for,
     a_stuck_encoder_goes_on_reading_what_it_last_read,
     a_load_added_shows_in_the_row_loads_by_its_lever,
     heading_hold_brings_back_the_heading_that_a_push_took_and_wheels_do_not_notice,
-    a_command_that_is_not_finite_or_a_torque_that_is_not_is_refused_and_changes_nothing,
+    a_command_or_a_torque_that_is_not_finite_is_refused_and_changes_nothing,
     coarse_and_noisy_encoders_leave_the_mean_speed_within_5_percent,
     wheels_that_were_blocked_end_without_torque,
 }

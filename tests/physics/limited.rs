@@ -44,7 +44,7 @@ fn wheels_on_ice_at_a_step_are_limited_by_friction() {
 
 /// On its way, it needs some seconds more. And a loop without an integral that gives a twentieth of
 /// the torque: no wheel slips, no motor is at its limit.
-fn too_little_time_and_a_loop_that_has_not_brought_up_the_torque_are_limited_by_time() {
+fn too_little_time_and_a_loop_below_its_torque_are_limited_by_time() {
     let short = at_the_step(&["duration_s=1.5"]);
     assert_eq!(
         (short.verdict, short.limited_by, short.limited_wheels),
@@ -74,6 +74,6 @@ fn a_run_that_climbs_or_drives_is_limited_by_nothing() {
 on_the_fast_engine! {
     motors_of_half_the_torque_that_a_step_takes_are_limited_by_torque,
     wheels_on_ice_at_a_step_are_limited_by_friction,
-    too_little_time_and_a_loop_that_has_not_brought_up_the_torque_are_limited_by_time,
+    too_little_time_and_a_loop_below_its_torque_are_limited_by_time,
     a_run_that_climbs_or_drives_is_limited_by_nothing,
 }

@@ -15,7 +15,7 @@ fn spread([a, b, c]: [f64; 3]) -> f64 {
 }
 
 #[test]
-fn with_scaled_references_wheels_converge_on_the_speed_that_the_most_loaded_one_can_hold() {
+fn with_scaled_references_wheels_converge_on_the_speed_of_the_most_loaded_one() {
     let trace = run("scale_references", 0.0);
     // Speeds at which the load's torque equals eq. (13), friction 0: B 91.999, C 76.891, A 96.751 rpm.
     // 0.2 rpm covers the end of the transient (at 54 s wheel B, just unloaded, is 0.08 rpm above).

@@ -30,7 +30,7 @@ fn turned(simulation: &mut Simulation, torques_n_m: [f64; 4], periods: usize) ->
     simulation.measured_rad_s().to_vec()
 }
 
-fn no_wheel_passes_its_no_load_speed_behind_an_encoder_that_is_stuck_dead_late_or_coarse() {
+fn no_wheel_passes_its_no_load_speed_by_a_stuck_dead_late_or_coarse_encoder() {
     for more in [
         r#"fault=[{ kind = "encoder_stuck", wheel = "front_left", from_s = 0.02 }]"#,
         r#"fault=[{ kind = "encoder_dead", wheel = "front_left", from_s = 0.02 }]"#,
@@ -134,7 +134,7 @@ fn a_torque_held_for_good_settles_where_the_line_meets_the_load() {
     }
 }
 
-fn a_wheel_beyond_its_no_load_speed_is_braked_with_the_stall_torque_and_driven_with_none() {
+fn a_wheel_beyond_its_no_load_speed_is_braked_with_stall_torque_and_not_driven() {
     // Free wheels at 30 rad/s; then the supply falls to a half, and 15 rad/s is as fast as it
     // drives, 1.5 N.m all that it brakes with.
     let fault = r#"fault=[{ kind = "supply_sag", part = 0.5, from_s = 1.0 }]"#;
@@ -175,11 +175,11 @@ fn with_ideal_encoders_a_run_within_the_line_is_as_without_one() {
 }
 
 on_both_engines! {
-    no_wheel_passes_its_no_load_speed_behind_an_encoder_that_is_stuck_dead_late_or_coarse,
+    no_wheel_passes_its_no_load_speed_by_a_stuck_dead_late_or_coarse_encoder,
     a_motor_gives_no_more_than_its_drive_lets_it_and_comes_to_its_no_load_speed,
     without_load_a_motor_comes_to_its_no_load_speed_and_stays_there,
     a_torque_held_for_good_settles_where_the_line_meets_the_load,
-    a_wheel_beyond_its_no_load_speed_is_braked_with_the_stall_torque_and_driven_with_none,
+    a_wheel_beyond_its_no_load_speed_is_braked_with_stall_torque_and_not_driven,
     with_ideal_encoders_a_run_within_the_line_is_as_without_one,
 }
 

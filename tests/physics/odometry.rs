@@ -37,7 +37,7 @@ fn where_wheels_roll_odometry_is_the_truth() {
     }
 }
 
-fn the_figures_are_those_of_the_last_row() {
+fn the_metrics_are_those_of_the_last_row() {
     // On the step the front row is up by then, and the crossing goes on.
     for name in ["flat", "ice", "step"] {
         let run = trace(name, &["duration_s=2.5"]);
@@ -239,7 +239,7 @@ fn a_snapshot_goes_on_with_the_odometry_it_had() {
 
 on_the_fast_engine! {
     where_wheels_roll_odometry_is_the_truth,
-    the_figures_are_those_of_the_last_row,
+    the_metrics_are_those_of_the_last_row,
     wheels_on_ice_deceive_odometry,
     the_covariance_begins_at_nothing_and_grows_as_the_core_says,
     it_begins_where_the_vehicle_is_put,

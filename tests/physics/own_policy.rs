@@ -98,7 +98,7 @@ impl Policy<f64> for Breaks {
 }
 
 #[test]
-fn torques_are_brought_within_the_motors_and_what_is_no_torque_ends_the_run_with_its_period() {
+fn torques_are_brought_within_the_motors_and_nan_ends_the_run_with_its_period() {
     let scenario = scenario("flat", &["duration_s=1.0"]);
     let error = run_own(&scenario, Breaks(0)).expect_err("a NaN");
     assert_eq!(

@@ -328,7 +328,7 @@ fn a_path_and_a_twist_exclude_one_another() {
 }
 
 #[test]
-fn too_many_waypoints_are_counted_before_any_beyond_the_last_that_is_allowed_is_read() {
+fn too_many_waypoints_are_counted_before_any_beyond_the_last_allowed_is_read() {
     // The 501st is no waypoint at all, and would be refused for that if it were read.
     let points = |good: usize, more: usize| {
         let point = |k: usize| match k {

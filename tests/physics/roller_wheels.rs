@@ -339,7 +339,7 @@ fn both_models_agree_on_the_map_of_torque_and_friction_away_from_the_threshold()
 
 #[test]
 #[ignore = "eleven scenarios on rollers take two minutes: make test-full"]
-fn every_built_in_scenario_is_passed_on_rollers_and_its_energy_book_closes_within_a_ten_thousandth() {
+fn every_built_in_scenario_passes_on_rollers_with_energy_within_a_ten_thousandth() {
     for name in builtin_scenarios() {
         let scenario = scenario(name, &[]);
         let trace = run(&scenario).expect("finite");

@@ -72,7 +72,7 @@ fn contact_forces_are_all_that_accelerates_the_vehicle() {
     );
 }
 
-fn ground_forces_while_accelerating_equal_mass_times_acceleration_of_frames_and_wheels() {
+fn accelerating_ground_forces_equal_mass_times_acceleration_of_frames_and_wheels() {
     // All parts move forward alike on flat ground, so the momentum gained is 20 kg times the speed gained.
     let mut simulation = Simulation::new(&load("flat", &[]).expect("built-in")).expect("valid");
     for _ in 0..500 {
@@ -122,6 +122,6 @@ fn vehicle_at_rest_settles_by_micrometres_and_then_stays() {
 on_both_engines! {
     static_row_loads_follow_from_the_moment_balance_of_each_frame,
     contact_forces_are_all_that_accelerates_the_vehicle,
-    ground_forces_while_accelerating_equal_mass_times_acceleration_of_frames_and_wheels,
+    accelerating_ground_forces_equal_mass_times_acceleration_of_frames_and_wheels,
     vehicle_at_rest_settles_by_micrometres_and_then_stays,
 }

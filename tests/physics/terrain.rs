@@ -27,7 +27,7 @@ fn peak(trace: &Trace, column: &str) -> f64 {
 }
 
 #[test]
-fn every_built_in_scenario_ends_on_its_level_and_its_energy_book_closes_within_a_ten_thousandth() {
+fn every_built_in_scenario_ends_on_its_level_with_energy_within_a_ten_thousandth() {
     on(Engine::Articulated, || ends_on_its_level(builtin_scenarios()));
     // One of each kind of ground.
     on(Engine::Rapier, || {

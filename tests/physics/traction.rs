@@ -58,7 +58,7 @@ const CELLS: [[f64; 2]; 12] = [
 /// The gate of `make study` over 48 runs, here over the cells once: it climbs wherever plain PID
 /// does, and keeps the wheels together.
 #[test]
-fn it_climbs_wherever_plain_loops_do_with_about_half_the_spread_and_less_heat_and_slip() {
+fn it_climbs_wherever_plain_loops_do_with_half_the_spread_and_less_heat_and_slip() {
     let (mut climbed, mut plain) = (0, 0);
     let mut ratios = [0.0; 3];
     for (cell, seed) in CELLS.into_iter().zip(41..) {
@@ -71,8 +71,8 @@ fn it_climbs_wherever_plain_loops_do_with_about_half_the_spread_and_less_heat_an
             continue;
         }
         plain += 1;
-        let figures = |o: &omni_sim::Outcome| [o.slip_speed_std, o.torque_squared_n2m2s, o.slip_rms];
-        for ((sum, ours), theirs) in ratios.iter_mut().zip(figures(traction)).zip(figures(independent)) {
+        let metrics = |o: &omni_sim::Outcome| [o.slip_speed_std, o.torque_squared_n2m2s, o.slip_rms];
+        for ((sum, ours), theirs) in ratios.iter_mut().zip(metrics(traction)).zip(metrics(independent)) {
             *sum += ours / theirs;
         }
     }

@@ -20,7 +20,7 @@ fn outcome(name: &str, overrides: &[&str]) -> Outcome {
 }
 
 /// On a slope of 10 degrees every motor fails: the vehicle rolls back with 1.6 m/s^2 and has 1 m/s after 0.3 m.
-fn a_vehicle_that_rolls_away_without_motors_ran_away_and_one_that_is_braked_in_time_did_not() {
+fn rolling_away_without_motors_is_overspeed_unless_it_is_braked_in_time() {
     let failing = |until_s: &str| {
         let faults: Vec<_> = (1..=7)
             .map(|wheel| format!("{{ kind = \"wheel_lost\", wheel = \"{wheel}\", from_s = 6.0{until_s} }}"))
@@ -113,7 +113,7 @@ fn a_vehicle_that_drives_back_where_ahead_is_commanded_goes_the_wrong_way() {
     assert_eq!(heedless(0.2, &[]).verdict, Verdict::Completed);
 }
 
-fn a_vehicle_that_covers_less_than_half_of_its_way_fell_short_and_one_that_turns_unasked_is_off_course() {
+fn less_than_half_of_the_way_fell_short_and_turning_unasked_is_off_course() {
     // 0.48 m of the 1.11 m that a vehicle goes which comes to 0.3 m/s with 0.5 m/s^2.
     let slow = heedless(0.12, &[]);
     assert_eq!(slow.verdict, Verdict::FellShort, "{slow:?}");
@@ -178,7 +178,7 @@ fn motors_that_drive_on_after_a_command_of_rest_are_named() {
 
 /// Flat ground and wheels without friction take nothing of 0.08 m/s. The same with a wheel that is
 /// dragged with 1 N.m s: 230 N s/m of 20 kg, so that a tenth of the speed is left after 0.2 s.
-fn a_vehicle_that_coasts_past_a_stop_rolls_on_and_one_that_comes_to_a_stand_does_not() {
+fn a_vehicle_that_coasts_past_a_stop_rolled_on_unless_it_comes_to_a_stand() {
     let rest = "command.then=[{ at_s = 1.0, vx_m_s = 0.0, vy_m_s = 0.0, wz_rad_s = 0.0 }]";
     let coasting = |drag: &str| {
         let lost =
@@ -194,7 +194,7 @@ fn a_vehicle_that_coasts_past_a_stop_rolls_on_and_one_that_comes_to_a_stand_does
 }
 
 /// The gears' friction is more than the motors' 2 N.m, and the integrals bring every motor to its limit.
-fn a_vehicle_that_is_held_on_flat_ground_stalled_and_the_time_at_full_torque_is_a_figure() {
+fn a_vehicle_held_on_flat_ground_stalled_and_its_time_at_full_torque_is_a_metric() {
     let held = outcome(
         "flat",
         &[
@@ -288,14 +288,14 @@ on_the_fast_engine! {
     a_mecanum_vehicle_that_meets_a_riser_askew_slides_along_it_and_is_not_on_its_way,
     a_vehicle_that_is_commanded_along_an_edge_is_on_its_way,
     a_vehicle_that_drives_back_where_ahead_is_commanded_goes_the_wrong_way,
-    a_vehicle_that_covers_less_than_half_of_its_way_fell_short_and_one_that_turns_unasked_is_off_course,
+    less_than_half_of_the_way_fell_short_and_turning_unasked_is_off_course,
     a_vehicle_that_wrong_sensors_drive_back_is_not_called_driven,
     motors_that_drive_on_after_a_command_of_rest_are_named,
-    a_vehicle_that_coasts_past_a_stop_rolls_on_and_one_that_comes_to_a_stand_does_not,
-    a_vehicle_that_is_held_on_flat_ground_stalled_and_the_time_at_full_torque_is_a_figure,
+    a_vehicle_that_coasts_past_a_stop_rolled_on_unless_it_comes_to_a_stand,
+    a_vehicle_held_on_flat_ground_stalled_and_its_time_at_full_torque_is_a_metric,
     a_rocker_without_a_differential_falls_on_its_nose_and_leaned,
     traction_control_that_backs_off_for_another_try_does_not_go_the_wrong_way,
-    a_vehicle_that_rolls_away_without_motors_ran_away_and_one_that_is_braked_in_time_did_not,
+    rolling_away_without_motors_is_overspeed_unless_it_is_braked_in_time,
     a_vehicle_that_is_commanded_to_turn_and_slides_off_ran_away,
     hills_that_turn_a_vehicle_are_no_runaway_under_any_policy,
     a_frame_that_stands_at_its_stop_on_flat_ground_leaned_and_did_not_drive,

@@ -36,7 +36,7 @@ def test_a_run_that_waits_starts_with_its_first_reader(cyclone, run):
     assert first.stop() == 0
 
 
-def test_a_run_that_waits_can_be_ended_and_has_no_figures(run):
+def test_a_run_that_waits_can_be_ended_and_has_no_metrics(run):
     one = run("flat", "--wait")
     assert one.stop() == 130
     assert one.printed == ""
@@ -44,7 +44,7 @@ def test_a_run_that_waits_can_be_ended_and_has_no_figures(run):
 
 
 @pytest.mark.parametrize("by", [signal.SIGINT, signal.SIGTERM])
-def test_a_run_ends_by_a_signal_with_its_figures(cyclone, run, by):
+def test_a_run_ends_by_a_signal_with_its_metrics(cyclone, run, by):
     clock = cyclone.read("/clock", "rosgraph_msgs/msg/Clock")
     one = run("flat")
     until(lambda: clock.samples and stamp_ns(clock.samples[-1]) > 1_000_000_000, "a second")

@@ -174,7 +174,7 @@ def test_a_steady_drive_does_not_stutter(cyclone, run):
     assert min(steady) == pytest.approx(0.2, abs=0.005)  # the loops have no error at rest; contacts rattle a little
 
 
-def test_the_joints_are_the_wheels_at_100_hz_and_rest_half_a_second_after_the_last_command(cyclone, run):
+def test_joints_are_the_wheels_at_100_hz_and_rest_half_a_second_after_a_command(cyclone, run):
     run("flat", "--set", "vehicle=mecanum4", "--ros2-control", "velocity")
     names = list(MECANUM[:4])
     system = component(cyclone)

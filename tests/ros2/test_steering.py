@@ -42,7 +42,7 @@ def now_s(subscription) -> float:
 
 
 @pytest.mark.parametrize("kind", COMMANDS)
-def test_commands_move_the_vehicle_sideways_and_half_a_second_after_the_last_it_rests(cyclone, run, kind):
+def test_commands_move_the_vehicle_sideways_until_half_a_second_after_the_last(cyclone, run, kind):
     truth = cyclone.read("/ground_truth/odom", "nav_msgs/msg/Odometry")
     run("flat")
     writer = cyclone.write("/cmd_vel", kind)

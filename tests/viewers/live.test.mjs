@@ -169,7 +169,7 @@ test("a client watches a run in step with the clock and changes command, policy 
   await once(run, "exit");
 });
 
-test("a run ends with its scenario, faster than the clock if asked to, and prints its figures", async () => {
+test("a run ends with its scenario, faster than the clock if asked to, and prints its metrics", async () => {
   const { run, address, printed } = await started("--wait", "--set", "duration_s=30", "--real-time-factor", "inf");
   const client = await connected(address);
   const start = performance.now();

@@ -183,7 +183,7 @@ test("it opens with README's experiment, which runs by itself: plain PID stalls,
   await ended(tab);
   await bothInside(tab);
   assert.equal(await tab.locator("#status").textContent(), "The run has ended: traction climbed, independent stalled.");
-  assert.deepEqual(await tab.locator("#outcome thead th").allTextContents(), ["figure", "traction", "independent"]);
+  assert.deepEqual(await tab.locator("#outcome thead th").allTextContents(), ["metric", "traction", "independent"]);
   // The last state is drawn in the frame after.
   await until(tab, "time", ([time]) => time === 6, "the end of the scenario");
   // The names and the choice of the command's table: where a climb ends says nothing.
@@ -192,7 +192,7 @@ test("it opens with README's experiment, which runs by itself: plain PID stalls,
   assert.ok(!titles.some((title) => /final/.test(title)), String(titles));
   assert.deepEqual(await tab.locator("#meanings dt").allTextContents(), titles.slice(1));
   const work = numbers(await tab.locator("#outcome tr", { hasText: "work [J]" }).textContent());
-  assert.ok(work.length === 2 && work[0] !== work[1], `two runs, two figures: ${work}`);
+  assert.ok(work.length === 2 && work[0] !== work[1], `two runs, two metrics: ${work}`);
   assert.equal(await tab.locator("#wheels tbody tr").count(), 7);
   // Every bar of it is a number to a screen reader, and slip is one in every view.
   const meters = await tab.locator("#wheels [role=meter]").evaluateAll((all) => all.map((each) => ["aria-label", "aria-valuenow", "aria-valuemin", "aria-valuemax"].map((name) => each.getAttribute(name))));

@@ -212,7 +212,7 @@ test("a ring is where keys have put the focus, and not where a mouse clicked", a
   await context.close();
 });
 
-test("every figure says what it is, by mouse, by keyboard and to a screen reader", async () => {
+test("every metric says what it is, by mouse, by keyboard and to a screen reader", async () => {
   const { context, tab } = await opened();
   const tips = tab.locator("table .tip"), tip = tab.locator("#tip");
   assert.ok(await tips.count() >= 10);

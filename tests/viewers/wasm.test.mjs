@@ -93,7 +93,7 @@ test("what is driven can be run again from the table of its commands, with the s
   engine.close(second);
 });
 
-test("figures of a driven run are those of its repetition, on every ground", () => {
+test("metrics of a driven run are those of its repetition, on every ground", () => {
   for (const [scenario, { policy }] of Object.entries(engine.offer().scenarios)) {
     const request = { scenario, policy, set: { "physics.engine": "articulated" } }, run = engine.open(request);
     assert.equal(engine.advance(run, 200, undefined), 200);
@@ -185,13 +185,13 @@ test("without a wheel model the module's own judgement of balls decides", () => 
   assert.equal(model("step", { vehicle: "mecanum4", "physics.wheel_model": "ball" }), "ball");
 });
 
-test("figures have the names and texts of the command's tables", () => {
-  const { figures } = engine.offer();
-  assert.deepEqual(figures.find(({ key }) => key === "work_j"), { key: "work_j", heading: "work [J]", meaning: "Mechanical work of the motors.", better: "lower" });
+test("metrics have the names and texts of the command's tables", () => {
+  const { metrics } = engine.offer();
+  assert.deepEqual(metrics.find(({ key }) => key === "work_j"), { key: "work_j", heading: "work [J]", meaning: "Mechanical work of the motors.", better: "lower" });
   const run = engine.open({ scenario: "flat", set: { "physics.engine": "articulated" } });
   engine.advance(run, 1000);
   const { outcome, shown } = engine.outcome(run);
-  assert.deepEqual(Object.keys(shown).sort(), figures.map(({ key }) => key).sort());
+  assert.deepEqual(Object.keys(shown).sort(), metrics.map(({ key }) => key).sort());
   // A position is shown to the millimetre.
   assert.deepEqual(shown.final_x_m, [outcome.final_x_m.toFixed(3), true]);
   assert.deepEqual(shown.crossing_s, [null, false]);

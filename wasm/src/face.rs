@@ -134,7 +134,7 @@ pub extern "C" fn run_state(handle: i32) -> i32 {
     say(with(handle, |session| Ok(session.state().into_bytes())))
 }
 
-/// The figures until now: JSON.
+/// The metrics until now: JSON.
 #[unsafe(no_mangle)]
 pub extern "C" fn run_outcome(handle: i32) -> i32 {
     say(with(handle, |session| Ok(session.outcome().into_bytes())))

@@ -66,7 +66,7 @@ fn trace(request: &Request) -> Result<Trace, String> {
         let simulation = session.simulation();
         trace.push(simulation.period());
     }
-    Ok(trace.finish(session.figures()))
+    Ok(trace.finish(session.metrics()))
 }
 
 /// FNV-1a over words. WebAssembly leaves open which bits a NaN has: each counts as the same.

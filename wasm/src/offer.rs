@@ -1,11 +1,11 @@
 //! What a page can offer.
 
-use omni_sim::Figure;
+use omni_sim::Metric;
 use omni_sim::config::{Engine, POLICIES, Scenario, Vehicle, builtin_scenarios, builtin_vehicles};
 use serde_json::{Value, json};
 
 /// Scenarios with what can be chosen of each, vehicles, policies, engines, wheel models, and what
-/// the figures mean: a JSON object.
+/// the metrics mean: a JSON object.
 pub fn offer() -> Result<String, String> {
     let scenarios: Result<Vec<_>, _> = builtin_scenarios().into_iter().map(scenario).collect();
     let vehicles: Result<Vec<_>, _> = builtin_vehicles().into_iter().map(vehicle).collect();
@@ -17,7 +17,7 @@ pub fn offer() -> Result<String, String> {
         "policies": POLICIES,
         "engines": [Engine::Articulated.name(), Engine::Rapier.name()],
         "wheel_models": ["ball", "rollers"],
-        "figures": Figure::ALL.map(figure),
+        "metrics": Metric::ALL.map(metric),
     })
     .to_string())
 }
@@ -37,11 +37,11 @@ fn vehicle(name: &str) -> Result<Value, omni_sim::config::Error> {
     Ok(json!({ "name": name, "torque": vehicle.motor.stall_torque_n_m }))
 }
 
-fn figure(figure: Figure) -> Value {
+fn metric(metric: Metric) -> Value {
     json!({
-        "key": figure.key,
-        "heading": figure.heading(),
-        "meaning": figure.meaning,
-        "better": figure.better.name(),
+        "key": metric.key,
+        "heading": metric.heading(),
+        "meaning": metric.meaning,
+        "better": metric.better.name(),
     })
 }

@@ -7,7 +7,7 @@ use omni_core::BodyTwist;
 use omni_log::{InMemory, RunLog, View};
 use omni_sim::config::{CommandFile, Override, Scenario, WheelModel, builtin_scenarios};
 use omni_sim::controller::AnyController;
-use omni_sim::{Figure, Outcome, Simulation, SteppedRun, Verdict, control_periods};
+use omni_sim::{Metric, Outcome, Simulation, SteppedRun, Verdict, control_periods};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
@@ -142,15 +142,15 @@ impl Session {
         self.view.state(self.run.simulation())
     }
 
-    /// The figures until now, why the physics failed, and how tables show each figure: its text and
+    /// The metrics until now, why the physics failed, and how tables show each metric: its text and
     /// whether they need it, by key.
     pub fn outcome(&self) -> String {
-        let outcome = self.figures();
-        let shown = |figure: &Figure| (figure.key, (figure.shown(&outcome), figure.is_of(&outcome)));
+        let outcome = self.metrics();
+        let shown = |metric: &Metric| (metric.key, (metric.shown(&outcome), metric.is_of(&outcome)));
         json!({
             "time_s": self.run.simulation().time_ns() as f64 / 1e9,
             "failure": self.run.failure().map(said),
-            "shown": Figure::ALL.iter().map(shown).collect::<BTreeMap<_, _>>(),
+            "shown": Metric::ALL.iter().map(shown).collect::<BTreeMap<_, _>>(),
             "outcome": outcome,
         })
         .to_string()
@@ -174,7 +174,7 @@ impl Session {
     /// The last piece of the log.
     pub fn finish_log(&mut self) -> Result<Vec<u8>, String> {
         let log = self.log.take().ok_or_else(no_log)?;
-        log.finish(&self.figures()).map_err(said)
+        log.finish(&self.metrics()).map_err(said)
     }
 
     /// The scenario as it is run.
@@ -182,24 +182,24 @@ impl Session {
         &self.scenario
     }
 
-    /// The figures until now, as of a scenario with the commands that were given.
-    pub fn figures(&self) -> Outcome {
-        let mut figures = self.run.outcome();
+    /// The metrics until now, as of a scenario with the commands that were given.
+    pub fn metrics(&self) -> Outcome {
+        let mut metrics = self.run.outcome();
         let commanded = self
             .driven
             .then(|| CommandFile::from_csv(self.commands().as_bytes()));
         if let Some(Ok(file)) = commanded {
             let mut scenario = self.scenario.clone();
             scenario.command.file = Some(file);
-            figures.wheel_model_valid = scenario.beyond_balls().is_none();
+            metrics.wheel_model_valid = scenario.beyond_balls().is_none();
             // The commands replace a path.
-            (figures.path_error_rms_m, figures.path_error_peak_m) = (None, None);
-            figures.arrived_s = None;
-            if figures.verdict == Verdict::Arrived {
-                figures.verdict = Verdict::Completed;
+            (metrics.path_error_rms_m, metrics.path_error_peak_m) = (None, None);
+            metrics.arrived_s = None;
+            if metrics.verdict == Verdict::Arrived {
+                metrics.verdict = Verdict::Completed;
             }
         }
-        figures
+        metrics
     }
 
     /// The simulation as it is now.

@@ -27,7 +27,7 @@ export class Engine {
 
   #number(number) { return number < 0 ? this.#bytes(number) : number; }
 
-  /** Scenarios and vehicles by name, policies, engines, wheel models, figures in the order of tables. */
+  /** Scenarios and vehicles by name, policies, engines, wheel models, metrics in the order of tables. */
   offer() {
     const offered = JSON.parse(this.#text(this.#of.offered())), named = (list) => Object.fromEntries(list.map((each) => [each.name, each]));
     return { ...offered, scenarios: named(offered.scenarios), vehicles: named(offered.vehicles) };

@@ -106,7 +106,7 @@ const on = {
     asked.forEach((_, k) => root.style.setProperty(`--run${k}`, runColour(k, dark())));
     wheels.setScene(scene.wheels.map((wheel, k) => ({ ...wheel, colour: WHEEL_COLOURS[k % WHEEL_COLOURS.length] })), policies());
     clearOutcome();
-    text("until", "The figures come when the run ends or is paused.");
+    text("until", "The metrics come when the run ends or is paused.");
     showSpeed();
     offerCommands();
     setMode("ready");
@@ -140,8 +140,8 @@ const on = {
 const stopped = (how, outcomes) => {
   setMode(how);
   if (how === "ended") text("status", `The run has ended: ${outcomes.map(({ outcome }, k) => `${outcomes.length > 1 ? `${policies()[k]} ` : ""}${outcome.verdict}`).join(", ")}.`);
-  showOutcomes({ table: byId("outcome"), meanings: byId("meanings") }, policies(), outcomes, offer.figures);
-  text("until", `Figures until ${number(outcomes[0].time_s, 2)} s${how === "paused" ? ", where the run is paused" : ""}.`);
+  showOutcomes({ table: byId("outcome"), meanings: byId("meanings") }, policies(), outcomes, offer.metrics);
+  text("until", `Metrics until ${number(outcomes[0].time_s, 2)} s${how === "paused" ? ", where the run is paused" : ""}.`);
   const failure = outcomes.map((each, k) => each.failure && `${policies()[k]}: ${each.failure}`).find(Boolean);
   if (failure) text("said", failure);
   // Nothing was driven before the first period.
@@ -320,11 +320,11 @@ const controls = new Controls(byId("pad"), byId("stop"), (parts) => {
   say("command", { asked: parts.map((part, k) => part * pace[k] * fast) });
   if (moves && mode !== "running") goOn();
 });
-/** A run that goes on has other figures than those that are shown, and another command. */
+/** A run that goes on has other metrics than those that are shown, and another command. */
 const goOn = () => {
   text("said", "");
   clearOutcome();
-  text("until", "The figures come when the run ends or is paused.");
+  text("until", "The metrics come when the run ends or is paused.");
   setMode("running");
   say("run");
 };

@@ -1,4 +1,4 @@
-// Numbers of the run: wheels while it goes on, figures at its end.
+// Numbers of the run: wheels while it goes on, metrics at its end.
 
 /** Loads are shown in parts of so many times a wheel's mean load. */
 const MOST_LOADS = 4;
@@ -66,11 +66,11 @@ export class Wheels {
   }
 }
 
-/** Figures down, runs across: the figures that the command's table of these runs has. Below it what the figures mean. */
-export function showOutcomes({ table, meanings }, policies, outcomes, figures) {
+/** Metrics down, runs across: the metrics that the command's table of these runs has. Below it what the metrics mean. */
+export function showOutcomes({ table, meanings }, policies, outcomes, metrics) {
   const head = table.tHead.rows[0], body = table.tBodies[0];
   head.replaceChildren();
-  made("th", head, "figure").scope = "col";
+  made("th", head, "metric").scope = "col";
   policies.forEach((policy, k) => { Object.assign(made("th", head, policy), { scope: "col", className: `name${k}` }); });
   body.replaceChildren();
   const line = (title, cells) => {
@@ -79,13 +79,13 @@ export function showOutcomes({ table, meanings }, policies, outcomes, figures) {
     for (const cell of cells) made("td", row, cell);
   };
   line("verdict", outcomes.map(({ outcome }) => outcome.verdict));
-  const needed = figures.filter(({ key }) => outcomes.some(({ shown }) => shown[key][1]));
+  const needed = metrics.filter(({ key }) => outcomes.some(({ shown }) => shown[key][1]));
   for (const { key, heading } of needed) line(heading, outcomes.map(({ shown }) => shown[key][0] ?? "-"));
   const list = meanings.querySelector("dl"), better = { lower: " Lower is better.", zero: " Nearer to zero is better." };
   list.replaceChildren();
-  for (const figure of needed) {
-    made("dt", list, figure.heading);
-    made("dd", list, figure.meaning + (better[figure.better] ?? ""));
+  for (const metric of needed) {
+    made("dt", list, metric.heading);
+    made("dd", list, metric.meaning + (better[metric.better] ?? ""));
   }
   table.hidden = meanings.hidden = false;
 }

@@ -104,7 +104,7 @@ pub struct Axis {
     count: Option<u32>,
 }
 
-/// Axes of the map, and the figures of the outcome that it shows.
+/// Axes of the map, and the metrics of the outcome that it shows.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
@@ -113,12 +113,12 @@ pub struct MapAxes {
     /// Key of the axis along the columns; the first axis by default.
     #[garde(skip)] // checked with the axes
     pub x: Option<String>,
-    /// Key of the axis along the rows; the next axis by default. Without one, figures are the rows.
+    /// Key of the axis along the rows; the next axis by default. Without one, metrics are the rows.
     #[garde(skip)]
     pub y: Option<String>,
-    /// Figures of the outcome; `climbed` by default.
+    /// Metrics of the outcome; `climbed` by default.
     #[garde(length(min = 1))]
-    pub figures: Vec<String>,
+    pub metrics: Vec<String>,
 }
 
 impl Default for MapAxes {
@@ -126,7 +126,7 @@ impl Default for MapAxes {
         Self {
             x: None,
             y: None,
-            figures: vec!["climbed".into()],
+            metrics: vec!["climbed".into()],
         }
     }
 }

@@ -133,7 +133,7 @@ fn every_wrong_hand_of_four_mecanum_wheels_is_named_alone_or_in_a_pair() {
 }
 
 #[test]
-fn a_pair_of_wrong_hands_is_found_whatever_the_shape_of_the_vehicle_and_right_ones_are_not() {
+fn a_pair_of_wrong_hands_is_found_on_any_shape_of_vehicle_and_right_ones_are_not() {
     for (front, rear, half_front, half_rear, origin) in [
         (0.5, 0.5, 0.15, 0.15, 0.0),
         (0.1, 0.1, 0.6, 0.6, 0.0),

@@ -14,7 +14,7 @@ mod wheels;
 
 pub use desaturation::{Desaturated, Desaturation, SpeedLimits};
 pub use forward_map::CONDITION_LIMIT;
-pub use kinematics::{ForwardMap, Kinematics, residual_shares};
+pub use kinematics::{ForwardMap, Kinematics};
 pub use layout::{Wheel, WheelLayout};
 pub use path_factors::PathFactors;
 pub use twist::{BodyDisplacement, BodyTwist, PlanarPose, WorldTwist};

@@ -51,7 +51,7 @@ type Warn = Arc<dyn Fn(&str) + Send + Sync>;
 /// `opened` is called with where it is before the first period; `warn`, on any thread and at most 42
 /// times, of connections and commands that were rejected; `watch` is called after every control period with the part
 /// done (0 if there is no end), every 20 ms while the run waits for the clock, and, without a simulation, while it
-/// waits for the first client: where it breaks the run ends with the figures so far, its error ends the run. A run that
+/// waits for the first client: where it breaks the run ends with the metrics so far, its error ends the run. A run that
 /// is more than 0.5 s behind the clock continues from its present time.
 ///
 /// Connections come from programs that send no `Origin` and from pages of Foxglove, of Lichtblick, of this machine

@@ -9,7 +9,7 @@ use crate::{Error, RunLog};
 #[derive(Debug)]
 #[non_exhaustive]
 pub struct Logged {
-    /// Its figures.
+    /// Its metrics.
     pub outcome: Outcome,
     /// Why the physics ended it early, the verdict is [`omni_sim::Verdict::Diverged`] then; or what they gained, with
     /// [`omni_sim::Verdict::GainedEnergy`].

@@ -274,7 +274,7 @@ mod tests {
     use omni_sim::Simulation;
 
     #[test]
-    fn transforms_put_every_wheel_where_the_simulation_has_it_while_the_front_row_climbs() {
+    fn transforms_place_every_wheel_as_the_simulation_while_the_front_row_climbs() {
         let scenario = Scenario::load("step", &[]).expect("built-in");
         let mut simulation = Simulation::new(&scenario).expect("valid");
         for _ in 0..1600 {

@@ -66,7 +66,7 @@ pub struct LogFile {
     pub recorded: bool,
     /// The scenario as it was run.
     pub scenario: Scenario,
-    /// The figures; none if the run was killed before its end.
+    /// The metrics; none if the run was killed before its end.
     pub outcome: Option<Outcome>,
     /// The log is complete; otherwise its last chunk, at most one simulated second, may be missing.
     pub complete: bool,

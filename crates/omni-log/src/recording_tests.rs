@@ -58,7 +58,7 @@ fn what_is_known_comes_back_in_every_bit_and_the_rest_is_not_a_number() {
 }
 
 #[test]
-fn without_anybody_who_saw_it_the_vehicle_is_where_its_odometry_has_it_and_hinges_turn_as_sensed() {
+fn an_unobserved_vehicle_is_at_its_odometry_pose_and_hinges_turn_as_sensed() {
     let [x, y, yaw] = ODOMETRY;
     let mut columns = vec![
         (x, column(|k| 0.001 * k as f64)),
@@ -130,7 +130,7 @@ fn columns_that_cannot_be_are_refused_in_one_line() {
 }
 
 #[test]
-fn a_vehicle_at_rest_of_which_nothing_is_known_is_not_taken_for_a_file_that_unpacks_to_too_much() {
+fn an_unknown_vehicle_at_rest_is_not_taken_for_a_file_that_unpacks_to_too_much() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("robot.mcap");
     let still = vec![0.0; 60_000];

@@ -2,7 +2,7 @@
 //!
 //! The scenario as resolved, its vehicle inside, is the attachment `scenario.toml`; policy, seed
 //! and version are the metadata `run`, which says `controller = own` too where that is the user's
-//! own, the figures at the end the metadata `outcome`.
+//! own, the metrics at the end the metadata `outcome`.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -130,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn a_length_beyond_its_record_is_refused_in_every_kind_of_record_and_the_parser_takes_what_is_not() {
+    fn a_length_beyond_its_record_is_refused_in_every_kind_and_all_others_are_parsed() {
         for (opcode, record, lengths) in records() {
             assert_eq!(fits(opcode, &record), Ok(()), "{opcode:#04x}");
             mcap::parse_record(opcode, &record).expect("as the specification has it");
@@ -149,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn a_record_that_ends_early_is_refused_before_it_is_parsed_or_by_the_parser_and_never_a_panic() {
+    fn a_record_that_ends_early_is_refused_before_or_by_the_parser_and_never_panics() {
         for (opcode, record, _) in records() {
             for end in 0..record.len() {
                 // The parser alone panics where an attachment ends before its checksum.

@@ -235,7 +235,7 @@ fn a_log_that_another_run_writes_is_refused_and_stays_that_run_s() -> Result<(),
 }
 
 #[test]
-fn of_many_that_begin_at_once_over_a_killed_run_s_file_one_writes_or_all_but_one_are_refused() {
+fn of_many_that_begin_at_once_over_a_killed_run_s_file_one_at_a_time_writes() {
     for _ in 0..50 {
         let dir = tempfile::tempdir().expect("a directory");
         let path = dir.path().join("a.mcap");

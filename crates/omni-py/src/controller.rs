@@ -97,7 +97,7 @@ impl Controller {
         let measured = Rows::with_gaps("measured_rad_s", measured_rad_s, wheels)?;
         let (a, b) = (commands.count(), measured.count());
         let count = together("row", ("commands", a), ("measured_rad_s", b))?;
-        let mut columns = Columns::default();
+        let mut steps = Steps::default();
         let stepped = self.inner.with(py, |controller| -> Result<(), Stop> {
             let mut step = Step::default();
             for i in 0..count.unwrap_or(1) {
@@ -110,12 +110,12 @@ impl Controller {
                 let c = &commands.values[c..c + 3];
                 let command = BodyTwist::from_array([c[0], c[1], c[2]]);
                 controller.step(&command, &measured.values[m..m + wheels], &mut step)?;
-                columns.push(&step);
+                steps.push(&step);
             }
             Ok(())
         })?;
         stepped?;
-        columns.finish(py, count, wheels)
+        steps.finish(py, count, wheels)
     }
 
     /// Return to the initial state.
@@ -148,58 +148,43 @@ impl Controller {
     }
 }
 
-/// Columns over wheels, in the order of the fields below.
-const OF_WHEELS: [fn(&WheelSignals) -> f64; 9] = [
-    |wheel| wheel.reference_rad_s,
-    |wheel| wheel.p_n_m,
-    |wheel| wheel.i_n_m,
-    |wheel| wheel.d_n_m,
-    |wheel| wheel.requested_n_m,
-    |wheel| wheel.applied_n_m,
-    |wheel| wheel.limit_lower_n_m,
-    |wheel| wheel.limit_upper_n_m,
-    |wheel| wheel.residual_rad_s,
-];
-
+/// What steps did: a row each, but for the wheels, which are N rows.
 #[derive(Default)]
-struct Columns {
+struct Steps {
     command: Vec<f64>,
     estimated: Vec<f64>,
     common_factor: Vec<f64>,
-    saturated: Vec<bool>,
-    wheels: [Vec<f64>; OF_WHEELS.len()],
+    wheels: Vec<WheelSignals>,
 }
 
-impl Columns {
+impl Steps {
     fn push(&mut self, step: &Step) {
         self.command.extend(step.command.to_array());
         self.estimated.extend(step.estimated.to_array());
         self.common_factor.push(step.common_factor);
-        self.saturated
-            .extend(step.wheels.iter().map(|wheel| wheel.saturated() == 1.0));
-        for (column, signal) in self.wheels.iter_mut().zip(OF_WHEELS) {
-            column.extend(step.wheels.iter().map(signal));
-        }
+        self.wheels.extend_from_slice(&step.wheels);
     }
 
     fn finish(self, py: Python<'_>, count: Option<usize>, wheels: usize) -> PyResult<ControlSample> {
         let shape = |columns: Option<usize>| count.into_iter().chain(columns).collect::<Vec<_>>();
         let floats = |columns, values| Ok::<_, PyErr>(array(py, shape(columns), values)?.unbind());
-        let [reference, p, i, d, requested, applied, lower, upper, residual] = self.wheels;
+        let of_wheels =
+            |signal: fn(&WheelSignals) -> f64| floats(Some(wheels), self.wheels.iter().map(signal).collect());
+        let saturated = self.wheels.iter().map(|wheel| wheel.saturated() == 1.0).collect();
         Ok(ControlSample {
             command: floats(Some(3), self.command)?,
             estimated: floats(Some(3), self.estimated)?,
             common_factor: floats(None, self.common_factor)?,
-            reference_rad_s: floats(Some(wheels), reference)?,
-            p_n_m: floats(Some(wheels), p)?,
-            i_n_m: floats(Some(wheels), i)?,
-            d_n_m: floats(Some(wheels), d)?,
-            requested_n_m: floats(Some(wheels), requested)?,
-            applied_n_m: floats(Some(wheels), applied)?,
-            limit_lower_n_m: floats(Some(wheels), lower)?,
-            limit_upper_n_m: floats(Some(wheels), upper)?,
-            residual_rad_s: floats(Some(wheels), residual)?,
-            saturated: array(py, shape(Some(wheels)), self.saturated)?.unbind(),
+            reference_rad_s: of_wheels(|wheel| wheel.reference_rad_s)?,
+            p_n_m: of_wheels(|wheel| wheel.p_n_m)?,
+            i_n_m: of_wheels(|wheel| wheel.i_n_m)?,
+            d_n_m: of_wheels(|wheel| wheel.d_n_m)?,
+            requested_n_m: of_wheels(|wheel| wheel.requested_n_m)?,
+            applied_n_m: of_wheels(|wheel| wheel.applied_n_m)?,
+            limit_lower_n_m: of_wheels(|wheel| wheel.limit_lower_n_m)?,
+            limit_upper_n_m: of_wheels(|wheel| wheel.limit_upper_n_m)?,
+            residual_rad_s: of_wheels(|wheel| wheel.residual_rad_s)?,
+            saturated: array(py, shape(Some(wheels)), saturated)?.unbind(),
         })
     }
 }

@@ -89,7 +89,7 @@ mod _omnistep {
     #[pymodule_export]
     use crate::odometry::Odometry;
     #[pymodule_export]
-    use crate::outcome::{Outcome, figures};
+    use crate::outcome::{Outcome, metrics};
     #[pymodule_export]
     use crate::pid::{Pid, PidSample};
     #[pymodule_export]

@@ -196,7 +196,7 @@ impl Log {
         self.trace.clone_ref(py)
     }
 
-    /// The figures; None if the run was killed before its end, or was not simulated.
+    /// The metrics; None if the run was killed before its end, or was not simulated.
     #[getter]
     fn outcome(&self) -> Option<Outcome> {
         self.outcome.clone()

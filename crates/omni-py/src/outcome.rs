@@ -1,32 +1,32 @@
-//! The figures of a run.
+//! The metrics of a run.
 
 use std::collections::HashMap;
 
-use omni_sim::Figure;
+use omni_sim::Metric;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::values::Pickled;
 
-/// Key, heading, meaning, unit and ``lower``, ``zero`` or nothing for every figure, in the order of tables.
+/// Key, heading, meaning, unit and ``lower``, ``zero`` or nothing for every metric, in the order of tables.
 #[pyfunction]
-pub(crate) fn figures() -> Vec<(&'static str, String, &'static str, &'static str, &'static str)> {
-    let value_of = |figure: &Figure| {
+pub(crate) fn metrics() -> Vec<(&'static str, String, &'static str, &'static str, &'static str)> {
+    let value_of = |metric: &Metric| {
         (
-            figure.key,
-            figure.heading(),
-            figure.meaning,
-            figure.unit,
-            figure.better.name(),
+            metric.key,
+            metric.heading(),
+            metric.meaning,
+            metric.unit,
+            metric.better.name(),
         )
     };
-    Figure::ALL.iter().map(value_of).collect()
+    Metric::ALL.iter().map(value_of).collect()
 }
 
-/// Figures of a run; if there is an obstacle, over the crossing (docs/metrics.md).
+/// Metrics of a run; if there is an obstacle, over the crossing (docs/metrics.md).
 ///
-/// A figure that was not measured, because nothing crossed or the run was killed, is NaN, or None if documented.
+/// A metric that was not measured, because nothing crossed or the run was killed, is NaN, or None if documented.
 #[pyclass(frozen, eq, module = "omnistep")]
 #[derive(Clone, PartialEq)]
 pub(crate) struct Outcome {
@@ -54,7 +54,7 @@ impl Outcome {
         Ok((py.get_type::<Self>().getattr("_of_state")?, (state,)))
     }
 
-    /// Figures out of their pickle.
+    /// Metrics out of their pickle.
     #[staticmethod]
     fn _of_state(state: &str) -> PyResult<Self> {
         let inner = serde_json::from_str(state);
@@ -303,7 +303,7 @@ impl Outcome {
         self.inner.final_yaw_rad
     }
 
-    /// The figures by name.
+    /// The metrics by name.
     pub(crate) fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let dict = PyDict::new(py);
         dict.set_item("verdict", self.verdict())?;
@@ -348,10 +348,10 @@ impl Outcome {
         Ok(dict)
     }
 
-    /// Each figure's value as tables format it, and whether the command's tables show it for this run, by key.
+    /// Each metric's value as tables format it, and whether the command's tables show it for this run, by key.
     fn _rows(&self) -> HashMap<&'static str, (Option<String>, bool)> {
-        let row = |figure: &Figure| (figure.key, (figure.shown(&self.inner), figure.is_of(&self.inner)));
-        Figure::ALL.iter().map(row).collect()
+        let row = |metric: &Metric| (metric.key, (metric.shown(&self.inner), metric.is_of(&self.inner)));
+        Metric::ALL.iter().map(row).collect()
     }
 
     fn __repr__(&self) -> String {

@@ -195,7 +195,7 @@ impl Simulation {
         Ok(Trace::new(self.scenario.clone(), policy, trace))
     }
 
-    /// The figures so far.
+    /// The metrics so far.
     ///
     /// Raises:
     ///     ConfigError: nothing was recorded.

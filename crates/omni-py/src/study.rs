@@ -124,10 +124,10 @@ impl Plan {
             .collect()
     }
 
-    /// Names of the figures of a row that are numbers or booleans.
+    /// Names of the metrics of a row that are numbers or booleans.
     #[getter]
-    fn figures(&self) -> Vec<&str> {
-        let columns = self.inner.columns().figures.iter();
+    fn metrics(&self) -> Vec<&str> {
+        let columns = self.inner.columns().metrics.iter();
         let numbers = columns.filter(|column| column.kind != Kind::Text);
         numbers.map(|column| column.name.as_str()).collect()
     }
@@ -356,19 +356,19 @@ impl Rows {
         Ok(list)
     }
 
-    /// One dictionary per combination: each axis by its column, counts of runs, mean and interval of each figure.
+    /// One dictionary per combination: each axis by its column, counts of runs, mean and interval of each metric.
     ///
     /// Args:
-    ///     figures: names of figures; the map's by default.
+    ///     metrics: names of metrics; the map's by default.
     ///
     /// Raises:
-    ///     ConfigError: a name is not a figure.
-    #[pyo3(signature = (figures = None))]
-    fn cells<'py>(&self, py: Python<'py>, figures: Option<Vec<String>>) -> PyResult<Bound<'py, PyList>> {
+    ///     ConfigError: a name is not a metric.
+    #[pyo3(signature = (metrics = None))]
+    fn cells<'py>(&self, py: Python<'py>, metrics: Option<Vec<String>>) -> PyResult<Bound<'py, PyList>> {
         let plan = &self.plan.get().inner;
-        let figures = figures.as_ref().unwrap_or(&plan.study().map.figures);
+        let metrics = metrics.as_ref().unwrap_or(&plan.study().map.metrics);
         let list = PyList::empty(py);
-        for cell in cells_of(plan, &self.rows, figures).map_err(exception)? {
+        for cell in cells_of(plan, &self.rows, metrics).map_err(exception)? {
             let dict = PyDict::new(py);
             for (column, axis) in plan.columns().axes.iter().zip(&cell.axes) {
                 dict.set_item(&column.name, value(py, axis)?)?;
@@ -377,37 +377,37 @@ impl Rows {
             dict.set_item("errors", cell.errors)?;
             dict.set_item("unfinished", cell.unfinished)?;
             dict.set_item("beyond_balls", cell.beyond_balls)?;
-            for (i, figure) in figures.iter().enumerate() {
+            for (i, metric) in metrics.iter().enumerate() {
                 let (low, high) = ends(cell.intervals[i]);
-                dict.set_item(figure, cell.mean(i))?;
-                dict.set_item(format!("{figure}_low"), low)?;
-                dict.set_item(format!("{figure}_high"), high)?;
+                dict.set_item(metric, cell.mean(i))?;
+                dict.set_item(format!("{metric}_low"), low)?;
+                dict.set_item(format!("{metric}_high"), high)?;
             }
             list.append(dict)?;
         }
         Ok(list)
     }
 
-    /// One dictionary per combination with another value: its figure minus the given value's figure, seed by seed.
+    /// One dictionary per combination with another value: its metric minus the given value's metric, seed by seed.
     ///
     /// Raises:
-    ///     ConfigError: the key does not vary, no run has the value, or the name is not a figure.
+    ///     ConfigError: the key does not vary, no run has the value, or the name is not a metric.
     fn paired<'py>(
         &self,
         py: Python<'py>,
         key: &str,
         baseline: &Bound<'py, PyAny>,
-        figure: &str,
+        metric: &str,
     ) -> PyResult<Bound<'py, PyList>> {
         let plan = &self.plan.get().inner;
         let baseline = Override::new(key, values::from_python("baseline", "baseline", baseline)?);
         let list = PyList::empty(py);
-        for cell in omni_study::paired(plan, &self.rows, &baseline, &[figure.into()]).map_err(exception)? {
+        for cell in omni_study::paired(plan, &self.rows, &baseline, &[metric.into()]).map_err(exception)? {
             let dict = PyDict::new(py);
             for (column, axis) in plan.columns().axes.iter().zip(&cell.axes) {
                 dict.set_item(&column.name, value(py, axis)?)?;
             }
-            for pair in &cell.figures {
+            for pair in &cell.metrics {
                 let (low, high) = ends(pair.interval);
                 dict.set_item("pairs", pair.pairs)?;
                 dict.set_item("difference", pair.mean)?;

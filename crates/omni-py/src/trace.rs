@@ -160,7 +160,7 @@ impl Trace {
         self.scenario.seed
     }
 
-    /// The figures of the run.
+    /// The metrics of the run.
     #[getter]
     fn outcome(&self) -> Outcome {
         self.outcome.clone()
@@ -242,7 +242,7 @@ impl Trace {
         extra(slf.py(), "pandas")?.call_method1("DataFrame", (Self::columns(slf)?,))
     }
 
-    /// The figures of the run by name, as :meth:`Outcome.to_dict`.
+    /// The metrics of the run by name, as :meth:`Outcome.to_dict`.
     fn metrics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         self.outcome.to_dict(py)
     }

@@ -117,7 +117,7 @@ pub enum Error {
     },
     /// The contacts of too many steps did not come to rest: what they pushed with is not known.
     #[error(
-        "the contacts did not converge in more than 1 % of the steps until t = {time_s:.3} s: no figure of this \
+        "the contacts did not converge in more than 1 % of the steps until t = {time_s:.3} s: no metric of this \
          run is valid; use a physics.timestep_s below {timestep_s}"
     )]
     Unsettled {
@@ -128,7 +128,7 @@ pub enum Error {
     },
     /// The physics returned more energy than was put in, beyond its error.
     #[error(
-        "the physics gained {gained_j:.1} J while {through_j:.1} J went through the vehicle: no figure of \
+        "the physics gained {gained_j:.1} J while {through_j:.1} J went through the vehicle: no metric of \
          this run is valid; use a physics.timestep_s below {timestep_s}"
     )]
     GainedEnergy {

@@ -15,7 +15,7 @@ const WAVES: usize = 64;
 /// Cells of a rough surface in its shortest wave.
 const CELLS_PER_WAVE: f64 = 8.0;
 
-/// Minimum extent of a run's ground \[m\]. Any number would do. This one yields the built-in step's figures in tables.
+/// Minimum extent of a run's ground \[m\]. Any number would do. This one yields the built-in step's metrics in tables.
 const REACH_M: f64 = 202.4;
 
 /// How far the ground of a scenario's physics reaches to all sides \[m\]: at least twice as far as the command goes.
@@ -189,22 +189,14 @@ impl Ground {
                 start_x_m,
                 ..
             } => {
-                let waves = waves(*seed, *wavelength_m);
-                let cells = |extent: f64| (extent / wavelength_m * CELLS_PER_WAVE).ceil() as usize;
-                let (rows, columns) = (cells(*length_m) + 1, cells(*width_m) + 1);
-                let heights = |i: usize, j: usize| {
-                    let x = length_m * i as f64 / (rows - 1) as f64;
-                    let y = width_m * (0.5 - j as f64 / (columns - 1) as f64);
-                    let fade =
-                        fade(x, *length_m, *wavelength_m) * fade(y + width_m / 2.0, *width_m, *wavelength_m);
-                    let sum: f64 = waves
-                        .iter()
-                        .map(|[kx, ky, phase]| libm::sin(kx * x + ky * y + phase))
-                        .sum();
-                    // Each of the waves has a mean square of a half.
-                    rms_m * fade * sum / (WAVES as f64 / 2.0).sqrt()
+                let surface = RoughSurface {
+                    rms_m: *rms_m,
+                    wavelength_m: *wavelength_m,
+                    extent_m: [*length_m, *width_m],
+                    waves: waves(*seed, *wavelength_m),
                 };
-                ground.field(*start_x_m, [*length_m, *width_m], [rows, columns], heights);
+                let cells = surface.cells();
+                ground.field(*start_x_m, surface.extent_m, cells, |i, j| surface.height_m(i, j));
             }
             Terrain::HeightMap {
                 image,
@@ -282,6 +274,37 @@ impl Ground {
             columns,
             heights_m: heights.map(|(i, j)| height(i, j)).collect(),
         });
+    }
+}
+
+/// A surface of waves that fades to the plane at its borders.
+struct RoughSurface {
+    rms_m: f64,
+    wavelength_m: f64,
+    extent_m: [f64; 2],
+    waves: [[f64; 3]; WAVES],
+}
+
+impl RoughSurface {
+    /// Numbers of corners along x and y.
+    fn cells(&self) -> [usize; 2] {
+        self.extent_m
+            .map(|extent| (extent / self.wavelength_m * CELLS_PER_WAVE).ceil() as usize + 1)
+    }
+
+    /// Height of a corner, as [`Shape::Field`] counts them.
+    fn height_m(&self, i: usize, j: usize) -> f64 {
+        let ([rows, columns], [length, width]) = (self.cells(), self.extent_m);
+        let x = length * i as f64 / (rows - 1) as f64;
+        let y = width * (0.5 - j as f64 / (columns - 1) as f64);
+        let fade = fade(x, length, self.wavelength_m) * fade(y + width / 2.0, width, self.wavelength_m);
+        let sum: f64 = self
+            .waves
+            .iter()
+            .map(|[kx, ky, phase]| libm::sin(kx * x + ky * y + phase))
+            .sum();
+        // Each of the waves has a mean square of a half.
+        self.rms_m * fade * sum / (WAVES as f64 / 2.0).sqrt()
     }
 }
 

@@ -1,10 +1,10 @@
-//! Figures and trace from control periods that the caller stepped and kept.
+//! Metrics and trace from control periods that the caller stepped and kept.
 
 use crate::config::Scenario;
 use crate::outcome::Meter;
 use crate::{Outcome, Period, ReportColumns, Trace, TraceBuilder};
 
-/// The figures of a scenario's run up to its last period here. `periods` are all of them, from the start.
+/// The metrics of a scenario's run up to its last period here. `periods` are all of them, from the start.
 ///
 /// ```
 /// use omni_sim::{Simulation, config::Scenario, outcome_of, run};

@@ -40,7 +40,7 @@ pub use error::Error;
 pub use history::{outcome_of, trace_of};
 pub use motors_on_dampers::{ByWheel, MOTOR_BENCH_POLICIES, MotorBenchTrace, run_motor_bench};
 pub use observation::OdometryEstimate;
-pub use outcome::{Better, BodyName, Figure, LimitedBy, Outcome, Verdict};
+pub use outcome::{Better, BodyName, LimitedBy, Metric, Outcome, Verdict};
 pub use period::Period;
 pub use report::{DriveReport, DriveWheel, Report, ReportColumns, TractionReport, TractionWheel};
 pub use run::{Run, control_periods, run};

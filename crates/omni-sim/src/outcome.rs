@@ -1,12 +1,12 @@
-//! The figures of a run and its verdict.
+//! The metrics of a run and its verdict.
 
 mod body_name;
 mod criteria;
 mod effort;
-mod figures;
 mod friction_use;
 mod mean;
 mod meter;
+mod metrics;
 mod obedience;
 mod pose_errors;
 mod slip_speed_std;
@@ -18,141 +18,89 @@ use serde::{Deserialize, Deserializer, Serialize};
 use crate::config::{Engine, Scenario};
 pub use body_name::BodyName;
 pub use effort::LimitedBy;
-pub use figures::{Better, Figure};
 pub(crate) use meter::Meter;
+pub use metrics::{Better, Metric};
 
-/// End of a run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-#[non_exhaustive]
-pub enum Verdict {
-    /// Every wheel stands on the ground beyond the obstacle.
-    Climbed,
-    /// The obstacle was not passed, or there is none, and in the last second the vehicle went less
-    /// than a tenth of the commanded way, or traction control gave up and rests.
-    Stalled,
-    /// The obstacle was not passed, and in the last second the vehicle went along it, and across it
-    /// less than a tenth of the way commanded across: rollers slide along a riser at full speed.
-    SlidAlong,
-    /// The obstacle was not passed, but the vehicle was still moving, or between retries: give it more time.
-    Unfinished,
-    /// There is no obstacle, and the vehicle is at the end of its path.
-    Arrived,
-    /// There is no obstacle, the run went to its end, and none of the others fits.
-    Completed,
-    /// The base tilted by more than 60 degrees.
-    Tipped,
-    /// For half a second the vehicle went more than half as fast again as commanded, and 0.1 m/s
-    /// more than that. Yaw counts as the speed of the farthest wheel about the origin; a vehicle
-    /// that is commanded to slow down may take 0.5 m/s^2 for it.
-    Overspeed,
-    /// For half a second, and by 5 cm, the vehicle moved or turned against its command. Traction
-    /// control that backs off for another try does so on purpose.
-    WrongWay,
-    /// Rest was commanded, the torque should have ended, and motors did work on their wheels: more
-    /// than 0.05 J in 0.6 s.
-    DroveOn,
-    /// Rest was commanded, and a second after the torque should have ended the vehicle still moved,
-    /// without that work: down a slope, or because nothing braked it.
-    RolledOn,
-    /// There is no obstacle, and the heading was more than 45 degrees, and half of all turning that
-    /// was commanded, off the commanded one; along a path 45 degrees off the path's.
-    OffCourse,
-    /// There is no obstacle, and the vehicle covered less than half of the commanded distance and
-    /// turning; of less than 10 cm in all this is not said.
-    FellShort,
-    /// Some body tilted by 30 degrees more than the ground asks: more than the heights under two
-    /// neighbouring rows or tracks of wheels explain. Or for half a second it was at its hinge's
-    /// stop, where the ground does not turn it so far.
-    Tilted,
-    /// The underside of a body was more than 2 mm below the ground. The run went on, because no
-    /// body is a contact of the physics: what came after that is no real vehicle's.
-    Touched,
-    /// The physics returned over a tenth more energy than was put in, so that nothing of the run can be trusted: the
-    /// physics step is too long.
-    GainedEnergy,
-    /// The physics left what a vehicle can do: no finite state, a joint came apart, or contacts did
-    /// not settle in more than one of a hundred steps.
-    Diverged,
+/// The table of verdicts: each one's name and its meaning, which is also its documentation.
+macro_rules! verdicts {
+    ($($verdict:ident: $name:literal, $meaning:literal;)*) => {
+        /// End of a run; docs/metrics.md lists the exact criteria.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+        #[non_exhaustive]
+        pub enum Verdict {
+            $(
+                #[doc = $meaning]
+                #[serde(rename = $name)]
+                $verdict,
+            )*
+        }
+
+        impl Verdict {
+            /// The name in tables and logs, as `climbed`.
+            ///
+            /// ```
+            /// assert_eq!(omni_sim::Verdict::Stalled.name(), "stalled");
+            /// ```
+            #[must_use]
+            pub fn name(self) -> &'static str {
+                match self {
+                    $(Self::$verdict => $name,)*
+                }
+            }
+
+            /// Its meaning, in a sentence or two; docs/metrics.md lists the exact criteria.
+            ///
+            /// ```
+            /// assert!(omni_sim::Verdict::Unfinished.meaning().contains("duration_s"));
+            /// ```
+            #[must_use]
+            pub fn meaning(self) -> &'static str {
+                match self {
+                    $(Self::$verdict => $meaning,)*
+                }
+            }
+        }
+    };
 }
 
-impl Verdict {
-    /// The name in tables and logs, as `climbed`.
-    ///
-    /// ```
-    /// assert_eq!(omni_sim::Verdict::Stalled.name(), "stalled");
-    /// ```
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Climbed => "climbed",
-            Self::Stalled => "stalled",
-            Self::SlidAlong => "slid_along",
-            Self::Unfinished => "unfinished",
-            Self::Arrived => "arrived",
-            Self::Completed => "completed",
-            Self::Tipped => "tipped",
-            Self::Overspeed => "overspeed",
-            Self::WrongWay => "wrong_way",
-            Self::DroveOn => "drove_on",
-            Self::RolledOn => "rolled_on",
-            Self::OffCourse => "off_course",
-            Self::FellShort => "fell_short",
-            Self::Tilted => "tilted",
-            Self::Touched => "touched",
-            Self::GainedEnergy => "gained_energy",
-            Self::Diverged => "diverged",
-        }
-    }
-
-    /// Its meaning, in a sentence or two; docs/metrics.md lists the exact criteria.
-    ///
-    /// ```
-    /// assert!(omni_sim::Verdict::Unfinished.meaning().contains("duration_s"));
-    /// ```
-    #[must_use]
-    pub fn meaning(self) -> &'static str {
-        match self {
-            Self::Climbed => "Every wheel stands beyond the obstacle.",
-            Self::Stalled => {
-                "In the last second the vehicle covered less than a tenth of the commanded distance, or it gave up."
-            }
-            Self::SlidAlong => {
-                "In the last second the vehicle moved along the obstacle, and less than a tenth of the commanded distance across it."
-            }
-            Self::Unfinished => {
-                "The vehicle was still moving, or retrying, when duration_s ended. A longer duration_s shows whether it climbs."
-            }
-            Self::Arrived => "There is no obstacle, and the vehicle is at the end of its path.",
-            Self::Completed => "There is no obstacle, and the vehicle moved as commanded to the run's end.",
-            Self::Tipped => "The base tilted by more than 60 degrees.",
-            Self::Overspeed => "For half a second the vehicle was more than 1.5 times as fast as commanded.",
-            Self::WrongWay => "For half a second the vehicle moved or turned against its command.",
-            Self::DroveOn => {
-                "The motors drove wheels although rest was commanded and their torque should have ended."
-            }
-            Self::RolledOn => {
-                "The vehicle kept moving although rest was commanded; its motors did no work. It rolled down a slope, or nothing braked it."
-            }
-            Self::OffCourse => {
-                "The vehicle turned unasked, so that its heading was more than 45 degrees off the commanded one."
-            }
-            Self::FellShort => "The vehicle covered less than half of the commanded distance.",
-            Self::Tilted => {
-                "A body tilted by 30 degrees more than the ground requires, or it fell to its hinge's stop."
-            }
-            Self::Touched => {
-                "A body met the ground. In the simulation it passes through; a real vehicle would be stopped or scrape."
-            }
-            Self::GainedEnergy => {
-                "The physics created energy, so no figure is valid. Use a shorter physics.timestep_s."
-            }
-            Self::Diverged => "The physics failed: no figure is valid. Use a shorter physics.timestep_s.",
-        }
-    }
+verdicts! {
+    Climbed: "climbed",
+        "Every wheel stands beyond the obstacle.";
+    Stalled: "stalled",
+        "In the last second the vehicle covered less than a tenth of the commanded distance, or it gave up.";
+    SlidAlong: "slid_along",
+        "In the last second the vehicle moved along the obstacle, and less than a tenth of the commanded distance across it.";
+    Unfinished: "unfinished",
+        "The vehicle was still moving, or retrying, when duration_s ended. A longer duration_s shows whether it climbs.";
+    Arrived: "arrived",
+        "There is no obstacle, and the vehicle is at the end of its path.";
+    Completed: "completed",
+        "There is no obstacle, and the vehicle moved as commanded to the run's end.";
+    Tipped: "tipped",
+        "The base tilted by more than 60 degrees.";
+    Overspeed: "overspeed",
+        "For half a second the vehicle was more than 1.5 times as fast as commanded.";
+    WrongWay: "wrong_way",
+        "For half a second the vehicle moved or turned against its command.";
+    DroveOn: "drove_on",
+        "The motors drove wheels although rest was commanded and their torque should have ended.";
+    RolledOn: "rolled_on",
+        "The vehicle kept moving although rest was commanded; its motors did no work. It rolled down a slope, or nothing braked it.";
+    OffCourse: "off_course",
+        "The vehicle turned unasked, so that its heading was more than 45 degrees off the commanded one.";
+    FellShort: "fell_short",
+        "The vehicle covered less than half of the commanded distance.";
+    Tilted: "tilted",
+        "A body tilted by 30 degrees more than the ground requires, or it fell to its hinge's stop.";
+    Touched: "touched",
+        "A body met the ground. In the simulation it passes through; a real vehicle would be stopped or scrape.";
+    GainedEnergy: "gained_energy",
+        "The physics created energy, so no metric is valid. Use a shorter physics.timestep_s.";
+    Diverged: "diverged",
+        "The physics failed: no metric is valid. Use a shorter physics.timestep_s.";
 }
 
-/// Figures of a run.
+/// Metrics of a run.
 ///
 /// If there is an obstacle, averages are over the *crossing*: from the moment the foremost wheel reaches it to the
 /// moment the last wheel stands on the ground beyond, or the end of the run. On flat ground they are over the whole
@@ -177,7 +125,7 @@ pub struct Outcome {
     #[serde(default)] // logs that do not say it are of the only engine that there was
     pub engine: Engine,
     /// The wheel model is valid on this ground: rollers, or balls that represent them there
-    /// ([`Scenario::beyond_balls`](crate::config::Scenario::beyond_balls)). If it is false, verdict and figures
+    /// ([`Scenario::beyond_balls`](crate::config::Scenario::beyond_balls)). If it is false, verdict and metrics
     /// describe another vehicle.
     #[serde(default)] // of logs that do not say it, the scenario does
     pub wheel_model_valid: bool,
@@ -350,12 +298,12 @@ impl Outcome {
     }
 }
 
-/// A figure that a file does not have.
+/// A metric that a file does not have.
 fn not_measured() -> f64 {
     f64::NAN
 }
 
-/// A figure; JSON contains null if nothing was measured.
+/// A metric; JSON contains null if nothing was measured.
 fn or_nan<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
     Ok(Option::deserialize(from)?.unwrap_or(f64::NAN))
 }

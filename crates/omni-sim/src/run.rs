@@ -31,7 +31,7 @@ pub fn run(scenario: &Scenario) -> Result<Trace, Error> {
 }
 
 /// A run of a scenario: its controller, command, physics engine and observers. [`Run::trace`] runs it and keeps every
-/// signal, [`Run::outcome`] keeps the figures alone.
+/// signal, [`Run::outcome`] keeps the metrics alone.
 ///
 /// ```
 /// use omni_core::BodyTwist;
@@ -212,7 +212,7 @@ impl<'a, E: From<Error> + 'a> Run<'a, E> {
         Ok((trace.finish(outcome), ended))
     }
 
-    /// Runs, and keeps nothing but the figures.
+    /// Runs, and keeps nothing but the metrics.
     ///
     /// If the physics ends the run, the verdict is [`crate::Verdict::Diverged`], if it gains energy
     /// [`crate::Verdict::GainedEnergy`]: the error next to the outcome states the reason.

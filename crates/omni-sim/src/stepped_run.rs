@@ -1,4 +1,4 @@
-//! A run that its caller steps: simulation and figures together.
+//! A run that its caller steps: simulation and metrics together.
 
 use omni_core::BodyTwist;
 
@@ -92,7 +92,7 @@ impl SteppedRun {
         self.meter.is_across()
     }
 
-    /// The figures until now.
+    /// The metrics until now.
     #[must_use]
     pub fn outcome(&self) -> Outcome {
         self.meter.outcome(self.failed.is_some())
@@ -104,7 +104,7 @@ impl SteppedRun {
         self.failed.as_ref()
     }
 
-    /// The figures, and why the physics failed or what they gained.
+    /// The metrics, and why the physics failed or what they gained.
     #[must_use]
     pub fn ended(self) -> (Outcome, Option<Error>) {
         let outcome = self.outcome();

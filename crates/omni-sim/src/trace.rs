@@ -136,7 +136,7 @@ impl PartialEq for Trace {
 }
 
 impl Trace {
-    /// The run's figures.
+    /// The run's metrics.
     #[must_use]
     pub fn outcome(&self) -> &Outcome {
         &self.outcome

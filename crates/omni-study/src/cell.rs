@@ -53,11 +53,11 @@ pub struct Columns {
     /// One an axis, in the study's order: the axis' key with `_` for each dot.
     pub axes: Vec<Column>,
     /// One a field of [`Outcome`](omni_sim::Outcome), by name.
-    pub figures: Vec<Column>,
+    pub metrics: Vec<Column>,
 }
 
 impl Columns {
-    /// Every column: `key`, `seed`, the axes, the figures, `error`.
+    /// Every column: `key`, `seed`, the axes, the metrics, `error`.
     #[must_use]
     pub fn all(&self) -> Vec<Column> {
         let column = |name: &str, kind| Column {
@@ -65,7 +65,7 @@ impl Columns {
             kind,
         };
         let mut all = vec![column("key", Kind::Text), column("seed", Kind::Integer)];
-        all.extend(self.axes.iter().chain(&self.figures).cloned());
+        all.extend(self.axes.iter().chain(&self.metrics).cloned());
         all.push(column("error", Kind::Text));
         all
     }

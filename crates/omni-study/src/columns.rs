@@ -9,28 +9,28 @@ use toml::Value;
 
 use crate::{Cell, Column, Columns, Error, Kind};
 
-/// One column an axis, one a figure; `values` are each axis' values over all combinations.
+/// One column an axis, one a metric; `values` are each axis' values over all combinations.
 pub(crate) fn columns(
     study: &Study,
     values: &[Vec<Option<Value>>],
     refuse: &dyn Fn(&str, String) -> Error,
 ) -> Result<Columns, Error> {
-    let figures = figures()?;
-    for figure in &study.map.figures {
-        if !figures
+    let metrics = metrics()?;
+    for metric in &study.map.metrics {
+        if !metrics
             .iter()
-            .any(|column| column.name == *figure && column.kind != Kind::Text)
+            .any(|column| column.name == *metric && column.kind != Kind::Text)
         {
-            let known: Vec<_> = figures
+            let known: Vec<_> = metrics
                 .iter()
                 .filter(|column| column.kind != Kind::Text)
                 .map(|column| column.name.as_str())
                 .collect();
             return Err(refuse(
-                "map.figures",
+                "map.metrics",
                 format!(
-                    "{figure:?}{}, allowed: {}",
-                    omni_config::did_you_mean(figure, known.iter().copied()),
+                    "{metric:?}{}, allowed: {}",
+                    omni_config::did_you_mean(metric, known.iter().copied()),
                     known.join(", ")
                 ),
             ));
@@ -40,7 +40,7 @@ pub(crate) fn columns(
     for (i, axis) in study.axis.iter().enumerate() {
         let name = axis.key.replace(['.', '-'], "_");
         let taken = ["key", "seed", "error"].contains(&name.as_str())
-            || axes.iter().chain(&figures).any(|column| column.name == name);
+            || axes.iter().chain(&metrics).any(|column| column.name == name);
         if taken {
             let message = format!(
                 "{:?}, allowed: a key whose column, {name}, no other key has",
@@ -60,15 +60,15 @@ pub(crate) fn columns(
         };
         axes.push(Column { name, kind });
     }
-    Ok(Columns { axes, figures })
+    Ok(Columns { axes, metrics })
 }
 
-/// Figures that are words, and null in most runs.
+/// Metrics that are words, and null in most runs.
 const WORDS: [&str; 2] = ["limited_by", "touched_body"];
 
-/// The fields of an outcome with their types, from a short run. A figure that is null there is a number, unless it is a
+/// The fields of an outcome with their types, from a short run. A metric that is null there is a number, unless it is a
 /// word.
-fn figures() -> Result<Vec<Column>, Error> {
+fn metrics() -> Result<Vec<Column>, Error> {
     let scenario = Scenario::load("flat", &[Override::parse("duration_s=0.01")?])?;
     let (outcome, _) = Run::new(&scenario).outcome()?;
     Ok(fields(&outcome)

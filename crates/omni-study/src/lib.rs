@@ -41,7 +41,7 @@ pub use error::Error;
 pub use key::key;
 pub use map::{MapCell, cells, cells_of};
 pub use own_policy::OwnPolicy;
-pub use paired::{PairedCell, PairedFigure, paired};
+pub use paired::{PairedCell, PairedMetric, paired};
 pub use plan::{Plan, Run};
 pub use row::{Ended, Row, row, row_with, rows};
 pub use run::{Computed, compute};

@@ -23,19 +23,19 @@ pub struct MapCell {
     pub beyond_balls: usize,
     /// Runs among the others that were cut off on their way, [`Verdict::Unfinished`]: longer ones might have climbed.
     pub unfinished: usize,
-    /// Sum and count of each of the map's figures over the runs that did not fail and in which it was measured; yes
+    /// Sum and count of each of the map's metrics over the runs that did not fail and in which it was measured; yes
     /// counts 1.
-    pub figures: Vec<(f64, usize)>,
+    pub metrics: Vec<(f64, usize)>,
     /// 95 % interval of each of them: of yes and no Wilson's score ([`wilson`]), of a number's mean
     /// Student's t ([`mean_interval`]); none of one number.
     pub intervals: Vec<Option<[f64; 2]>>,
 }
 
 impl MapCell {
-    /// The mean of the map's figure of that index; none if nothing was measured.
+    /// The mean of the map's metric of that index; none if nothing was measured.
     #[must_use]
-    pub fn mean(&self, figure: usize) -> Option<f64> {
-        let (sum, count) = *self.figures.get(figure)?;
+    pub fn mean(&self, metric: usize) -> Option<f64> {
+        let (sum, count) = *self.metrics.get(metric)?;
         (count > 0).then(|| sum / count as f64)
     }
 }
@@ -52,14 +52,14 @@ impl MapCell {
 /// ```
 #[must_use]
 pub fn cells(plan: &Plan, rows: &[Row]) -> Vec<MapCell> {
-    // A plan rejects unknown figures.
-    cells_of(plan, rows, &plan.study().map.figures).unwrap_or_default()
+    // A plan rejects unknown metrics.
+    cells_of(plan, rows, &plan.study().map.metrics).unwrap_or_default()
 }
 
-/// [`cells`] of other figures than the map's.
+/// [`cells`] of other metrics than the map's.
 ///
 /// # Errors
-/// A figure that is none, or that is text.
+/// A metric that is none, or that is text.
 ///
 /// ```
 /// use omni_config::{Override, Study};
@@ -67,22 +67,22 @@ pub fn cells(plan: &Plan, rows: &[Row]) -> Vec<MapCell> {
 /// let plan = Plan::new(&Study::load("ensemble")?, &[Override::new("duration_s", 0.1)])?;
 /// let rows = rows(&plan.runs()[..2], &false.into());
 /// let cells = cells_of(&plan, &rows, &["climbed".into(), "energy_residual".into()])?;
-/// assert_eq!(cells[0].figures[0], (0.0, 2)); // none of two climbed: at most two of three would, 95 times of a hundred
+/// assert_eq!(cells[0].metrics[0], (0.0, 2)); // none of two climbed: at most two of three would, 95 times of a hundred
 /// assert!(cells[0].intervals[0].is_some_and(|[low, high]| low == 0.0 && (high - 0.658).abs() < 1e-3));
 /// assert!(cells_of(&plan, &rows, &["verdict".into()]).is_err());
 /// # Ok::<(), omni_study::Error>(())
 /// ```
-pub fn cells_of(plan: &Plan, rows: &[Row], figures: &[String]) -> Result<Vec<MapCell>, Error> {
+pub fn cells_of(plan: &Plan, rows: &[Row], metrics: &[String]) -> Result<Vec<MapCell>, Error> {
     let by_key: BTreeMap<&str, &Row> = rows.iter().map(|row| (row.key.as_str(), row)).collect();
-    let shown = figures.iter().map(|name| column_of(plan, name));
+    let shown = metrics.iter().map(|name| column_of(plan, name));
     let shown = shown.collect::<Result<Vec<_>, _>>()?;
     let valid = plan
         .columns()
-        .figures
+        .metrics
         .iter()
         .position(|column| column.name == "wheel_model_valid");
-    let figures = &plan.columns().figures;
-    let verdict = figures.iter().position(|column| column.name == "verdict");
+    let metrics = &plan.columns().metrics;
+    let verdict = metrics.iter().position(|column| column.name == "verdict");
     let mut cells: Vec<MapCell> = Vec::new();
     let seeds = plan.study().seeds.list().len();
     for runs in plan.runs().chunks(seeds.max(1)) {
@@ -92,13 +92,13 @@ pub fn cells_of(plan: &Plan, rows: &[Row], figures: &[String]) -> Result<Vec<Map
             errors: 0,
             beyond_balls: 0,
             unfinished: 0,
-            figures: Vec::new(),
+            metrics: Vec::new(),
             intervals: Vec::new(),
         };
         let mut measured = vec![Vec::new(); shown.len()];
         for row in runs.iter().filter_map(|run| by_key.get(run.key.as_str())) {
             cell.runs += 1;
-            let valid = valid.and_then(|i| row.figures.get(i));
+            let valid = valid.and_then(|i| row.metrics.get(i));
             cell.beyond_balls += usize::from(valid == Some(&Cell::Bool(false)));
             if row.error.is_some() {
                 cell.errors += 1;
@@ -106,17 +106,17 @@ pub fn cells_of(plan: &Plan, rows: &[Row], figures: &[String]) -> Result<Vec<Map
             }
             let unfinished =
                 |cell: &Cell| matches!(cell, Cell::Text(name) if name == Verdict::Unfinished.name());
-            cell.unfinished += usize::from(verdict.and_then(|i| row.figures.get(i)).is_some_and(unfinished));
-            for (measured, figure) in measured.iter_mut().zip(&shown) {
-                measured.extend(row.figures.get(*figure).and_then(Cell::number));
+            cell.unfinished += usize::from(verdict.and_then(|i| row.metrics.get(i)).is_some_and(unfinished));
+            for (measured, metric) in measured.iter_mut().zip(&shown) {
+                measured.extend(row.metrics.get(*metric).and_then(Cell::number));
             }
         }
-        for (measured, figure) in measured.iter().zip(&shown) {
+        for (measured, metric) in measured.iter().zip(&shown) {
             // From 0: the sum of none would be -0.
             let sum = measured.iter().fold(0.0, |sum, number| sum + number);
-            cell.figures.push((sum, measured.len()));
+            cell.metrics.push((sum, measured.len()));
             cell.intervals
-                .push(if plan.columns().figures[*figure].kind == Kind::Bool {
+                .push(if plan.columns().metrics[*metric].kind == Kind::Bool {
                     wilson(sum as usize, measured.len())
                 } else {
                     mean_interval(measured).and_then(|(_, interval)| interval)
@@ -127,23 +127,23 @@ pub fn cells_of(plan: &Plan, rows: &[Row], figures: &[String]) -> Result<Vec<Map
     Ok(cells)
 }
 
-/// Which column a figure is; it must be a number, or yes and no.
-pub(crate) fn column_of(plan: &Plan, figure: &str) -> Result<usize, Error> {
-    let columns = &plan.columns().figures;
+/// Which column a metric is; it must be a number, or yes and no.
+pub(crate) fn column_of(plan: &Plan, metric: &str) -> Result<usize, Error> {
+    let columns = &plan.columns().metrics;
     let found = columns
         .iter()
-        .position(|column| column.name == figure && column.kind != Kind::Text);
+        .position(|column| column.name == metric && column.kind != Kind::Text);
     found.ok_or_else(|| {
         let known: Vec<_> = columns
             .iter()
             .filter(|column| column.kind != Kind::Text)
             .map(|column| column.name.as_str())
             .collect();
-        let meant = omni_config::did_you_mean(figure, known.iter().copied());
+        let meant = omni_config::did_you_mean(metric, known.iter().copied());
         refuse(
             plan.study(),
-            "figures",
-            format!("{figure:?}{meant}, allowed: {}", known.join(", ")),
+            "metrics",
+            format!("{metric:?}{meant}, allowed: {}", known.join(", ")),
         )
     })
 }

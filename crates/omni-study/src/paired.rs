@@ -15,14 +15,14 @@ use crate::{Cell, Error, Kind, Plan, Row, Run};
 pub struct PairedCell {
     /// The value of each axis, in the study's order.
     pub axes: Vec<Cell>,
-    /// Comparison of each figure.
-    pub figures: Vec<PairedFigure>,
+    /// Comparison of each metric.
+    pub metrics: Vec<PairedMetric>,
 }
 
-/// Differences of a figure: with the combination's value less with the one that it is compared with.
+/// Differences of a metric: with the combination's value less with the one that it is compared with.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct PairedFigure {
+pub struct PairedMetric {
     /// Seeds at which both have it.
     pub pairs: usize,
     /// Mean of the differences; yes counts 1. None without a pair.
@@ -38,7 +38,7 @@ pub struct PairedFigure {
 /// Combinations that have that value are not in the list, nor are those that have no such fellow.
 ///
 /// # Errors
-/// A key that is not an axis, a value that is not on it, an unknown figure.
+/// A key that is not an axis, a value that is not on it, an unknown metric.
 ///
 /// ```
 /// use omni_config::{Override, Study};
@@ -48,16 +48,16 @@ pub struct PairedFigure {
 /// let baseline = Override::parse("control.policy=independent")?;
 /// let cells = paired(&plan, &rows, &baseline, &["climbed".into()])?;
 /// assert_eq!(cells.len(), 4); // the other policies
-/// assert_eq!((cells[0].figures[0].pairs, cells[0].figures[0].only), (24, Some([0, 0]))); // a tenth of a second is for none
+/// assert_eq!((cells[0].metrics[0].pairs, cells[0].metrics[0].only), (24, Some([0, 0]))); // a tenth of a second is for none
 /// # Ok::<(), omni_study::Error>(())
 /// ```
 pub fn paired(
     plan: &Plan,
     rows: &[Row],
     baseline: &Override,
-    figures: &[String],
+    metrics: &[String],
 ) -> Result<Vec<PairedCell>, Error> {
-    let columns = figures.iter().map(|name| column_of(plan, name));
+    let columns = metrics.iter().map(|name| column_of(plan, name));
     let columns = columns.collect::<Result<Vec<_>, _>>()?;
     let keys: Vec<_> = plan.study().axis.iter().map(|axis| axis.key.as_str()).collect();
     let axis = keys
@@ -95,7 +95,7 @@ pub fn paired(
     let by_key: BTreeMap<&str, &Row> = rows.iter().map(|row| (row.key.as_str(), row)).collect();
     let measured = |run: &Run, column: usize| {
         let row = by_key.get(run.key.as_str()).filter(|row| row.error.is_none())?;
-        row.figures.get(column)?.number()
+        row.metrics.get(column)?.number()
     };
     // Combinations by all their values but the axis'.
     let others = |runs: &[Run]| -> Option<String> {
@@ -112,7 +112,7 @@ pub fn paired(
         let Some(fellow) = fellows.get(&others(runs)) else {
             continue;
         };
-        let figure = |column: &usize| {
+        let metric = |column: &usize| {
             // All combinations have the same seeds in the same order.
             let both = runs
                 .iter()
@@ -121,16 +121,16 @@ pub fn paired(
             let differences: Vec<f64> = both.map(|(this, other)| this - other).collect();
             let (mean, interval) = mean_interval(&differences).unzip();
             let alone = |sign: f64| differences.iter().filter(|d| **d * sign > 0.0).count();
-            PairedFigure {
+            PairedMetric {
                 pairs: differences.len(),
                 mean,
                 interval: interval.flatten(),
-                only: (plan.columns().figures[*column].kind == Kind::Bool).then(|| [alone(1.0), alone(-1.0)]),
+                only: (plan.columns().metrics[*column].kind == Kind::Bool).then(|| [alone(1.0), alone(-1.0)]),
             }
         };
         cells.push(PairedCell {
             axes: runs.first().map_or_else(Vec::new, |run| run.axes.to_vec()),
-            figures: columns.iter().map(figure).collect(),
+            metrics: columns.iter().map(metric).collect(),
         });
     }
     Ok(cells)

@@ -173,12 +173,12 @@ fn from_cells(cells: Vec<Cell>, columns: &Columns) -> Result<Row> {
         return Err(ParquetError::General("a row without key or seed".into()));
     };
     let axes = cells.by_ref().take(columns.axes.len()).collect();
-    let figures = cells.by_ref().take(columns.figures.len()).collect();
+    let metrics = cells.by_ref().take(columns.metrics.len()).collect();
     Ok(Row {
         key,
         seed: u64::try_from(seed).map_err(|_| ParquetError::General(format!("seed {seed}")))?,
         axes,
-        figures,
+        metrics,
         error: match cells.next() {
             Some(Cell::Text(text)) => Some(text),
             _ => None,

@@ -22,9 +22,9 @@ pub struct Row {
     pub seed: u64,
     /// The value of each axis, in the study's order.
     pub axes: Vec<Cell>,
-    /// Each figure of the outcome, in the columns' order. If the physics ended the run, the figures up to that time;
+    /// Each metric of the outcome, in the columns' order. If the physics ended the run, the metrics up to that time;
     /// all missing if it failed for another reason.
-    pub figures: Vec<Cell>,
+    pub metrics: Vec<Cell>,
     /// Why the run failed, in one line.
     pub error: Option<String>,
 }
@@ -46,7 +46,7 @@ impl Row {
         // A seed comes from TOML, whose integers end at 2^63 - 1.
         let seed = i64::try_from(self.seed).map_or(Cell::Missing, Cell::Integer);
         let mut cells = vec![Cell::Text(self.key.clone()), seed];
-        cells.extend(self.axes.iter().chain(&self.figures).cloned());
+        cells.extend(self.axes.iter().chain(&self.metrics).cloned());
         cells.push(self.error.clone().map_or(Cell::Missing, Cell::Text));
         cells
     }
@@ -104,30 +104,30 @@ pub fn row_with(
     let scenario = run.scenario();
     // Nothing outlives the closure that a panic could have left half done.
     let done = catch_unwind(AssertUnwindSafe(|| outcome(&scenario)));
-    let (figures, error) = match done {
+    let (metrics, error) = match done {
         Ok(Ok(None)) => return None,
-        Ok(Ok(Some((outcome, ended)))) => match figures(run, &outcome) {
-            Ok(figures) => (figures, ended.map(|error| error.to_string())),
+        Ok(Ok(Some((outcome, ended)))) => match metrics(run, &outcome) {
+            Ok(metrics) => (metrics, ended.map(|error| error.to_string())),
             Err(misfit) => (Vec::new(), Some(misfit)),
         },
         Ok(Err(error)) => (Vec::new(), Some(error.to_string())),
         Err(panic) => (Vec::new(), Some(format!("panic: {}", message(&*panic)))),
     };
-    let mut figures = figures;
-    figures.resize(run.columns.figures.len(), Cell::Missing);
+    let mut metrics = metrics;
+    metrics.resize(run.columns.metrics.len(), Cell::Missing);
     Some(Row {
         key: run.key.clone(),
         seed: run.seed,
         axes: run.axes.to_vec(),
-        figures,
+        metrics,
         error: error.map(|text| text.split_whitespace().collect::<Vec<_>>().join(" ")),
     })
 }
 
-/// The figures in the columns' order, or what does not fit its column.
-fn figures(run: &Run, outcome: &Outcome) -> Result<Vec<Cell>, String> {
+/// The metrics in the columns' order, or what does not fit its column.
+fn metrics(run: &Run, outcome: &Outcome) -> Result<Vec<Cell>, String> {
     let mut fields = fields(outcome);
-    let columns = run.columns.figures.iter();
+    let columns = run.columns.metrics.iter();
     columns
         .map(|column| {
             let cell = fields.remove(&column.name).unwrap_or(Cell::Missing);

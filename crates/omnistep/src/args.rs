@@ -52,7 +52,7 @@ pub(crate) enum Command {
         #[arg(long)]
         engines: bool,
     },
-    /// Runs a scenario, prints its figures and writes its log.
+    /// Runs a scenario, prints its metrics and writes its log.
     ///
     /// With --live or --ros2 the run keeps pace with the clock, for viewers and for ROS 2.
     Run {
@@ -117,7 +117,7 @@ pub(crate) enum Command {
     },
     /// Prints the minimum torque and run-up for a step, without simulation.
     ///
-    /// The figures come from the balance of forces, for each row of wheels. Verdict `torque`: the
+    /// The limits come from the balance of forces, for each row of wheels. Verdict `torque`: the
     /// motors' torque suffices at any speed; `run_up`: the row needs the run-up in the last column; `open`: the row may
     /// need it; `impossible`: the run-up is too small.
     ClimbLimits {
@@ -134,7 +134,7 @@ pub(crate) enum Command {
         #[arg(long)]
         json: bool,
     },
-    /// Reads logs, checks every checksum, prints their topics and figures.
+    /// Reads logs, checks every checksum, prints their topics and metrics.
     Info {
         /// MCAP files, finished or not.
         #[arg(required = true)]
@@ -142,7 +142,7 @@ pub(crate) enum Command {
         /// Prints only JSON: one line with an object for each log.
         #[arg(long)]
         json: bool,
-        /// Explains each figure below the table.
+        /// Explains each metric below the table.
         #[arg(long, conflicts_with = "json")]
         explain: bool,
     },
@@ -293,7 +293,7 @@ pub(crate) struct RunArgs {
     /// Prints only JSON: one line with an object for each policy.
     #[arg(long)]
     pub(crate) json: bool,
-    /// Explains each figure below the table.
+    /// Explains each metric below the table.
     #[arg(long, conflicts_with = "json")]
     pub(crate) explain: bool,
     /// Shows no progress bar.

@@ -40,9 +40,8 @@ pub(super) fn check(
             allowed: "with a vehicle, a scenario or an experiment",
         });
     }
-    let step_m = step.map(|step| step.height_m);
-    if let Some(height_m) = step_m {
-        allowed_step(height_m, &loaded)?;
+    if let Some(step) = step {
+        allowed_step(step.height_m, &loaded)?;
     }
     report.name = match &loaded {
         File::Vehicle(vehicle) => vehicle.name.clone(),
@@ -51,63 +50,8 @@ pub(super) fn check(
         _ => file.to_owned(),
     };
     let said = match loaded {
-        File::Vehicle(vehicle) => {
-            let derived = match vehicle.gains {
-                Some(_) => None,
-                None => Some(vehicle.derived_gains(PERIOD_S)?),
-            };
-            announce_assumed(&vehicle, PERIOD_S, derived.as_ref());
-            report.warn(vehicle.doubts(PERIOD_S)?);
-            report.warn(vehicle.falls(GRAVITY_M_S2));
-            let facts = facts(&vehicle, PERIOD_S, GRAVITY_M_S2, derived.as_ref())?;
-            let limits = on_step(&vehicle, step_m, FRICTION, GRAVITY_M_S2, SPEED_M_S, &mut report)?;
-            // As in a scenario that names no policy.
-            let own =
-                |over: &Override| Override::new(format!("vehicle.{}", over.key()), over.value().clone());
-            let overrides: Vec<_> = [Override::new("vehicle", file)]
-                .into_iter()
-                .chain(overrides.iter().map(own))
-                .collect();
-            let flat = Scenario::load("flat", &overrides)?;
-            let charted = charted(step, flat.vehicle(), &mut report)?;
-            format!(
-                "vehicle {}{facts}{}{limits}{charted}{}",
-                described(&vehicle),
-                chosen(&flat),
-                wheels_ahead(&vehicle)
-            )
-        }
-        File::Scenario(scenario) => {
-            let (vehicle, derived) = (scenario.vehicle(), scenario.derived_gains());
-            announce_assumed(vehicle, scenario.period_s(), derived);
-            let gravity = scenario.physics.gravity_m_s2;
-            report.warn(vehicle.doubts(scenario.period_s())?);
-            report.warn(vehicle.falls(gravity));
-            report.warn(doubts_of(&scenario));
-            report.warn(scenario.encoder_warning()?);
-            let balls = beyond_balls(&scenario);
-            report.doubtful |= balls.is_some();
-            let (friction, speed_m_s) = (scenario.terrain.friction(), scenario.command.vx_m_s.abs());
-            let limits = on_step(vehicle, step_m, friction, gravity, speed_m_s, &mut report)?;
-            let charted = charted(step, vehicle, &mut report)?;
-            format!(
-                "scenario {}, {} s, policy {}, engine {}; vehicle {}{}{}{}{limits}{charted}{}",
-                scenario.name,
-                scenario.duration_s,
-                scenario.control.law(),
-                scenario.physics.engine.name(),
-                described(vehicle),
-                facts(
-                    vehicle,
-                    scenario.period_s(),
-                    scenario.physics.gravity_m_s2,
-                    derived
-                )?,
-                encoder(&scenario)?,
-                chosen(&scenario),
-                wheels_there(&scenario, balls.as_deref())
-            )
-        }
+        File::Vehicle(vehicle) => of_vehicle(file, &vehicle, step, overrides, &mut report)?,
+        File::Scenario(scenario) => of_scenario(&scenario, step, &mut report)?,
         File::Experiment(experiment) => {
             format!("experiment {}, {} s", experiment.name, experiment.duration_s)
         }
@@ -132,6 +76,69 @@ pub(super) fn check(
     };
     print(out, &format!("{file}: {said}\n"))?;
     Ok(report.doubtful)
+}
+
+/// What a vehicle's file describes.
+fn of_vehicle(
+    file: &str,
+    vehicle: &Vehicle,
+    step: Option<&AskedStep>,
+    overrides: &[Override],
+    report: &mut Report,
+) -> Result<String, Error> {
+    let derived = match vehicle.gains {
+        Some(_) => None,
+        None => Some(vehicle.derived_gains(PERIOD_S)?),
+    };
+    announce_assumed(vehicle, PERIOD_S, derived.as_ref());
+    report.warn(vehicle.doubts(PERIOD_S)?);
+    report.warn(vehicle.falls(GRAVITY_M_S2));
+    let facts = facts(vehicle, PERIOD_S, GRAVITY_M_S2, derived.as_ref())?;
+    let step_m = step.map(|step| step.height_m);
+    let limits = on_step(vehicle, step_m, FRICTION, GRAVITY_M_S2, SPEED_M_S, report)?;
+    // As in a scenario that names no policy.
+    let own = |over: &Override| Override::new(format!("vehicle.{}", over.key()), over.value().clone());
+    let overrides: Vec<_> = [Override::new("vehicle", file)]
+        .into_iter()
+        .chain(overrides.iter().map(own))
+        .collect();
+    let flat = Scenario::load("flat", &overrides)?;
+    let charted = charted(step, flat.vehicle(), report)?;
+    Ok(format!(
+        "vehicle {}{facts}{}{limits}{charted}{}",
+        described(vehicle),
+        chosen(&flat),
+        wheels_ahead(vehicle)
+    ))
+}
+
+/// What a scenario's file describes.
+fn of_scenario(scenario: &Scenario, step: Option<&AskedStep>, report: &mut Report) -> Result<String, Error> {
+    let (vehicle, derived) = (scenario.vehicle(), scenario.derived_gains());
+    announce_assumed(vehicle, scenario.period_s(), derived);
+    let gravity = scenario.physics.gravity_m_s2;
+    report.warn(vehicle.doubts(scenario.period_s())?);
+    report.warn(vehicle.falls(gravity));
+    report.warn(doubts_of(scenario));
+    report.warn(scenario.encoder_warning()?);
+    let balls = beyond_balls(scenario);
+    report.doubtful |= balls.is_some();
+    let (friction, speed_m_s) = (scenario.terrain.friction(), scenario.command.vx_m_s.abs());
+    let step_m = step.map(|step| step.height_m);
+    let limits = on_step(vehicle, step_m, friction, gravity, speed_m_s, report)?;
+    let charted = charted(step, vehicle, report)?;
+    Ok(format!(
+        "scenario {}, {} s, policy {}, engine {}; vehicle {}{}{}{}{limits}{charted}{}",
+        scenario.name,
+        scenario.duration_s,
+        scenario.control.law(),
+        scenario.physics.engine.name(),
+        described(vehicle),
+        facts(vehicle, scenario.period_s(), gravity, derived)?,
+        encoder(scenario)?,
+        chosen(scenario),
+        wheels_there(scenario, balls.as_deref())
+    ))
 }
 
 /// What was warned of, of whom.

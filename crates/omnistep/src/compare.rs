@@ -16,7 +16,7 @@ use omni_sim::controller::{AnyController, Firmware, LinkCounters};
 use crate::Error;
 use crate::args::RunArgs;
 use crate::fault_messages::FaultMessages;
-use crate::figures::{Run, explained, results};
+use crate::metrics::{Run, explained, results};
 use crate::notices::{announce, warn_of_policies};
 use crate::output::{print, print_path, say};
 use crate::reasons::reasons;
@@ -27,7 +27,7 @@ use crate::signals::stop_flag;
 #[derive(Serialize)]
 struct Row {
     policy: String,
-    // The engine is among the outcome's figures.
+    // The engine is among the outcome's metrics.
     #[serde(flatten)]
     outcome: Outcome,
     steps_per_s: f64,
@@ -149,7 +149,7 @@ pub(super) fn compare(
             }
         };
         if let Some(link) = link.filter(|link| !link.is_zero()) {
-            // The figures remain valid, but describe a disturbed run.
+            // The metrics remain valid, but describe a disturbed run.
             bar.suspend(|| say(&format!("messages lost on the link: {link}")));
         }
         if args.json {
@@ -175,7 +175,7 @@ fn presets(scenario: &Scenario) -> Result<Vec<Scenario>, omni_config::Error> {
     presets.into_iter().chain(own).collect()
 }
 
-/// Prints the table of what was run, what its figures say where that is asked for, and where the logs are.
+/// Prints the table of what was run, what its metrics say where that is asked for, and where the logs are.
 fn show(scenario: &Scenario, rows: &[Row], explain: bool, out: &mut dyn Write) -> Result<(), Error> {
     let one = rows
         .iter()

@@ -22,13 +22,13 @@ mod error;
 mod excitation;
 mod export;
 mod fault_messages;
-mod figures;
 mod files;
 mod import_map;
 mod list;
 #[cfg(feature = "live")]
 mod live;
 mod logs;
+mod metrics;
 mod motor_bench;
 mod notices;
 mod output;

@@ -12,7 +12,7 @@ use omni_sim::{Outcome, Simulation};
 use crate::Error;
 use crate::args::{LiveArgs, RunArgs};
 use crate::compare::{headline, headline_for};
-use crate::figures::{Run, explained, results};
+use crate::metrics::{Run, explained, results};
 use crate::notices::announce;
 use crate::output::{print, print_path, say};
 use crate::signals::stop_flag;
@@ -97,7 +97,7 @@ pub(super) fn page_of(address: &str) -> String {
     address.replacen("ws", "http", 1)
 }
 
-/// Meaning of a run's figures.
+/// Meaning of a run's metrics.
 pub(super) fn explain(outcome: &Outcome, out: &mut dyn Write) -> Result<(), Error> {
     print(out, &explained(&[Run::new("this run", outcome)]))
 }
@@ -112,7 +112,7 @@ pub(super) fn show(headline: &str, outcome: &Outcome, json: bool, out: &mut dyn 
         )?;
     } else {
         let runs = [Run::new("this run", outcome)];
-        let (table, engine) = (results("figure", &runs, 1), outcome.engine.name());
+        let (table, engine) = (results("metric", &runs, 1), outcome.engine.name());
         print(out, &format!("{headline}, engine {engine}\n{table}"))?;
     }
     Ok(())

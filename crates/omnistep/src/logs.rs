@@ -13,7 +13,7 @@ use omni_sim::{Outcome, ReportColumns};
 use crate::Error;
 use crate::args::parse_overrides;
 use crate::fault_messages::FaultMessages;
-use crate::figures::{Run, explained, results};
+use crate::metrics::{Run, explained, results};
 use crate::output::{aligned, each, print};
 use crate::reasons::reasons;
 

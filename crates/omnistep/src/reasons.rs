@@ -17,7 +17,7 @@ pub(crate) fn reasons(outcome: &Outcome, wheels: usize) -> Vec<String> {
         lines.push(format!("stalled: limited by {}: {why}", by.name()));
     }
     if let Some(body) = outcome.touched_body {
-        let number = |figure: Option<f64>| figure.unwrap_or(f64::NAN);
+        let number = |metric: Option<f64>| metric.unwrap_or(f64::NAN);
         lines.push(format!(
             "touched: body {body} met the ground at {:.2} s, x = {:.3} m, y = {:.3} m, {:.1} mm deep; a real vehicle would be stopped or \
              scrape there, so what follows is not valid",

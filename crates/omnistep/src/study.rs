@@ -20,33 +20,18 @@ use crate::output::{print, say, warn};
 use crate::signals::stop_flag;
 
 pub(super) fn study(args: &StudyArgs, out: &mut dyn Write) -> Result<(), Error> {
-    let mut study = Study::load(&args.study)?;
-    if let Some(count) = &args.seeds {
-        let count = whole("--seeds", count, 1..=100_000, "a whole number, 1 to 100000")?;
-        study.seeds = Seeds::Count(count.unsigned_abs() as u32);
-    }
-    let mut overrides = parse_overrides(&args.overrides)?;
-    if args.stop_when_done {
-        overrides.push(Override::new("stop_when_done", true));
-    }
-    let plan = Plan::new(&study, &overrides)?;
+    let plan = planned(args)?;
     let baseline = args.baseline.as_deref().map(Override::parse).transpose()?;
     let compared = |rows: &[_]| match &baseline {
-        Some(baseline) => paired(&plan, rows, baseline, &plan.study().map.figures),
+        Some(baseline) => paired(&plan, rows, baseline, &plan.study().map.metrics),
         None => Ok(Vec::new()),
     };
     compared(&[])?; // what is wrong with it is said before hours of runs
-    if let Some(short) = too_short(&plan) {
-        warn(&short);
-    }
-    let said = [notices::beyond_balls, notices::coarse].map(|why| plan.said_of(why));
-    for why in said.iter().flatten().chain(&plan.policy_notes()) {
-        warn(why);
-    }
+    warn_of(&plan);
     let folder = args
         .out
         .clone()
-        .unwrap_or_else(|| PathBuf::from("out").join(&study.name));
+        .unwrap_or_else(|| PathBuf::from("out").join(&plan.study().name));
     let store = Store::new(folder, &plan)?;
     let _lock = store.lock()?;
     if args.retry_errors {
@@ -93,19 +78,7 @@ pub(super) fn study(args: &StudyArgs, out: &mut dyn Write) -> Result<(), Error> 
     if let Some(baseline) = &baseline {
         print(out, &tables::baseline(&plan, baseline, &compared(&rows)?))?;
     }
-    let mut line = format!("{runs} runs");
-    if computed.rows < runs {
-        line += &format!(", {} of them done before", runs - computed.rows);
-    }
-    if computed.rows > 0 {
-        let seconds = start.elapsed().as_secs_f64();
-        line += &format!("; {seconds:.1} s, {:.1} runs/s", computed.rows as f64 / seconds);
-    }
-    if let Some(run) = plan.runs().first()
-        && plan.study().axis.iter().all(|axis| axis.key != "physics.engine")
-    {
-        line += &format!("; engine {}", run.scenario().physics.engine.name());
-    }
+    let line = counted(&plan, computed.rows, start.elapsed());
     let failed = map.iter().map(|cell| cell.errors).sum::<usize>();
     print(
         out,
@@ -120,6 +93,50 @@ pub(super) fn study(args: &StudyArgs, out: &mut dyn Write) -> Result<(), Error> 
         )?;
     }
     Ok(())
+}
+
+/// The plan of the study that the arguments ask for.
+fn planned(args: &StudyArgs) -> Result<Plan, Error> {
+    let mut study = Study::load(&args.study)?;
+    if let Some(count) = &args.seeds {
+        let count = whole("--seeds", count, 1..=100_000, "a whole number, 1 to 100000")?;
+        study.seeds = Seeds::Count(count.unsigned_abs() as u32);
+    }
+    let mut overrides = parse_overrides(&args.overrides)?;
+    if args.stop_when_done {
+        overrides.push(Override::new("stop_when_done", true));
+    }
+    Ok(Plan::new(&study, &overrides)?)
+}
+
+/// Warns of what is doubtful of the runs.
+fn warn_of(plan: &Plan) {
+    if let Some(short) = too_short(plan) {
+        warn(&short);
+    }
+    let said = [notices::beyond_balls, notices::coarse].map(|why| plan.said_of(why));
+    for why in said.iter().flatten().chain(&plan.policy_notes()) {
+        warn(why);
+    }
+}
+
+/// `400 runs, 100 of them done before; 30.0 s, 10.0 runs/s; engine articulated`.
+fn counted(plan: &Plan, computed: usize, took: Duration) -> String {
+    let runs = plan.runs().len();
+    let mut line = format!("{runs} runs");
+    if computed < runs {
+        line += &format!(", {} of them done before", runs - computed);
+    }
+    if computed > 0 {
+        let seconds = took.as_secs_f64();
+        line += &format!("; {seconds:.1} s, {:.1} runs/s", computed as f64 / seconds);
+    }
+    if let Some(run) = plan.runs().first()
+        && plan.study().axis.iter().all(|axis| axis.key != "physics.engine")
+    {
+        line += &format!("; engine {}", run.scenario().physics.engine.name());
+    }
+    line
 }
 
 /// `climb_map: 400 runs: 80 combinations of 3 axes with 5 seeds, scenario step`.
@@ -215,7 +232,7 @@ pub(crate) fn bar(quiet: bool, steps: usize, template: &str) -> ProgressBar {
 }
 
 /// One object a cell: each axis by its column, `runs`, `errors`, `unfinished`, `beyond_balls`, the mean of
-/// each figure with the ends of its interval; and what the cell is against its fellow, where it is compared.
+/// each metric with the ends of its interval; and what the cell is against its fellow, where it is compared.
 fn json(plan: &Plan, map: &[MapCell], compared: &[PairedCell], out: &mut dyn Write) -> Result<(), Error> {
     for cell in map {
         let mut object = Map::new();
@@ -229,22 +246,22 @@ fn json(plan: &Plan, map: &[MapCell], compared: &[PairedCell], out: &mut dyn Wri
         object.insert("errors".into(), cell.errors.into());
         object.insert("unfinished".into(), cell.unfinished.into());
         object.insert("beyond_balls".into(), cell.beyond_balls.into());
-        for (i, figure) in plan.study().map.figures.iter().enumerate() {
+        for (i, metric) in plan.study().map.metrics.iter().enumerate() {
             let [low, high] = cell.intervals[i].map_or([None; 2], |ends| ends.map(Some));
             let number = |number: Option<f64>| number.map_or(Value::Null, Value::from);
-            object.insert(figure.clone(), number(cell.mean(i)));
-            object.insert(format!("{figure}_low"), number(low));
-            object.insert(format!("{figure}_high"), number(high));
+            object.insert(metric.clone(), number(cell.mean(i)));
+            object.insert(format!("{metric}_low"), number(low));
+            object.insert(format!("{metric}_high"), number(high));
             if let Some(pair) = compared.iter().find(|pair| pair.axes == cell.axes) {
-                let pair = &pair.figures[i];
+                let pair = &pair.metrics[i];
                 let [low, high] = pair.interval.map_or([None; 2], |ends| ends.map(Some));
-                object.insert(format!("{figure}_pairs"), pair.pairs.into());
-                object.insert(format!("{figure}_difference"), number(pair.mean));
-                object.insert(format!("{figure}_difference_low"), number(low));
-                object.insert(format!("{figure}_difference_high"), number(high));
+                object.insert(format!("{metric}_pairs"), pair.pairs.into());
+                object.insert(format!("{metric}_difference"), number(pair.mean));
+                object.insert(format!("{metric}_difference_low"), number(low));
+                object.insert(format!("{metric}_difference_high"), number(high));
                 if let Some([here, there]) = pair.only {
-                    object.insert(format!("{figure}_only_here"), here.into());
-                    object.insert(format!("{figure}_only_there"), there.into());
+                    object.insert(format!("{metric}_only_here"), here.into());
+                    object.insert(format!("{metric}_only_there"), there.into());
                 }
             }
         }

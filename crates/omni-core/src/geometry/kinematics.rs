@@ -10,7 +10,7 @@ mod rows;
 mod tests;
 
 use super::forward_map::{Gram, column_average};
-use super::path_factors::{PathFactors, times};
+use super::path_factors::PathFactors;
 use crate::constants::constant_struct;
 use crate::error::within;
 use crate::geometry::{BodyDisplacement, BodyTwist, WheelAngles, WheelLayout, WheelVelocities};
@@ -197,24 +197,6 @@ impl<R: Real, const N: usize> Kinematics<R, N> {
         }
     }
 
-    /// [`Kinematics::inverse`] of wheels that cover `path` times the way of the body beneath them: actuator velocities
-    /// \[rad/s\].
-    ///
-    /// ```
-    /// use omni_core::geometry::PathFactors;
-    /// use omni_core::{BodyTwist, Kinematics, WheelLayout};
-    /// let kinematics = Kinematics::new(&WheelLayout::<f64, 4>::mecanum4(0.6, 0.4, 0.1)?)?;
-    /// let forward = BodyTwist { vx_m_s: 0.5, ..BodyTwist::ZERO };
-    /// let front_climbs = PathFactors::new([1.2, 1.2, 1.0, 1.0])?;
-    /// let wheels = kinematics.inverse_along(&forward, &front_climbs).rad_s;
-    /// assert!((wheels[0] - 1.2 * 0.5 / 0.1).abs() < 1e-12 && (wheels[2] - 0.5 / 0.1).abs() < 1e-12);
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
-    #[must_use]
-    pub fn inverse_along(&self, twist: &BodyTwist<R>, path: &PathFactors<R, N>) -> WheelVelocities<R, N> {
-        path.of_wheels(&self.inverse(twist))
-    }
-
     /// The twist that the actuator velocities \[rad/s\] amount to: eq. (6), by the forward map chosen. Linear;
     /// velocities that no motion explains are averaged out, not rejected.
     ///
@@ -231,28 +213,6 @@ impl<R: Real, const N: usize> Kinematics<R, N> {
     #[must_use]
     pub fn forward(&self, velocities: &WheelVelocities<R, N>) -> BodyTwist<R> {
         BodyTwist::from_array(self.apply_forward(&velocities.rad_s))
-    }
-
-    /// [`Kinematics::forward`] of wheels that cover `path` times the way of the body beneath them:
-    /// each wheel's velocity is first divided by its factor. Undoes [`Kinematics::inverse_along`].
-    ///
-    /// ```
-    /// use omni_core::geometry::PathFactors;
-    /// use omni_core::{Kinematics, WheelLayout};
-    /// let kinematics = Kinematics::new(&WheelLayout::<f64, 4>::mecanum4(0.6, 0.4, 0.1)?)?;
-    /// let front_climbs = PathFactors::new([1.2, 1.2, 1.0, 1.0])?;
-    /// let measured = [6.0, 6.0, 5.0, 5.0].into();
-    /// assert!((kinematics.forward_along(&measured, &front_climbs).vx_m_s - 0.5).abs() < 1e-12); // what the body does
-    /// assert!((kinematics.forward(&measured).vx_m_s - 0.55).abs() < 1e-12); // what it would be on flat ground
-    /// # Ok::<(), omni_core::ConfigError>(())
-    /// ```
-    #[must_use]
-    pub fn forward_along(
-        &self,
-        velocities: &WheelVelocities<R, N>,
-        path: &PathFactors<R, N>,
-    ) -> BodyTwist<R> {
-        self.forward(&path.of_body(velocities))
     }
 
     /// The displacement in the body frame that increments of the actuator angles amount to.
@@ -332,7 +292,7 @@ impl<R: Real, const N: usize> Kinematics<R, N> {
         velocities: &WheelVelocities<R, N>,
         path: &PathFactors<R, N>,
     ) -> WheelVelocities<R, N> {
-        self.inverse_along(&self.forward_along(velocities, path), path)
+        path.of_wheels(&self.project(&path.of_body(velocities)))
     }
 
     /// The redundancy residual, `(I - A A+) v` \[rad/s\]: zero if no wheel slips, `N - 3` independent checks.
@@ -437,37 +397,4 @@ impl<R: Real, const N: usize> Kinematics<R, N> {
             sum
         })
     }
-}
-
-/// Each wheel's part of the squared residual, `r_i^2 / sum of r_j^2`: 0 to 1, summing to 1; all 0 if nothing is left
-/// over. The residual is [`Kinematics::residual`].
-///
-/// ```
-/// use omni_core::geometry::residual_shares;
-/// use omni_core::WheelVelocities;
-/// assert_eq!(residual_shares(&WheelVelocities { rad_s: [3.0, 0.0, -4.0] }), [0.36, 0.0, 0.64]);
-/// ```
-pub fn residual_shares<R: Real, const N: usize>(residual: &WheelVelocities<R, N>) -> [R; N] {
-    let mut largest = R::zero();
-    for &r in &residual.rad_s {
-        largest = if r.abs() > largest { r.abs() } else { largest };
-    }
-    // Relative to the largest, so that no square overflows.
-    let per_largest = if largest > R::zero() {
-        R::one() / largest
-    } else {
-        R::zero()
-    };
-    let relative = residual.rad_s.map(|r| r * per_largest);
-    let squares = times(&relative, &relative);
-    let mut sum = R::zero();
-    for &square in &squares {
-        sum += square;
-    }
-    let scale = if sum > R::zero() {
-        R::one() / sum
-    } else {
-        R::zero()
-    };
-    squares.map(|square| square * scale)
 }

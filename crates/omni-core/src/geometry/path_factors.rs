@@ -13,9 +13,9 @@ use crate::{ConfigError, Real};
 /// let kinematics = Kinematics::new(&WheelLayout::<f64, 3>::omni(0.2, 0.0, 0.05)?)?;
 /// let twist = BodyTwist { vx_m_s: 0.0, vy_m_s: 0.0, wz_rad_s: 1.0 };
 /// let on_an_edge = PathFactors::new([1.0, 1.5, 1.0])?;
-/// let wheels = kinematics.inverse_along(&twist, &on_an_edge);
+/// let wheels = on_an_edge.of_wheels(&kinematics.inverse(&twist));
 /// assert!((wheels.rad_s[1] - 1.5 * wheels.rad_s[0]).abs() < 1e-12);
-/// assert!((kinematics.forward_along(&wheels, &on_an_edge).wz_rad_s - 1.0).abs() < 1e-12);
+/// assert!((kinematics.forward(&on_an_edge.of_body(&wheels)).wz_rad_s - 1.0).abs() < 1e-12);
 /// # Ok::<(), omni_core::ConfigError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -107,7 +107,7 @@ impl<R: Real, const N: usize> Default for PathFactors<R, N> {
 }
 
 /// Element by element.
-pub(super) fn times<R: Real, const N: usize>(a: &[R; N], b: &[R; N]) -> [R; N] {
+fn times<R: Real, const N: usize>(a: &[R; N], b: &[R; N]) -> [R; N] {
     let mut product = *a;
     for (p, b) in product.iter_mut().zip(b) {
         *p *= *b;

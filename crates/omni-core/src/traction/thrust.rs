@@ -37,6 +37,20 @@ const CARRIED: f64 = 2.0;
 const CARRIED_S: f64 = 0.06;
 const LEAK: f64 = 4.0;
 
+/// What the driven wheels show of a vehicle that travels.
+struct WheelsSeen<R> {
+    /// The largest slip \[m/s\].
+    slip_m_s: R,
+    /// Most wheels go against the target or much faster, or the vehicle goes backwards.
+    off_speed: bool,
+    /// One wheel shows a slow vehicle, and the ground carries the others.
+    wrong: bool,
+    /// The ground carries half of the wheels.
+    half_carried: bool,
+    /// The slowest wheel that pushes.
+    slowest: Option<usize>,
+}
+
 impl<R: Real, const N: usize> Traction<R, N> {
     /// Chooses what drives the wheels. The controller that takes over begins with the present torque.
     pub(super) fn choose_loops(
@@ -57,19 +71,57 @@ impl<R: Real, const N: usize> Traction<R, N> {
             (state.off_speed_s, state.held_up_s, state.calm_s, state.carried_s) = (zero, zero, zero, zero);
             return;
         }
-        let count = |time_s: R, so: bool| if so { time_s + self.config.period_s } else { zero };
+        self.count_held_up(state);
+        let seen = self.look_at_wheels(state, speed_wheel);
+        let needed = self.is_needed(state, target, seen.slip_m_s);
+        state.calm_s = self.counted(state.calm_s, !needed);
+        match state.loops {
+            TractionLoops::Plain if needed => {
+                state.loops = TractionLoops::Traction;
+                (state.off_speed_s, state.carried_s) = (zero, zero);
+                // The torque that there is, as it would be of wheels that turn as the vehicle moves: that has no noise.
+                let own = self.mean_thrust(state, |wheel| wheel.integral_n_m);
+                state.integral_n_m =
+                    own + self.times.own_gain_n_m_s_rad * state.lack_rad_s() - self.proportional(state);
+            }
+            TractionLoops::Traction => {
+                self.leave_if_done(state, &seen);
+                if state.loops != TractionLoops::Traction {
+                    self.hand_back(state);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// A time for which something has been so \[s\], a period later.
+    fn counted(&self, time_s: R, so: bool) -> R {
+        if so {
+            time_s + self.config.period_s
+        } else {
+            R::zero()
+        }
+    }
+
+    /// Counts the time for which the vehicle has been held up.
+    fn count_held_up(&self, state: &mut TractionState<R, N>) {
         let sign = state.target_sign();
         let (speed, wanted) = (sign * state.speed_m_s, state.target_m_s.abs());
         let held_up = speed < R::of(HELD_UP_PART) * wanted
             || sign * state.thrust_n_m > R::of(HELD_UP_THRUST) * state.largest_motor_n_m;
         // One that still gains speed is not.
         let gains = speed > state.held_up_m_s + R::of(GAINS_PART) * wanted;
-        state.held_up_s = count(state.held_up_s, held_up && !gains);
+        state.held_up_s = self.counted(state.held_up_s, held_up && !gains);
         if state.held_up_s <= self.config.period_s {
             state.held_up_m_s = speed;
         }
-        // The largest slip, and do most driven wheels go against the target, or much faster?
-        let (mut slip, mut off_speed, mut carried, mut driven) = (zero, 0, 0, 0);
+    }
+
+    /// Compares the driven wheels with the vehicle's speed and with its target.
+    fn look_at_wheels(&self, state: &TractionState<R, N>, speed_wheel: Option<usize>) -> WheelsSeen<R> {
+        let (zero, sign) = (R::zero(), state.target_sign());
+        let (speed, wanted) = (sign * state.speed_m_s, state.target_m_s.abs());
+        let (mut slip_m_s, mut off_speed, mut carried, mut driven) = (zero, 0, 0, 0);
         // Speed across the direction of travel is no slip, neither of a wheel nor of the one that gives the speed.
         let across =
             |travel: &WheelAlongTravel<R>| sign * travel.side_rate_rad_m * state.drift_m_s * travel.way_m;
@@ -82,7 +134,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         for (i, (travel, wheel)) in state.travel.iter().zip(&state.wheels).enumerate() {
             if travel.driven && wheel.usable {
                 let ahead = sign * wheel.speed_m_s - across(travel);
-                slip = max(slip, (ahead - level).abs());
+                slip_m_s = max(slip_m_s, (ahead - level).abs());
                 driven += 1;
                 off_speed += u32::from(ahead < -R::of(BACKWARD_M_S) || ahead > wanted + R::of(OFF_SPEED_M_S));
                 let idle = sign * travel.along * wheel.applied_n_m <= R::of(BRAKING_PART) * wheel.most_n_m;
@@ -93,9 +145,17 @@ impl<R: Real, const N: usize> Traction<R, N> {
                 }
             }
         }
-        let off_speed = 2 * off_speed > driven || speed < -R::of(BACKWARD_M_S);
-        // One shows a slow vehicle, and the ground carries the others.
-        let wrong = least_m_s < R::of(HELD_UP_PART) * wanted && 2 * carried >= driven && carried > 0;
+        WheelsSeen {
+            slip_m_s,
+            off_speed: 2 * off_speed > driven || speed < -R::of(BACKWARD_M_S),
+            wrong: least_m_s < R::of(HELD_UP_PART) * wanted && 2 * carried >= driven && carried > 0,
+            half_carried: 2 * carried == driven,
+            slowest,
+        }
+    }
+
+    /// Do slip, a climb, a vehicle that is held up or the target call for traction control?
+    fn is_needed(&self, state: &TractionState<R, N>, target: &TractionTarget<R, N>, slip_m_s: R) -> bool {
         // What cannot see how its wheels rise takes a climb for slip: it helps only if the vehicle is held up.
         let held_up_s = R::of(if state.reads_linkage {
             HELD_UP_S
@@ -109,47 +169,38 @@ impl<R: Real, const N: usize> Traction<R, N> {
                 .iter()
                 .any(|rise| rise.abs() > R::of(CLIMBS_M_S))
         };
-        let needed = (state.reads_linkage && (slip > R::of(SLIPS) * self.times.free_m_s || climbs()))
+        (state.reads_linkage && (slip_m_s > R::of(SLIPS) * self.times.free_m_s || climbs()))
             || state.held_up_s > held_up_s
-            || target.is_special();
-        state.calm_s = count(state.calm_s, !needed);
-        match state.loops {
-            TractionLoops::Plain if needed => {
-                state.loops = TractionLoops::Traction;
-                (state.off_speed_s, state.carried_s) = (zero, zero);
-                // The torque that there is, as it would be of wheels that turn as the vehicle moves: that has no noise.
-                let own = self.mean_thrust(state, |wheel| wheel.integral_n_m);
-                state.integral_n_m =
-                    own + self.times.own_gain_n_m_s_rad * state.lack_rad_s() - self.proportional(state);
+            || target.is_special()
+    }
+
+    /// Ends traction control that is not needed any more, or by which the wheels are off the speed.
+    fn leave_if_done(&self, state: &mut TractionState<R, N>, seen: &WheelsSeen<R>) {
+        let zero = R::zero();
+        state.off_speed_s = self.counted(state.off_speed_s, seen.off_speed);
+        // The time falls four times as fast as it rises, because a late loop oscillates about the threshold.
+        let leak = R::of(LEAK) * self.config.period_s;
+        state.carried_s = max(
+            self.counted(state.carried_s, seen.wrong),
+            max(state.carried_s - leak, zero),
+        );
+        let mut undecided = false;
+        if state.carried_s > max(R::of(CARRIED) * self.times.slip_s, R::of(CARRIED_S)) {
+            // Half against half does not show which is wrong, and two are not wrong at once.
+            undecided = seen.half_carried || state.wheels.iter().any(|wheel| wheel.doubted);
+            let slowest = seen.slowest.filter(|_| !undecided);
+            if let Some(wheel) = slowest.and_then(|slowest| state.wheels.get_mut(slowest)) {
+                wheel.doubted = true;
             }
-            TractionLoops::Traction => {
-                state.off_speed_s = count(state.off_speed_s, off_speed);
-                // The time falls four times as fast as it rises, because a late loop oscillates about the threshold.
-                let leak = R::of(LEAK) * self.config.period_s;
-                state.carried_s = max(count(state.carried_s, wrong), max(state.carried_s - leak, zero));
-                let mut undecided = false;
-                if state.carried_s > max(R::of(CARRIED) * self.times.slip_s, R::of(CARRIED_S)) {
-                    // Half against half does not show which is wrong, and two are not wrong at once.
-                    undecided = 2 * carried == driven || state.wheels.iter().any(|wheel| wheel.doubted);
-                    let slowest = slowest.filter(|_| !undecided);
-                    if let Some(wheel) = slowest.and_then(|slowest| state.wheels.get_mut(slowest)) {
-                        wheel.doubted = true;
-                    }
-                    state.carried_s = zero;
-                }
-                let calm = state.calm_s > R::of(CALM_S)
-                    && state.thrust_n_m.abs() < R::of(CALM_PART) * state.largest_motor_n_m
-                    && state.heading_rad.abs() < R::of(CALM_RAD);
-                if undecided || state.off_speed_s > R::of(OFF_SPEED_S) {
-                    state.loops = TractionLoops::Fallback;
-                } else if calm {
-                    state.loops = TractionLoops::Plain;
-                }
-                if state.loops != TractionLoops::Traction {
-                    self.hand_back(state);
-                }
-            }
-            _ => {}
+            state.carried_s = zero;
+        }
+        let calm = state.calm_s > R::of(CALM_S)
+            && state.thrust_n_m.abs() < R::of(CALM_PART) * state.largest_motor_n_m
+            && state.heading_rad.abs() < R::of(CALM_RAD);
+        if undecided || state.off_speed_s > R::of(OFF_SPEED_S) {
+            state.loops = TractionLoops::Fallback;
+        } else if calm {
+            state.loops = TractionLoops::Plain;
         }
     }
 

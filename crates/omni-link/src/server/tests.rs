@@ -190,7 +190,7 @@ fn damaged_requests_hold_the_torques_ten_times_and_then_there_are_none() {
 }
 
 #[test]
-fn a_server_that_stops_ends_the_sample_and_shorts_the_motors_where_that_is_configured() {
+fn a_server_that_stops_ends_the_sample_and_shorts_motors_if_configured() {
     for short_windings in [false, true] {
         let mut bench = Bench::new();
         let mut rest = Rest::default();

@@ -330,7 +330,7 @@ mod tests {
     }
 
     #[test]
-    fn a_command_holds_for_half_a_second_after_its_last_message_and_then_the_vehicle_rests() {
+    fn a_command_holds_for_half_a_second_after_its_last_message_then_the_vehicle_rests() {
         let (requests, start) = (requests(), Instant::now());
         let after = |seconds| start + Duration::from_secs_f64(seconds);
         assert!(

@@ -1,4 +1,4 @@
-//! The name of a body, where figures are copied.
+//! The name of a body, where metrics are copied.
 
 use std::fmt;
 

@@ -247,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn half_as_fast_again_and_a_tenth_of_a_metre_per_second_for_half_a_second_is_running_away() {
+    fn half_as_fast_again_and_a_tenth_m_s_for_half_a_second_is_running_away() {
         let commanded = [0.3, 0.0, 0.0];
         let forward = |vx| [vx, 0.0, 0.0];
         assert!(!runs_away(&[(10_000, commanded, forward(0.549))]));
@@ -356,7 +356,7 @@ mod tests {
     }
 
     #[test]
-    fn contacts_that_give_back_more_than_they_took_have_made_it_though_the_balance_closes() {
+    fn contacts_that_return_more_than_they_took_made_it_though_the_balance_closes() {
         let scenario = scenario("flat", &[]);
         let made = |impact_loss_j: f64, friction_loss_j: f64| {
             let (_, mut seen) = period(&scenario);

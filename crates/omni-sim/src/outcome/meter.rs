@@ -1,4 +1,4 @@
-//! The figures of a run, gathered while it goes on: nothing here grows with time.
+//! The metrics of a run, gathered while it goes on: nothing here grows with time.
 
 use std::collections::VecDeque;
 
@@ -324,14 +324,10 @@ impl Meter {
         self.gain.found()
     }
 
-    /// The figures so far; `failed` where the physics ended the run.
-    pub(crate) fn outcome(&self, failed: bool) -> Outcome {
-        let c = &self.crossing;
-        let measured = if c.periods > 0 { 1.0 } else { f64::NAN };
-        let climbed = self.phase == Phase::Climbed;
+    /// The verdict so far: the first that fits.
+    fn verdict(&self, failed: bool) -> Verdict {
         let disobeyed = self.obedience.found();
-        let touched = self.undersides.touched();
-        let verdict = if failed {
+        if failed {
             Verdict::Diverged
         } else if self.gained().is_some() {
             Verdict::GainedEnergy
@@ -347,37 +343,56 @@ impl Meter {
             Verdict::RolledOn
         } else if self.lean.found() {
             Verdict::Tilted
-        } else if touched.is_some() {
+        } else if self.undersides.touched().is_some() {
             Verdict::Touched
-        } else if climbed {
+        } else if self.is_across() {
             Verdict::Climbed
         } else if self.obstacle.is_none() {
-            if self.whereabouts.arrived_s().is_some() {
-                Verdict::Arrived
-            } else if self.progress.stands() || self.last.gave_up {
-                Verdict::Stalled
-            } else if disobeyed.off_course {
-                Verdict::OffCourse
-            } else if disobeyed.fell_short {
-                Verdict::FellShort
-            } else {
-                Verdict::Completed
-            }
+            self.verdict_without_obstacle()
         } else if self.progress.stalled() || self.last.gave_up {
             Verdict::Stalled
         } else if self.phase == Phase::During && self.progress.slid_along() {
             Verdict::SlidAlong
         } else {
             Verdict::Unfinished
-        };
-        let stalled = verdict == Verdict::Stalled;
+        }
+    }
+
+    /// The verdict on a vehicle that is upright and under control where nothing has to be climbed.
+    fn verdict_without_obstacle(&self) -> Verdict {
+        let disobeyed = self.obedience.found();
+        if self.whereabouts.arrived_s().is_some() {
+            Verdict::Arrived
+        } else if self.progress.stands() || self.last.gave_up {
+            Verdict::Stalled
+        } else if disobeyed.off_course {
+            Verdict::OffCourse
+        } else if disobeyed.fell_short {
+            Verdict::FellShort
+        } else {
+            Verdict::Completed
+        }
+    }
+
+    /// The foremost row that has not passed the obstacle, from 1.
+    fn waiting_row(&self) -> Option<usize> {
+        let passed = |row: &Vec<usize>| row.iter().all(|w| self.last.passed.get(*w) == Some(&true));
+        let row = self.rows.iter().position(|row| !passed(row))?;
+        self.obstacle.is_some().then_some(row + 1)
+    }
+
+    /// The metrics so far; `failed` where the physics ended the run.
+    pub(crate) fn outcome(&self, failed: bool) -> Outcome {
+        let c = &self.crossing;
+        let measured = if c.periods > 0 { 1.0 } else { f64::NAN };
+        let verdict = self.verdict(failed);
+        let (climbed, stalled) = (verdict == Verdict::Climbed, verdict == Verdict::Stalled);
         let limited = match verdict {
             Verdict::Stalled => Some(self.effort.limited()),
             Verdict::Unfinished => Some((LimitedBy::Time, 0)),
             _ => None,
         };
-        let passed = |row: &Vec<usize>| row.iter().all(|w| self.last.passed.get(*w) == Some(&true));
-        let row = self.rows.iter().position(|row| !passed(row));
+        let touched = self.undersides.touched();
         let (from, from_j) = c.from.unwrap_or(c.to);
         let (to, to_j) = c.to;
         let (way_m, work_j) = (libm::hypot(to[0] - from[0], to[1] - from[1]), to_j - from_j);
@@ -385,17 +400,15 @@ impl Meter {
         let gained_m = self.terrain.level_beyond_m(to[1]);
         Outcome {
             verdict,
-            climbed: verdict == Verdict::Climbed,
+            climbed,
             engine: self.engine,
             wheel_model_valid: self.wheel_model_valid,
-            crossing_s: (verdict == Verdict::Climbed).then(|| {
+            crossing_s: climbed.then(|| {
                 let us = (self.period_s * 1e6).round() as u64;
                 (c.periods * us) as f64 / 1e6
             }),
             stalled_at_m: stalled.then_some(self.whereabouts.place()[0]),
-            stalled_row: row
-                .filter(|_| stalled && self.obstacle.is_some())
-                .map(|row| row + 1),
+            stalled_row: self.waiting_row().filter(|_| stalled),
             limited_by: limited.map(|(by, _)| by),
             limited_wheels: limited.map(|(_, wheels)| wheels).filter(|wheels| *wheels > 0),
             touched_body: touched.map(|touched| touched.body),
@@ -418,8 +431,7 @@ impl Meter {
             torque_squared_n2m2s: c.torque_squared * measured,
             work_j: work_j * measured,
             cost_of_transport: (way_m > 0.01).then(|| work_j / (self.weight_n * way_m)),
-            e_over_mgh: (verdict == Verdict::Climbed && gained_m > 0.0)
-                .then(|| work_j / (self.weight_n * gained_m)),
+            e_over_mgh: (climbed && gained_m > 0.0).then(|| work_j / (self.weight_n * gained_m)),
             required_friction: self.friction.percentile(0.95),
             energy_residual: self.last.residual,
             path_error_rms_m: self.whereabouts.path_error_rms_m(),

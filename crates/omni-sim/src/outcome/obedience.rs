@@ -374,7 +374,7 @@ mod tests {
     }
 
     #[test]
-    fn turning_against_the_command_is_the_wrong_way_unless_only_the_heading_hold_asked_for_it() {
+    fn turning_against_the_command_is_wrong_way_unless_only_the_heading_hold_asked() {
         let (left, right) = ([0.3, 0.0, 0.5], [0.3, 0.0, -0.5]);
         // chugo7's farthest wheel is 0.378 m out: 0.5 rad/s are 0.19 m/s, of which 5 cm take 0.26 s.
         assert!(found(&[stage(1000, left, left), stage(501, left, right)]).wrong_way);
@@ -457,7 +457,7 @@ mod tests {
     }
 
     #[test]
-    fn a_retry_backs_off_on_purpose_for_two_seconds_or_half_a_metre_while_it_says_so_and_no_longer() {
+    fn a_retry_backs_off_on_purpose_for_at_most_two_seconds_and_half_a_metre() {
         let backs = |periods, retries, mode, vx| {
             let mut back = stage(periods, AHEAD, [vx, 0.0, 0.0]);
             (back.retries, back.mode) = (retries, mode);

@@ -1,6 +1,6 @@
 //! How differently wheels slip.
 
-/// The figure `slip_speed_std`: over all periods, the root mean square of the standard deviation of
+/// The metric `slip_speed_std`: over all periods, the root mean square of the standard deviation of
 /// the wheels' slip speeds, over the root mean square of the speeds that were asked of them. What
 /// all wheels do together, as on the longer way over an edge or when they lag behind, is no spread;
 /// nor is what the vehicle's links make of wheels that roll.

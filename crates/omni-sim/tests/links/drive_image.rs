@@ -167,7 +167,7 @@ fn run_with_damage(
 }
 
 #[test]
-fn a_run_with_a_drive_over_a_link_is_the_hosts_bit_for_bit_whatever_is_lost_or_stopped_on_the_way() {
+fn a_drive_over_a_link_is_the_hosts_bit_for_bit_whatever_is_lost_or_stopped() {
     let scenario = troubled();
     let linked = run_linked(&scenario, |_| {}).unwrap();
     let modes = assert_the_hosts(&scenario, &linked);

@@ -127,7 +127,7 @@ fn line(error: &Error) -> String {
 }
 
 #[test]
-fn a_torque_that_no_motor_of_the_vehicle_gives_stops_the_run_and_is_said_to_be_the_firmwares() {
+fn a_torque_that_no_motor_gives_stops_the_run_and_is_said_to_be_the_firmwares() {
     for (change, shown) in [
         (1000.0_f32, "1000"),
         (-1000.0, "-1000"),
@@ -150,7 +150,7 @@ fn a_torque_that_no_motor_of_the_vehicle_gives_stops_the_run_and_is_said_to_be_t
 }
 
 #[test]
-fn every_torque_ten_or_a_thousand_times_too_large_is_noticed_where_a_motor_has_not_that_much() {
+fn torques_ten_or_a_thousand_times_too_large_are_noticed_beyond_the_motors() {
     // Over a step a fifth of a motor's torque is asked for, mN.m taken for N.m show at once.
     for (times, ground, latest) in [(10.0, "step", 3000), (1000.0, "flat", 29)] {
         let scenario = of(ground, &[]);

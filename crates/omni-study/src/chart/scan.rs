@@ -145,7 +145,7 @@ impl Scan<'_> {
                 return Ok(Some(Some(outcome.verdict.name().into())));
             }
             let turned_deg = outcome.yaw_error_deg.abs();
-            // A figure that was not measured is no small one.
+            // A metric that was not measured is no small one.
             if turned_deg.is_nan() || turned_deg >= self.plan.empty.max_yaw_deg {
                 return Ok(Some(Some("turned".into())));
             }

@@ -68,7 +68,7 @@ fn a_vehicle_that_is_its_own_mirror_image_climbs_alike_on_its_left_and_right() {
 }
 
 #[test]
-fn nothing_is_climbed_beyond_the_clearance_and_the_run_touches_where_the_formula_says() {
+fn nothing_climbs_beyond_the_clearance_and_the_run_touches_where_the_formula_says() {
     let low = ["vehicle.body.platform.clearance_m=0.014"];
     let plan = plain("mecanum4", &[0.0], &low);
     let ahead = plan.approaches()[0];
@@ -130,7 +130,7 @@ fn nothing_is_climbed_beyond_what_the_balance_of_forces_excludes() {
 
 /// The whole chart of every vehicle: `make climb-charts`.
 #[test]
-fn what_is_called_climbed_is_climbed_from_nineteen_of_twenty_starts_that_the_chart_has_not_seen() {
+fn what_is_called_climbed_is_climbed_from_nineteen_of_twenty_unseen_starts() {
     let plan = plain("omni3", &[30.0, 90.0], &[]);
     for cell in made(&plan, 2).cell {
         assert!(cell.climbs_m > 0.01, "{cell:?}");

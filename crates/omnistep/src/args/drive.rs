@@ -35,7 +35,7 @@ pub(crate) struct DriveArgs {
     /// Prints one JSON object at the end instead of the table.
     #[arg(long)]
     pub(crate) json: bool,
-    /// Explains each figure below the table.
+    /// Explains each metric below the table.
     #[arg(long, conflicts_with = "json")]
     pub(crate) explain: bool,
 }

@@ -1,15 +1,15 @@
 //! The map of a study as text.
 
 use omni_config::Override;
-use omni_study::{Cell, Kind, MapCell, PairedCell, PairedFigure, Plan};
+use omni_study::{Cell, Kind, MapCell, PairedCell, PairedMetric, Plan};
 
 use crate::output::aligned;
 
-/// One table for each figure and combination of the axes that are not the map's. With less than two
-/// axes, figures are the rows of one table.
+/// One table for each metric and combination of the axes that are not the map's. With less than two
+/// axes, metrics are the rows of one table.
 pub(super) fn tables(plan: &Plan, map: &[MapCell]) -> String {
     let study = plan.study();
-    let figures = || study.map.figures.iter().enumerate();
+    let metrics = || study.map.metrics.iter().enumerate();
     let key = |axis: usize| study.axis[axis].key.clone();
     let all: Vec<_> = map.iter().collect();
     let (x, y) = match study.map_axes() {
@@ -21,7 +21,7 @@ pub(super) fn tables(plan: &Plan, map: &[MapCell]) -> String {
                 (name.clone(), cells.collect())
             };
             let corner = x.map_or_else(|| study.name.clone(), key);
-            return grid(corner, labels, figures().map(row));
+            return grid(corner, labels, metrics().map(row));
         }
     };
     let rest: Vec<usize> = (0..study.axis.len())
@@ -30,7 +30,7 @@ pub(super) fn tables(plan: &Plan, map: &[MapCell]) -> String {
     let (columns, rows) = (values(map, x), values(map, y));
     let mut text = String::new();
     for (fixed, cells) in grouped(&all, &rest) {
-        for (i, name) in figures() {
+        for (i, name) in metrics() {
             let row = |label: &&Cell| {
                 let at = |column: &&Cell| {
                     let found = cells
@@ -85,11 +85,11 @@ fn grouped<'a>(map: &[&'a MapCell], axes: &[usize]) -> Vec<(Vec<&'a Cell>, Vec<&
 pub(super) fn baseline(plan: &Plan, baseline: &Override, cells: &[PairedCell]) -> String {
     let study = plan.study();
     let keys = study.axis.iter().map(|axis| axis.key.clone());
-    let header: Vec<String> = keys.chain(study.map.figures.iter().cloned()).collect();
+    let header: Vec<String> = keys.chain(study.map.metrics.iter().cloned()).collect();
     let rows = cells.iter().map(|cell| {
         let values = cell.axes.iter().map(ToString::to_string);
         values
-            .chain(cell.figures.iter().map(difference))
+            .chain(cell.metrics.iter().map(difference))
             .collect::<Vec<_>>()
     });
     let table = aligned(header, rows, study.axis.len());
@@ -102,16 +102,16 @@ pub(super) fn baseline(plan: &Plan, baseline: &Override, cells: &[PairedCell]) -
 
 /// `+3 -1 of 24` for yes and no: with this value alone, with the other alone.
 /// `+0.012 +- 0.004 (24)` for a number: mean, 95 % interval, pairs.
-fn difference(figure: &PairedFigure) -> String {
-    match (figure.only, figure.mean) {
+fn difference(metric: &PairedMetric) -> String {
+    match (metric.only, metric.mean) {
         (_, None) => "-".into(),
-        (Some([here, there]), _) => format!("+{here} -{there} of {}", figure.pairs),
+        (Some([here, there]), _) => format!("+{here} -{there} of {}", metric.pairs),
         (None, Some(mean)) => {
             let sign = if mean < 0.0 { "" } else { "+" };
             format!(
                 "{sign}{} ({})",
-                with_interval(mean, figure.interval),
-                figure.pairs
+                with_interval(mean, metric.interval),
+                metric.pairs
             )
         }
     }
@@ -119,19 +119,19 @@ fn difference(figure: &PairedFigure) -> String {
 
 /// `22/24 (74-98 %)` for yes and no, the mean with four digits and half its interval for a number, `-` where nothing
 /// was measured; failed runs aside, and beside who climbed those that had no time to. Intervals are of 95 %.
-fn shown(plan: &Plan, cell: &MapCell, figure: usize) -> String {
-    let name = &plan.study().map.figures[figure];
-    let column = plan.columns().figures.iter().find(|column| column.name == *name);
-    let (sum, count) = cell.figures[figure];
-    let text = match (column.map(|column| column.kind), cell.mean(figure)) {
+fn shown(plan: &Plan, cell: &MapCell, metric: usize) -> String {
+    let name = &plan.study().map.metrics[metric];
+    let column = plan.columns().metrics.iter().find(|column| column.name == *name);
+    let (sum, count) = cell.metrics[metric];
+    let text = match (column.map(|column| column.kind), cell.mean(metric)) {
         (Some(Kind::Bool), Some(_)) => {
-            let [low, high] = cell.intervals[figure]
+            let [low, high] = cell.intervals[metric]
                 .unwrap_or([0.0, 1.0])
                 .map(|end| 100.0 * end);
             format!("{sum}/{count} ({low:.0}-{high:.0} %)")
         }
         (Some(Kind::Bool), None) => format!("{sum}/{count}"),
-        (_, Some(mean)) => with_interval(mean, cell.intervals[figure]),
+        (_, Some(mean)) => with_interval(mean, cell.intervals[metric]),
         (_, None) => "-".into(),
     };
     let text = match cell.unfinished {

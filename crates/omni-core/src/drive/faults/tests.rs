@@ -146,7 +146,7 @@ fn without_redundancy_no_count_while_torque_acts_and_others_turn_is_a_dead_encod
 }
 
 #[test]
-fn a_reading_that_the_others_contradict_is_stuck_after_long_only_while_the_loop_pulls_in_vain() {
+fn a_contradicted_reading_is_stuck_after_long_only_while_the_loop_pulls_in_vain() {
     let mut bench = Bench::new();
     bench.by_others = Some(9.0);
     for torque in [0.0, -0.3] {
@@ -164,7 +164,7 @@ fn a_reading_that_the_others_contradict_is_stuck_after_long_only_while_the_loop_
 }
 
 #[test]
-fn at_a_crawl_an_angle_that_the_others_show_makes_a_wheel_without_a_count_stuck_if_it_is_pulled_hard() {
+fn at_a_crawl_a_hard_pulled_wheel_without_a_count_is_stuck_if_the_others_turn() {
     // Periods until then; the others show this velocity in turn.
     let after = |torque: f64, shown: &[f64]| {
         let mut bench = Bench::new();
@@ -192,7 +192,7 @@ fn at_a_crawl_an_angle_that_the_others_show_makes_a_wheel_without_a_count_stuck_
 }
 
 #[test]
-fn at_a_crawl_two_wheels_without_a_count_that_pull_hard_are_a_vehicle_before_an_obstacle() {
+fn at_a_crawl_two_hard_pulled_wheels_without_a_count_are_before_an_obstacle() {
     // The same where no other wheel can check any more: of more than three wheels a blocked one has its second too.
     for (checked, second, stuck) in [
         (true, 0.0, None),
@@ -235,7 +235,7 @@ fn a_released_wheel_makes_no_wheel_at_rest_faulty() {
 }
 
 #[test]
-fn a_vehicle_that_stands_before_an_obstacle_is_no_dead_encoder_for_ten_times_as_long() {
+fn a_vehicle_before_an_obstacle_is_no_dead_encoder_for_ten_times_as_long() {
     // Neither moves: after that time either every encoder is dead or every motor pushes in vain, and both should end.
     assert_eq!(stuck_after(|_| 0.0, |_| 0.0), [Some(500); 3]);
     // One wheel is blocked at a step while the others creep by less than counts.

@@ -68,7 +68,7 @@ fn keeps_its_variances<R: Real>(wild: f64) {
 }
 
 #[test]
-fn variances_stay_above_zero_and_nis_is_a_number_when_readings_contradict_each_other() {
+fn variances_stay_positive_and_nis_is_a_number_when_readings_contradict() {
     keeps_its_variances::<f32>(2.0);
     keeps_its_variances::<f64>(2.0);
 }

@@ -197,7 +197,7 @@ fn dying<R: Real>(method: VelocityMethod<R>, dead: impl Fn(u32) -> i32) -> Vec<f
 }
 
 #[test]
-fn a_counter_that_stands_or_toggles_within_two_counts_reads_exactly_zero_from_the_stated_time_on() {
+fn a_counter_that_stands_or_toggles_reads_exactly_zero_from_the_stated_time_on() {
     // An open channel: one count to and fro, or two, as often as the shaft turns, and each other period.
     let ways: [fn(u32) -> i32; 4] = [
         |_| 0,
@@ -375,7 +375,7 @@ fn uneven(
 }
 
 #[test]
-fn periods_without_a_reading_and_uneven_ones_are_read_as_even_ones_are_by_every_method() {
+fn every_method_reads_missing_and_uneven_periods_as_even_ones() {
     // By how much a reading is off by its table at 12 rad/s, of even periods.
     let off = |method: VelocityMethod<f64>| match method {
         VelocityMethod::Window { periods } => COUNT_RAD / (f64::from(periods) * PERIOD_S),

@@ -189,7 +189,7 @@ fn off<M: Model<N>, const N: usize>() -> Vec<String> {
 }
 
 #[test]
-fn coarse_and_noisy_encoders_leave_the_mean_speed_within_5_percent_under_every_policy() {
+fn coarse_noisy_encoders_leave_the_mean_speed_within_5_percent_under_every_policy() {
     let off = [off::<Chugo7, 7>(), off::<Omni3, 3>(), off::<Mecanum4, 4>()].concat();
     assert!(off.is_empty(), "{} off:\n{}", off.len(), off.join("\n"));
 }

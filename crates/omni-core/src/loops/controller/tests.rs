@@ -147,7 +147,7 @@ fn vehicle_overshoot(config: WheelControlConfig<f64, 7>, force_n: f64) -> f64 {
 }
 
 #[test]
-fn a_vehicle_released_from_a_wall_overshoots_no_more_than_without_limits_from_the_same_force() {
+fn a_vehicle_released_from_a_wall_overshoots_no_more_than_without_limits() {
     let gains = PidGains {
         kd_n_m_s2_rad: 0.0,
         ..GAINS

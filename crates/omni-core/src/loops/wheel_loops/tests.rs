@@ -148,7 +148,7 @@ fn overshoots_no_more(config: PidConfig<f64>, tracking_s: f64, overloads: &[f64]
 }
 
 #[test]
-fn a_released_wheel_overshoots_no_more_than_a_loop_without_limit_released_from_the_same_torque() {
+fn a_released_wheel_overshoots_no_more_than_a_loop_without_limit() {
     for (kp, ki) in [(0.3, 2.0), (0.1, 2.0), (0.05, 0.2)] {
         let config = gains(kp, ki);
         let yardstick = overshoots_no_more(config, kp / ki, &[1.05, 2.0, f64::INFINITY]);
@@ -187,7 +187,7 @@ fn a_wheel_without_a_usable_measurement_is_released_and_the_others_drive_on() {
 }
 
 #[test]
-fn a_scaled_wheel_forgets_what_it_did_not_get_when_a_third_wheel_comes_to_its_limit_too() {
+fn a_scaled_wheel_forgets_its_lack_when_a_third_wheel_comes_to_its_limit() {
     let mut config = gains(1.0, 0.1);
     config.anti_windup = AntiWindup::BackCalculation { tracking_time_s: 0.1 };
     let controller = controller::<3>(config, 1.0, Saturation::ScaleTorques);
@@ -305,7 +305,7 @@ proptest! {
     }
 
     #[test]
-    fn torques_and_integrals_are_zero_once_the_command_has_been_rest_for_the_time_of_bleeding(
+    fn torques_and_integrals_are_zero_after_rest_for_the_time_of_bleeding(
         before in prop::collection::vec(prop::array::uniform3(-20.0..20.0_f32), 1..40), bleed_s in 0.0..0.05_f32,
         during in prop::array::uniform3(-20.0..20.0_f32), which in 0..3_usize, law in 0..4_usize,
     ) {

@@ -250,7 +250,7 @@ fn along_a_figure_of_eight_wheels_keep_to_what_they_turn_and_push() {
 }
 
 #[test]
-fn a_heavier_vehicle_and_weaker_motors_take_longer_a_stronger_one_as_long_as_the_command_lets_it() {
+fn more_mass_or_weaker_motors_take_longer_stronger_ones_as_long_as_the_command() {
     let lasts = |mass_kg: f64| {
         let mut limits = limits();
         limits.body.mass_kg = mass_kg;

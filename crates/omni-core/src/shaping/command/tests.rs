@@ -377,7 +377,7 @@ proptest! {
 }
 
 #[test]
-fn a_pushed_stick_moves_nothing_until_it_was_at_rest_after_a_start_a_time_out_and_a_stop() {
+fn after_a_start_a_time_out_and_a_stop_a_pushed_stick_moves_nothing_until_at_rest() {
     let mut config = ShapingConfig::none();
     (config.timeout_s, config.restart) = (Some(0.2), Restart::Neutral);
     let shaper = CommandShaper::new(config, PERIOD).expect("valid");

@@ -396,7 +396,7 @@ fn anything() -> impl Strategy<Value = f64> {
 
 proptest! {
     #[test]
-    fn whatever_sensors_say_torques_are_within_limits_and_a_good_reading_is_controlled_again(
+    fn whatever_sensors_say_torques_are_limited_and_a_good_reading_is_controlled_again(
         rows in prop::collection::vec((prop::array::uniform7(anything()), prop::array::uniform4(anything()), prop::array::uniform5(anything())), 1..40),
     ) {
         let mut policy = policy();

@@ -1,4 +1,4 @@
-//! Is an answer one that the scenario's controller can have given? It goes to the motors, into logs and into figures.
+//! Is an answer one that the scenario's controller can have given? It goes to the motors, into logs and into metrics.
 
 use omni_core::drive::Fault;
 use omni_core::geometry::PlanarPose;
@@ -179,7 +179,7 @@ fn ended<const N: usize>(wheels: &omni_core::loops::WheelSample<f32, N>) -> Resu
     }
 }
 
-/// Are the signals of an answer those of a controller that got what was sent? They go into logs and figures.
+/// Are the signals of an answer those of a controller that got what was sent? They go into logs and metrics.
 fn plausible<const N: usize>(
     answer: &Answer<N>,
     measured_rad_s: &[f32; N],

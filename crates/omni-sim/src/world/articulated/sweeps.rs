@@ -22,6 +22,7 @@ const SETTLED_M_S: f64 = 1e-10;
 const UNSETTLED_M_S: f64 = 3e-4;
 
 /// Velocities of everything: those that there are, or what a unit impulse on a wheel adds to them.
+#[derive(Clone)]
 struct Velocities<const N: usize> {
     tree: Vector<N>,
     twists: [Twist; N],
@@ -44,6 +45,198 @@ impl<const N: usize> Velocities<N> {
     }
 }
 
+/// What unit impulses at a contact do, in each of its directions.
+struct ContactResponse<const N: usize> {
+    normal: Velocities<N>,
+    along: Velocities<N>,
+    across: Option<Velocities<N>>,
+}
+
+/// A wheel whose gear has dry friction, and what a unit impulse on its turning does.
+struct Hold<const N: usize> {
+    wheel: usize,
+    turning: LinearForm,
+    response: Velocities<N>,
+}
+
+/// Velocities without any impulse, and what impulses do to them.
+struct Responses<const N: usize> {
+    free: Velocities<N>,
+    contacts: Vec<ContactResponse<N>>,
+    holds: Vec<Hold<N>>,
+}
+
+impl<const N: usize> Responses<N> {
+    fn new(tree: &Tree<N>, free: &Equations<N>, wheels: &[Spin], contacts: &[Contact]) -> Self {
+        // Without contacts only drags tie wheels to the tree.
+        let (mut bare, mut bodies) = (free.tree, free.bodies.clone());
+        let add_wheel = |wheel: &Spin| {
+            let mut system = WheelSystem::new(wheel, &mut bodies[wheel.body]);
+            system.eliminate();
+            system.row
+        };
+        let rows: Vec<_> = wheels.iter().map(add_wheel).collect();
+        bare.gather(tree, &mut bodies);
+        let with_spins = |u: Vector<N>, spin: &dyn Fn(usize, &Twist) -> f64| {
+            let twists = tree.twists(&u);
+            let mut spins = [0.0; MOST_WHEELS];
+            for (i, wheel) in wheels.iter().enumerate() {
+                spins[i] = spin(i, &twists[wheel.body]);
+            }
+            Velocities {
+                tree: u,
+                twists,
+                spins,
+            }
+        };
+        // What a unit impulse along a line does.
+        let respond = |line: &LinearForm, pushed: usize| {
+            let mut force = line.row;
+            let own = &rows[pushed];
+            add(&mut force, -line.lever_m / own.diagonal, &own.row);
+            let force = tree.row(wheels[pushed].body, &force);
+            with_spins(solve(bare.matrix, force), &|i, carrier| {
+                let lever_m = if i == pushed { line.lever_m } else { 0.0 };
+                rows[i].response(lever_m, carrier)
+            })
+        };
+        let of_contact = |contact: &Contact| ContactResponse {
+            normal: respond(&contact.separation, contact.wheel),
+            along: respond(&contact.slip, contact.wheel),
+            across: contact.across.map(|across| respond(&across.line, contact.wheel)),
+        };
+        let held = wheels.iter().enumerate().filter(|(_, wheel)| wheel.hold > 0.0);
+        Self {
+            free: with_spins(solve(bare.matrix, bare.right), &|i, carrier| {
+                rows[i].spin(carrier)
+            }),
+            contacts: contacts.iter().map(of_contact).collect(),
+            holds: held
+                .map(|(i, wheel)| Hold {
+                    wheel: i,
+                    turning: wheel.turning(),
+                    response: respond(&wheel.turning(), i),
+                })
+                .collect(),
+        }
+    }
+
+    /// The velocities with the impulses that the last modes made, each brought within its limits first.
+    fn begin(&self, wheels: &mut [Spin], contacts: &mut [Contact]) -> Velocities<N> {
+        for contact in contacts.iter_mut() {
+            let most = contact.friction * contact.normal_impulse;
+            contact.friction_impulse = contact.friction_impulse.max(-most).min(most);
+            if let Some(across) = &mut contact.across {
+                across.impulse = across.impulse.max(-most).min(most);
+            }
+        }
+        for group in contacts.chunk_by_mut(Contact::shares_roller) {
+            let turned: f64 = group
+                .iter()
+                .filter_map(|contact| contact.across)
+                .map(|across| across.impulse * across.lever_m / across.inertia_kg_m2)
+                .sum();
+            for across in group.iter_mut().filter_map(|contact| contact.across.as_mut()) {
+                across.rad_s = across.free_rad_s + turned;
+            }
+        }
+        let mut now = self.free.clone();
+        for (contact, response) in contacts.iter().zip(&self.contacts) {
+            now.add(contact.normal_impulse, &response.normal);
+            now.add(contact.friction_impulse, &response.along);
+            if let (Some(response), Some(across)) = (&response.across, contact.across) {
+                now.add(across.impulse, response);
+            }
+        }
+        for hold in &self.holds {
+            let wheel = &mut wheels[hold.wheel];
+            wheel.held = wheel.held.max(-wheel.hold).min(wheel.hold);
+            now.add(wheel.held, &hold.response);
+        }
+        now
+    }
+}
+
+impl<const N: usize> ContactResponse<N> {
+    /// Moves the impulses of contact `i` by `part` of what would settle each alone. Returns the largest change of
+    /// its velocity \[m/s\].
+    fn settle(&self, contacts: &mut [Contact], i: usize, part: f64, now: &mut Velocities<N>) -> f64 {
+        let contact = &mut contacts[i];
+        let (body, wheel) = (contact.body, contact.wheel);
+        let compliance = self.normal.along(&contact.separation, body, wheel) + 1.0 / contact.stiffness;
+        let off = now.along(&contact.separation, body, wheel)
+            + contact.bias
+            + contact.normal_impulse / contact.stiffness;
+        let by = (-off / compliance * part).max(-contact.normal_impulse);
+        contact.normal_impulse += by;
+        let mut changed_m_s = (by * compliance).abs();
+        now.add(by, &self.normal);
+        let most = contact.friction * contact.normal_impulse;
+        let compliance = self.along.along(&contact.slip, body, wheel) + 1.0 / STICK;
+        let off = now.along(&contact.slip, body, wheel) + contact.friction_impulse / STICK;
+        let by = (contact.friction_impulse - off / compliance * part)
+            .max(-most)
+            .min(most)
+            - contact.friction_impulse;
+        contact.friction_impulse += by;
+        changed_m_s = changed_m_s.max((by * compliance).abs());
+        now.add(by, &self.along);
+        let (Some(response), Some(across)) = (&self.across, &mut contact.across) else {
+            return changed_m_s;
+        };
+        let turns = across.lever_m / across.inertia_kg_m2;
+        let compliance = response.along(&across.line, body, wheel) + across.lever_m * turns + 1.0 / STICK;
+        let slip = now.along(&across.line, body, wheel) + across.lever_m * across.rad_s;
+        let off = slip + across.impulse / STICK;
+        let by = (across.impulse - off / compliance * part).max(-most).min(most) - across.impulse;
+        across.impulse += by;
+        changed_m_s = changed_m_s.max((by * compliance).abs());
+        let roller = across.roller;
+        now.add(by, response);
+        for other in contacts.iter_mut().filter_map(|other| other.across.as_mut()) {
+            if other.roller == roller {
+                other.rad_s += by * turns;
+            }
+        }
+        changed_m_s
+    }
+}
+
+impl<const N: usize> Hold<N> {
+    /// The same for the dry friction of a wheel's gear; the change is of a place a metre from the axle \[m/s\].
+    fn settle(&self, wheels: &mut [Spin], part: f64, now: &mut Velocities<N>) -> f64 {
+        let wheel = &mut wheels[self.wheel];
+        let compliance = self.response.along(&self.turning, wheel.body, self.wheel) + 1.0 / wheel.stick();
+        let off = now.along(&self.turning, wheel.body, self.wheel) + wheel.held / wheel.stick();
+        let by = (wheel.held - off / compliance * part)
+            .max(-wheel.hold)
+            .min(wheel.hold)
+            - wheel.held;
+        wheel.held += by;
+        now.add(by, &self.response);
+        (by * compliance).abs()
+    }
+}
+
+/// The mode of a contact with these impulses.
+fn mode(contact: &Contact) -> Mode {
+    let most = contact.friction * contact.normal_impulse;
+    let grip = |impulse: f64| {
+        if impulse.abs() >= most * (1.0 - SLACK) {
+            Grip::Slide(impulse.signum())
+        } else {
+            Grip::Stick
+        }
+    };
+    if contact.normal_impulse <= 0.0 {
+        return Mode::Open;
+    }
+    Mode::Closed(
+        grip(contact.friction_impulse),
+        contact.across.map_or(Grip::Stick, |a| grip(a.impulse)),
+    )
+}
+
 /// Gauss-Seidel over the impulses of contacts and of the gears' dry friction, from those that the
 /// last modes made. Returns the velocities, and whether they have settled.
 pub(super) fn sweep<const N: usize>(
@@ -53,166 +246,24 @@ pub(super) fn sweep<const N: usize>(
     contacts: &mut [Contact],
     spins: &mut [f64],
 ) -> (Vector<N>, bool) {
-    // Without contacts only drags tie wheels to the tree.
-    let (mut bare, mut bodies) = (free.tree, free.bodies.clone());
-    let add_wheel = |wheel: &Spin| {
-        let mut system = WheelSystem::new(wheel, &mut bodies[wheel.body]);
-        system.eliminate();
-        system.row
-    };
-    let rows: Vec<_> = wheels.iter().map(add_wheel).collect();
-    bare.gather(tree, &mut bodies);
-    let with_spins = |u: Vector<N>, spin: &dyn Fn(usize, &Twist) -> f64| {
-        let twists = tree.twists(&u);
-        let mut spins = [0.0; MOST_WHEELS];
-        for (i, wheel) in wheels.iter().enumerate() {
-            spins[i] = spin(i, &twists[wheel.body]);
-        }
-        Velocities {
-            tree: u,
-            twists,
-            spins,
-        }
-    };
-    // What a unit impulse along a line does.
-    let respond = |line: &LinearForm, pushed: usize| {
-        let mut force = line.row;
-        let own = &rows[pushed];
-        add(&mut force, -line.lever_m / own.diagonal, &own.row);
-        let force = tree.row(wheels[pushed].body, &force);
-        with_spins(solve(bare.matrix, force), &|i, carrier| {
-            let lever_m = if i == pushed { line.lever_m } else { 0.0 };
-            rows[i].response(lever_m, carrier)
-        })
-    };
-    let mut now = with_spins(solve(bare.matrix, bare.right), &|i, carrier| {
-        rows[i].spin(carrier)
-    });
-    // Directions of all contacts: normal, along, across.
-    let responses: Vec<_> = contacts
-        .iter()
-        .map(|contact| {
-            let wheel = contact.wheel;
-            (
-                respond(&contact.separation, wheel),
-                respond(&contact.slip, wheel),
-                contact.across.map(|across| respond(&across.line, wheel)),
-            )
-        })
-        .collect();
-    let holds: Vec<_> = wheels
-        .iter()
-        .enumerate()
-        .filter(|(_, wheel)| wheel.hold > 0.0)
-        .map(|(i, wheel)| (i, wheel.turning(), respond(&wheel.turning(), i)))
-        .collect();
-    for contact in contacts.iter_mut() {
-        let most = contact.friction * contact.normal_impulse;
-        contact.friction_impulse = contact.friction_impulse.max(-most).min(most);
-        if let Some(across) = &mut contact.across {
-            across.impulse = across.impulse.max(-most).min(most);
-        }
-    }
-    for group in contacts.chunk_by_mut(Contact::shares_roller) {
-        let turned: f64 = group
-            .iter()
-            .filter_map(|contact| contact.across)
-            .map(|across| across.impulse * across.lever_m / across.inertia_kg_m2)
-            .sum();
-        for across in group.iter_mut().filter_map(|contact| contact.across.as_mut()) {
-            across.rad_s = across.free_rad_s + turned;
-        }
-    }
-    for (contact, (normal, along, across)) in contacts.iter().zip(&responses) {
-        now.add(contact.normal_impulse, normal);
-        now.add(contact.friction_impulse, along);
-        if let (Some(response), Some(across)) = (across, contact.across) {
-            now.add(across.impulse, response);
-        }
-    }
-    for (i, _, response) in &holds {
-        let wheel = &mut wheels[*i];
-        wheel.held = wheel.held.max(-wheel.hold).min(wheel.hold);
-        now.add(wheel.held, response);
-    }
+    let responses = Responses::new(tree, free, wheels, contacts);
+    let mut now = responses.begin(wheels, contacts);
     let mut left_m_s = 0.0_f64;
     for sweep in 0..SWEEPS {
         left_m_s = 0.0;
         let part = if sweep < RELAXED_FROM { 1.0 } else { RELAXED };
-        for i in 0..contacts.len() {
-            let contact = &mut contacts[i];
-            let (normal, along, across_roller) = &responses[i];
-            let (body, wheel) = (contact.body, contact.wheel);
-            let compliance = normal.along(&contact.separation, body, wheel) + 1.0 / contact.stiffness;
-            let off = now.along(&contact.separation, body, wheel)
-                + contact.bias
-                + contact.normal_impulse / contact.stiffness;
-            let by = (-off / compliance * part).max(-contact.normal_impulse);
-            contact.normal_impulse += by;
-            left_m_s = left_m_s.max((by * compliance).abs());
-            now.add(by, normal);
-            let most = contact.friction * contact.normal_impulse;
-            let compliance = along.along(&contact.slip, body, wheel) + 1.0 / STICK;
-            let off = now.along(&contact.slip, body, wheel) + contact.friction_impulse / STICK;
-            let by = (contact.friction_impulse - off / compliance * part)
-                .max(-most)
-                .min(most)
-                - contact.friction_impulse;
-            contact.friction_impulse += by;
-            left_m_s = left_m_s.max((by * compliance).abs());
-            now.add(by, along);
-            let (Some(response), Some(across)) = (across_roller, &mut contact.across) else {
-                continue;
-            };
-            let turns = across.lever_m / across.inertia_kg_m2;
-            let compliance = response.along(&across.line, body, wheel) + across.lever_m * turns + 1.0 / STICK;
-            let slip = now.along(&across.line, body, wheel) + across.lever_m * across.rad_s;
-            let off = slip + across.impulse / STICK;
-            let by = (across.impulse - off / compliance * part).max(-most).min(most) - across.impulse;
-            across.impulse += by;
-            left_m_s = left_m_s.max((by * compliance).abs());
-            let roller = across.roller;
-            now.add(by, response);
-            for other in contacts.iter_mut().filter_map(|other| other.across.as_mut()) {
-                if other.roller == roller {
-                    other.rad_s += by * turns;
-                }
-            }
+        for (i, response) in responses.contacts.iter().enumerate() {
+            left_m_s = left_m_s.max(response.settle(contacts, i, part, &mut now));
         }
-        for (i, turning, response) in &holds {
-            let wheel = &mut wheels[*i];
-            let compliance = response.along(turning, wheel.body, *i) + 1.0 / wheel.stick();
-            let off = now.along(turning, wheel.body, *i) + wheel.held / wheel.stick();
-            let by = (wheel.held - off / compliance * part)
-                .max(-wheel.hold)
-                .min(wheel.hold)
-                - wheel.held;
-            wheel.held += by;
-            // Of a place a metre from the axle.
-            left_m_s = left_m_s.max((by * compliance).abs());
-            now.add(by, response);
+        for hold in &responses.holds {
+            left_m_s = left_m_s.max(hold.settle(wheels, part, &mut now));
         }
         if left_m_s <= SETTLED_M_S {
             break;
         }
     }
     for contact in contacts.iter_mut() {
-        let most = contact.friction * contact.normal_impulse;
-        let grip = |impulse: f64| {
-            if impulse.abs() >= most * (1.0 - SLACK) {
-                Grip::Slide(impulse.signum())
-            } else {
-                Grip::Stick
-            }
-        };
-        contact.mode = if contact.normal_impulse <= 0.0 {
-            Mode::Open
-        } else {
-            Mode::Closed(
-                grip(contact.friction_impulse),
-                contact.across.map_or(Grip::Stick, |a| grip(a.impulse)),
-            )
-        };
+        contact.mode = mode(contact);
     }
     spins.copy_from_slice(&now.spins[..spins.len()]);
     (now.tree, left_m_s <= UNSETTLED_M_S)

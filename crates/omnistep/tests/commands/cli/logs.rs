@@ -349,7 +349,7 @@ fn statistics_miss_what_a_log_without_checksums_lost() {
             without(&|at| chunks[k..].contains(&at)),
         ));
     }
-    // Its figures, and the statistics themselves.
+    // Its metrics, and the statistics themselves.
     let tables: Vec<_> = places.iter().copied().filter(|at| good[*at] == 0x0c).collect();
     assert_eq!(tables.len(), 2);
     cuts.push(("outcome".into(), without(&|at| at == tables[1])));

@@ -8,7 +8,7 @@ use serde_json::Value;
 use super::{omnistep, refused, rows, stdout};
 
 /// Keys that are null where the riser was never reached, and no path is followed.
-const FIGURES: [&str; 24] = [
+const METRICS: [&str; 24] = [
     "crossing_s",
     "pitch_peak_deg",
     "nose_down_peak_deg",
@@ -132,7 +132,7 @@ fn compare_json_prints_only_one_object_per_policy() {
         "realtime_factor",
         "mcap",
     ];
-    let keys = [&FIGURES[..], &others].concat();
+    let keys = [&METRICS[..], &others].concat();
     for row in &rows {
         let object = row.as_object().unwrap();
         assert_eq!(object.len(), keys.len(), "{row}");
@@ -247,7 +247,7 @@ fn without_a_climb_the_table_says_where_the_vehicle_ended() {
 }
 
 #[test]
-fn explain_says_what_each_figure_of_the_table_means() {
+fn explain_says_what_each_metric_of_the_table_means() {
     let folder = tempfile::tempdir().unwrap();
     let run = ["run", "flat", "--quiet", "--set", "duration_s=0.3"];
     let plain = stdout(&omnistep(folder.path(), &run));
@@ -353,11 +353,11 @@ fn computed_gains_are_said_on_standard_error_only() {
 }
 
 #[test]
-fn figures_are_null_where_the_riser_was_never_reached() {
+fn metrics_are_null_where_the_riser_was_never_reached() {
     let folder = tempfile::tempdir().unwrap();
     let output = omnistep(folder.path(), &["run", "--json", "--set", "duration_s=0.5"]);
     let row: Value = serde_json::from_str(&stdout(&output)).unwrap();
-    for key in FIGURES {
+    for key in METRICS {
         assert!(row[key].is_null(), "{row}");
     }
     let table = stdout(&omnistep(folder.path(), &["run", "--set", "duration_s=0.5"]));

@@ -69,16 +69,16 @@ fn a_vehicle_of_a_robot_has_no_doubts_and_drives_straight() {
         let run = omnistep(path, &[&run[..], &sets].concat());
         assert!(run.status.success(), "{robot}: {}", stderr(&run));
         let outcome = &rows(&run)[0];
-        let figure = |key: &str| outcome[key].as_f64().unwrap();
+        let metric = |key: &str| outcome[key].as_f64().unwrap();
         // 0.15 m/s for 2 s, of which 0.3 s are a ramp. Gains are derived for a time constant of 0.1 s: some mm of lag.
         let distance_m = 0.15 * (2.0 - 0.3 / 2.0);
         assert!(
-            (figure("final_x_m") - distance_m).abs() < 0.005,
+            (metric("final_x_m") - distance_m).abs() < 0.005,
             "{robot}: {outcome}"
         );
         // Centres of mass are up to 2 mm off the middle: nothing else turns a vehicle on flat ground.
-        assert!(figure("final_y_m").abs() < 1e-3, "{robot}: {outcome}");
-        assert!(figure("final_yaw_rad").abs() < 2e-3, "{robot}: {outcome}");
+        assert!(metric("final_y_m").abs() < 1e-3, "{robot}: {outcome}");
+        assert!(metric("final_yaw_rad").abs() < 2e-3, "{robot}: {outcome}");
     }
 }
 

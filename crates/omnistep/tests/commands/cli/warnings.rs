@@ -72,7 +72,7 @@ fn a_map_counts_runs_that_were_cut_off_apart_from_stalls() {
 }
 
 #[test]
-fn a_run_that_stops_when_done_has_the_figures_of_the_whole() {
+fn a_run_that_stops_when_done_has_the_metrics_of_the_whole() {
     let folder = tempfile::tempdir().unwrap();
     let whole = omnistep(
         folder.path(),
@@ -83,9 +83,9 @@ fn a_run_that_stops_when_done_has_the_figures_of_the_whole() {
         &words("run step --json --quiet --out done --stop-when-done"),
     );
     let (whole, done) = (rows(&whole).remove(0), rows(&done).remove(0));
-    let figures = whole.as_object().unwrap();
+    let metrics = whole.as_object().unwrap();
     let timed = ["energy_residual", "steps_per_s", "realtime_factor", "mcap"];
-    for (name, value) in figures.iter().filter(|(name, _)| !timed.contains(&name.as_str())) {
+    for (name, value) in metrics.iter().filter(|(name, _)| !timed.contains(&name.as_str())) {
         assert_eq!(&done[name], value, "{name}");
     }
     assert_eq!(done["verdict"], "climbed");

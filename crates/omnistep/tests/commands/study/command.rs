@@ -106,7 +106,7 @@ fn a_bad_study_is_one_line_with_file_axis_value_and_range() {
         (
             "\"slip_rms\"",
             "\"slip_rm\"",
-            "small.toml: map.figures: \"slip_rm\" (did you mean \"slip_rms\"?), allowed: arrived_s, climbed, ",
+            "small.toml: map.metrics: \"slip_rm\" (did you mean \"slip_rms\"?), allowed: arrived_s, climbed, ",
         ),
         (
             "[map]",

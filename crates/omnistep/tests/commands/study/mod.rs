@@ -40,7 +40,7 @@ to = 2.0
 count = 3
 
 [map]
-figures = ["climbed", "slip_rms"]
+metrics = ["climbed", "slip_rms"]
 "#;
 
 fn plan_of(text: &str) -> Plan {
@@ -125,9 +125,9 @@ fn each_row_holds_what_its_run_alone_gives() {
     let serde_json::Value::Object(fields) = serde_json::to_value(outcome).unwrap() else {
         panic!("an outcome is an object")
     };
-    let columns = &plan.columns().figures;
+    let columns = &plan.columns().metrics;
     assert_eq!(fields.len(), columns.len(), "every field is a column");
-    for (column, cell) in columns.iter().zip(&row.figures) {
+    for (column, cell) in columns.iter().zip(&row.metrics) {
         assert_eq!(
             serde_json::to_value(cell).unwrap(),
             fields[&column.name],
@@ -199,7 +199,7 @@ fn a_batch_of_rows_written_as_a_part_is_read_back_as_it_was() {
     let store = Store::new(folder.path(), &plan).unwrap();
     let mut batch = rows(&plan.runs()[..6], &AtomicBool::new(false));
     batch[0].error = Some("\"quoted\", and a sign: \u{b5}".into());
-    batch[1].figures.fill(Cell::Missing);
+    batch[1].metrics.fill(Cell::Missing);
     let path = store.write(&batch).unwrap().unwrap();
     assert_eq!(parts(folder.path()), [path]);
     assert_eq!(store.write(&[]).unwrap(), None);
@@ -256,8 +256,8 @@ fn a_panic_in_a_run_is_the_error_of_its_row() {
     let plan = plan_of(SMALL);
     let row = row_with(&plan.runs()[0], |_| panic!("wheel {} is\nnot there", 9)).unwrap();
     assert_eq!(row.error.as_deref(), Some("panic: wheel 9 is not there"));
-    assert!(row.figures.iter().all(|cell| *cell == Cell::Missing));
-    assert_eq!(row.figures.len(), plan.columns().figures.len());
+    assert!(row.metrics.iter().all(|cell| *cell == Cell::Missing));
+    assert_eq!(row.metrics.len(), plan.columns().metrics.len());
 }
 
 #[test]

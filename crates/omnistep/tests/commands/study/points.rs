@@ -53,13 +53,13 @@ fn listed_points_of_a_grid_are_the_runs_of_that_grid() {
             .collect::<Vec<_>>()
     };
     assert_eq!(known(&listed), known(&study));
-    let figures = |plan: &Plan| -> Vec<_> {
+    let metrics = |plan: &Plan| -> Vec<_> {
         let rows = rows(&plan.runs()[..6], &AtomicBool::new(false));
         rows.into_iter()
-            .map(|row| (row.key, row.figures, row.error))
+            .map(|row| (row.key, row.metrics, row.error))
             .collect()
     };
-    assert_eq!(figures(&listed), figures(&study));
+    assert_eq!(metrics(&listed), metrics(&study));
     assert_eq!(listed.runs()[7].axes[..2], study.runs()[7].axes[..]);
 }
 
@@ -237,11 +237,11 @@ fn a_batch_of_another_folder_or_program_is_refused() {
 }
 
 #[test]
-fn a_figure_by_another_name_is_the_same_column() {
+fn a_metric_by_another_name_is_the_same_column() {
     let own = plan_of(SMALL);
     let called = SMALL.replace("\"slip_rms\"", "\"torque_squared_n2m2s\"");
     let plan = plan_of(&called);
-    assert_eq!(plan.study().map.figures, ["climbed", "torque_squared_n2m2s"]);
+    assert_eq!(plan.study().map.metrics, ["climbed", "torque_squared_n2m2s"]);
     assert_eq!(plan.columns(), own.columns());
     let keys = |plan: &Plan| plan.runs().iter().map(|run| run.key.clone()).collect::<Vec<_>>();
     assert_eq!(keys(&plan), keys(&own));

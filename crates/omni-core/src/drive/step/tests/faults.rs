@@ -384,7 +384,7 @@ fn every_death<const N: usize>(
 }
 
 #[test]
-fn a_cut_encoder_wire_is_found_whatever_reads_the_velocity_and_no_healthy_wheel_is_blamed() {
+fn a_cut_encoder_wire_is_found_by_any_velocity_method_and_blames_no_healthy_wheel() {
     let three = WheelLayout::omni(0.18, 0.0, 0.05).expect("valid");
     every_death::<3>(
         three,

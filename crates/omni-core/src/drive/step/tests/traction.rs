@@ -116,7 +116,7 @@ fn stops<R: Real>(stop: impl Fn(&mut DriveInput<R, 4>)) {
 }
 
 #[test]
-fn every_stop_of_a_drive_with_traction_control_ends_without_torque_whatever_is_measured() {
+fn every_stop_with_traction_control_ends_without_torque_whatever_is_measured() {
     // The button is pressed; a command of rest; no command arrives: 0.1 s until the time-out, 0.125
     // s of deceleration, 0.5 s of bleed.
     stops::<f32>(|input| input.emergency = true);

@@ -7,7 +7,7 @@ use std::vec;
 const ALL_LAWS: [AntiWindup<f64>; 5] = [AntiWindup::None, LAWS[0], LAWS[1], LAWS[2], LAWS[3]];
 
 #[test]
-fn beyond_the_zone_a_loop_is_as_if_it_had_no_integral_gain_and_within_as_if_freshly_started() {
+fn beyond_the_zone_a_loop_has_no_integral_gain_and_within_it_starts_afresh() {
     for order in [IntegrationOrder::BeforeOutput, IntegrationOrder::AfterOutput] {
         let config = PidConfig {
             order,
@@ -148,7 +148,7 @@ fn a_blocked_wheel_winds_nothing_up_with_a_limit_of_its_proportional_term() {
 }
 
 #[test]
-fn conditioned_is_the_loop_of_the_reference_it_could_follow_with_a_limited_proportional_term_too() {
+fn conditioned_with_a_limited_proportional_term_is_the_loop_of_a_feasible_reference() {
     for (limit, b, kd) in [
         (0.5, 1.0, 0.0),
         (0.5, 1.0, 0.01),

@@ -28,7 +28,7 @@ fn with_dead_wheel(
 }
 
 #[test]
-fn one_wheel_that_says_the_vehicle_is_slow_while_the_ground_carries_the_others_is_left_out() {
+fn one_slow_wheel_is_left_out_while_the_ground_carries_the_others() {
     // Cut, stuck low: no reading is the same to the bit, so none is mute.
     let dither = std::cell::Cell::new(0.0);
     let next = || dither.replace(dither.get() + 1e-7);

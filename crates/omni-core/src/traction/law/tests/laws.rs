@@ -211,7 +211,7 @@ fn times_and_gains_follow_from_what_is_known_of_sensors_and_motors() {
 }
 
 #[test]
-fn a_vehicle_that_is_faster_than_its_target_is_not_pushed_whatever_the_gains_and_the_integral() {
+fn a_vehicle_faster_than_its_target_is_not_pushed_by_any_gains_or_integral() {
     // The softest gains that are allowed: 15 ms of twice 60.
     let traction = with(|sensors| (sensors.delay_s, sensors.lag_s) = (30e-3, 30e-3));
     for way in [1.0, -1.0] {

@@ -276,7 +276,7 @@ fn a_slow_run_up_lasts_until_it_is_back_where_the_vehicle_was_stuck() {
 
 /// Of a vehicle whose wheels all spin as commanded: it goes by what they say, and stands.
 #[test]
-fn one_that_pushes_harder_than_its_slope_takes_for_long_is_stuck_whatever_its_wheels_say() {
+fn one_that_pushes_too_hard_for_its_slope_for_long_is_stuck_whatever_its_wheels_say() {
     let supervisor = supervisor(SupervisorConfig::traction(T));
     let first = |change: &dyn Fn(&mut TractionState<f64, 7>), mode| {
         let mut traction = seen([0.0; 3], 0.3, 0.6);

@@ -144,7 +144,7 @@ fn turns_though_blocked(vehicle: &str, model: &str, wheel: usize, [rise, azimuth
 }
 
 #[test]
-fn a_blocked_ball_turns_by_the_squared_sine_of_its_driven_axis_towards_the_normal_and_rollers_do_not() {
+fn a_blocked_ball_turns_by_the_squared_sine_of_its_axis_to_the_normal_and_no_roller() {
     let degrees = |angle: f64| angle.to_radians();
     // Free to spin about the normal n alone, a ball driven about a gets tau (a.n)^2 / I: nothing if the normal is in
     // its plane.

@@ -1,12 +1,12 @@
-//! The figures of an outcome as people read them: title, unit, what each says.
+//! The metrics of an outcome as people read them: title, unit, what each says.
 
 use super::{Outcome, Verdict};
 
-/// One figure of an [`Outcome`], for tables and reports.
+/// One metric of an [`Outcome`], for tables and reports.
 ///
 /// ```
-/// use omni_sim::{Figure, Outcome, config::Scenario};
-/// let crossing = Figure::ALL.iter().find(|figure| figure.key == "crossing_s").ok_or("none")?;
+/// use omni_sim::{Metric, Outcome, config::Scenario};
+/// let crossing = Metric::ALL.iter().find(|metric| metric.key == "crossing_s").ok_or("none")?;
 /// assert_eq!(crossing.heading(), "crossing time [s]");
 /// let mut outcome = Outcome::unfinished(&Scenario::load("step", &[])?);
 /// assert_eq!(crossing.shown(&outcome), None); // not measured
@@ -16,7 +16,7 @@ use super::{Outcome, Verdict};
 /// ```
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
-pub struct Figure {
+pub struct Metric {
     /// Its name in JSON, logs, Parquet and Python: the field of [`Outcome`].
     pub key: &'static str,
     /// Its name in tables.
@@ -35,7 +35,7 @@ pub struct Figure {
     shown_of: fn(&Outcome) -> bool,
 }
 
-/// Which way a [`Figure`] is better.
+/// Which way a [`Metric`] is better.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Better {
     /// The lower of two values is better.
@@ -58,11 +58,11 @@ impl Better {
     }
 }
 
-/// Significant digits of a figure, and of a position, which is to the millimetre however far away it is.
+/// Significant digits of a metric, and of a position, which is to the millimetre however far away it is.
 const DIGITS: i32 = 3;
 const POSITION_DIGITS: i32 = 9;
 
-impl Figure {
+impl Metric {
     /// All, in the order of tables.
     pub const ALL: [Self; 23] = [
         Self::new("stalled_at_m", "stalled at x", "m", 2, |o| o.stalled_at_m)
@@ -265,12 +265,12 @@ mod tests {
     }
 
     #[test]
-    fn every_figure_has_a_key_of_the_outcome_and_a_sentence() {
+    fn every_metric_has_a_key_of_the_outcome_and_a_sentence() {
         let scenario = crate::config::Scenario::load("flat", &[]).expect("built in");
         let json = serde_json::to_value(Outcome::unfinished(&scenario)).expect("plain data");
-        for figure in Figure::ALL {
-            assert!(json.get(figure.key).is_some(), "{}", figure.key);
-            assert!(figure.meaning.ends_with('.'), "{}", figure.key);
+        for metric in Metric::ALL {
+            assert!(json.get(metric.key).is_some(), "{}", metric.key);
+            assert!(metric.meaning.ends_with('.'), "{}", metric.key);
         }
     }
 }

@@ -1,12 +1,12 @@
-"""Figures of a run and signals of its wheels in words: what each is, its unit, which way is better."""
+"""Metrics of a run and signals of its wheels in words: what each is, its unit, which way is better."""
 
 from typing import NamedTuple
 
-from omnistep._omnistep import figures
+from omnistep._omnistep import metrics
 
 
 class Quantity(NamedTuple):
-    """A figure of an outcome or a signal of a wheel.
+    """A metric of an outcome or a signal of a wheel.
 
     Attributes:
         heading: name and unit.
@@ -28,14 +28,14 @@ class Quantity(NamedTuple):
         return " ".join(part for part in (self.text, unit, better) if part)
 
 
-#: Figures of an outcome by key, in the order of tables; the command explains them with the same sentences.
-FIGURES = {
+#: Metrics of an outcome by key, in the order of tables; the command explains them with the same sentences.
+METRICS = {
     "verdict": Quantity(
         "verdict",
         "How the run ended: climbed, completed and arrived are success, recorded is a log of a real vehicle.",
         "",
     ),
-    **{key: Quantity(heading, text, unit, better) for key, heading, text, unit, better in figures()},
+    **{key: Quantity(heading, text, unit, better) for key, heading, text, unit, better in metrics()},
 }
 #: Signals of wheels that plots show, by name.
 SIGNALS = {

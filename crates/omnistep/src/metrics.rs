@@ -1,6 +1,6 @@
-//! The results of runs as a table: a column for each run, a row for each figure.
+//! The results of runs as a table: a column for each run, a row for each metric.
 
-use omni_sim::{Figure, LimitedBy, Outcome};
+use omni_sim::{LimitedBy, Metric, Outcome};
 
 use crate::output::aligned;
 
@@ -46,8 +46,8 @@ impl<'a> Run<'a> {
         self.outcome?.limited_by.map(LimitedBy::name)
     }
 
-    fn figure(&self, figure: &Figure) -> String {
-        let shown = self.outcome.and_then(|outcome| figure.shown(outcome));
+    fn metric(&self, metric: &Metric) -> String {
+        let shown = self.outcome.and_then(|outcome| metric.shown(outcome));
         shown.unwrap_or_else(|| "-".into())
     }
 }
@@ -70,13 +70,13 @@ const STOPPED: (&str, &str) = (
     "What of the drive stopped the vehicle, and it was not released until the run's end.",
 );
 
-/// The figures that a table of these runs has.
-fn needed(runs: &[Run<'_>]) -> Vec<Figure> {
-    let of_some = |figure: &Figure| {
+/// The metrics that a table of these runs has.
+fn needed(runs: &[Run<'_>]) -> Vec<Metric> {
+    let of_some = |metric: &Metric| {
         let mut outcomes = runs.iter().filter_map(|run| run.outcome);
-        outcomes.any(|outcome| figure.is_of(outcome))
+        outcomes.any(|outcome| metric.is_of(outcome))
     };
-    Figure::ALL.into_iter().filter(of_some).collect()
+    Metric::ALL.into_iter().filter(of_some).collect()
 }
 
 /// The table, its lines ended, with `corner` over the rows' titles. Runs that do not fit beside one
@@ -136,10 +136,10 @@ fn rows(runs: &[Run<'_>]) -> Vec<(String, Vec<String>)> {
         let stopped = |run: &Run<'_>| run.stopped.clone().unwrap_or_else(|| "-".into());
         rows.push((STOPPED.0.into(), runs.iter().map(stopped).collect()));
     }
-    for figure in needed(runs) {
+    for metric in needed(runs) {
         rows.push((
-            figure.heading(),
-            runs.iter().map(|run| run.figure(&figure)).collect(),
+            metric.heading(),
+            runs.iter().map(|run| run.metric(&metric)).collect(),
         ));
     }
     if runs.iter().any(|run| run.realtime.is_some()) {
@@ -152,9 +152,9 @@ fn rows(runs: &[Run<'_>]) -> Vec<(String, Vec<String>)> {
     rows
 }
 
-/// What each figure of the table says: a line each, with its name in JSON, logs and Python.
+/// What each metric of the table says: a line each, with its name in JSON, logs and Python.
 pub(super) fn explained(runs: &[Run<'_>]) -> String {
-    let mut text = String::from("\nWhat the figures mean, and their names in JSON, logs and Python:\n");
+    let mut text = String::from("\nWhat the metrics mean, and their names in JSON, logs and Python:\n");
     let mut line =
         |title: &str, key: &str, meaning: &str| text += &format!("- {title} (`{key}`): {meaning}\n");
     line("verdict", "verdict", "How the run ended.");
@@ -175,13 +175,13 @@ pub(super) fn explained(runs: &[Run<'_>]) -> String {
     }
     let mut line =
         |title: &str, key: &str, meaning: &str| text += &format!("- {title} (`{key}`): {meaning}\n");
-    for figure in needed(runs) {
-        line(&figure.heading(), figure.key, figure.meaning);
+    for metric in needed(runs) {
+        line(&metric.heading(), metric.key, metric.meaning);
     }
     if runs.iter().any(|run| run.realtime.is_some()) {
         line(REALTIME.0, "realtime_factor", REALTIME.1);
     }
-    text + "With an obstacle, averages cover the crossing; without one, the whole run. docs/metrics.md defines each figure.\n"
+    text + "With an obstacle, averages cover the crossing; without one, the whole run. docs/metrics.md defines each metric.\n"
 }
 
 #[cfg(test)]
