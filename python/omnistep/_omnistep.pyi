@@ -2326,7 +2326,7 @@ class Outcome:
         """
     @property
     def climbed(self) -> bool:
-        """Every wheel stands on the ground beyond the obstacle; False on flat ground."""
+        """Whether the verdict is `climbed`; a vehicle that got across, but `touched`, has not."""
     @property
     def engine(self) -> Literal["rapier", "articulated", "mujoco"]:
         """Physics engine: `rapier`, `articulated`, or `mujoco` in :func:`omnistep.mujoco.run`."""

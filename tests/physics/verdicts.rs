@@ -3,7 +3,7 @@
 use omni_core::{Policy, Readings};
 use omni_sim::config::{FileKind, Override, Scenario};
 use omni_sim::controller::AnyController;
-use omni_sim::{Outcome, Run, Verdict, run};
+use omni_sim::{Outcome, Run, Simulation, Verdict, outcome_of, run};
 
 use crate::engines::{load, on_the_fast_engine};
 
@@ -277,6 +277,40 @@ fn a_mecanum_vehicle_that_meets_a_riser_askew_slides_along_it_and_is_not_on_its_
     assert!(slid.final_yaw_rad.abs() < 0.1, "{slid:?}");
 }
 
+/// The same, of which the caller set the torques once: nothing was commanded in that period. And with a control period of
+/// 0.1 s, of which a second has ten.
+fn a_held_vehicle_stalled_after_a_period_of_ones_own_torques_and_with_long_periods() {
+    let keys = ["vehicle.motor.gear_friction_n_m=3.0", "control.policy=independent"];
+    let held = scenario("flat", &keys);
+    let (mut simulation, mut kept) = (Simulation::new(&held).expect("valid"), Vec::new());
+    simulation.step_torques(&[0.0; 7]).expect("runs");
+    kept.push(simulation.period().clone());
+    for _ in 0..4000 {
+        let command = simulation.scenario_command();
+        simulation.step(&command).expect("runs");
+        kept.push(simulation.period().clone());
+    }
+    let past = outcome_of(&held, &kept);
+    assert_eq!(past.verdict, Verdict::Stalled, "{past:?}");
+    assert!(past.yaw_error_deg.abs() < 0.1, "{past:?}");
+    let long = outcome("flat", &[keys[0], keys[1], "control.period_s=0.1", "duration_s=4.0"]);
+    assert_eq!(long.verdict, Verdict::Stalled, "{long:?}");
+}
+
+/// Half a second ahead and half a second back, six times: a vehicle that does so is where it was a second ago, as
+/// commanded.
+fn a_vehicle_that_goes_back_and_forth_as_commanded_has_not_stalled() {
+    let then: Vec<_> = (1..12)
+        .map(|k| {
+            let vx_m_s = if k % 2 == 0 { 0.3 } else { -0.3 };
+            format!("{{ at_s = {}, vx_m_s = {vx_m_s}, ramp_s = 0.1 }}", 0.5 * f64::from(k))
+        })
+        .collect();
+    let then = format!("command.then=[{}]", then.join(", "));
+    let shuttles = outcome("flat", &["command.ramp_s=0.1", "duration_s=6.0", &then]);
+    assert_eq!(shuttles.verdict, Verdict::Completed, "{shuttles:?}");
+}
+
 /// Along the edge as commanded, up to it and then aside: nothing was commanded across that it did not do.
 fn a_vehicle_that_is_commanded_along_an_edge_is_on_its_way() {
     let aside = "command.then=[{ at_s = 2.6, vx_m_s = 0.0, vy_m_s = 0.3, wz_rad_s = 0.0 }]";
@@ -293,6 +327,8 @@ on_the_fast_engine! {
     motors_that_drive_on_after_a_command_of_rest_are_named,
     a_vehicle_that_coasts_past_a_stop_rolled_on_unless_it_comes_to_a_stand,
     a_vehicle_held_on_flat_ground_stalled_and_its_time_at_full_torque_is_a_metric,
+    a_held_vehicle_stalled_after_a_period_of_ones_own_torques_and_with_long_periods,
+    a_vehicle_that_goes_back_and_forth_as_commanded_has_not_stalled,
     a_rocker_without_a_differential_falls_on_its_nose_and_leaned,
     traction_control_that_backs_off_for_another_try_does_not_go_the_wrong_way,
     rolling_away_without_motors_is_overspeed_unless_it_is_braked_in_time,

@@ -71,7 +71,7 @@ impl Outcome {
         self.inner.verdict.name()
     }
 
-    /// Every wheel stands on the ground beyond the obstacle; False on flat ground.
+    /// Whether the verdict is `climbed`; a vehicle that got across, but `touched`, has not.
     #[getter]
     fn climbed(&self) -> bool {
         self.inner.climbed

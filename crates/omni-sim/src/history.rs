@@ -5,6 +5,8 @@ use crate::outcome::Meter;
 use crate::{Outcome, Period, ReportColumns, Trace, TraceBuilder};
 
 /// The metrics of a scenario's run up to its last period here. `periods` are all of them, from the start.
+/// That the physics ended the run they do not say, nor that they were another engine's than the scenario's:
+/// [`crate::SteppedRun`] knows both.
 ///
 /// ```
 /// use omni_sim::{Simulation, config::Scenario, outcome_of, run};

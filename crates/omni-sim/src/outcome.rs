@@ -21,7 +21,8 @@ pub use effort::LimitedBy;
 pub(crate) use meter::Meter;
 pub use metrics::{Better, Metric};
 
-/// The table of verdicts: each one's name and its meaning, which is also its documentation.
+/// The table of verdicts: each one's name and its meaning, which is also its documentation. Which of them comes first
+/// is in [`Meter`]'s `verdict`, and their exact criteria are in docs/metrics.md.
 macro_rules! verdicts {
     ($($verdict:ident: $name:literal, $meaning:literal;)*) => {
         /// End of a run; docs/metrics.md lists the exact criteria.
@@ -119,7 +120,7 @@ verdicts! {
 pub struct Outcome {
     /// The verdict.
     pub verdict: Verdict,
-    /// Every wheel stands on the ground beyond the obstacle; false on flat ground.
+    /// The verdict is `climbed`. A vehicle that got across, but with a verdict that comes first, as `touched`, has not.
     pub climbed: bool,
     /// The physics engine.
     #[serde(default)] // logs that do not say it are of the only engine that there was

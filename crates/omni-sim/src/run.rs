@@ -11,7 +11,7 @@ use crate::wall_clock::WallClock;
 use crate::world::ExternalPhysics;
 use crate::{Error, Outcome, Simulation, SteppedRun};
 
-/// Control periods between two looks at the clock.
+/// Control periods between two looks at the clock, each of which may be a system call.
 const PERIODS_PER_LOOK: u64 = 64;
 
 /// Runs a scenario from start to end, or until it has climbed if it requests that, and keeps every signal: a [`Run`]

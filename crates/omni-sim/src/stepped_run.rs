@@ -86,7 +86,7 @@ impl SteppedRun {
         &mut self.simulation
     }
 
-    /// Whether every wheel stands on the ground beyond the obstacle.
+    /// Whether every wheel has stood on the ground beyond the obstacle, whatever the verdict.
     #[must_use]
     pub fn is_across(&self) -> bool {
         self.meter.is_across()

@@ -169,10 +169,10 @@ fn what_is_wrong_with_a_file_is_one_line_with_file_key_value_and_range() {
 fn a_real_chart_is_read_with_both_sides_and_a_broken_one_is_refused() {
     let chugo7 = chugo7();
     assert_eq!(chugo7.vehicle(), "chugo7");
-    assert!((chugo7.step_m(0.0, 0.7, 0.8) - 0.048).abs() < 1e-12);
-    assert!((chugo7.step_m(-150.0, 0.7, 0.8) - 0.0256).abs() < 1e-12);
+    assert!((chugo7.step_m(0.0, 0.7, 0.8) - 0.0512).abs() < 1e-12);
+    assert!((chugo7.step_m(-150.0, 0.7, 0.8) - 0.028).abs() < 1e-12);
     assert!((chugo7.drop_m(180.0, 0.9, 0.8) - 0.0752).abs() < 1e-12);
-    assert!((chugo7.step_m(0.0, 0.7, 0.5) - 0.030).abs() < 1e-12);
+    assert!((chugo7.step_m(0.0, 0.7, 0.5) - 0.032).abs() < 1e-12);
     assert_eq!(chugo7.step_m(0.0, 0.6, 0.8), 0.0);
     let text = include_str!("../charts/chugo7.toml");
     let refused = |text: &str| Chart::from_toml("c.toml", text).expect_err("refused").to_string();

@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 
+use omni_core::BodyTwist;
 use omni_core::loops::Saturation;
 use omni_core::metrics::{DISTURBED_FLOOR_RAD_S, disturbed_ratio, shape_error, speed_ratio_std};
 use omni_core::traction::SupervisorMode;
@@ -27,11 +28,11 @@ const UP_TOLERANCE_M: f64 = 0.005;
 const TIPPED_COSINE: f64 = 0.5;
 /// A vehicle that goes less than this part of the commanded way has stalled.
 const STALLED_PART: f64 = 0.1;
-/// Without an obstacle it was commanded to go at least so far \[m\]: what is left at the end of a
-/// path is no command to go.
+/// A command to go less far in the last second is none, except for [`Progress::stalled`] \[m\]: what is left at the
+/// end of a path.
 const COMMANDED_M: f64 = 0.05;
-/// Time over which that is judged, in windows of [`WINDOW_NS`].
-const STALL_WINDOWS: usize = 100;
+/// Time over which that is judged \[s\].
+const STALL_S: f64 = 1.0;
 /// Most wheels of a vehicle.
 const WHEELS: usize = 8;
 
@@ -75,7 +76,7 @@ pub(crate) struct Meter {
 enum Phase {
     Before,
     During,
-    Climbed,
+    Across,
 }
 
 /// Sums over the crossing.
@@ -104,20 +105,20 @@ struct Heading {
 }
 
 /// Distances commanded and gone in the last second.
-#[derive(Default)]
 struct Progress {
     window_ns: u64,
     now: Travel,
     windows: VecDeque<Travel>,
+    /// Windows in a second: one of at least a control period each.
+    count: usize,
 }
 
 /// Where a vehicle has come to, and what was commanded since the start.
 #[derive(Clone, Copy, Default)]
 struct Travel {
     place_m: [f64; 2],
-    commanded_m: f64,
-    /// Along world x: across the obstacle.
-    commanded_across_m: f64,
+    /// In the world's axes; x is across the obstacle. What was commanded back and forth cancels, as it does in the place.
+    commanded_m: [f64; 2],
     /// As distances of the farthest wheel \[m\].
     turned_m: f64,
     commanded_turn_m: f64,
@@ -176,7 +177,7 @@ impl Meter {
                 reached_rad: 0.0,
                 last_yaw_rad: None,
             },
-            progress: Progress::default(),
+            progress: Progress::new(scenario.period_s()),
             tipped: false,
             runaway: Runaway::new(scenario),
             obedience: Obedience::new(scenario),
@@ -199,6 +200,12 @@ impl Meter {
     /// Adds a control period.
     pub(crate) fn push(&mut self, period: &Period) {
         let (sample, seen) = (&period.control, &period.observed);
+        // Past the controller nothing is commanded.
+        let command = if sample.command.to_array().iter().all(|part| part.is_finite()) {
+            sample.command
+        } else {
+            BodyTwist::ZERO
+        };
         let [x, y, z, w] = seen.pose.rotation_xyzw;
         // Cosine of the lean: the upward part of the base's own z axis.
         self.tipped |= (w * w + z * z) - (x * x + y * y) < TIPPED_COSINE;
@@ -208,29 +215,29 @@ impl Meter {
         let path_off_rad = self.whereabouts.push(sample.report.path.as_ref(), seen);
         self.obedience.push(sample, seen, path_off_rad);
         self.heading
-            .push(sample.command.wz_rad_s * self.period_s, seen.pose.yaw_rad());
+            .push(command.wz_rad_s * self.period_s, seen.pose.yaw_rad());
         self.standstill.push(seen, self.heading.reached_rad);
         self.effort.push(sample, seen);
         self.undersides.push(seen);
         let [px, py, _] = seen.pose.position_m;
         let way = &mut self.progress.now;
         way.place_m = [px, py];
-        way.commanded_m += libm::hypot(sample.command.vx_m_s, sample.command.vy_m_s) * self.period_s;
         let (sin, cos) = libm::sincos(seen.pose.yaw_rad());
-        way.commanded_across_m += (cos * sample.command.vx_m_s - sin * sample.command.vy_m_s) * self.period_s;
+        way.commanded_m[0] += (cos * command.vx_m_s - sin * command.vy_m_s) * self.period_s;
+        way.commanded_m[1] += (sin * command.vx_m_s + cos * command.vy_m_s) * self.period_s;
         way.turned_m = self.farthest_m * self.heading.reached_rad;
-        way.commanded_turn_m += self.farthest_m * sample.command.wz_rad_s.abs() * self.period_s;
+        way.commanded_turn_m += self.farthest_m * command.wz_rad_s * self.period_s;
         self.progress.push(seen.time_ns);
         self.last.residual = seen.energy.residual_j() / seen.energy.turnover_j;
         if let Some(traction) = &sample.report.traction {
             self.last.gave_up = traction.mode == SupervisorMode::GaveUp;
         }
-        if self.phase != Phase::Climbed {
+        if self.phase != Phase::Across {
             // A period past the controller does not say it.
             self.retries = sample.retries().or(self.retries);
         }
 
-        if let (Some(obstacle), false) = (self.obstacle, self.phase == Phase::Climbed) {
+        if let (Some(obstacle), false) = (self.obstacle, self.phase == Phase::Across) {
             let reached = seen
                 .wheels
                 .iter()
@@ -248,7 +255,7 @@ impl Meter {
                 .passed
                 .extend(seen.wheels.iter().zip(&self.radius_m).map(up));
             if self.phase == Phase::During && self.last.passed.iter().all(|passed| *passed) {
-                self.phase = Phase::Climbed;
+                self.phase = Phase::Across;
             }
         }
         if self.phase == Phase::During {
@@ -316,7 +323,7 @@ impl Meter {
 
     /// Whether every wheel has stood beyond the obstacle.
     pub(crate) fn is_across(&self) -> bool {
-        self.phase == Phase::Climbed
+        self.phase == Phase::Across
     }
 
     /// Energy that the physics gained, where it is more than its error may be.
@@ -363,7 +370,7 @@ impl Meter {
         let disobeyed = self.obedience.found();
         if self.whereabouts.arrived_s().is_some() {
             Verdict::Arrived
-        } else if self.progress.stands() || self.last.gave_up {
+        } else if self.progress.stalled_without_obstacle() || self.last.gave_up {
             Verdict::Stalled
         } else if disobeyed.off_course {
             Verdict::OffCourse
@@ -458,11 +465,20 @@ impl Heading {
 }
 
 impl Progress {
+    fn new(period_s: f64) -> Self {
+        Self {
+            window_ns: 0,
+            now: Travel::default(),
+            windows: VecDeque::new(),
+            count: (STALL_S / period_s.max(WINDOW_NS as f64 * 1e-9)).round() as usize,
+        }
+    }
+
     fn push(&mut self, time_ns: u64) {
         if time_ns >= self.window_ns {
             self.window_ns = time_ns - time_ns % WINDOW_NS + WINDOW_NS;
             self.windows.push_back(self.now);
-            if self.windows.len() > STALL_WINDOWS {
+            if self.windows.len() > self.count {
                 self.windows.pop_front();
             }
         }
@@ -471,18 +487,18 @@ impl Progress {
     /// Where it was a second ago; none before there was one.
     fn a_second_ago(&self) -> Option<&Travel> {
         let then = self.windows.front();
-        then.filter(|_| self.windows.len() == STALL_WINDOWS)
+        then.filter(|_| self.windows.len() == self.count)
     }
 
     /// Distances gone and commanded over the ground, then about, in the last second; none before there was one.
     fn last_second(&self) -> Option<[[f64; 2]; 2]> {
         let (then, now) = (self.a_second_ago()?, &self.now);
-        let [x, y] = [0, 1].map(|k| now.place_m[k] - then.place_m[k]);
+        let way = |of: fn(&Travel) -> [f64; 2]| libm::hypot(of(now)[0] - of(then)[0], of(now)[1] - of(then)[1]);
         Some([
-            [libm::hypot(x, y), now.commanded_m - then.commanded_m],
+            [way(|travel| travel.place_m), way(|travel| travel.commanded_m)],
             [
                 (now.turned_m - then.turned_m).abs(),
-                now.commanded_turn_m - then.commanded_turn_m,
+                (now.commanded_turn_m - then.commanded_turn_m).abs(),
             ],
         ])
     }
@@ -498,13 +514,13 @@ impl Progress {
     fn slid_along(&self) -> bool {
         self.a_second_ago().is_some_and(|then| {
             let [across, along] = [0, 1].map(|k| self.now.place_m[k] - then.place_m[k]);
-            let commanded = self.now.commanded_across_m - then.commanded_across_m;
+            let commanded = self.now.commanded_m[0] - then.commanded_m[0];
             commanded > COMMANDED_M && across < STALLED_PART * commanded && along.abs() > across.abs()
         })
     }
 
     /// Without one: a vehicle commanded to turn need not go.
-    fn stands(&self) -> bool {
+    fn stalled_without_obstacle(&self) -> bool {
         self.last_second()
             .is_some_and(|[[gone, commanded], [turned, commanded_turn]]| {
                 let whole = commanded + commanded_turn;

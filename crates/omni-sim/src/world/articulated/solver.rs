@@ -19,6 +19,7 @@ use super::tree::{Tree, Twist};
 /// Solutions before contacts change their modes one at a time, and before sweeps take over.
 const TOGETHER: usize = 10;
 const ONE_BY_ONE: usize = 30;
+
 /// Statistics of the solver: how often it needed what.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(super) struct SolverStats {
@@ -30,7 +31,7 @@ pub(super) struct SolverStats {
 }
 
 impl SolverStats {
-    /// Are there more steps whose contacts did not settle than a run is worth with? One in a hundred, and at least ten.
+    /// Did the contacts of more steps not settle than a run may have: more than one in a hundred, and more than ten?
     pub(super) fn is_too_much(&self) -> bool {
         self.unsettled * 100 > self.steps.max(1000)
     }
@@ -134,7 +135,7 @@ fn solve_modes<const N: usize>(
     for body in bodies.iter_mut() {
         body.symmetric = symmetric;
     }
-    // What a spin follows once the carrier's twist is known: a row, or the line of the one contact that it rolls on.
+    // Of each wheel the row that its spin follows once the carrier's twist is known.
     let mut rows: [Option<WheelRow>; MOST_WHEELS] = [const { None }; MOST_WHEELS];
     let mut rest = contacts;
     for (index, wheel) in wheels.iter().enumerate() {
@@ -155,8 +156,9 @@ fn solve_modes<const N: usize>(
         if let (Some(contact), None) = (closed.next(), closed.next())
             && let (Mode::Closed(Grip::Stick, _), None) = (contact.mode, contact.across)
             && wheel.damper == 0.0
+            && contact.separation.lever_m == 0.0
         {
-            // The usual case.
+            // The usual case, a ball that rolls: its normal passes through the axle and does not turn the wheel.
             let separation = &contact.separation.row;
             let (stiffness, bias) = (contact.stiffness, contact.bias);
             system.carrier.add_force(stiffness, separation, separation, bias);

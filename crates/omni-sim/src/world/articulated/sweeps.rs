@@ -121,7 +121,8 @@ impl<const N: usize> Responses<N> {
         }
     }
 
-    /// The velocities with the impulses that the last modes made, each brought within its limits first.
+    /// The velocities with the impulses that the rounds before left, each brought within its limits first. They may be
+    /// of different rounds: this is only where sweeps start.
     fn begin(&self, wheels: &mut [Spin], contacts: &mut [Contact]) -> Velocities<N> {
         for contact in contacts.iter_mut() {
             let most = contact.friction * contact.normal_impulse;
@@ -158,9 +159,9 @@ impl<const N: usize> Responses<N> {
 }
 
 impl<const N: usize> ContactResponse<N> {
-    /// Moves the impulses of contact `i` by `part` of what would settle each alone. Returns the largest change of
-    /// its velocity \[m/s\].
-    fn settle(&self, contacts: &mut [Contact], i: usize, part: f64, now: &mut Velocities<N>) -> f64 {
+    /// Moves the impulses of contact `i` by `part` of what would settle each alone. Returns the largest part of what was
+    /// off that this removed \[m/s\]: the change of velocity, and of what the contact's own softness takes.
+    fn relax(&self, contacts: &mut [Contact], i: usize, part: f64, now: &mut Velocities<N>) -> f64 {
         let contact = &mut contacts[i];
         let (body, wheel) = (contact.body, contact.wheel);
         let compliance = self.normal.along(&contact.separation, body, wheel) + 1.0 / contact.stiffness;
@@ -204,7 +205,7 @@ impl<const N: usize> ContactResponse<N> {
 
 impl<const N: usize> Hold<N> {
     /// The same for the dry friction of a wheel's gear; the change is of a place a metre from the axle \[m/s\].
-    fn settle(&self, wheels: &mut [Spin], part: f64, now: &mut Velocities<N>) -> f64 {
+    fn relax(&self, wheels: &mut [Spin], part: f64, now: &mut Velocities<N>) -> f64 {
         let wheel = &mut wheels[self.wheel];
         let compliance = self.response.along(&self.turning, wheel.body, self.wheel) + 1.0 / wheel.stick();
         let off = now.along(&self.turning, wheel.body, self.wheel) + wheel.held / wheel.stick();
@@ -238,7 +239,7 @@ fn mode(contact: &Contact) -> Mode {
 }
 
 /// Gauss-Seidel over the impulses of contacts and of the gears' dry friction, from those that the
-/// last modes made. Returns the velocities, and whether they have settled.
+/// rounds before left. Returns the velocities, and whether they have settled.
 pub(super) fn sweep<const N: usize>(
     tree: &Tree<N>,
     free: &Equations<N>,
@@ -253,10 +254,10 @@ pub(super) fn sweep<const N: usize>(
         left_m_s = 0.0;
         let part = if sweep < RELAXED_FROM { 1.0 } else { RELAXED };
         for (i, response) in responses.contacts.iter().enumerate() {
-            left_m_s = left_m_s.max(response.settle(contacts, i, part, &mut now));
+            left_m_s = left_m_s.max(response.relax(contacts, i, part, &mut now));
         }
         for hold in &responses.holds {
-            left_m_s = left_m_s.max(hold.settle(wheels, part, &mut now));
+            left_m_s = left_m_s.max(hold.relax(wheels, part, &mut now));
         }
         if left_m_s <= SETTLED_M_S {
             break;
