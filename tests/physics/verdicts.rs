@@ -280,7 +280,10 @@ fn a_mecanum_vehicle_that_meets_a_riser_askew_slides_along_it_and_is_not_on_its_
 /// The same, of which the caller set the torques once: nothing was commanded in that period. And with a control period of
 /// 0.1 s, of which a second has ten.
 fn a_held_vehicle_stalled_after_a_period_of_ones_own_torques_and_with_long_periods() {
-    let keys = ["vehicle.motor.gear_friction_n_m=3.0", "control.policy=independent"];
+    let keys = [
+        "vehicle.motor.gear_friction_n_m=3.0",
+        "control.policy=independent",
+    ];
     let held = scenario("flat", &keys);
     let (mut simulation, mut kept) = (Simulation::new(&held).expect("valid"), Vec::new());
     simulation.step_torques(&[0.0; 7]).expect("runs");
@@ -293,7 +296,10 @@ fn a_held_vehicle_stalled_after_a_period_of_ones_own_torques_and_with_long_perio
     let past = outcome_of(&held, &kept);
     assert_eq!(past.verdict, Verdict::Stalled, "{past:?}");
     assert!(past.yaw_error_deg.abs() < 0.1, "{past:?}");
-    let long = outcome("flat", &[keys[0], keys[1], "control.period_s=0.1", "duration_s=4.0"]);
+    let long = outcome(
+        "flat",
+        &[keys[0], keys[1], "control.period_s=0.1", "duration_s=4.0"],
+    );
     assert_eq!(long.verdict, Verdict::Stalled, "{long:?}");
 }
 
@@ -303,7 +309,10 @@ fn a_vehicle_that_goes_back_and_forth_as_commanded_has_not_stalled() {
     let then: Vec<_> = (1..12)
         .map(|k| {
             let vx_m_s = if k % 2 == 0 { 0.3 } else { -0.3 };
-            format!("{{ at_s = {}, vx_m_s = {vx_m_s}, ramp_s = 0.1 }}", 0.5 * f64::from(k))
+            format!(
+                "{{ at_s = {}, vx_m_s = {vx_m_s}, ramp_s = 0.1 }}",
+                0.5 * f64::from(k)
+            )
         })
         .collect();
     let then = format!("command.then=[{}]", then.join(", "));

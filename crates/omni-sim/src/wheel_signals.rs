@@ -219,10 +219,18 @@ impl WheelSignals {
         disturbed_ratio(self.reference_rad_s, self.measured_rad_s, DISTURBED_FLOOR_RAD_S)
     }
 
-    /// 1 if the request is outside the limits, 0 if it is inside, NaN if it is unknown.
+    /// 1 if the request is outside the limits, 0 if it is inside, NaN if one of them is unknown.
+    ///
+    /// ```
+    /// use omni_sim::WheelSignals;
+    /// let asked = WheelSignals { requested_n_m: 0.5, ..WheelSignals::UNKNOWN };
+    /// assert!(asked.saturated().is_nan());
+    /// assert_eq!(WheelSignals { limit_lower_n_m: -0.4, limit_upper_n_m: 0.4, ..asked }.saturated(), 1.0);
+    /// ```
     #[must_use]
     pub fn saturated(&self) -> f64 {
-        if self.requested_n_m.is_nan() {
+        let known = [self.requested_n_m, self.limit_lower_n_m, self.limit_upper_n_m];
+        if known.iter().any(|n_m| n_m.is_nan()) {
             return f64::NAN;
         }
         let inside = (self.limit_lower_n_m..=self.limit_upper_n_m).contains(&self.requested_n_m);

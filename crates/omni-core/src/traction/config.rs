@@ -92,8 +92,8 @@ constant_struct!(TractionSensors<R> { encoder_counts: R, encoder_noise_rad_s: R,
 pub struct TractionConfig<R> {
     /// Control period \[s\], 1e-6 to 10.
     pub period_s: R,
-    /// Known properties of sensors and motors. Times and dead zones below are what perfect ones allow; they grow with
-    /// it.
+    /// Known properties of sensors and motors. Times and dead zones below hold for perfect ones; these lengthen
+    /// them.
     pub sensors: TractionSensors<R>,
     /// Thrust of every driven wheel per lack of speed, as a rate of its actuator \[N.m.s/rad\], 0 to 1e6.
     pub thrust_gain_n_m_s_rad: R,

@@ -6,7 +6,7 @@ use crate::Real;
 use crate::geometry::BodyTwist;
 use crate::scalar::{is_plausible, largest, max};
 
-/// Part of the largest way per turn from which on a direction of travel drives a wheel. The other
+/// Part of the largest turn per way from which on a direction of travel drives a wheel. The other
 /// wheels follow the measured speed.
 const DRIVEN_PART: f64 = 0.3;
 /// The same where wheels with that much push without turning the vehicle. Wheels across that push
@@ -15,7 +15,7 @@ const DRIVEN_PART: f64 = 0.3;
 const ENOUGH_PART: f64 = 0.6;
 /// If sensors may mask this fraction of the commanded speed, slip cannot be distinguished from noise.
 const HIDDEN_PART: f64 = 0.5;
-const HIDDEN_AGAIN: f64 = 0.4;
+const SEEN_AGAIN_PART: f64 = 0.4;
 /// If less than twice this fraction of the wheels' rotation moves the vehicle, it turns on the spot.
 const ON_THE_SPOT: f64 = 0.05;
 /// Part of their levers by which pushes may turn the vehicle and count as balanced.
@@ -57,7 +57,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
             let part = R::of(if state.slip_observable {
                 HIDDEN_PART
             } else {
-                HIDDEN_AGAIN
+                SEEN_AGAIN_PART
             });
             let fastest = largest(state.reference_rad_s.map(|rate| rate.abs()));
             let rows = self.kinematics.inverse_matrix();

@@ -1,4 +1,5 @@
-//! Fifth step: how the vehicle turns, keeping its heading, keeping rows level.
+//! Fifth step: how the vehicle turns, keeping its heading, keeping rows level. `measure_yaw` runs before the second
+//! step, which takes its yaw rate.
 
 use super::loops::TractionLoops;
 use super::model::Traction;
@@ -68,7 +69,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
 
     /// Has the gyro's zero been looked at for long enough?
     pub(super) fn knows_zero(&self, state: &TractionState<R, N>) -> bool {
-        state.gyro_found_s >= R::of(FOUND_S) || self.config.gyro_zero_s == R::zero()
+        state.gyro_found_s >= min(R::of(FOUND_S), self.config.gyro_zero_s)
     }
 
     /// A part of the motion by the wheels, one that is not usable taken to turn as it would with the last motion.

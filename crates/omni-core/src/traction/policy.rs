@@ -186,7 +186,7 @@ impl<R: Real, const N: usize> TractionPolicy<R, N> {
         &self.sample
     }
 
-    /// Phase of the supervisor.
+    /// State of the supervisor: phase, retries, row.
     #[must_use]
     pub fn supervisor(&self) -> &SupervisorState<R> {
         &self.state.supervised.supervisor

@@ -175,7 +175,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
         traction: &TractionState<R, N>,
     ) -> TractionTarget<R, N> {
         if state.mode == SupervisorMode::GaveUp {
-            return TractionTarget::at(state.target_m_s);
+            return TractionTarget::at(self.slewed(state, R::zero()));
         }
         if state.mode != SupervisorMode::Drive {
             state.start(SupervisorMode::Drive);
@@ -215,10 +215,10 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
 
     /// Retries count for the furthest row so far: the retries of a row end once a row behind it climbs for the first
     /// time. All are over where every row is past the obstacle. A vehicle that falls back to level ground goes on
-    /// counting, or it would try for ever.
+    /// counting, or it would try for ever. One that gave up rests although it is lifted, or slumps, onto another row.
     fn progress(&self, state: &mut SupervisorState<R>, (axis, _): (usize, bool)) {
         let (config, zero) = (&self.config, R::zero());
-        if state.row > state.furthest {
+        if state.row > state.furthest && state.mode != SupervisorMode::GaveUp {
             state.furthest = state.row;
             if state.row_retries > config.retry.slow_retries {
                 state.later_rows_m_s = state.run_up_m_s;

@@ -241,7 +241,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         self.times.thrust_gain_n_m_s_rad * soft * error
     }
 
-    /// The common thrust, of a wheel with the most way per turn \[N.m\].
+    /// The common thrust, of the wheel that turns most per way \[N.m\].
     pub(super) fn find_thrust(&self, state: &mut TractionState<R, N>) {
         let (sign, wanted, largest) = (state.target_sign(), state.target_m_s.abs(), state.full_thrust_n_m);
         // Beyond an edge the thrust of the climb falls with the speed that is gained: gains that are soft where
@@ -262,7 +262,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
     }
 
     /// The largest thrust of a driven wheel, and the thrust at which every wheel applies its largest torque \[N.m\]:
-    /// wheels with less distance per turn receive a smaller part of it.
+    /// wheels that turn less per distance receive a smaller part of it.
     pub(super) fn find_largest(&self, state: &mut TractionState<R, N>, range: &TorqueRanges<R, N>) {
         (state.largest_motor_n_m, state.full_thrust_n_m) = (R::zero(), R::zero());
         for i in 0..N {

@@ -493,7 +493,8 @@ impl Progress {
     /// Distances gone and commanded over the ground, then about, in the last second; none before there was one.
     fn last_second(&self) -> Option<[[f64; 2]; 2]> {
         let (then, now) = (self.a_second_ago()?, &self.now);
-        let way = |of: fn(&Travel) -> [f64; 2]| libm::hypot(of(now)[0] - of(then)[0], of(now)[1] - of(then)[1]);
+        let way =
+            |of: fn(&Travel) -> [f64; 2]| libm::hypot(of(now)[0] - of(then)[0], of(now)[1] - of(then)[1]);
         Some([
             [way(|travel| travel.place_m), way(|travel| travel.commanded_m)],
             [

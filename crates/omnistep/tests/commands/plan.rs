@@ -6,7 +6,7 @@ use std::process::Output;
 
 use assert_cmd::Command;
 
-/// The chart of `chugo7` under traction control: 48 mm up from the front, with a margin of 0.8.
+/// The chart of `chugo7` under traction control: 51.2 mm up from the front, with a margin of 0.8.
 const CHART: &str = concat!(
     env!("CARGO_MANIFEST_DIR"),
     "/../omni-plan/tests/charts/chugo7.toml"
@@ -37,7 +37,7 @@ fn a_route_over_stairs_is_driven_to_its_end() {
     );
     // 3 cm each, the first at x = 0.7 m, and the front leads.
     assert!(
-        said.contains("| 0.70, 0.00       | up |        30.0 |         48.0 |          0 |"),
+        said.contains("| 0.70, 0.00       | up |        30.0 |         51.2 |          0 |"),
         "{said}"
     );
     let mut run = Command::new(env!("CARGO_BIN_EXE_omnistep"));
@@ -130,12 +130,13 @@ fn a_map_has_heights_and_areas_to_keep_out_of_and_gives_costmaps() {
 #[test]
 fn where_there_is_no_way_the_edge_is_named_and_the_exit_code_is_1() {
     let folder = tempfile::tempdir().unwrap();
-    let output = plan(folder.path(), &["step", "--to", "2.5,0", "--chart", CHART]);
+    let way = ["step", "--to", "2.5,0", "--chart", CHART, "--margin", "0.7"];
+    let output = plan(folder.path(), &way);
     assert_eq!(output.status.code(), Some(1));
     let said = text(output.stderr);
     assert!(
         said.contains("no way from start to goal: edge at (0.70, ")
-            && said.contains("50 mm up, at most 48 mm from the front (0.8 of 60)"),
+            && said.contains("50 mm up, at most 44.8 mm from the front (0.7 of 64)"),
         "{said}"
     );
 }

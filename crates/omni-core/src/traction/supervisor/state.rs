@@ -21,7 +21,7 @@ pub enum SupervisorMode {
     BackOff = 1,
     /// It runs up to it.
     RunUp = 2,
-    /// No retry is left: it rests until the command does, or changes direction.
+    /// No retry is left: it rests until the command does, or puts other rows in front.
     GaveUp = 3,
 }
 

@@ -302,6 +302,21 @@ fn a_gyro_is_not_used_before_its_zero_is_known() {
 }
 
 #[test]
+fn a_gyro_whose_zero_is_found_in_no_time_is_used() {
+    for gyro_zero_s in [0.0, 0.01, 0.049, 2.0] {
+        let mut config = preset().config;
+        config.gyro_zero_s = gyro_zero_s;
+        let traction = seven(config);
+        let mut state = TractionState::new();
+        let readings = level(BodyTwist::ZERO, &[0.0; 7]);
+        for _ in 0..60 {
+            let _ = traction.step(&mut state, &readings, &TractionTarget::at(0.0));
+        }
+        assert!(traction.knows_zero(&state), "{gyro_zero_s} s");
+    }
+}
+
+#[test]
 fn a_mute_encoder_is_left_out_and_used_again() {
     let (traction, mut state, mut plant) = (preset(), TractionState::new(), Plant::new(10.0));
     plant.drag_n = 120.0; // of 150 N that five motors have
