@@ -277,7 +277,7 @@ fn a_mecanum_vehicle_that_meets_a_riser_askew_slides_along_it_and_is_not_on_its_
     assert!(slid.final_yaw_rad.abs() < 0.1, "{slid:?}");
 }
 
-/// The same, of which the caller set the torques once: nothing was commanded in that period. And with a control period
+/// Held by its gears' friction. The caller set torques once: nothing was commanded in that period. And with a period
 /// of 0.1 s, of which a second has ten.
 fn a_held_vehicle_stalled_after_a_period_of_ones_own_torques_and_with_long_periods() {
     let keys = [
