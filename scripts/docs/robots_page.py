@@ -101,7 +101,7 @@ def climbs(robot: omnistep.Vehicle, policy: str, speed_m_s: float, height_m: flo
         "terrain.height_m": height_m,
         "terrain.start_x_m": 1.0,
         "command.vx_m_s": speed_m_s,
-        # So that traction control ends its nine attempts, of some five seconds each.
+        # Long enough for the nine attempts of traction control, of some five seconds each.
         "duration_s": 45.0 + 3.0 / speed_m_s,
         "stop_when_done": True,
         "physics.engine": "articulated",

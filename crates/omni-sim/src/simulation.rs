@@ -111,8 +111,8 @@ impl Simulation {
         Ok(simulation)
     }
 
-    /// Reads the sensors, once after every period, and from them odometry and the follower of the path, which reports in
-    /// the controller's place.
+    /// Reads the sensors, once after every period, and from them odometry and the follower of the path, which
+    /// reports in the controller's place.
     fn sense(&mut self) {
         self.world.measure(&mut self.sensed.wheels_rad_s);
         self.sensing

@@ -181,7 +181,7 @@ fn a_real_chart_is_read_with_both_sides_and_a_broken_one_is_refused() {
         "c.toml: schema_version: 2, allowed: 1"
     );
     assert_eq!(
-        refused(&text.replace("limit_m = 0.06\n", "limit_m = nan\n")),
+        refused(&text.replace("limit_m = 0.064\n", "limit_m = nan\n")),
         "c.toml: cell[0].limit_m: NaN, allowed: 0 to 100"
     );
     assert_eq!(

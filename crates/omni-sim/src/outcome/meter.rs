@@ -117,7 +117,7 @@ struct Progress {
 #[derive(Clone, Copy, Default)]
 struct Travel {
     place_m: [f64; 2],
-    /// In the world's axes; x is across the obstacle. What was commanded back and forth cancels, as it does in the place.
+    /// In the world's axes; x is across the obstacle. What was commanded back and forth cancels, as in the place.
     commanded_m: [f64; 2],
     /// As distances of the farthest wheel \[m\].
     turned_m: f64,

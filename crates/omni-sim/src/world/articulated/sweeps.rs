@@ -159,8 +159,8 @@ impl<const N: usize> Responses<N> {
 }
 
 impl<const N: usize> ContactResponse<N> {
-    /// Moves the impulses of contact `i` by `part` of what would settle each alone. Returns the largest part of what was
-    /// off that this removed \[m/s\]: the change of velocity, and of what the contact's own softness takes.
+    /// Moves the impulses of contact `i` by `part` of what would settle each alone. Returns the largest part of what
+    /// was off that this removed \[m/s\]: the change of velocity, and of what the contact's own softness takes.
     fn relax(&self, contacts: &mut [Contact], i: usize, part: f64, now: &mut Velocities<N>) -> f64 {
         let contact = &mut contacts[i];
         let (body, wheel) = (contact.body, contact.wheel);
