@@ -236,7 +236,7 @@ enum omni_supervisor_mode
   OMNI_SUPERVISOR_MODE_BACK_OFF = 1,
   // It runs up to it.
   OMNI_SUPERVISOR_MODE_RUN_UP = 2,
-  // No retry is left: it rests until the command does, or changes direction.
+  // No retry is left: it rests until the command does, or puts other rows in front.
   OMNI_SUPERVISOR_MODE_GAVE_UP = 3,
 };
 #ifndef __cplusplus
@@ -1025,8 +1025,8 @@ typedef struct {
 typedef struct {
   // Control period [s], 1e-6 to 10.
   float period_s;
-  // Known properties of sensors and motors. Times and dead zones below are what perfect ones allow; they grow with
-  // it.
+  // Known properties of sensors and motors. Times and dead zones below hold for perfect ones; these lengthen
+  // them.
   omni_traction_sensors sensors;
   // Thrust of every driven wheel per lack of speed, as a rate of its actuator [N.m.s/rad], 0 to 1e6.
   float thrust_gain_n_m_s_rad;
