@@ -310,7 +310,7 @@ fn a_vehicle_that_goes_back_and_forth_as_commanded_has_not_stalled() {
         .map(|k| {
             let vx_m_s = if k % 2 == 0 { 0.3 } else { -0.3 };
             format!(
-                "{{ at_s = {}, vx_m_s = {vx_m_s}, ramp_s = 0.1 }}",
+                "{{ at_s = {}, vx_m_s = {vx_m_s}, vy_m_s = 0.0, wz_rad_s = 0.0, ramp_s = 0.1 }}",
                 0.5 * f64::from(k)
             )
         })
