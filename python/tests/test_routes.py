@@ -38,8 +38,8 @@ def test_an_area_to_keep_out_of_is_gone_round():
 
 
 def test_where_there_is_no_way_the_edge_is_named():
-    with pytest.raises(omnistep.NoRouteError, match=r"edge at \(0\.70, .* mm up, at most 48 mm from the front"):
-        omnistep.plan_route("step", (2.5, 0.0), chart=CHART)
+    with pytest.raises(omnistep.NoRouteError, match=r"edge at \(0\.70, .* mm up, at most 44\.8 mm from the front"):
+        omnistep.plan_route("step", (2.5, 0.0), chart=CHART, margin=0.7)
 
 
 @pytest.mark.parametrize(
