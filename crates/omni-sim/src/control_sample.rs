@@ -57,6 +57,12 @@ impl ControlSample {
         }
     }
 
+    /// Its command; none past the controller, where nothing is commanded.
+    pub(crate) fn commanded(&self) -> Option<BodyTwist<f64>> {
+        let is_known = self.command.to_array().iter().all(|part| part.is_finite());
+        is_known.then_some(self.command)
+    }
+
     /// Times that traction control backed off for another try since the start; none of a controller
     /// that does not try again.
     #[must_use]

@@ -200,12 +200,7 @@ impl Meter {
     /// Adds a control period.
     pub(crate) fn push(&mut self, period: &Period) {
         let (sample, seen) = (&period.control, &period.observed);
-        // Past the controller nothing is commanded.
-        let command = if sample.command.to_array().iter().all(|part| part.is_finite()) {
-            sample.command
-        } else {
-            BodyTwist::ZERO
-        };
+        let command = sample.commanded().unwrap_or(BodyTwist::ZERO);
         let [x, y, z, w] = seen.pose.rotation_xyzw;
         // Cosine of the lean: the upward part of the base's own z axis.
         self.tipped |= (w * w + z * z) - (x * x + y * y) < TIPPED_COSINE;
@@ -226,7 +221,7 @@ impl Meter {
         way.commanded_m[0] += (cos * command.vx_m_s - sin * command.vy_m_s) * self.period_s;
         way.commanded_m[1] += (sin * command.vx_m_s + cos * command.vy_m_s) * self.period_s;
         way.turned_m = self.farthest_m * self.heading.reached_rad;
-        way.commanded_turn_m += self.farthest_m * command.wz_rad_s * self.period_s;
+        way.commanded_turn_m = self.farthest_m * self.heading.commanded_rad;
         self.progress.push(seen.time_ns);
         self.last.residual = seen.energy.residual_j() / seen.energy.turnover_j;
         if let Some(traction) = &sample.report.traction {

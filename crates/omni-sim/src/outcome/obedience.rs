@@ -136,13 +136,12 @@ impl Obedience {
     /// Adds a period; `path_off_rad` is the heading error relative to a path.
     pub(super) fn push(&mut self, sample: &ControlSample, seen: &Observation, path_off_rad: f64) {
         self.found.off_course |= path_off_rad.abs() > OFF_RAD;
-        if !sample.command.to_array().iter().all(|part| part.is_finite()) {
-            // Past the controller: nothing is commanded.
+        let Some(command) = sample.commanded() else {
             (self.followed, self.against) = Default::default();
             self.rest_s = 0.0;
             return;
-        }
-        let command = BodyTwist::from_point(sample.command, self.command_point_m);
+        };
+        let command = BodyTwist::from_point(command, self.command_point_m);
         // The heading hold turns a vehicle that is not asked to turn.
         let turns = sample.asked.wz_rad_s * command.wz_rad_s > 0.0;
         self.follow(
