@@ -2832,10 +2832,10 @@ class Sample:
         """The request was outside the limits."""
     @property
     def disturbed_ratio(self) -> _Floats:
-        """Safe form of eq. (14), within -2 to 2; lagging is +."""
+        """Safe form of eq. (14) of the paper, within -2 to 2; lagging is +."""
     @property
     def slip_ratio(self) -> _Floats:
-        """Safe form of eq. (15), within -2 to 2; spinning is +; 0 in the air."""
+        """Safe form of eq. (15) of the paper, within -2 to 2; spinning is +; 0 in the air."""
     @property
     def rim_m_s(self) -> _Floats:
         """Speed along the push [m/s], from the wheel's rotation against the world."""

@@ -435,7 +435,7 @@ def test_a_simulation_with_a_policy_is_bit_identical_to_the_run_with_metrics_and
     np.testing.assert_array_equal(log.trace["largest_n_m"], whole["largest_n_m"])
 
 
-def test_periods_past_the_controller_are_rows_with_what_is_known(tmp_path):
+def test_periods_without_a_controller_are_rows_with_what_is_known(tmp_path):
     simulation = omnistep.Simulation("flat", policy=Loops("scale_torques"))
     simulation.step((0.1, 0.0, 0.0))
     simulation.step_torques([0.5] * 7)

@@ -37,7 +37,7 @@ def test_the_commands_of_a_runs_own_log_give_it_again_in_every_bit(tmp_path):
     again = omnistep.resimulate(path)
     assert np.array_equal(again.simulated.wheels("applied_n_m"), trace.wheels("applied_n_m"))
     assert again.unknown == 0 and all(each.rms == 0.0 for each in again.differences.values()), again
-    # Torques past the controller move the same vehicle the same way; a torque of -0 is one of 0 by then.
+    # Torques without a controller move the same vehicle the same way; a torque of -0 is one of 0 by then.
     by_torques = omnistep.resimulate(path, by="torques")
     assert all(each.rms < 1e-25 for each in by_torques.differences.values()), by_torques
 

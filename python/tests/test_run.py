@@ -98,7 +98,7 @@ def test_flat_ground_twist_is_the_command_within_a_thousandth(command):
     np.testing.assert_allclose(np.mean(twists, axis=0), command, rtol=1e-3, atol=1e-5)
 
 
-def test_torques_past_the_controller_accelerate_the_vehicle():
+def test_torques_without_a_controller_accelerate_the_vehicle():
     sim = omnistep.Simulation("flat")
     forward = np.array([1, 0, -1, 1, 1, 0, -1]) * 0.3
     for _ in range(500):

@@ -97,9 +97,9 @@ fn a_change_of_policy_gives_no_torque_that_has_ended() {
     }
 }
 
-/// What is past the controller says nothing of the motion: traction control begins with that of the encoders.
+/// What happens without the controller says nothing of the motion: traction control begins with that of the encoders.
 #[test]
-fn traction_control_takes_over_after_torques_past_the_controller() {
+fn traction_control_takes_over_after_torques_without_the_controller() {
     let scenario = flat(None);
     let mut simulation =
         Simulation::new(&scenario.with_policy("independent").expect("a policy")).expect("valid");

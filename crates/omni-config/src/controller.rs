@@ -35,6 +35,9 @@ macro_rules! for_wheel_count {
     };
 }
 
+/// Most wheels of a vehicle: the last count of [`for_wheel_count`].
+pub const MOST_WHEELS: usize = 8;
+
 /// The error for a vehicle with too few or too many wheels.
 #[must_use]
 pub fn wheel_count_refused(count: usize) -> ConfigError {

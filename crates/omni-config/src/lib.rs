@@ -64,7 +64,7 @@ pub use constants::{Language, rust_expression};
 pub use control::{
     AntiWindupLaw, AutoPolicy, Control, IntegralLaw, POLICIES, Precision, SaturationLaw, policy_in_a_line,
 };
-pub use controller::wheel_count_refused;
+pub use controller::{MOST_WHEELS, wheel_count_refused};
 pub use derived_gains::DerivedGains;
 pub use drive::{Drive, DriveFaults, DriveNoise, DriveRestart, DriveSlip};
 pub use encoder_reading::EncoderReading;

@@ -161,7 +161,7 @@ impl Simulation {
         let command = BodyTwist::from_array(components);
         let period_ns = self.scenario.control.period_us * 1000;
         self.stepped(py, |simulation| {
-            // It had no part in periods past the controller.
+            // It had no part in periods without the controller.
             self.raised.set_period(simulation.time_ns() / period_ns);
             simulation.step(&command)
         })

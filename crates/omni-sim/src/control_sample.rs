@@ -35,12 +35,12 @@ impl ControlSample {
     ///
     /// ```
     /// use omni_sim::controller::ControlSample;
-    /// let sample = ControlSample::past_the_controller(&[0.5, -0.5]);
+    /// let sample = ControlSample::without_controller(&[0.5, -0.5]);
     /// assert_eq!((sample.wheels.len(), sample.wheels[1].applied_n_m), (2, -0.5));
     /// assert!(sample.wheels[1].measured_rad_s.is_nan() && sample.common_factor.is_nan());
     /// ```
     #[must_use]
-    pub fn past_the_controller(torques_n_m: &[f64]) -> Self {
+    pub fn without_controller(torques_n_m: &[f64]) -> Self {
         const UNKNOWN: f64 = f64::NAN;
         let signals = |applied_n_m: &f64| WheelSignals {
             applied_n_m: *applied_n_m,
@@ -57,7 +57,7 @@ impl ControlSample {
         }
     }
 
-    /// Its command; none past the controller, where nothing is commanded.
+    /// Its command; none in a period without the controller.
     pub(crate) fn commanded(&self) -> Option<BodyTwist<f64>> {
         let is_known = self.command.to_array().iter().all(|part| part.is_finite());
         is_known.then_some(self.command)

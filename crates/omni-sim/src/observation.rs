@@ -285,7 +285,7 @@ impl WheelObservation {
         self.force_normal_n > 0.0
     }
 
-    /// Slip ratio, the safe form of eq. (15), within -2..=2 (faster than it moves is +); 0 in the air.
+    /// Slip ratio, the safe form of eq. (15) of the paper, within -2..=2 (faster than it moves is +); 0 in the air.
     #[must_use]
     pub fn slip_ratio(&self) -> f64 {
         if self.touches() {

@@ -10,8 +10,8 @@ use crate::config::{self, DriveNoise, Scenario, Vehicle, for_wheel_count};
 use crate::control_sample::ControlSample;
 use crate::observation::OdometryEstimate;
 
-/// Most wheels of a vehicle: what has fewer has columns of zeros, so that how many there are does not matter.
-const WHEELS: usize = 8;
+/// A vehicle of fewer wheels has columns of zeros, so that how many there are does not matter.
+const WHEELS: usize = config::MOST_WHEELS;
 /// Time over which what the wheels turned is gathered before the covariance grows by it \[s\]. A slip of one
 /// period and one count of a coarse encoder are then no noise of their own, and it costs next to nothing.
 const WINDOW_S: f64 = 0.01;

@@ -153,7 +153,7 @@ impl Simulation {
 
     /// Continues with the controller of another scenario of the same vehicle: another policy, gains or torque limit. It
     /// goes on from the present one's state. Between traction control and wheel loops that is the limited command, or
-    /// all of a `[drive]` but its loops: their integrals start at 0.
+    /// all of a `[drive]` but its loops: their integrals start at 0. The heading hold remains that of the first scenario.
     ///
     /// # Errors
     /// As [`AnyController::new`]; [`Error::Snapshot`] if the state does not fit: other wheels, another precision, a
@@ -226,7 +226,7 @@ impl Simulation {
         controlled
     }
 
-    /// Holds actuator torques \[N.m\], one per wheel, for one control period, past the controller.
+    /// Holds actuator torques \[N.m\], one per wheel, for one control period, without the controller.
     ///
     /// # Errors
     /// [`Error::Argument`] for a wrong count or a torque that is not finite; [`Error::Diverged`],
@@ -243,7 +243,7 @@ impl Simulation {
         }
         self.control.passed_by(torques_n_m);
         self.period.sensed.clone_from(&self.sensed);
-        self.period.control = ControlSample::past_the_controller(torques_n_m);
+        self.period.control = ControlSample::without_controller(torques_n_m);
         self.world.brake(&[]);
         self.world.step(torques_n_m, &mut self.period.observed)?;
         self.sense();

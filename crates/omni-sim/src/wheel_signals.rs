@@ -44,12 +44,12 @@ macro_rules! for_each_wheel_signal {
             of_control {
                 /// 1 if the request was outside the limits, else 0.
                 saturated: log = WheelSignals::saturated;
-                /// Safe form of eq. (14), within -2 to 2; lagging is +.
+                /// Safe form of eq. (14) of the paper, within -2 to 2; lagging is +.
                 disturbed_ratio: log = WheelSignals::disturbed_ratio;
             }
             // The push is the rolling direction, or of a mecanum wheel the axis of its lowest roller.
             observed {
-                /// Safe form of eq. (15), within -2 to 2; spinning is +; 0 in the air.
+                /// Safe form of eq. (15) of the paper, within -2 to 2; spinning is +; 0 in the air.
                 slip_ratio: log = WheelObservation::slip_ratio;
                 /// Speed along the push [m/s], from the wheel's rotation against the world.
                 rim_m_s: trace = |wheel| wheel.rim_m_s;
@@ -213,7 +213,7 @@ macro_rules! define {
 for_each_wheel_signal!(define);
 
 impl WheelSignals {
-    /// Disturbed ratio, the safe form of eq. (14), within -2..=2 (behind its reference is +).
+    /// Disturbed ratio, the safe form of eq. (14) of the paper, within -2..=2 (behind its reference is +).
     #[must_use]
     pub fn disturbed_ratio(&self) -> f64 {
         disturbed_ratio(self.reference_rad_s, self.measured_rad_s, DISTURBED_FLOOR_RAD_S)

@@ -340,6 +340,8 @@ impl<R: Real> TractionConfig<R> {
 pub struct TractionTimes<R> {
     /// Angle of the actuator that one count of its encoder is \[rad\]; 0 if readings are not counts.
     pub(super) count_rad: R,
+    /// Time over which a rate is best read from them \[s\].
+    pub(super) window_s: R,
     pub(super) slip_s: R,
     pub(super) contact_s: R,
     pub(super) speed_s: R,
@@ -362,7 +364,7 @@ pub struct TractionTimes<R> {
 }
 
 constant_struct!(TractionTimes<R> {
-    count_rad: R, slip_s: R, contact_s: R, speed_s: R, free_m_s: R, per_free_s_m: R, hidden_m_s: R, width_m_s: R, integral_n_m_rad: R, thrust_gain_n_m_s_rad: R, own_gain_n_m_s_rad: R,
+    count_rad: R, window_s: R, slip_s: R, contact_s: R, speed_s: R, free_m_s: R, per_free_s_m: R, hidden_m_s: R, width_m_s: R, integral_n_m_rad: R, thrust_gain_n_m_s_rad: R, own_gain_n_m_s_rad: R,
     own_integral_n_m_rad: R, late_part: R, rare_rad_s: R
 });
 
@@ -424,6 +426,7 @@ impl<R: Real> TractionTimes<R> {
         let free_m_s = max(config.slip_free_m_s + of(0.2) * rough_m_s + noise_m_s, of(1e-6));
         Self {
             count_rad,
+            window_s: window,
             slip_s: most(&[
                 config.slip_s,
                 of(PERIODS) * config.period_s,

@@ -1,8 +1,10 @@
 //! A wheel's rate out of whole counts of its encoder.
 
 use crate::Real;
+use crate::scalar::max;
 
-/// What the width of a count may make of the rate \[rad/s\].
+/// What the width of a count may make of the rate \[rad/s\]: some 2 cm/s of a rim of 0.07 m, the width over which slip
+/// control takes the torque from a wheel.
 const RATE_RAD_S: f64 = 0.3;
 
 /// Rate of change of wheel velocity in an impact \[rad/s^2\]: 15 m/s^2 of a rim of 0.15 m. What is read over a longer
@@ -34,12 +36,12 @@ impl<R: Real> EncoderState<R> {
         }
     }
 
-    /// The rate \[rad/s\], from what whole counts of `count_rad` over the period said.
+    /// The rate \[rad/s\], from what whole counts of `count_rad` over the period said; `best_s` is [`window_s`] of them.
     ///
     /// Between two counts the wheel is anywhere; in a period with a count it is next to an edge. Only an angle that
     /// leaves what is possible corrects the rate, by the time that it took, and slowly enough to keep the rate
     /// within [`RATE_RAD_S`]. A wheel of which no count comes any more slows down to what would have made one.
-    pub(super) fn step(&mut self, read_rad_s: R, count_rad: R, period_s: R) -> R {
+    pub(super) fn step(&mut self, read_rad_s: R, count_rad: R, best_s: R, period_s: R) -> R {
         let zero = R::zero();
         let counted = read_rad_s * period_s;
         self.since_s += period_s;
@@ -55,14 +57,7 @@ impl<R: Real> EncoderState<R> {
             (zero, count_rad)
         };
         let off = self.beyond_rad.limited(lower, upper) - self.beyond_rad;
-        let least = window_s(count_rad);
-        let smooth = near / R::of(RATE_RAD_S);
-        let mut window = if smooth > least { smooth } else { least };
-        window = if self.since_s > window {
-            self.since_s
-        } else {
-            window
-        };
+        let window = max(max(near / R::of(RATE_RAD_S), best_s), self.since_s);
         self.rate_rad_s += off / window;
         self.beyond_rad += off;
         if counted != zero {

@@ -16,6 +16,8 @@ const DRIFT_M: f64 = 0.05;
 /// Nothing rises faster \[m/s\], nothing points up further \[rad\]: the vehicle drives on the level.
 const QUIET_M_S: f64 = 0.02;
 const LEVEL_RAD: f64 = 0.02;
+/// Driven wheels that differ by less than so many times the slip that is left alone roll at the same speed.
+const ALIKE: f64 = 4.0;
 /// A gyro is used once its zero was looked at for so long \[s\].
 const FOUND_S: f64 = 0.05;
 
@@ -128,7 +130,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
                 (slowest, fastest) = (min(slowest, rolls), max(fastest, rolls));
             }
         }
-        let agree = fastest - slowest < R::of(4.0) * self.times.free_m_s;
+        let agree = fastest - slowest < R::of(ALIKE) * self.times.free_m_s;
         agree.then_some(turns)
     }
 

@@ -44,10 +44,12 @@ impl<R: Real, const N: usize> Traction<R, N> {
                 wheel.forget();
                 continue;
             };
-            let count_rad = self.times.count_rad;
+            let times = &self.times;
             *rate = read;
-            if count_rad > R::zero() {
-                let estimated = wheel.encoder.step(read, count_rad, period_s);
+            if times.count_rad > R::zero() {
+                let estimated = wheel
+                    .encoder
+                    .step(read, times.count_rad, times.window_s, period_s);
                 if !raw {
                     *rate = estimated;
                 }

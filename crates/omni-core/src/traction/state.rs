@@ -113,7 +113,7 @@ pub(super) struct WheelState<R> {
     pub(super) contact_n_m: R,
     /// Of its own loop.
     pub(super) integral_n_m: R,
-    /// Time since its torque was limited \[s\], with the sign of the torque; 0 before the first time.
+    /// Time since its torque was limited \[s\]; negative if that was at the lower limit, 0 before the first time.
     pub(super) limited_s: R,
 }
 

@@ -33,7 +33,7 @@ const VAIN_WEIGHT: f64 = 0.2;
 const VAIN_PART: f64 = 0.5;
 const VAIN_S: f64 = 3.0;
 const VAIN_M: f64 = 0.3;
-/// If nothing is tried, one that has this part of its commanded speed is not stuck.
+/// One that has this part of its commanded speed is not stuck.
 const CREEPS_PART: f64 = 0.5;
 
 /// Chooses the target speed of a [`super::Traction`]. Immutable.
@@ -108,21 +108,52 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
             state.forget();
             return TractionTarget::at(self.slewed(state, zero));
         }
-        let order = self.order(traction.direction);
-        if traction.direction != state.direction {
-            let [dx, dy] = traction.direction;
-            if order != self.order(state.direction) {
-                state.forget(); // other rows are in front
-            }
-            state.target_m_s *= dx * state.direction[0] + dy * state.direction[1];
-            state.direction = traction.direction;
-        }
+        let order = self.face(state, traction.direction);
         state.since_start_s += config.period_s;
         if !traction.can_discern() {
             return self.without_retries(state, traction);
         }
-        let drop;
-        (state.row, drop) = self.next_row(order, &traction.motion.height_m);
+        let drop_m;
+        (state.row, drop_m) = self.next_row(order, &traction.motion.height_m);
+        let wanted = self.wanted_speed(state, commanded, drop_m);
+        self.progress(state, order);
+        let most = self.max_speed(traction.direction);
+        let speed = self.step_mode(state, traction, wanted, most);
+        let mut target = TractionTarget::at(self.slewed(state, speed.limited(-most, most)));
+        let hard = R::of(f64::from(state.row_retries.saturating_sub(retry.slow_retries)));
+        target.climbing = core::array::from_fn(|i| self.row_of(order, i) == state.row);
+        if state.mode != SupervisorMode::BackOff {
+            target.allowance_m_s = retry.allowance_m_s * hard;
+        }
+        target.spin_gain = retry.spin_gain;
+        target.spin_m_s = self.spin(state, traction.speed_m_s, hard);
+        target.trying = matches!(state.mode, SupervisorMode::BackOff | SupervisorMode::RunUp);
+        target.square_up = state.row == 0
+            && state.mode == SupervisorMode::Drive
+            && state.since_start_s > config.starting_s
+            && traction.thrust_n_m > R::of(SQUARES_PART) * traction.largest_motor_n_m
+            && traction.speed_m_s < R::of(SQUARES_M_S);
+        target
+    }
+
+    /// Turns to a direction of travel; returns the order of the rows along it. The target speed is the part of the
+    /// last one along the new direction. Another order begins afresh.
+    fn face(&self, state: &mut SupervisorState<R>, direction: [R; 2]) -> (usize, bool) {
+        let order = self.order(direction);
+        if direction != state.direction {
+            let [dx, dy] = direction;
+            if order != self.order(state.direction) {
+                state.forget();
+            }
+            state.target_m_s *= dx * state.direction[0] + dy * state.direction[1];
+            state.direction = direction;
+        }
+        order
+    }
+
+    /// The commanded speed, higher for rows behind the first: they need a run-up.
+    fn wanted_speed(&self, state: &SupervisorState<R>, commanded_m_s: R, drop_m: R) -> R {
+        let (config, zero) = (&self.config, R::zero());
         let boost = match state.row {
             0 => zero,
             1 => config.boost[0],
@@ -130,41 +161,33 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
         };
         // A low edge requires no more than the available thrust.
         let part =
-            ((drop - config.height_m) / (config.boost_height_m - config.height_m)).limited(zero, R::one());
-        let mut speed = commanded * (R::one() + boost * part);
+            ((drop_m - config.height_m) / (config.boost_height_m - config.height_m)).limited(zero, R::one());
+        let raised = commanded_m_s * (R::one() + boost * part);
         if state.row > 0 {
-            speed = max(retry.later_rows_part * state.later_rows_m_s, speed);
+            max(config.retry.later_rows_part * state.later_rows_m_s, raised)
+        } else {
+            raised
         }
-        self.progress(state, order);
-        let most = self.max_speed(traction.direction);
-        speed = self.retry_speed(state, traction, speed, most);
-        speed = speed.limited(-most, most);
-        let mut target = TractionTarget::at(self.slewed(state, speed));
-        let hard = R::of(f64::from(state.row_retries.saturating_sub(retry.slow_retries)));
-        target.climbing = core::array::from_fn(|i| self.row_of(order, i) == state.row);
-        if state.mode != SupervisorMode::BackOff {
-            target.allowance_m_s = retry.allowance_m_s * hard;
-        }
-        target.spin_gain = retry.spin_gain;
-        target.trying = matches!(state.mode, SupervisorMode::BackOff | SupervisorMode::RunUp);
+    }
+
+    /// Slip that the climbing row is spun up to \[m/s\], after so many tries beyond the slow ones: in a run-up before
+    /// its impact, and on the way to later rows once a row has climbed so.
+    fn spin(&self, state: &SupervisorState<R>, measured_m_s: R, hard: R) -> R {
+        let (retry, zero) = (&self.config.retry, R::zero());
         let again = state.mode == SupervisorMode::Drive
             && state.later_rows_m_s > zero
             && state.row > 0
-            && traction.speed_m_s > R::of(ROLLS_PART) * state.target_m_s;
-        let after_impact = state.begun && traction.speed_m_s < R::of(IMPACT_PART) * state.run_up_m_s;
-        if retry.spin_m_s > zero {
-            if again {
-                target.spin_m_s = retry.later_rows_spin * retry.spin_m_s;
-            } else if state.mode == SupervisorMode::RunUp && hard > zero && !after_impact {
-                target.spin_m_s = retry.spin_m_s + retry.spin_more_m_s * (hard - R::one());
-            }
+            && measured_m_s > R::of(ROLLS_PART) * state.target_m_s;
+        let after_impact = state.begun && measured_m_s < R::of(IMPACT_PART) * state.run_up_m_s;
+        if retry.spin_m_s == zero {
+            zero
+        } else if again {
+            retry.later_rows_spin * retry.spin_m_s
+        } else if state.mode == SupervisorMode::RunUp && hard > zero && !after_impact {
+            retry.spin_m_s + retry.spin_more_m_s * (hard - R::one())
+        } else {
+            zero
         }
-        target.square_up = state.row == 0
-            && state.mode == SupervisorMode::Drive
-            && state.since_start_s > config.starting_s
-            && traction.thrust_n_m > R::of(SQUARES_PART) * traction.largest_motor_n_m
-            && traction.speed_m_s < R::of(SQUARES_M_S);
-        target
     }
 
     /// Nothing is tried while slip does not stand out from noise: the target is the commanded
@@ -181,12 +204,11 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
             state.start(SupervisorMode::Drive);
         }
         state.target_m_s = traction.commanded_m_s;
-        // One that is commanded to creep and creeps is not stuck.
-        let slow = min(self.config.stuck_m_s, R::of(CREEPS_PART) * traction.commanded_m_s);
+        let slow = self.slow(R::zero(), traction.commanded_m_s);
         // Wheels without readings, such as on a stuck vehicle, do not push: it is still stuck.
         let stuck = self.is_stuck(traction, slow);
         if stuck || moves(traction, slow) {
-            state.stuck_s = SupervisorState::count(state.stuck_s, self.config.period_s, stuck);
+            state.stuck_s = SupervisorState::net_s(state.stuck_s, self.config.period_s, stuck);
         }
         if state.stuck_s > R::of(GIVES_UP_S) || self.pushes_in_vain(state, traction) {
             state.start(SupervisorMode::GaveUp);
@@ -203,7 +225,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
                 min(R::of(VAIN_WEIGHT) * weight, R::of(VAIN_PART)) + weight * (roll.abs() + pitch.abs());
             traction.thrust_n_m > part * traction.largest_motor_n_m && !rises(traction)
         });
-        state.vain_s = SupervisorState::count(state.vain_s, self.config.period_s, pushes);
+        state.vain_s = SupervisorState::net_s(state.vain_s, self.config.period_s, pushes);
         state.vain_s > max(R::of(VAIN_S), R::of(VAIN_M) / traction.commanded_m_s)
     }
 
@@ -238,77 +260,104 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
         }
     }
 
-    /// The target speed after retries, from the one that is wanted.
-    fn retry_speed(
+    /// A period of the present phase, and the target speed that it asks for; `wanted_m_s` while it drives.
+    fn step_mode(
         &self,
         state: &mut SupervisorState<R>,
         traction: &TractionState<R, N>,
         wanted_m_s: R,
         max_m_s: R,
     ) -> R {
-        let (config, retry) = (&self.config, &self.config.retry);
-        let measured = traction.speed_m_s;
-        let slow = max(config.stuck_part * state.target_m_s.abs(), config.stuck_m_s);
-        let stuck = self.is_stuck(traction, slow);
-        let retries_left = state.row_retries < retry.retries;
-        // No vehicle that is commanded to creep rams an edge.
-        let commanded = traction.commanded_m_s;
-        let max_m_s = min(max_m_s, retry.run_up_times * commanded);
-        state.in_mode_s += config.period_s;
+        let stuck = self.is_stuck(traction, self.slow(state.target_m_s, traction.commanded_m_s));
+        state.in_mode_s += self.config.period_s;
         match state.mode {
             SupervisorMode::Drive => {
-                let stuck = stuck && state.since_start_s > config.starting_s;
-                state.stuck_s = SupervisorState::count(state.stuck_s, config.period_s, stuck);
-                let in_vain = self.pushes_in_vain(state, traction);
-                if (state.stuck_s > config.stuck_s || in_vain) && retries_left {
-                    state.back_off();
-                } else if state.stuck_s > R::of(GIVES_UP_S) || in_vain {
-                    state.start(SupervisorMode::GaveUp);
-                }
+                self.drive(state, traction, stuck);
                 wanted_m_s
             }
+            SupervisorMode::BackOff => self.back_off(state, traction),
+            SupervisorMode::RunUp => self.run_up(state, traction, stuck, max_m_s),
             SupervisorMode::GaveUp => R::zero(),
-            SupervisorMode::BackOff => {
-                state.back_m -= measured * config.period_s;
-                let again = R::of(f64::from(state.row_retries.saturating_sub(1)));
-                let (more, most) = if state.row == 0 {
-                    (retry.first_row_more_m, retry.first_row_max_m)
-                } else {
-                    (retry.back_off_more_m, retry.back_off_max_m)
-                };
-                let far = retry.back_off_m + more * again;
-                let speed = min(retry.back_off_m_s, commanded);
-                state.far_m = min(far, most);
-                if state.back_m > state.far_m || state.in_mode_s * speed > R::of(BACK_OFF_TIMES) * state.far_m
-                {
-                    state.start(SupervisorMode::RunUp);
-                }
-                -speed
-            }
-            SupervisorMode::RunUp => {
-                let speed = if state.row_retries <= retry.slow_retries {
-                    retry.slow_retry_m_s
-                } else {
-                    retry.run_up_m_s
-                        + retry.run_up_more_m_s * R::of(f64::from(state.row_retries - retry.slow_retries - 1))
-                };
-                let speed = min(speed, max_m_s);
-                state.run_up_m_s = speed;
-                state.begun |= measured > R::of(BEGUN_PART) * speed;
-                let stuck = stuck && state.begun;
-                state.stuck_again_s = SupervisorState::count(state.stuck_again_s, config.period_s, stuck);
-                if retry.stuck_again_s > R::zero() && state.stuck_again_s > retry.stuck_again_s {
-                    if retries_left {
-                        state.back_off();
-                    } else {
-                        state.start(SupervisorMode::Drive);
-                    }
-                } else if state.in_mode_s > retry.run_up_s && state.in_mode_s * speed > state.far_m {
-                    state.start(SupervisorMode::Drive);
-                }
-                speed
-            }
         }
+    }
+
+    /// Below this speed a vehicle that pushes is stuck \[m/s\]. One that is commanded to creep and creeps is not.
+    fn slow(&self, target_m_s: R, commanded_m_s: R) -> R {
+        let config = &self.config;
+        let creeps = R::of(CREEPS_PART) * commanded_m_s;
+        max(
+            config.stuck_part * target_m_s.abs(),
+            min(config.stuck_m_s, creeps),
+        )
+    }
+
+    /// Ends in a retry where the vehicle is stuck, or gives up after the last.
+    fn drive(&self, state: &mut SupervisorState<R>, traction: &TractionState<R, N>, stuck: bool) {
+        let config = &self.config;
+        let stuck = stuck && state.since_start_s > config.starting_s;
+        state.stuck_s = SupervisorState::net_s(state.stuck_s, config.period_s, stuck);
+        let in_vain = self.pushes_in_vain(state, traction);
+        if (state.stuck_s > config.stuck_s || in_vain) && self.has_retries(state) {
+            state.back_off();
+        } else if state.stuck_s > R::of(GIVES_UP_S) || in_vain {
+            state.start(SupervisorMode::GaveUp);
+        }
+    }
+
+    /// Backs off until the way, or the time for it, is over; returns the target speed.
+    fn back_off(&self, state: &mut SupervisorState<R>, traction: &TractionState<R, N>) -> R {
+        let retry = &self.config.retry;
+        state.back_m -= traction.speed_m_s * self.config.period_s;
+        let again = R::of(f64::from(state.row_retries.saturating_sub(1)));
+        let (more, most) = if state.row == 0 {
+            (retry.first_row_more_m, retry.first_row_max_m)
+        } else {
+            (retry.back_off_more_m, retry.back_off_max_m)
+        };
+        state.far_m = min(retry.back_off_m + more * again, most);
+        let speed = min(retry.back_off_m_s, traction.commanded_m_s);
+        if state.back_m > state.far_m || state.in_mode_s * speed > R::of(BACK_OFF_TIMES) * state.far_m {
+            state.start(SupervisorMode::RunUp);
+        }
+        -speed
+    }
+
+    /// Runs up until its time is over or the vehicle is stuck again; returns the target speed.
+    fn run_up(
+        &self,
+        state: &mut SupervisorState<R>,
+        traction: &TractionState<R, N>,
+        stuck: bool,
+        max_m_s: R,
+    ) -> R {
+        let (config, retry) = (&self.config, &self.config.retry);
+        let speed = if state.row_retries <= retry.slow_retries {
+            retry.slow_retry_m_s
+        } else {
+            retry.run_up_m_s
+                + retry.run_up_more_m_s * R::of(f64::from(state.row_retries - retry.slow_retries - 1))
+        };
+        // No vehicle that is commanded to creep rams an edge.
+        let speed = min(speed, min(max_m_s, retry.run_up_times * traction.commanded_m_s));
+        state.run_up_m_s = speed;
+        state.begun |= traction.speed_m_s > R::of(BEGUN_PART) * speed;
+        let stuck = stuck && state.begun;
+        state.stuck_again_s = SupervisorState::net_s(state.stuck_again_s, config.period_s, stuck);
+        if retry.stuck_again_s > R::zero() && state.stuck_again_s > retry.stuck_again_s {
+            if self.has_retries(state) {
+                state.back_off();
+            } else {
+                state.start(SupervisorMode::Drive);
+            }
+        } else if state.in_mode_s > retry.run_up_s && state.in_mode_s * speed > state.far_m {
+            state.start(SupervisorMode::Drive);
+        }
+        speed
+    }
+
+    /// A retry of this row is left.
+    fn has_retries(&self, state: &SupervisorState<R>) -> bool {
+        state.row_retries < self.config.retry.retries
     }
 
     /// The largest speed in a direction \[m/s\].

@@ -74,7 +74,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         self.count_held_up(state);
         let seen = self.look_at_wheels(state, speed_wheel);
         let needed = self.is_needed(state, target, seen.slip_m_s);
-        state.calm_s = self.counted(state.calm_s, !needed);
+        state.calm_s = self.uninterrupted_s(state.calm_s, !needed);
         match state.loops {
             TractionLoops::Plain if needed => {
                 state.loops = TractionLoops::Traction;
@@ -94,8 +94,8 @@ impl<R: Real, const N: usize> Traction<R, N> {
         }
     }
 
-    /// A time for which something has been so \[s\], a period later.
-    fn counted(&self, time_s: R, so: bool) -> R {
+    /// How long something has been so without a break \[s\], a period later.
+    fn uninterrupted_s(&self, time_s: R, so: bool) -> R {
         if so {
             time_s + self.config.period_s
         } else {
@@ -111,7 +111,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
             || sign * state.thrust_n_m > R::of(HELD_UP_THRUST) * state.largest_motor_n_m;
         // One that still gains speed is not.
         let gains = speed > state.held_up_m_s + R::of(GAINS_PART) * wanted;
-        state.held_up_s = self.counted(state.held_up_s, held_up && !gains);
+        state.held_up_s = self.uninterrupted_s(state.held_up_s, held_up && !gains);
         if state.held_up_s <= self.config.period_s {
             state.held_up_m_s = speed;
         }
@@ -177,11 +177,11 @@ impl<R: Real, const N: usize> Traction<R, N> {
     /// Ends traction control that is not needed any more, or by which the wheels are off the speed.
     fn leave_if_done(&self, state: &mut TractionState<R, N>, seen: &WheelsSeen<R>) {
         let zero = R::zero();
-        state.off_speed_s = self.counted(state.off_speed_s, seen.off_speed);
+        state.off_speed_s = self.uninterrupted_s(state.off_speed_s, seen.off_speed);
         // The time falls four times as fast as it rises, because a late loop oscillates about the threshold.
         let leak = R::of(LEAK) * self.config.period_s;
         state.carried_s = max(
-            self.counted(state.carried_s, seen.wrong),
+            self.uninterrupted_s(state.carried_s, seen.wrong),
             max(state.carried_s - leak, zero),
         );
         let mut undecided = false;

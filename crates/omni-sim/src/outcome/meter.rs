@@ -18,7 +18,7 @@ use super::standstill::Standstill;
 use super::undersides::Undersides;
 use super::{Outcome, Verdict};
 use crate::Period;
-use crate::config::{Engine, Obstacle, Scenario, Terrain};
+use crate::config::{Engine, MOST_WHEELS, Obstacle, Scenario, Terrain};
 use crate::control_sample::ControlSample;
 use crate::observation::Observation;
 
@@ -33,8 +33,6 @@ const STALLED_PART: f64 = 0.1;
 const COMMANDED_M: f64 = 0.05;
 /// Time over which that is judged \[s\].
 const STALL_S: f64 = 1.0;
-/// Most wheels of a vehicle.
-const WHEELS: usize = 8;
 
 /// Gathers an [`Outcome`].
 pub(crate) struct Meter {
@@ -92,6 +90,7 @@ struct Crossing {
     torque_squared: f64,
     nose_up_rad: f64,
     nose_down_rad: f64,
+    /// Place \[m\] and work since the start of the run \[J\] before its first period, and after its last.
     from: Option<([f64; 2], f64)>,
     to: ([f64; 2], f64),
     yaw_error_rad: f64,
@@ -127,6 +126,8 @@ struct Travel {
 /// Observation of the last period.
 #[derive(Default)]
 struct Last {
+    place_m: Option<[f64; 2]>,
+    work_j: f64,
     passed: Vec<bool>,
     residual: f64,
     /// Traction control had no retry left, and commands rest of itself.
@@ -228,7 +229,7 @@ impl Meter {
             self.last.gave_up = traction.mode == SupervisorMode::GaveUp;
         }
         if self.phase != Phase::Across {
-            // A period past the controller does not say it.
+            // A period without the controller does not say it.
             self.retries = sample.retries().or(self.retries);
         }
 
@@ -256,23 +257,22 @@ impl Meter {
         if self.phase == Phase::During {
             self.cross(sample, seen);
         }
+        (self.last.place_m, self.last.work_j) = (Some([px, py]), seen.energy.work_in_j);
     }
 
     fn cross(&mut self, sample: &ControlSample, seen: &Observation) {
-        let now = (
-            [seen.pose.position_m[0], seen.pose.position_m[1]],
-            seen.energy.work_in_j,
-        );
+        let [px, py, _] = seen.pose.position_m;
+        let before = (self.last.place_m.unwrap_or([px, py]), self.last.work_j);
         let crossing = &mut self.crossing;
         crossing.periods += 1;
-        crossing.from.get_or_insert(now);
-        crossing.to = now;
+        crossing.from.get_or_insert(before);
+        crossing.to = ([px, py], seen.energy.work_in_j);
         crossing.yaw_error_rad = self.heading.reached_rad - self.heading.commanded_rad;
         for nose_up_rad in &seen.body_nose_up_rad {
             crossing.nose_up_rad = crossing.nose_up_rad.max(*nose_up_rad);
             crossing.nose_down_rad = crossing.nose_down_rad.max(-nose_up_rad);
         }
-        let (mut reference, mut velocity) = ([0.0; WHEELS], [0.0; WHEELS]);
+        let (mut reference, mut velocity) = ([0.0; MOST_WHEELS], [0.0; MOST_WHEELS]);
         // A controller of one's own says nothing of a factor.
         let realised = if self.scales_references && sample.common_factor.is_finite() {
             sample.common_factor
@@ -280,7 +280,13 @@ impl Meter {
             1.0
         };
         crossing.slip_speed.start_period();
-        for (i, (signals, wheel)) in sample.wheels.iter().zip(&seen.wheels).enumerate().take(WHEELS) {
+        for (i, (signals, wheel)) in sample
+            .wheels
+            .iter()
+            .zip(&seen.wheels)
+            .enumerate()
+            .take(MOST_WHEELS)
+        {
             // What a silent encoder would have said is not known.
             let measured = signals.measured_rad_s.is_finite();
             if measured {
@@ -309,7 +315,7 @@ impl Meter {
             .speed_ratio
             .add(speed_ratio_std(&reference, &velocity, DISTURBED_FLOOR_RAD_S));
         let shape = shape_error(&reference, &velocity);
-        for error in &shape[..sample.wheels.len().min(WHEELS)] {
+        for error in &shape[..sample.wheels.len().min(MOST_WHEELS)] {
             crossing.shape.add(*error);
         }
         self.friction.push(seen);

@@ -13,7 +13,7 @@ use crate::linkage::{CarriedWheel, HingeGeometry, Linkage};
 use crate::motor::TorqueLimit;
 use crate::policy::{Imu, Policy, Readings};
 use crate::shaping::{AxisLimits, TwistLimiter, TwistLimits};
-use crate::traction::encoder::EncoderState;
+use crate::traction::encoder::{EncoderState, window_s};
 use crate::traction::*;
 
 const T: f64 = 1e-3;
@@ -326,19 +326,21 @@ fn without_an_inertial_unit_the_wheels_say_how_the_vehicle_turns() {
 fn whole_counts_give_a_steady_rate_and_a_stop() {
     for counts in [32.0, 128.0, 512.0, 4096.0, 65536.0] {
         let count = core::f64::consts::TAU / counts;
+        let best_s = window_s(count);
         let (mut state, mut angle) = (EncoderState::new(), 0.0_f64);
         let mut read = |rate: f64, periods: usize| {
             let mut last = Vec::new();
             for _ in 0..periods {
                 let before = (angle / count).floor();
                 angle += rate * T;
-                last.push(state.step(((angle / count).floor() - before) * count / T, count, T));
+                let read_rad_s = ((angle / count).floor() - before) * count / T;
+                last.push(state.step(read_rad_s, count, best_s, T));
             }
             last
         };
         let steady = read(4.5, 1500);
         // Half a count over the window that fits it, and what a period of jitter makes of the time between two counts.
-        let rough = 0.5 * count / crate::traction::encoder::window_s::<f64>(count);
+        let rough = 0.5 * count / best_s;
         let worst = steady[1000..]
             .iter()
             .map(|rate| (rate - 4.5).abs())
@@ -347,7 +349,7 @@ fn whole_counts_give_a_steady_rate_and_a_stop() {
         let stopped = read(0.0, 1500);
         // Falls as window over time from when the next count is overdue, or as a count over time if that is longer.
         assert!(
-            stopped[1499].abs() < count.max(4.5 * crate::traction::encoder::window_s::<f64>(count)) / 1.5,
+            stopped[1499].abs() < count.max(4.5 * best_s) / 1.5,
             "{counts}: {}",
             stopped[1499]
         );

@@ -156,8 +156,8 @@ impl<R: Real> SupervisorState<R> {
         self.retries = self.retries.saturating_add(1);
     }
 
-    /// Up by a period where something is so, down where it is not.
-    pub(super) fn count(time_s: R, period_s: R, so: bool) -> R {
+    /// How much longer something has been so than not \[s\], a period later: a break takes back its own length.
+    pub(super) fn net_s(time_s: R, period_s: R, so: bool) -> R {
         if so {
             time_s + period_s
         } else if time_s > period_s {

@@ -104,9 +104,10 @@ pub(super) struct Contact {
     pub(super) slip: LinearForm,
     pub(super) across: Option<Across>,
     /// Normal impulse per separation speed \[kg\], step (step spring + damper): the normal impulse
-    /// is `-stiffness (separation + bias)`, or 0.
-    pub(super) stiffness: f64,
-    pub(super) bias: f64,
+    /// is `-gain (separation + bias)`, or 0.
+    pub(super) gain_kg: f64,
+    /// Speed at which spring and damper would leave the contact without an impulse \[m/s\], below 0 inside the ground.
+    pub(super) bias_m_s: f64,
     pub(super) friction: f64,
     pub(super) mode: Mode,
     /// Impulses of the step along normal and driven direction \[N.s\].
@@ -163,7 +164,7 @@ impl Contact {
         step_s: f64,
     ) -> Self {
         let [spring, damper] = wheel.contact;
-        let stiffness = step_s * (step_s * spring + damper);
+        let gain_kg = step_s * (step_s * spring + damper);
         Self {
             wheel: index,
             body: wheel.body,
@@ -174,11 +175,11 @@ impl Contact {
             separation,
             slip,
             across: None,
-            stiffness,
+            gain_kg,
             // Inside, a spring and a damper, both as they are at the end of the step. Outside, what
             // is left of the gap closes freely: the damper does not act before surfaces touch.
-            bias: if touch.gap_m < 0.0 {
-                spring * touch.gap_m * step_s / stiffness
+            bias_m_s: if touch.gap_m < 0.0 {
+                spring * touch.gap_m * step_s / gain_kg
             } else {
                 touch.gap_m / step_s
             },
@@ -206,7 +207,7 @@ impl Contact {
             .or_else(|| warm_starts.iter().find(known));
         self.mode = match before.map(|known| known.mode) {
             Some(mode @ Mode::Closed(..)) => mode,
-            _ if self.separation.at(carrier, spin) + self.bias < 0.0 => {
+            _ if self.separation.at(carrier, spin) + self.bias_m_s < 0.0 => {
                 Mode::Closed(Grip::Stick, Grip::Stick)
             }
             _ => Mode::Open,

@@ -6,8 +6,6 @@ use super::rollers::Rollers;
 use crate::config::{RollerWheel, Scenario, Vehicle, WheelContact, WheelSpec};
 use crate::world::loads::Load;
 
-/// Wheels that a vehicle file may have.
-pub(super) const MOST_WHEELS: usize = 8;
 /// Part of its moment of inertia about the axle that a wheel has across it: a disc's. The carrier carries it.
 const ACROSS: f64 = 0.5;
 

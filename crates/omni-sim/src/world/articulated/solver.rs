@@ -10,13 +10,15 @@ use serde::{Deserialize, Serialize};
 use super::contact::{Contact, LinearForm, Mode};
 use super::grip::{Grip, STICK, follow};
 use super::linear::{Vector, solve, solve_symmetric};
-use super::model::MOST_WHEELS;
 use super::spin::Spin;
 use super::sweeps::sweep;
-use super::system::{Equations, WheelRow, WheelSystem};
-use super::tree::{Tree, Twist};
+use super::system::{Equations, System, WheelRow, WheelSystem};
+use super::tree::{FREE, Tree, Twist};
+use crate::config::MOST_WHEELS;
 
-/// Solutions before contacts change their modes one at a time, and before sweeps take over.
+/// Solutions after which contacts change their modes one at a time, and those after which sweeps take over. Modes that
+/// settle together do so in a few solutions, and what is left are circles; one at a time each of the contacts of seven
+/// wheels can change four times. Either number costs time only: sweeps end at the same impulses.
 const TOGETHER: usize = 10;
 const ONE_BY_ONE: usize = 30;
 
@@ -75,15 +77,9 @@ pub(super) fn solve_step<const N: usize>(
     stats: &mut SolverStats,
 ) -> Vector<N> {
     stats.steps += 1;
-    for round in 1.. {
+    for round in 1..=TOGETHER + ONE_BY_ONE {
         stats.solutions += 1;
         let (u, twists) = solve_modes(tree, free, wheels, contacts, spins);
-        if round > TOGETHER + ONE_BY_ONE {
-            stats.swept += 1;
-            let (u, settled) = sweep(tree, free, wheels, contacts, spins);
-            stats.unsettled += u64::from(!settled);
-            return u;
-        }
         turn_rollers(contacts, &twists, spins);
         let mut changed = false;
         for (wheel, spin) in wheels.iter_mut().zip(spins.iter()) {
@@ -111,7 +107,10 @@ pub(super) fn solve_step<const N: usize>(
             return u;
         }
     }
-    unreachable!("the loop above returns")
+    stats.swept += 1;
+    let (u, settled) = sweep(tree, free, wheels, contacts, spins);
+    stats.unsettled += u64::from(!settled);
+    u
 }
 
 /// The generalised velocities that the present modes make, and the bodies' twists.
@@ -142,34 +141,7 @@ fn solve_modes<const N: usize>(
         let count = rest.iter().take_while(|contact| contact.wheel == index).count();
         let own;
         (own, rest) = rest.split_at(count);
-        let carrier = &mut bodies[wheel.body];
-        let gripped;
-        let wheel = if wheel.hold > 0.0 {
-            wheel.push_carrier(&mut carrier.right);
-            gripped = wheel.gripped();
-            &gripped
-        } else {
-            wheel
-        };
-        let mut system = WheelSystem::new(wheel, carrier);
-        let mut closed = own.iter().filter(|contact| contact.mode != Mode::Open);
-        if let (Some(contact), None) = (closed.next(), closed.next())
-            && let (Mode::Closed(Grip::Stick, _), None) = (contact.mode, contact.across)
-            && wheel.damper == 0.0
-            && contact.separation.lever_m == 0.0
-        {
-            // The usual case, a ball that rolls: its normal passes through the axle and does not turn the wheel.
-            let separation = &contact.separation.row;
-            let (stiffness, bias) = (contact.stiffness, contact.bias);
-            system.carrier.add_force(stiffness, separation, separation, bias);
-            system.roll_on(&contact.slip, STICK);
-        } else {
-            for group in own.chunk_by(Contact::shares_roller) {
-                add_group(group, &mut system);
-            }
-            system.eliminate();
-        }
-        rows[index] = Some(system.row);
+        rows[index] = Some(add_wheel(wheel, own, &mut bodies[wheel.body]));
     }
     let mut whole = free.tree;
     whole.gather(tree, bodies);
@@ -183,6 +155,39 @@ fn solve_modes<const N: usize>(
         *spin = row.as_ref().map_or(*spin, |row| row.spin(&twists[wheel.body]));
     }
     (u, twists)
+}
+
+/// Adds a wheel with its contacts to its carrier, without its spin; returns the row that the spin follows.
+#[inline(always)]
+fn add_wheel(wheel: &Spin, own: &[Contact], carrier: &mut System<FREE>) -> WheelRow {
+    let gripped;
+    let wheel = if wheel.hold > 0.0 {
+        wheel.push_carrier(&mut carrier.right);
+        gripped = wheel.gripped();
+        &gripped
+    } else {
+        wheel
+    };
+    let mut system = WheelSystem::new(wheel, carrier);
+    let mut closed = own.iter().filter(|contact| contact.mode != Mode::Open);
+    if let (Some(contact), None) = (closed.next(), closed.next())
+        && let (Mode::Closed(Grip::Stick, _), None) = (contact.mode, contact.across)
+        && wheel.damper == 0.0
+        && contact.separation.lever_m == 0.0
+    {
+        // The usual case, a ball that rolls: its normal passes through the axle and does not turn the wheel.
+        let separation = &contact.separation.row;
+        system
+            .carrier
+            .add_force(contact.gain_kg, separation, separation, contact.bias_m_s);
+        system.roll_on(&contact.slip, STICK);
+    } else {
+        for group in own.chunk_by(Contact::shares_roller) {
+            add_group(group, &mut system);
+        }
+        system.eliminate();
+    }
+    system.row
 }
 
 /// Adds the contacts of one roller, or a contact without one, to the equations of wheel and carrier.
@@ -222,8 +227,7 @@ fn add_group(group: &[Contact], wheel: &mut WheelSystem) {
                 wheel.add_force(gain, &own.line, &own.line, free_m_s);
             }
         }
-        let (stiffness, bias) = (contact.stiffness, contact.bias);
-        wheel.add_force(stiffness, &works, &contact.separation, bias);
+        wheel.add_force(contact.gain_kg, &works, &contact.separation, contact.bias_m_s);
     }
     if let Some(roller) = roller {
         let (gain, line) = (-1.0 / roller.diagonal, &roller.off_diagonal);
@@ -233,7 +237,7 @@ fn add_group(group: &[Contact], wheel: &mut WheelSystem) {
 
 /// The normal impulse of a contact at this twist of its carrier, below 0 if it is open.
 fn normal_impulse(contact: &Contact, carrier: &Twist, spin: f64) -> f64 {
-    -contact.stiffness * (contact.separation.at(carrier, spin) + contact.bias)
+    -contact.gain_kg * (contact.separation.at(carrier, spin) + contact.bias_m_s)
 }
 
 /// Gives the rollers in touch the spins that go with these twists.

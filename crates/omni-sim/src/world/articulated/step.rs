@@ -9,10 +9,11 @@ use super::grip::Grip;
 use super::hinges;
 use super::linear::{add, middle};
 use super::meeting::Meeting;
-use super::model::{MOST_WHEELS, WheelShape};
+use super::model::WheelShape;
 use super::solver::solve_step;
 use super::spin::Spin;
 use super::tree::twist;
+use crate::config::MOST_WHEELS;
 
 /// Minimum distance from a surface at which contacts are searched \[m\].
 const AHEAD_M: f64 = 0.002;
@@ -100,10 +101,10 @@ impl<const N: usize> World<N> {
         for (i, wheel) in self.model.wheels.iter().enumerate() {
             let centre = self.tree.centre[i];
             // How far its surface may come in two steps; no farther than the wheel is large.
-            let surface_m_s = self.state.spin_rad_s[i].abs() * wheel.centre_m.z.abs();
+            let surface_m_s = self.state.spin_rad_s[i].abs() * wheel.radius_m;
             let velocity = self.tree.velocity(wheel.body, centre);
             let speed_m_s = velocity.length().max(0.5 * surface_m_s);
-            let soon_m = (2.0 * self.step_s * speed_m_s).min(wheel.centre_m.z.abs());
+            let soon_m = (2.0 * self.step_s * speed_m_s).min(wheel.radius_m);
             let (ball, radius_m) = match &wheel.shape {
                 WheelShape::Ball { radius_m } => (centre, *radius_m),
                 WheelShape::RollerBall { radius_m, centre_m } => {

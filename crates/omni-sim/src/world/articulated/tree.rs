@@ -9,7 +9,8 @@ use rapier3d_f64::prelude::{Matrix as Matrix3, Rotation, Vector as Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::linear::{Matrix, Vector, add, dot, times, times_transposed};
-use super::model::{MOST_WHEELS, Model, of_point};
+use super::model::{Model, of_point};
+use crate::config::MOST_WHEELS;
 
 /// Unknowns of a tree without hinges.
 pub(super) const FREE: usize = 6;
