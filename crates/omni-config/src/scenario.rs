@@ -529,7 +529,23 @@ impl Scenario {
         {
             plain.control.policy = AUTO.into();
         }
-        toml::to_string(&plain).map_err(|error| Error::Key {
+        plain.to_resolved_toml()
+    }
+
+    /// The scenario with everything that was derived, its vehicle inside: it reads back as it is in any version.
+    ///
+    /// # Errors
+    /// [`Error::Key`] for a seed above 2^63 - 1, which TOML cannot hold.
+    ///
+    /// ```
+    /// use omni_config::{Override, Scenario, Source};
+    /// let stronger = Override::new("vehicle.motor.stall_torque_n_m", 2.5);
+    /// let step = Scenario::load("step", &[stronger])?;
+    /// assert_eq!(Scenario::from_source(&Source::text("log", step.to_resolved_toml()?), &[])?, step);
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    pub fn to_resolved_toml(&self) -> Result<String, Error> {
+        toml::to_string(self).map_err(|error| Error::Key {
             file: format!("scenario {}", self.name),
             key: "seed".into(),
             message: error.to_string(),

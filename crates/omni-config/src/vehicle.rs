@@ -271,6 +271,19 @@ impl Vehicle {
         Self::from_source(&Source::vehicle(name, None)?, &[])
     }
 
+    /// The vehicle as a file says it, everything that was completed written out.
+    ///
+    /// ```
+    /// use omni_config::{Source, Vehicle};
+    /// let chugo7 = Vehicle::load("chugo7")?;
+    /// assert_eq!(Vehicle::from_source(&Source::text("copy", chugo7.to_toml()), &[])?, chugo7);
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    #[must_use]
+    pub fn to_toml(&self) -> String {
+        toml::to_string(self).unwrap_or_default() // plain data, read from TOML
+    }
+
     /// The vehicle that a source describes, with some keys replaced.
     ///
     /// # Errors

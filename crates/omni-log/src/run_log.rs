@@ -154,9 +154,9 @@ impl<P: Place> RunLog<P> {
         }
         writer.metadata(RUN, facts.into_iter().map(|(k, v)| (k.to_owned(), v)).collect())?;
         // Whole, with the vehicle inside. Only a seed that TOML's integers cannot hold is rejected here.
-        let text = toml::to_string(scenario).map_err(|error| LogError::Io {
+        let text = scenario.to_resolved_toml().map_err(|error| LogError::Io {
             path: path.to_path_buf(),
-            source: std::io::Error::other(format!("the scenario cannot be written as TOML: {error}")),
+            source: std::io::Error::other(error),
         })?;
         writer.attachment(SCENARIO, "application/toml", text.as_bytes())?;
         let messages = Messages::new(scenario, controller);
@@ -170,22 +170,5 @@ impl<P: Place> RunLog<P> {
     /// As [`LogWriter::write`].
     pub fn push(&mut self, period: &Period) -> Result<(), LogError> {
         self.messages.push(period, &mut self.writer)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use omni_config::{Override, Scenario, Source};
-
-    #[test]
-    fn a_logged_scenario_reads_back_as_it_was_with_its_overrides() {
-        let stronger = Override::new("vehicle.motor.stall_torque_n_m", 2.5);
-        let scenario = Scenario::load("step", &[stronger]).expect("built-in");
-        assert_eq!(scenario.vehicle().motor.stall_torque_n_m, 2.5);
-        let text = toml::to_string(&scenario).expect("plain data");
-        assert_eq!(
-            Scenario::from_source(&Source::text("log", text), &[]).expect("valid"),
-            scenario
-        );
     }
 }

@@ -80,10 +80,6 @@ fn table(vehicle: &config::Vehicle) -> Table {
     Table::try_from(vehicle).unwrap_or_default()
 }
 
-fn text(vehicle: &config::Vehicle) -> String {
-    toml::to_string(vehicle).unwrap_or_default()
-}
-
 fn read(source: &Source, overrides: Option<&Bound<'_, PyMapping>>) -> PyResult<Vehicle> {
     let overrides = values::overrides(overrides)?;
     let inner = config::Vehicle::from_source(source, &overrides);
@@ -138,12 +134,12 @@ impl Vehicle {
     #[pyo3(signature = (overrides = None))]
     fn replace(&self, overrides: Option<&Bound<'_, PyMapping>>) -> PyResult<Self> {
         let file = format!("vehicle {}", self.inner.name);
-        read(&Source::text(file, text(&self.inner)), overrides)
+        read(&Source::text(file, self.inner.to_toml()), overrides)
     }
 
     /// The vehicle as a file.
     fn to_toml(&self) -> String {
-        text(&self.inner)
+        self.inner.to_toml()
     }
 
     /// Every key of the file.
@@ -258,12 +254,12 @@ impl Vehicle {
     }
 
     fn __hash__(&self) -> u64 {
-        values::hash(&text(&self.inner))
+        values::hash(&self.inner.to_toml())
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> Pickled<'py, Bound<'py, PyTuple>> {
         let read = py.get_type::<Self>().getattr("from_toml")?;
-        Ok((read, PyTuple::new(py, [text(&self.inner)])?))
+        Ok((read, PyTuple::new(py, [self.inner.to_toml()])?))
     }
 
     fn __repr__(&self) -> String {

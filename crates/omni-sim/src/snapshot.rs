@@ -23,7 +23,9 @@ struct Header {
 
 impl Header {
     fn of(scenario: &Scenario) -> Result<Self, Error> {
-        let text = toml::to_string(scenario).map_err(|error| refuse(error.to_string()))?;
+        let text = scenario
+            .to_resolved_toml()
+            .map_err(|error| refuse(error.to_string()))?;
         Ok(Self {
             format: FORMAT,
             program: crate::VERSION.into(),
