@@ -45,6 +45,25 @@ impl FileKind {
         }
     }
 
+    /// The JSON Schema (draft 2020-12) of files of this kind: their keys, with types, ranges and descriptions, for
+    /// completion in editors. Only loading finds errors across several keys (names that refer to each other, wheels
+    /// that intersect).
+    ///
+    /// ```
+    /// let schema = omni_config::FileKind::Vehicle.schema();
+    /// assert!(schema.contains(r#""description": "Mass [kg], 0.001 to 10000.""#));
+    /// ```
+    #[must_use]
+    pub fn schema(self) -> &'static str {
+        // Generated once and not in every build: the derives compile for as long as all that reads the files.
+        match self {
+            Self::Vehicle => include_str!("../schemas/vehicle.schema.json"),
+            Self::Scenario => include_str!("../schemas/scenario.schema.json"),
+            Self::Experiment => include_str!("../schemas/experiment.schema.json"),
+            Self::Study => include_str!("../schemas/study.schema.json"),
+        }
+    }
+
     /// Its name, such as `a vehicle`, or `a vehicle file` for a user's file.
     pub(crate) fn called(self, file: &str) -> String {
         let what = match self {

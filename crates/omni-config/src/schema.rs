@@ -1,4 +1,4 @@
-//! JSON Schemas of the files, from the types that read them.
+//! Generates the JSON Schemas in the folder `schemas` from the types that read the files.
 
 use schemars::generate::SchemaSettings;
 use schemars::transform::{Transform, transform_subschemas};
@@ -8,18 +8,16 @@ use serde_json::Value;
 use crate::{FileKind, MotorBench, Scenario, Study, Vehicle};
 
 impl FileKind {
-    /// The JSON Schema (draft 2020-12) of files of this kind: their keys, with types, ranges and
-    /// descriptions, for completion in editors. Only loading finds errors across several keys (names that refer to each
-    /// other, wheels that intersect).
+    /// The schema that [`FileKind::schema`] has as text, from the types.
     ///
     /// ```
-    /// let schema = omni_config::FileKind::Vehicle.schema();
+    /// let schema = omni_config::FileKind::Vehicle.generated_schema();
     /// let mass = &schema["$defs"]["Body"]["properties"]["mass_kg"];
     /// assert_eq!((mass["minimum"].as_f64(), mass["maximum"].as_f64()), (Some(0.001), Some(10000.0)));
     /// assert_eq!(mass["description"], "Mass [kg], 0.001 to 10000.");
     /// ```
     #[must_use]
-    pub fn schema(self) -> Value {
+    pub fn generated_schema(self) -> Value {
         match self {
             Self::Vehicle => of::<Vehicle>(),
             Self::Scenario => of::<Scenario>(),

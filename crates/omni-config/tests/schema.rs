@@ -65,6 +65,31 @@ from_s = 0.0
     }
 }
 
+#[test]
+fn the_schemas_in_the_package_are_those_of_the_types() {
+    for kind in [
+        FileKind::Vehicle,
+        FileKind::Scenario,
+        FileKind::Experiment,
+        FileKind::Study,
+    ] {
+        let text = serde_json::to_string_pretty(&kind.generated_schema()).expect("plain data") + "\n";
+        if std::env::var_os("OMNISTEP_WRITE_SCHEMAS").is_some() {
+            let path = format!(
+                "{}/schemas/{}.schema.json",
+                env!("CARGO_MANIFEST_DIR"),
+                kind.name()
+            );
+            std::fs::write(path, &text).expect("written");
+        }
+        assert!(
+            text == kind.schema(),
+            "{} files have another schema by now: run this test with OMNISTEP_WRITE_SCHEMAS=1",
+            kind.name()
+        );
+    }
+}
+
 /// What the loader says of the whole file with one key replaced.
 fn load(kind: FileKind, overrides: &[Override]) -> Result<(), String> {
     let source = Source::text("file", whole_file(kind));
@@ -86,7 +111,7 @@ struct Place {
 
 /// Every place of the files of a kind, tables and lists included.
 fn places(kind: FileKind) -> Vec<Place> {
-    let root = kind.schema();
+    let root: Value = serde_json::from_str(kind.schema()).expect("JSON");
     let mut found = Vec::new();
     let top = Place {
         key: String::new(),

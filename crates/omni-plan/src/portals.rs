@@ -91,6 +91,14 @@ struct Seen {
     scan: Scan,
 }
 
+/// The edges along a strip: all of their places, the first to cross, and the last that is part of its crossing.
+struct Edges {
+    scan: Scan,
+    places: Vec<f64>,
+    first: f64,
+    last: f64,
+}
+
 impl PortalMaker<'_> {
     /// All portals of all edges.
     pub(crate) fn portals(&self) -> Vec<Portal> {

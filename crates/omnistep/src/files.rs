@@ -7,15 +7,12 @@ use std::path::PathBuf;
 use omni_config::{FileKind, Scenario, Source, Study, Vehicle};
 
 use crate::Error;
-#[cfg(feature = "schema")]
-use crate::args::FileKindArg;
-use crate::args::NewKind;
+use crate::args::{FileKindArg, NewKind};
 use crate::output::print;
 use crate::room::{behind_m, obstacle_at_m};
 use crate::{excitation, import_map, robots};
 
 /// Prints the JSON Schema of a kind of file.
-#[cfg(feature = "schema")]
 pub(super) fn schema(kind: FileKindArg, out: &mut dyn Write) -> Result<(), Error> {
     let kind = match kind {
         FileKindArg::Vehicle => FileKind::Vehicle,
@@ -23,9 +20,7 @@ pub(super) fn schema(kind: FileKindArg, out: &mut dyn Write) -> Result<(), Error
         FileKindArg::Experiment => FileKind::Experiment,
         FileKindArg::Study => FileKind::Study,
     };
-    // Plain data, which can be written.
-    let text = serde_json::to_string_pretty(&kind.schema()).unwrap_or_default();
-    print(out, &format!("{text}\n"))
+    print(out, kind.schema())
 }
 
 /// Writes `NAME.toml`, unless there is such a file.

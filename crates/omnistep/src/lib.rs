@@ -188,14 +188,12 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<u8, Error> {
             template,
             vehicle,
         } => files::new(kind, &name, template.as_deref(), vehicle.as_deref(), out),
-        #[cfg(feature = "schema")]
         Command::Schema { kind } => files::schema(kind, out),
         Command::List { kind } => list::list(kind, out),
         #[cfg(not(all(
             feature = "climb-limits",
             feature = "live",
             feature = "plan",
-            feature = "schema",
             feature = "study"
         )))]
         other => Err(not_built(&other)),
@@ -208,7 +206,6 @@ fn run(cli: Cli, out: &mut dyn Write) -> Result<u8, Error> {
     feature = "climb-limits",
     feature = "live",
     feature = "plan",
-    feature = "schema",
     feature = "study"
 )))]
 fn not_built(command: &Command) -> Error {
@@ -217,7 +214,6 @@ fn not_built(command: &Command) -> Error {
         Command::Study(_) => ("study", "study"),
         Command::Chart(_) => ("chart", "study"),
         Command::Plan(_) => ("plan", "plan"),
-        Command::Schema { .. } => ("schema", "schema"),
         _ => ("climb-limits", "climb-limits"),
     };
     Error::NotBuilt { what, feature }

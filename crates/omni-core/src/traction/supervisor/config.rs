@@ -117,7 +117,8 @@ constant_struct!(SupervisorConfig<R> {
 });
 
 impl<R: Real> SupervisorConfig<R> {
-    /// As [`crate::traction::TractionConfig::traction`]: a slow second try, no wheel is spun up.
+    /// As [`crate::traction::TractionConfig::traction`]: a slow second try, no wheel is spun up. For its numbers the
+    /// same holds.
     ///
     /// ```
     /// assert_eq!(omni_core::traction::SupervisorConfig::traction(1e-3_f64).retry.retries, 8);
