@@ -3,6 +3,7 @@
 # the loop through the emulated processor. `--if-possible`: where a tool is missing, one line that says which, and
 # success; else a missing tool is a failure. Never touches rustup's targets: where they are missing and apt-get is
 # there, a toolchain is prepared from Debian's packages (`--if-possible` only uses one that is there already).
+# OMNISTEP_COMMAND: an `omnistep` that is built already; unset: it is built.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 # What is measured is what lies in firmware/target, built as firmware/.cargo/config.toml says, for
@@ -27,6 +28,10 @@ if [ ${#missing[@]} -gt 0 ]; then
     exit 1
 fi
 [ "$if_possible" = --if-possible ] || toolchain=$(scripts/tools/embedded-toolchain.sh "${targets[@]}")
+if [ -z "${OMNISTEP_COMMAND:-}" ]; then
+    cargo build --locked --quiet --release --bin omnistep
+    OMNISTEP_COMMAND=$PWD/target/release/omnistep
+fi
 
 # omni-core with every combination of its features.
 for features in "" defmt serde defmt,serde; do
@@ -58,7 +63,7 @@ build riscv32imac "-C link-arg=-Tmemory.x -C link-arg=-Tlink.x" --bin self_test 
 
 # The C and C++ examples: the library, the constants of the same scenarios, no warning, no C library.
 c=target/c && mkdir -p $c
-constants() { (cd .. && cargo run --locked --quiet --release --bin omnistep -- export "$@" --format c); }
+constants() { (cd .. && "$OMNISTEP_COMMAND" export "$@" --format c); }
 constants step --set control.policy=scale_references >$c/constants.h
 constants firmware/scenarios/drive.toml >$c/drive_constants.h
 constants firmware/scenarios/traction.toml >$c/traction_constants.h

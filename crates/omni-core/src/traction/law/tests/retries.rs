@@ -300,6 +300,25 @@ fn a_slow_run_up_lasts_until_it_is_back_where_the_vehicle_was_stuck() {
     }
 }
 
+/// As on a steep ramp: it needs nearly its whole thrust to keep the speed.
+#[test]
+fn a_vehicle_that_creeps_as_commanded_is_not_stuck() {
+    for config in [SupervisorConfig::traction(T), SupervisorConfig::traction_runup(T)] {
+        let supervisor = supervisor(config);
+        let retries = |speed_m_s: f64| {
+            let mut traction = seen([0.0; 3], speed_m_s, 1.0);
+            traction.commanded_m_s = 0.03;
+            let mut state = SupervisorState::new();
+            for _ in 0..5000 {
+                let _ = supervisor.step(&mut state, &traction);
+            }
+            state.retries()
+        };
+        assert_eq!((retries(0.03), retries(0.016)), (0, 0));
+        assert!(retries(0.014) > 0); // less than half of it
+    }
+}
+
 /// Of a vehicle whose wheels all spin as commanded: it goes by what they say, and stands.
 #[test]
 fn one_that_pushes_too_hard_for_its_slope_for_long_is_stuck_whatever_its_wheels_say() {
