@@ -1083,6 +1083,8 @@ typedef struct {
 typedef struct {
   // Angle of the actuator that one count of its encoder is [rad]; 0 if readings are not counts.
   float count_rad;
+  // Time over which a rate is best read from them [s].
+  float window_s;
   float slip_s;
   float contact_s;
   float speed_s;
