@@ -243,34 +243,16 @@ impl PortalMaker<'_> {
         let [clear, run_up] = self.room();
         let (ahead, behind) = (cells(approach.ahead_m), cells(approach.behind_m));
         let standing = ahead + behind + clear;
-        let mut to = strip.to;
-        let mut scan = seen.scan.within(&strip);
-        let (first, end, places) = loop {
-            let mut places: Vec<f64> = scan.risers.iter().map(|riser| riser.at).collect();
-            places.sort_by(f64::total_cmp);
-            let Some(first) = places.iter().copied().find(|at| *at >= -NEAR_LINE) else {
-                return;
-            };
-            // Edges that follow before the vehicle can stand and run up again are part of it.
-            let mut last = first;
-            for at in places.iter().copied().filter(|at| *at > first) {
-                if at - last > standing + run_up {
-                    break;
-                }
-                last = at;
-            }
-            let needed = last + standing + ahead + run_up;
-            if needed <= to || to > cells(LONGEST_M) {
-                break (first, last + standing, places);
-            }
-            to = needed;
-            if to > seen.strip.to {
-                // As far as any crossing goes, once for all sides.
-                seen.strip.to = to.max(cells(LONGEST_M) + strip.to);
-                seen.scan = Scan::new(self.ground, &seen.strip);
-            }
-            scan = seen.scan.within(&Strip { to, ..strip });
+        let Some(edges) = self.edges_along(strip, [standing, ahead, run_up], seen) else {
+            return;
         };
+        let Edges {
+            scan,
+            places,
+            first,
+            last,
+        } = edges;
+        let end = last + standing;
         let entry = first - run_up - ahead;
         let begin = entry - behind - clear;
         if places.iter().any(|at| *at >= begin && *at < first) || scan.is_closed(begin, first + standing) {
@@ -322,6 +304,46 @@ impl PortalMaker<'_> {
                 }
             }
             last = at;
+        }
+    }
+
+    /// The edges along a strip from the first one on, and those that follow before the vehicle can stand and run up
+    /// again: they are part of the crossing. The strip is looked at as far as that takes.
+    fn edges_along(
+        &self,
+        strip: Strip,
+        [standing, ahead, run_up]: [f64; 3],
+        seen: &mut Seen,
+    ) -> Option<Edges> {
+        let longest = LONGEST_M / self.ground.grid.resolution_m;
+        let mut to = strip.to;
+        loop {
+            let scan = seen.scan.within(&Strip { to, ..strip });
+            let mut places: Vec<f64> = scan.risers.iter().map(|riser| riser.at).collect();
+            places.sort_by(f64::total_cmp);
+            let first = places.iter().copied().find(|at| *at >= -NEAR_LINE)?;
+            let mut last = first;
+            for at in places.iter().copied().filter(|at| *at > first) {
+                if at - last > standing + run_up {
+                    break;
+                }
+                last = at;
+            }
+            let needed = last + standing + ahead + run_up;
+            if needed <= to || to > longest {
+                return Some(Edges {
+                    scan,
+                    places,
+                    first,
+                    last,
+                });
+            }
+            to = needed;
+            if to > seen.strip.to {
+                // As far as any crossing goes, once for all sides.
+                seen.strip.to = to.max(longest + strip.to);
+                seen.scan = Scan::new(self.ground, &seen.strip);
+            }
         }
     }
 
