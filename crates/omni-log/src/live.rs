@@ -34,7 +34,7 @@ use requests::{ClientId, Requests};
 #[cfg(feature = "ros2")]
 use ros::OnRos;
 #[cfg(feature = "ros2")]
-pub use ros::Ros2;
+pub use ros::{Ros2, TfFrames};
 use viewers::Viewers;
 
 use crate::{Error, RunLog};

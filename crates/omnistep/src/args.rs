@@ -6,6 +6,7 @@ mod drive;
 mod export;
 mod plan;
 mod study;
+mod tf_choice;
 
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -24,6 +25,7 @@ pub(crate) use export::{ExportArgs, Format};
 pub(crate) use plan::CostArg;
 pub(crate) use plan::PlanArgs;
 pub(crate) use study::StudyArgs;
+pub(crate) use tf_choice::TfChoice;
 
 /// Simulates omni-directional vehicles over steps and compares their control policies.
 #[derive(Parser)]
@@ -376,6 +378,9 @@ pub(crate) struct Ros2Args {
     /// Also publishes the frame map, like a localisation without error.
     #[arg(long, requires = "ros2")]
     pub(crate) publish_map_frame: bool,
+    /// Frames of --ros2 on /tf and /tf_static.
+    #[arg(long, value_enum, value_name = "FRAMES", default_value_t = TfChoice::All, requires = "ros2")]
+    pub(crate) tf: TfChoice,
     /// Acts as the hardware of ros2_control: accepts wheel velocities or torques on /joint_commands instead of
     /// /cmd_vel.
     #[arg(long, value_enum, value_name = "INTERFACE", requires = "ros2")]

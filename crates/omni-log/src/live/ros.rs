@@ -14,7 +14,7 @@ use node::Node;
 use omni_config::Scenario;
 use omni_sim::Simulation;
 use omni_sim::controller::AnyController;
-pub use options::Ros2;
+pub use options::{Ros2, TfFrames};
 
 use super::requests::Requests;
 use crate::Error;
@@ -33,6 +33,8 @@ pub(super) struct OnRos {
     node: Node,
     messages: Messages,
     driven: Option<JointInterface>,
+    /// The frame that does not move is sent.
+    fixed_frames: bool,
     clock: Pace,
     imu: Pace,
     commands: Commands,
@@ -61,9 +63,15 @@ impl OnRos {
         } else {
             Roots::Odometry
         };
+        let messages = Messages::at_rates(scenario, controller, rates, roots);
+        let messages = match ros2.tf {
+            TfFrames::Odom => messages.without_joint_frames(),
+            TfFrames::All | TfFrames::None => messages,
+        };
         Ok(Self {
             node,
-            messages: Messages::at_rates(scenario, controller, rates, roots),
+            messages,
+            fixed_frames: ros2.tf != TfFrames::None,
             driven: ros2.joints,
             clock: extra.clock,
             imu: extra.imu,
@@ -80,6 +88,9 @@ impl OnRos {
     /// messages.
     pub(super) fn describe(&mut self) {
         let _ = self.messages.describe(self.driven, &mut self.node);
+        if !self.fixed_frames {
+            return;
+        }
         let fixed = TransformStamped {
             header: Header::new(0, BASE_LINK),
             child_frame_id: IMU_LINK.into(),

@@ -5,6 +5,18 @@ use crate::message_rates::{Pace, Rates};
 use crate::topic;
 use crate::urdf::JointInterface;
 
+/// Frames that a run sends on `/tf` and `/tf_static`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TfFrames {
+    /// The base, the world, hinges, wheels and the inertial measurement unit.
+    #[default]
+    All,
+    /// The same without hinges and wheels: a robot_state_publisher makes these of `/joint_states`.
+    Odom,
+    /// None: other nodes send all of them.
+    None,
+}
+
 /// A run's place on ROS 2.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
@@ -17,6 +29,8 @@ pub struct Ros2 {
     pub topic_rates: Vec<(String, f64)>,
     /// Sends the frame `map`, too, which is the world: as a localisation without error would.
     pub publish_map_frame: bool,
+    /// Which frames it sends.
+    pub tf: TfFrames,
     /// The wheels are driven one by one, by messages on `/joint_commands`; none: the vehicle by messages on `/cmd_vel`.
     pub joints: Option<JointInterface>,
 }
@@ -59,6 +73,7 @@ impl Ros2 {
             namespace: String::new(),
             topic_rates: Vec::new(),
             publish_map_frame: false,
+            tf: TfFrames::default(),
             joints: None,
         }
     }
@@ -108,6 +123,13 @@ impl Ros2 {
     /// Rates of all topics.
     pub(super) fn rates(&self) -> Result<(Rates, ExtraRates), Error> {
         let mut usual = RATES;
+        if self.tf == TfFrames::None {
+            if self.publish_map_frame {
+                let allowed = "only with --tf all and odom, which send frames";
+                return Err(refused("--publish-map-frame", "true", allowed));
+            }
+            usual[3].1 = 0.0;
+        }
         if self.joints.is_some() {
             usual[4].1 = JOINTS_HZ;
         }
@@ -120,6 +142,10 @@ impl Ros2 {
                     "one of the topics clock, imu, vehicle_state, tf, joint_states, odom",
                 ));
             };
+            if known.0 == topic::TF && self.tf == TfFrames::None && *rate != 0.0 {
+                let allowed = "0 with --tf none";
+                return Err(refused("--topic-rate", &format!("{name}={rate}"), allowed));
+            }
             if !(0.0..=HIGHEST_RATE).contains(rate) {
                 return Err(refused("--topic-rate", &format!("{name}={rate}"), "0 to 1000 Hz"));
             }
@@ -209,6 +235,28 @@ mod tests {
             let line = said(of(name, rate).rates());
             assert!(line.contains(part), "{line}");
         }
+    }
+
+    #[test]
+    fn without_frames_neither_their_rate_nor_a_map_can_be_chosen() {
+        let of = |rates: &[(&str, f64)], publish_map_frame| Ros2 {
+            topic_rates: rates.iter().map(|(name, rate)| ((*name).into(), *rate)).collect(),
+            publish_map_frame,
+            tf: TfFrames::None,
+            ..Ros2::new(0)
+        };
+        for rates in [&[][..], &[("tf", 0.0), ("odom", 10.0)]] {
+            let mut rates = of(rates, false).rates().expect("no frames").0;
+            assert!(!rates.tf.due(0));
+        }
+        assert_eq!(
+            said(of(&[("tf", 20.0)], false).rates()),
+            "--topic-rate = tf=20, allowed: 0 with --tf none"
+        );
+        assert_eq!(
+            said(of(&[], true).rates()),
+            "--publish-map-frame = true, allowed: only with --tf all and odom, which send frames"
+        );
     }
 
     #[test]
