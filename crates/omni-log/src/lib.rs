@@ -36,6 +36,7 @@ mod size_limits;
 pub mod topic;
 mod track;
 mod tree;
+mod twist_covariance;
 mod urdf;
 mod writer;
 mod xml;

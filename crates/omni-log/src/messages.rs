@@ -26,6 +26,7 @@ use crate::ros2::{
 };
 use crate::topic;
 use crate::tree::{Placement, Roots, transforms};
+use crate::twist_covariance::TwistCovariance;
 use crate::urdf::{
     BASE_LINK, JointInterface, WORLD_LINK, ground_urdf, ros2_control_urdf, vehicle_urdf, wheel_link,
 };
@@ -59,6 +60,7 @@ pub(crate) struct Messages {
     roots: Roots,
     /// Hinges and wheels are among the frames.
     joint_frames: bool,
+    twist_covariance: TwistCovariance,
 }
 
 impl Messages {
@@ -75,7 +77,11 @@ impl Messages {
         rates: Rates,
         roots: Roots,
     ) -> Self {
+        // A twist is sent once per control period at most; without messages any time will do.
+        let between_s = rates.odom.period_s().unwrap_or_default();
+        let between_s = between_s.max(scenario.period_s());
         Self {
+            twist_covariance: TwistCovariance::new(scenario, between_s),
             wheel_angles: vec![0.0; scenario.vehicle().wheel.len()],
             period_s: scenario.period_s(),
             rates,
@@ -145,7 +151,11 @@ impl Messages {
             sink.send(topic::JOINT_STATES, time, &self.joints(sample, seen))?;
         }
         if self.rates.odom.due(time) {
-            sink.send(topic::ODOM, time, &base_pose::odometry(seen))?;
+            sink.send(
+                topic::ODOM,
+                time,
+                &base_pose::odometry(seen, self.twist_covariance.of(period)),
+            )?;
             sink.send(topic::GROUND_TRUTH, time, &base_pose::ground_truth(seen))?;
         }
         if self.rates.cmd_vel.due(time) {
