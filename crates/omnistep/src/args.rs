@@ -371,6 +371,16 @@ pub(crate) struct Ros2Args {
         requires = "ros2"
     )]
     pub(crate) namespace: String,
+    /// Stands before the name of every frame of --ros2 but map, such as robot1/. Puts /tf and /tf_static outside
+    /// --namespace, so that several vehicles share them.
+    #[arg(
+        long,
+        value_name = "PREFIX",
+        default_value = "",
+        hide_default_value = true,
+        requires = "ros2"
+    )]
+    pub(crate) frame_prefix: String,
     /// Rate of a --ros2 topic in simulated time, such as odom=100; 0 turns it off; may be repeated. The defaults are
     /// 100 Hz for clock and imu, 50 Hz for odom, tf, joint_states and vehicle_state.
     #[arg(long = "topic-rate", value_name = "TOPIC=HZ", requires = "ros2")]

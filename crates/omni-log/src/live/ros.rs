@@ -57,7 +57,8 @@ impl OnRos {
             None => Commands::of_base(&mut node, &namespace, requests.clone(), warn),
         };
         let commands = commands.map_err(|reason| ros2.failed(reason))?;
-        let node = Node::new(node, context, &namespace).map_err(|reason| ros2.failed(reason))?;
+        let prefix = ros2.frame_prefix()?;
+        let node = Node::new(node, context, &namespace, prefix).map_err(|reason| ros2.failed(reason))?;
         let roots = if ros2.publish_map_frame {
             Roots::Map
         } else {

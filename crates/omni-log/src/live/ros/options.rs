@@ -23,8 +23,12 @@ pub enum TfFrames {
 pub struct Ros2 {
     /// Its domain, 0 to 232: nodes in other domains do not see it.
     pub domain: u16,
-    /// Namespace of all topics but `/clock`, such as `/robot1`; empty for none.
+    /// Namespace of all topics but `/clock`, such as `/robot1`; empty for none. With a prefix of frames `/tf` and
+    /// `/tf_static` are not in it either.
     pub namespace: String,
+    /// What stands before the name of every frame but `map`, such as `robot1/`, so that vehicles share a `/tf`; empty
+    /// for nothing.
+    pub frame_prefix: String,
     /// Rates other than the usual ones, by topic as it is without a namespace \[Hz\]: 0 to 1000, 0 for never.
     pub topic_rates: Vec<(String, f64)>,
     /// Sends the frame `map`, too, which is the world: as a localisation without error would.
@@ -53,6 +57,9 @@ const RATES: [(&str, f64); 6] = [
 /// Rate of `/joint_states` if the wheels are driven one by one \[Hz\].
 const JOINTS_HZ: f64 = 100.0;
 
+/// Longest prefix of frames \[bytes\].
+const LONGEST_PREFIX: usize = 100;
+
 /// Of what only ROS 2 has.
 pub(super) struct ExtraRates {
     pub(super) clock: Pace,
@@ -71,6 +78,7 @@ impl Ros2 {
         Self {
             domain,
             namespace: String::new(),
+            frame_prefix: String::new(),
             topic_rates: Vec::new(),
             publish_map_frame: false,
             tf: TfFrames::default(),
@@ -117,6 +125,20 @@ impl Ros2 {
             "--namespace",
             &self.namespace,
             "names of letters, digits and _ separated by /, none with a digit first, such as robot1",
+        ))
+    }
+
+    /// The prefix, if names of frames may begin with it.
+    pub(super) fn frame_prefix(&self) -> Result<&str, Error> {
+        let prefix = self.frame_prefix.as_str();
+        let plain = |c: char| c.is_ascii_alphanumeric() || "_-/".contains(c);
+        if prefix.chars().all(plain) && !prefix.starts_with('/') && prefix.len() <= LONGEST_PREFIX {
+            return Ok(prefix);
+        }
+        Err(refused(
+            "--frame-prefix",
+            prefix,
+            "up to 100 letters, digits, _, - and /, not / at first, such as robot1/",
         ))
     }
 
@@ -204,6 +226,24 @@ mod tests {
             let line = said(of(given).namespace());
             assert!(
                 line.starts_with(&format!("--namespace = {given}, allowed: ")),
+                "{line}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_prefix_of_frames_is_a_name_that_begins_with_no_slash() {
+        let of = |prefix: &str| Ros2 {
+            frame_prefix: prefix.into(),
+            ..Ros2::new(0)
+        };
+        for prefix in ["", "robot1/", "a/b_2-", "7/"] {
+            assert_eq!(of(prefix).frame_prefix().ok(), Some(prefix));
+        }
+        for prefix in ["/robot1/", "a b", "ü", &"x".repeat(101)] {
+            let line = said(of(prefix).frame_prefix());
+            assert!(
+                line.starts_with("--frame-prefix = ") && line.contains("such as robot1/"),
                 "{line}"
             );
         }
