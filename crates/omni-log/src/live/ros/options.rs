@@ -61,6 +61,7 @@ const JOINTS_HZ: f64 = 100.0;
 const LONGEST_PREFIX: usize = 100;
 
 /// Of what only ROS 2 has.
+#[derive(Clone, Copy)]
 pub(super) struct ExtraRates {
     pub(super) clock: Pace,
     pub(super) imu: Pace,
