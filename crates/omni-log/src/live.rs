@@ -101,11 +101,6 @@ pub fn run_live<E: From<omni_sim::Error> + From<Error>>(
     mut watch: impl FnMut(Option<&Simulation>, f64) -> Result<ControlFlow<()>, E>,
 ) -> Result<(Outcome, Option<omni_sim::Error>), E> {
     check(live)?;
-    let end = match live.until {
-        Until::Scenario => Some(control_periods(scenario)),
-        Until::Seconds(seconds) => Some((seconds / scenario.period_s()).ceil().max(1.0) as u64),
-        Until::Stopped => None,
-    };
     let warn: Warn = Arc::new(warn);
     let (mut controller, mut outlets) = Outlets::open(scenario, live, &warn)?;
     outlets.report(opened);
@@ -121,57 +116,27 @@ pub fn run_live<E: From<omni_sim::Error> + From<Error>>(
         }
     }
     outlets.describe();
-    let start = Instant::now();
-    let mut pacer = Pacer::new(live.real_time_factor, start);
-    let mut periods = 0;
-    let controls = outlets.controls.clone();
+    let mut going = Going::new(scenario, live, outlets.controls.clone());
     let outlets = RefCell::new(outlets);
     let ended = loop {
         let steer = |simulation: &mut Simulation| outlets.borrow_mut().command(scenario, simulation);
         let run = Run::new(scenario).controller(controller).command(steer);
         let run = run.until(|simulation| {
             outlets.borrow_mut().push(simulation)?;
-            periods += 1;
-            let time_s = simulation.time_ns() as f64 * 1e-9;
-            let part = end.map_or(0.0, |end| periods as f64 / end as f64);
-            loop {
-                let now = Instant::now();
-                if watch(Some(simulation), part)?.is_break() || end == Some(periods) {
-                    // The end is the end, also if another start was asked for.
-                    controls.take_start_again();
-                    return Ok(ControlFlow::Break(()));
-                }
-                if controls.starts_again() {
-                    return Ok(ControlFlow::Break(()));
-                }
-                if live.until == Until::Scenario && (now - start).as_secs_f64() > scenario.time_limit_s {
-                    let time_limit_s = scenario.time_limit_s;
-                    return Err(omni_sim::Error::OutOfTime { time_s, time_limit_s }.into());
-                }
-                if controls.is_paused() {
-                    pacer.hold(time_s, now);
-                    std::thread::sleep(LOOK);
-                    continue;
-                }
-                match pacer.wait(time_s, now) {
-                    Some(wait) => std::thread::sleep(wait.min(LOOK)),
-                    None => return Ok(ControlFlow::Continue(())),
-                }
-            }
+            going.wait(simulation, |part| watch(Some(simulation), part))
         });
         let ended = run.outcome();
-        if !matches!(ended, Ok((_, None))) || !controls.take_start_again() {
+        if !matches!(ended, Ok((_, None))) || !going.take_start_again() {
             break ended;
         }
         controller = match outlets.borrow_mut().start_again(scenario) {
             Ok(controller) => controller,
             Err(error) => break Err(error.into()),
         };
-        pacer.hold(0.0, Instant::now());
     };
     let log = outlets.into_inner().close();
-    if pacer.lost_s() > 0.0 {
-        let lost_s = pacer.lost_s();
+    let lost_s = going.pacer.lost_s();
+    if lost_s > 0.0 {
         warn(&format!(
             "the run was slower than the clock and fell behind by {lost_s:.1} s"
         ));
@@ -187,6 +152,82 @@ pub fn run_live<E: From<omni_sim::Error> + From<Error>>(
             Err(error)
         }
         (ended, None) => ended,
+    }
+}
+
+/// How far a run has come, and what it waits for.
+struct Going<'a> {
+    scenario: &'a Scenario,
+    live: &'a Live,
+    controls: Arc<Controls>,
+    start: Instant,
+    pacer: Pacer,
+    /// Control periods that are done, and with which it ends.
+    periods: u64,
+    end: Option<u64>,
+}
+
+impl<'a> Going<'a> {
+    /// From now on.
+    fn new(scenario: &'a Scenario, live: &'a Live, controls: Arc<Controls>) -> Self {
+        let start = Instant::now();
+        Self {
+            scenario,
+            live,
+            controls,
+            start,
+            pacer: Pacer::new(live.real_time_factor, start),
+            periods: 0,
+            end: match live.until {
+                Until::Scenario => Some(control_periods(scenario)),
+                Until::Seconds(seconds) => Some((seconds / scenario.period_s()).ceil().max(1.0) as u64),
+                Until::Stopped => None,
+            },
+        }
+    }
+
+    /// Waits after a control period until the next one is due, and says whether there is one.
+    fn wait<E: From<omni_sim::Error>>(
+        &mut self,
+        simulation: &Simulation,
+        mut watch: impl FnMut(f64) -> Result<ControlFlow<()>, E>,
+    ) -> Result<ControlFlow<()>, E> {
+        self.periods += 1;
+        let time_s = simulation.time_ns() as f64 * 1e-9;
+        let part = self.end.map_or(0.0, |end| self.periods as f64 / end as f64);
+        loop {
+            let now = Instant::now();
+            if watch(part)?.is_break() || self.end == Some(self.periods) {
+                // The end is the end, also if another start was asked for.
+                self.controls.take_start_again();
+                return Ok(ControlFlow::Break(()));
+            }
+            if self.controls.starts_again() {
+                return Ok(ControlFlow::Break(()));
+            }
+            let time_limit_s = self.scenario.time_limit_s;
+            if self.live.until == Until::Scenario && (now - self.start).as_secs_f64() > time_limit_s {
+                return Err(omni_sim::Error::OutOfTime { time_s, time_limit_s }.into());
+            }
+            if self.controls.is_paused() {
+                self.pacer.hold(time_s, now);
+                std::thread::sleep(LOOK);
+                continue;
+            }
+            match self.pacer.wait(time_s, now) {
+                Some(wait) => std::thread::sleep(wait.min(LOOK)),
+                None => return Ok(ControlFlow::Continue(())),
+            }
+        }
+    }
+
+    /// Does the run begin anew? Then its time does, too.
+    fn take_start_again(&mut self) -> bool {
+        let again = self.controls.take_start_again();
+        if again {
+            self.pacer.hold(0.0, Instant::now());
+        }
+        again
     }
 }
 
