@@ -102,7 +102,7 @@ def test_a_reset_begins_the_run_anew(cyclone, run, header):
         until(lambda topic=topic: stamp_ns(topic.samples[-1]) < 1_000_000_000, f"the beginning on {topic.topic}")
     assert min(sample.pose.pose.position.x for sample in truth.samples[-3:]) < 0.1
     assert abs(odom.samples[-1].pose.pose.position.x - truth.samples[-1].pose.pose.position.x) < 0.05
-    # It drives again, by its scenario: nobody commanded.
+    # It drives again, by its scenario, because no command came.
     count = len(truth.samples)
     until(lambda: truth.samples[-1].pose.pose.position.x > 0.1 and len(truth.samples) > count, "the same drive")
     assert one.stop() == 0, one.said

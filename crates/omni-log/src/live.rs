@@ -64,9 +64,9 @@ type Warn = Arc<dyn Fn(&str) + Send + Sync>;
 /// state that it has. A rejected request changes nothing, and the client receives the reason.
 ///
 /// ROS 2 nodes in the same domain publish `geometry_msgs/msg/Twist` or `TwistStamped` on `/cmd_vel`; with
-/// [`Ros2::joints`] they publish `sensor_msgs/msg/JointState` on `/joint_commands` instead. The services
-/// `/omnistep/pause` and, without a log and without viewers, `/omnistep/reset` stop the time and begin the run anew; the
-/// outcome is that of the last run.
+/// [`Ros2::joints`] they publish `sensor_msgs/msg/JointState` on `/joint_commands` instead. The service
+/// `/omnistep/pause` stops the time. Without a log and without viewers `/omnistep/reset` begins the run anew; the
+/// outcome is that of the last start.
 ///
 /// From the first command on the vehicle follows these, not the scenario. 0.5 s on the clock after
 /// the last of them, or when the client goes or publishes no longer, the command is rest until

@@ -3,11 +3,13 @@
 //! Lengths are in metres, angles in radians, times in nanoseconds of simulated time. x is forward, y is left,
 //! z is up, counter-clockwise is positive.
 
+mod diagnostics;
 mod geometry;
 mod inertial;
 mod sensors;
 
 use byteorder::LittleEndian;
+pub use diagnostics::{DiagnosticArray, DiagnosticStatus, KeyValue};
 pub use geometry::{
     Header, Point, Pose, PoseWithCovariance, Quaternion, Time, Transform, TransformStamped, Twist,
     TwistStamped, TwistWithCovariance, Vector3,
@@ -106,6 +108,8 @@ ros_messages! {
     ControllerSignals => "omnistep_msgs/msg/ControllerSignals", "ControllerSignals.msg",
         |m| vec![&mut m.header.frame_id];
     Clock => "rosgraph_msgs/msg/Clock", "Clock.msg", |_none| Vec::new();
+    DiagnosticArray => "diagnostic_msgs/msg/DiagnosticArray", "DiagnosticArray.msg",
+        |m| vec![&mut m.header.frame_id];
     Imu => "sensor_msgs/msg/Imu", "Imu.msg", |m| vec![&mut m.header.frame_id];
 }
 

@@ -362,7 +362,7 @@ pub(crate) struct Ros2Args {
     /// command expires after 0.5 s. Writes no log without --log.
     #[arg(long, conflicts_with_all = ["controller", "out"])]
     pub(crate) ros2: bool,
-    /// Namespace of all topics of --ros2 except /clock, such as robot1.
+    /// Namespace of all topics of --ros2 except /clock and /diagnostics, such as robot1.
     #[arg(
         long,
         value_name = "NAME",
@@ -382,7 +382,7 @@ pub(crate) struct Ros2Args {
     )]
     pub(crate) frame_prefix: String,
     /// Rate of a --ros2 topic in simulated time, such as odom=100; 0 turns it off; may be repeated. The defaults are
-    /// 100 Hz for clock and imu, 50 Hz for odom, tf, joint_states and vehicle_state.
+    /// 100 Hz for clock and imu, 50 Hz for odom, tf, joint_states and vehicle_state, 1 Hz for diagnostics.
     #[arg(long = "topic-rate", value_name = "TOPIC=HZ", requires = "ros2")]
     pub(crate) topic_rates: Vec<String>,
     /// Also publishes the frame map, like a localisation without error.

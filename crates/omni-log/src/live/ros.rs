@@ -1,6 +1,7 @@
 //! The run as a ROS 2 node over DDS, without a ROS installation; the only modules that name ros2-client.
 
 mod commands;
+mod diagnostics;
 mod joints;
 mod node;
 mod options;
@@ -10,6 +11,7 @@ mod services;
 use std::sync::Arc;
 
 use commands::Commands;
+use diagnostics::Diagnostics;
 pub(super) use joints::JointCommands;
 use node::Node;
 use omni_config::Scenario;
@@ -81,6 +83,8 @@ pub(super) struct OnRos {
     fixed_frames: bool,
     clock: Pace,
     imu: Pace,
+    diagnostics: Diagnostics,
+    namespace: String,
     commands: Commands,
     services: Services,
 }
@@ -125,6 +129,8 @@ impl OnRos {
             driven: ros2.joints,
             clock: extra.clock,
             imu: extra.imu,
+            diagnostics: Diagnostics::new(scenario, &namespace, extra.diagnostics),
+            namespace,
             commands,
             services,
         })
@@ -133,7 +139,13 @@ impl OnRos {
     /// The run begins anew: what was sent last is of another.
     pub(super) fn start_again(&mut self, scenario: &Scenario, controller: &AnyController) {
         self.messages = self.start.messages(scenario, controller);
-        (self.clock, self.imu) = (self.start.extra.clock, self.start.extra.imu);
+        let ExtraRates {
+            clock,
+            imu,
+            diagnostics,
+        } = self.start.extra;
+        (self.clock, self.imu) = (clock, imu);
+        self.diagnostics = Diagnostics::new(scenario, &self.namespace, diagnostics);
     }
 
     /// Has another node subscribed to something since the last time?
@@ -176,6 +188,9 @@ impl OnRos {
         }
         if self.imu.due(time_ns) {
             let _ = self.node.send(topic::IMU, time_ns, &imu(simulation));
+        }
+        if let Some(diagnostics) = self.diagnostics.push(simulation.period()) {
+            let _ = self.node.send(topic::DIAGNOSTICS, time_ns, &diagnostics);
         }
         let _ = self.messages.push(simulation.period(), &mut self.node);
     }

@@ -8,7 +8,8 @@ use super::payload::{Cdr, latched, reliable, type_name};
 use crate::Error;
 use crate::messages::Sink;
 use crate::ros2::{
-    self, Clock, Imu, JointState, Odometry, RosMessage, StringMessage, TfMessage, VehicleState,
+    self, Clock, DiagnosticArray, Imu, JointState, Odometry, RosMessage, StringMessage, TfMessage,
+    VehicleState,
 };
 use crate::topic;
 use crate::urdf::MAP_LINK;
@@ -20,7 +21,7 @@ const NODE: &str = "omnistep";
 type Published = (&'static str, &'static str, bool);
 
 /// Everything that is published.
-const TOPICS: [Published; 10] = [
+const TOPICS: [Published; 11] = [
     (topic::CLOCK, Clock::TYPE, false),
     (topic::ROBOT_DESCRIPTION, StringMessage::TYPE, true),
     (topic::TERRAIN, StringMessage::TYPE, true),
@@ -31,6 +32,7 @@ const TOPICS: [Published; 10] = [
     (topic::ODOM, Odometry::TYPE, false),
     (topic::GROUND_TRUTH, Odometry::TYPE, false),
     (topic::IMU, Imu::TYPE, false),
+    (topic::DIAGNOSTICS, DiagnosticArray::TYPE, false),
 ];
 
 /// Joins a domain with a node that has neither parameters nor a log of its own.
@@ -46,9 +48,9 @@ pub(super) fn join(domain: u16, namespace: &str) -> Result<(ros2_client::Node, C
     Ok((node.map_err(|error| failed(error.to_string()))?, context))
 }
 
-/// A topic in a namespace; the time is everybody's.
+/// A topic in a namespace; the time is everybody's, and diagnostics are named by their nodes.
 pub(super) fn absolute(namespace: &str, topic: &str) -> Result<Name, String> {
-    let full = if topic == topic::CLOCK {
+    let full = if [topic::CLOCK, topic::DIAGNOSTICS].contains(&topic) {
         topic.to_owned()
     } else {
         format!("{}{topic}", namespace.trim_end_matches('/'))

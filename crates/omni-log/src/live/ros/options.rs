@@ -23,8 +23,8 @@ pub enum TfFrames {
 pub struct Ros2 {
     /// Its domain, 0 to 232: nodes in other domains do not see it.
     pub domain: u16,
-    /// Namespace of all topics but `/clock`, such as `/robot1`; empty for none. With a prefix of frames `/tf` and
-    /// `/tf_static` are not in it either.
+    /// Namespace of all topics but `/clock` and `/diagnostics`, such as `/robot1`; empty for none. With a prefix of
+    /// frames `/tf` and `/tf_static` are not in it either.
     pub namespace: String,
     /// What stands before the name of every frame but `map`, such as `robot1/`, so that vehicles share a `/tf`; empty
     /// for nothing.
@@ -46,13 +46,14 @@ const HIGHEST_DOMAIN: u16 = 232;
 /// Highest rate \[Hz\].
 const HIGHEST_RATE: f64 = 1000.0;
 /// Rates that can be chosen, with the usual ones \[Hz\].
-const RATES: [(&str, f64); 6] = [
+const RATES: [(&str, f64); 7] = [
     (topic::CLOCK, 100.0),
     (topic::IMU, 100.0),
     (topic::VEHICLE_STATE, 50.0),
     (topic::TF, 50.0),
     (topic::JOINT_STATES, 50.0),
     (topic::ODOM, 50.0),
+    (topic::DIAGNOSTICS, 1.0),
 ];
 /// Rate of `/joint_states` if the wheels are driven one by one \[Hz\].
 const JOINTS_HZ: f64 = 100.0;
@@ -65,6 +66,7 @@ const LONGEST_PREFIX: usize = 100;
 pub(super) struct ExtraRates {
     pub(super) clock: Pace,
     pub(super) imu: Pace,
+    pub(super) diagnostics: Pace,
 }
 
 impl Ros2 {
@@ -162,7 +164,7 @@ impl Ros2 {
                 return Err(refused(
                     "--topic-rate",
                     &format!("{name}={rate}"),
-                    "one of the topics clock, imu, vehicle_state, tf, joint_states, odom",
+                    "one of the topics clock, imu, vehicle_state, tf, joint_states, odom, diagnostics",
                 ));
             };
             if known.0 == topic::TF && self.tf == TfFrames::None && *rate != 0.0 {
@@ -174,7 +176,8 @@ impl Ros2 {
             }
             known.1 = *rate;
         }
-        let [clock, imu, vehicle_state, tf, joint_states, odom] = usual.map(|(_, rate)| Pace::hz(rate));
+        let paces = usual.map(|(_, rate)| Pace::hz(rate));
+        let [clock, imu, vehicle_state, tf, joint_states, odom, diagnostics] = paces;
         let rates = Rates {
             vehicle_state,
             tf,
@@ -184,7 +187,12 @@ impl Ros2 {
             cmd_vel: Pace::hz(0.0),
             markers: Pace::hz(0.0),
         };
-        Ok((rates, ExtraRates { clock, imu }))
+        let extra = ExtraRates {
+            clock,
+            imu,
+            diagnostics,
+        };
+        Ok((rates, extra))
     }
 
     /// The error of an operation that the system rejected.
