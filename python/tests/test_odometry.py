@@ -89,6 +89,25 @@ def test_ros2_readers_of_others_find_odometry_with_its_covariance_and_the_truth(
         assert not np.any(truth.pose.covariance)
 
 
+def test_the_covariance_of_the_twist_is_that_of_rolling_and_slip_through_the_least_squares_map(bend):
+    trace, path = bend
+    by_twist = omnistep.Kinematics(layout=omnistep.Vehicle(trace.vehicle).layout).inverse(np.eye(3)).T
+    to_twist = np.linalg.pinv(by_twist)
+    with AnyReader([path]) as bag:
+        connections = [each for each in bag.connections if each.topic == "/odom"]
+        messages = [bag.deserialize(data, each.msgtype) for each, _, data in bag.messages(connections)]
+    stamps_s = np.array([message.header.stamp.sec + message.header.stamp.nanosec / 1e9 for message in messages])
+    for row, message in zip(rows_of(trace, stamps_s), messages, strict=True):
+        velocity = trace.wheels("measured_rad_s")[row]
+        residual = velocity - by_twist @ to_twist @ velocity
+        # 0.02 rad per root of rad over 20 ms, and the encoders of this scenario have no error.
+        variance = 0.02**2 / 0.02 * np.abs(velocity) + residual**2
+        expected = np.diag([0.0, 0.0, 1e6, 1e6, 1e6, 0.0])
+        expected[np.ix_([0, 1, 5], [0, 1, 5])] = to_twist @ np.diag(variance) @ to_twist.T
+        found = message.twist.covariance.reshape(6, 6)
+        np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-15)
+
+
 def test_rosbags_reads_both_topics(bend):
     trace, path = bend
     with AnyReader([path]) as bag:

@@ -14,7 +14,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
 SCHEMAS = Path(__file__).parents[2] / "crates/omni-log/src/schemas"
-BASES = {"string": str, "bool": bool, "float32": idl.float32, "float64": idl.float64} | {
+BASES = {"string": str, "bool": bool, "byte": idl.uint8, "float32": idl.float32, "float64": idl.float64} | {
     name: getattr(idl, name) for name in ("int8", "int16", "int32", "int64", "uint8", "uint16", "uint32", "uint64")
 }
 

@@ -1,68 +1,67 @@
-"""Frames as RViz and a localisation want them, where odometry is off: on bumps."""
+"""Which frames a run sends, and how several vehicles share a `/tf`."""
 
-import numpy as np
 import pytest
-from conftest import domains
-from messages import stamp_ns
-from peers import Cyclone, until
-from program import Run
+from peers import until
 
 
-def matrix(place, q) -> np.ndarray:
-    """A pose as a matrix."""
-    x, y, z, w = q.x, q.y, q.z, q.w
-    turn = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-    ]
-    pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = turn, (place.x, place.y, place.z)
-    return pose
+def edges(samples):
+    """Parent and child of every transform."""
+    return {(one.header.frame_id, one.child_frame_id) for sample in samples for one in sample.transforms}
 
 
-@pytest.fixture(scope="module", params=[(), ("--publish-map-frame",)], ids=["odom", "map"])
-def frames(request):
-    """The truth, and the frames of the same time by name, with what is above each."""
-    domain = next(domains)
-    cyclone = Cyclone(domain)
-    truth = cyclone.read("/ground_truth/odom", "nav_msgs/msg/Odometry")
+def test_odom_leaves_hinges_and_wheels_to_another_node(cyclone, run):
     tf = cyclone.read("/tf", "tf2_msgs/msg/TFMessage")
-    run = Run("bumps", "--wait", "--duration", "5", *request.param, domain=domain)
-    try:
-        assert run.ended() == 0, run.said
-        until(lambda: len(truth.samples) > 75 and len(tf.samples) > 75, "1.5 s at 50 Hz")
-        poses = {stamp_ns(one): matrix(one.pose.pose.position, one.pose.pose.orientation) for one in truth.samples}
-        both = []
-        for message in tf.samples:
-            named = {
-                one.child_frame_id: (one.header.frame_id, matrix(one.transform.translation, one.transform.rotation))
-                for one in message.transforms
-            }
-            if (true := poses.get(stamp_ns(message))) is not None:
-                both.append((true, named))
-        assert len(both) > 70
-        yield bool(request.param), both
-    finally:
-        run.close()
-        cyclone.close()
+    static = cyclone.read("/tf_static", "tf2_msgs/msg/TFMessage", transient=True, depth=1)
+    joints = cyclone.read("/joint_states", "sensor_msgs/msg/JointState")
+    run("flat", "--tf", "odom", "--publish-map-frame")
+    assert edges(tf.after(20)) == {("map", "odom"), ("odom", "base_link"), ("odom", "world")}
+    assert edges([static.first()]) == {("base_link", "imu_link")}
+    # What the other node makes of them.
+    assert len([name for name in joints.first().name if name.startswith("wheel_")]) == 7
 
 
-def test_the_ground_is_shown_where_the_vehicle_truly_is_on_it(frames):
-    off = 0.0
-    for true, named in frames[1]:
-        assert named["world"][0] == named["base_link"][0] == "odom"
-        world, base = named["world"][1], named["base_link"][1]
-        assert world @ true == pytest.approx(base, abs=1e-9)  # products of a few numbers near 1
-        off = max(off, np.abs(world - np.eye(4)).max())
-    assert off > 0.001, "odometry was never off: this shows nothing"
+def test_none_leaves_all_frames_to_others(cyclone, run):
+    tf = cyclone.read("/tf", "tf2_msgs/msg/TFMessage")
+    static = cyclone.read("/tf_static", "tf2_msgs/msg/TFMessage", transient=True, depth=1)
+    odom = cyclone.read("/odom", "nav_msgs/msg/Odometry")
+    run("flat", "--tf", "none")
+    odom.after(50)
+    assert tf.samples == static.samples == []
 
 
-def test_a_map_is_there_if_it_is_asked_for_and_has_the_vehicle_where_it_is(frames):
-    asked, both = frames
-    for true, named in both:
-        assert ("odom" in named) == asked
-        if asked:
-            above, odom = named["odom"]
-            assert above == "map"
-            assert odom @ named["base_link"][1] == pytest.approx(true, abs=1e-9)
+def test_vehicles_with_prefixes_are_one_tree_below_the_map(cyclone, run):
+    tf = cyclone.read("/tf", "tf2_msgs/msg/TFMessage")
+    static = cyclone.read("/tf_static", "tf2_msgs/msg/TFMessage", transient=True)
+    odom = {name: cyclone.read(f"/{name}/odom", "nav_msgs/msg/Odometry") for name in ("one", "two")}
+    for name in odom:
+        clock = [] if name == "one" else ["--topic-rate", "clock=0"]
+        options = ["--namespace", name, "--frame-prefix", f"{name}/", "--publish-map-frame", "--tf", "odom"]
+        run("flat", "--set", "vehicle=mecanum4", *options, *clock)
+    expected = set()
+    for name in odom:
+        frames = [("map", "odom"), ("odom", "base_link"), ("odom", "world")]
+        expected |= {(f"{name}/{a}" if a != "map" else a, f"{name}/{b}") for a, b in frames}
+    until(lambda: edges(tf.samples) >= expected, "the frames of both")
+    assert edges(tf.samples) == expected
+    children = [child for _, child in expected]
+    assert len(children) == len(set(children)), "a frame has one parent"
+    links = {("one/base_link", "one/imu_link"), ("two/base_link", "two/imu_link")}
+    until(lambda: edges(static.samples) == links, "the fixed frames of both")
+    for name, topic in odom.items():
+        first = topic.first()
+        assert (first.header.frame_id, first.child_frame_id) == (f"{name}/odom", f"{name}/base_link")
+
+
+@pytest.mark.parametrize(
+    ("options", "line"),
+    [
+        (["--tf", "none", "--publish-map-frame"], "--publish-map-frame = true, allowed: only with --tf all and odom"),
+        (["--tf", "none", "--topic-rate", "tf=20"], "--topic-rate = tf=20, allowed: 0 with --tf none"),
+        (["--frame-prefix", "/robot1/"], "--frame-prefix = /robot1/, allowed: "),
+        (["--tf", "wheels"], "invalid value 'wheels' for '--tf <FRAMES>'"),
+    ],
+)
+def test_what_cannot_be_asked_for_is_said(run, options, line):
+    refused = run("flat", *options, ready=False)
+    assert refused.ended() == 2
+    assert line in refused.said

@@ -112,6 +112,22 @@ def test_odometry_is_near_the_truth_and_both_drive_as_the_scenario_says(received
     assert abs(both[-1][1].twist.twist.linear.x) < 0.01
 
 
+def test_the_twist_of_odometry_has_a_covariance_that_says_what_is_not_known(received):
+    driving = [sample for sample in received["/odom"].samples if 1e9 < stamp_ns(sample) < 4e9]
+    for sample in driving:
+        covariance = np.reshape(sample.twist.covariance, (6, 6))
+        assert np.array_equal(covariance, covariance.T)
+        assert np.all(np.diag(covariance)[2:5] == 1e6)  # z, roll and pitch
+        # Five wheels at 4.5 rad/s: 0.02 rad per root of rad over 0.02 s are 0.3 rad/s, a fifth of whose square counts.
+        vx, vy, wz = np.diag(covariance)[[0, 1, 5]]
+        assert 1e-5 < vx < 1e-3
+        assert 0.0 <= vy < 1e-2  # the wheels that point aside may stand still, and their encoders have no error here
+        assert 0.0 < wz < 1e-1
+    assert driving
+    exact = received["/ground_truth/odom"].samples[-1]
+    assert not np.any(exact.twist.covariance)
+
+
 def test_quaternions_have_the_length_one(received):
     poses = received["/odom"].samples + received["/ground_truth/odom"].samples
     frames = [one for sample in received["/tf"].samples + received["/tf_static"].samples for one in sample.transforms]

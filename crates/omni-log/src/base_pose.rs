@@ -43,7 +43,7 @@ pub(crate) fn unknown_covariance() -> [[f64; 6]; 6] {
     std::array::from_fn(|row| std::array::from_fn(|column| if row == column { UNKNOWN } else { 0.0 }))
 }
 
-/// Covariance of a pose of which x, y and yaw are known as they are here.
+/// Covariance of a pose or twist of which x, y and yaw are known as they are here.
 fn planar_covariance(known: &[[f64; 3]; 3]) -> [[f64; 6]; 6] {
     let mut covariance = [[0.0; 6]; 6];
     for (row, of_known) in [0, 1, 5].into_iter().zip(known) {
@@ -57,32 +57,33 @@ fn planar_covariance(known: &[[f64; 3]; 3]) -> [[f64; 6]; 6] {
     covariance
 }
 
-/// What the wheels say.
-pub(crate) fn odometry(seen: &Observation) -> Odometry {
+/// What the wheels say, and how well the twist is known, if it is.
+pub(crate) fn odometry(seen: &Observation, twist_covariance: Option<[[f64; 3]; 3]>) -> Odometry {
     let (at, turn) = by_odometry(seen);
     let covariance = planar_covariance(&seen.odometry.covariance);
+    let twist = twist_covariance.as_ref();
+    let twist = twist.map_or_else(unknown_covariance, planar_covariance);
     located(
         seen.time_ns,
         ODOM_LINK,
-        (at, turn),
-        covariance,
-        seen.odometry.twist,
+        ((at, turn), covariance),
+        (seen.odometry.twist, twist),
     )
 }
 
 /// What is so.
 pub(crate) fn ground_truth(seen: &Observation) -> Odometry {
     let pose = (seen.pose.position_m, seen.pose.rotation_xyzw);
-    located(seen.time_ns, WORLD_LINK, pose, [[0.0; 6]; 6], seen.twist)
+    let exact = [[0.0; 6]; 6];
+    located(seen.time_ns, WORLD_LINK, (pose, exact), (seen.twist, exact))
 }
 
-/// The base in a frame: the place \[m\], the turn, how sure that is, and the twist.
+/// The base in a frame: its pose and its twist, each with its covariance.
 fn located(
     time_ns: u64,
     frame: &str,
-    (at, turn): BasePose,
-    covariance: [[f64; 6]; 6],
-    moves: BodyTwist<f64>,
+    ((at, turn), covariance): (BasePose, [[f64; 6]; 6]),
+    (moves, of_twist): (BodyTwist<f64>, [[f64; 6]; 6]),
 ) -> Odometry {
     let pose = Pose {
         position: at.into(),
@@ -94,7 +95,7 @@ fn located(
         pose: PoseWithCovariance { pose, covariance },
         twist: TwistWithCovariance {
             twist: moves.into(),
-            covariance: [[0.0; 6]; 6],
+            covariance: of_twist,
         },
     }
 }
@@ -122,7 +123,7 @@ mod tests {
     #[test]
     fn a_covariance_is_where_ros_looks_for_it_and_says_what_the_plane_does_not() {
         let seen = seen();
-        let covariance = odometry(&seen).pose.covariance;
+        let covariance = odometry(&seen, None).pose.covariance;
         let flat = covariance.as_flattened();
         let [[xx, xy, xw], [_, yy, yw], [_, _, ww]] = seen.odometry.covariance;
         for (places, expected) in [
@@ -139,13 +140,19 @@ mod tests {
         }
         assert_eq!(flat.iter().filter(|value| **value == 0.0).count(), 36 - 12);
         assert_eq!(ground_truth(&seen).pose.covariance, [[0.0; 6]; 6]);
+        assert_eq!(ground_truth(&seen).twist.covariance, [[0.0; 6]; 6]);
+        // Of the twist in the same places; all of it unknown if it is not determined.
+        let known = odometry(&seen, Some(seen.odometry.covariance));
+        assert_eq!(known.twist.covariance, covariance);
+        let diagonal = |k: usize| odometry(&seen, None).twist.covariance[k][k];
+        assert!((0..6).all(|k| diagonal(k) == 1e6));
     }
 
     #[test]
     fn from_the_frame_of_odometry_the_base_is_where_odometry_has_it() {
         let seen = seen();
         let (origin, turn) = inverse(by_odometry(&seen));
-        let message = odometry(&seen);
+        let message = odometry(&seen, None);
         let (at, heading) = (message.pose.pose.position, message.pose.pose.orientation);
         // The base's pose there takes that frame's origin, as the base sees it, to the origin.
         let back = rotate([heading.x, heading.y, heading.z, heading.w], origin);

@@ -28,6 +28,7 @@ mod recovered;
 mod replay;
 pub mod ros2;
 mod ros2_controllers;
+mod ros2_package;
 mod rotation;
 mod run_log;
 mod scene;
@@ -35,16 +36,17 @@ mod size_limits;
 pub mod topic;
 mod track;
 mod tree;
+mod twist_covariance;
 mod urdf;
 mod writer;
 mod xml;
 
 pub use error::Error;
 pub use in_memory::InMemory;
-#[cfg(feature = "ros2")]
-pub use live::Ros2;
 #[cfg(feature = "live")]
 pub use live::{Live, Opened, Pilot, Until, run_live};
+#[cfg(feature = "ros2")]
+pub use live::{Ros2, TfFrames};
 pub use log_error::LogError;
 pub use log_run::{LogRun, Logged};
 pub use logged_run::LoggedRun;
@@ -55,6 +57,7 @@ pub use recording::Recording;
 pub use recovered::recover;
 pub use replay::{Difference, Replay, WheelReplay, replay};
 pub use ros2_controllers::ros2_controllers;
+pub use ros2_package::ros2_messages;
 pub use run_log::RunLog;
 pub use scene::{View, driving_pace, logged_scene};
 pub use track::Track;

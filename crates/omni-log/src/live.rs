@@ -3,6 +3,7 @@
 //! The messages are the messages of a log, which may be written at the same time.
 
 mod client;
+mod controls;
 mod guard;
 mod http;
 mod hub;
@@ -23,6 +24,7 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use controls::Controls;
 use omni_config::Scenario;
 use omni_core::BodyTwist;
 use omni_sim::controller::AnyController;
@@ -34,7 +36,7 @@ use requests::{ClientId, Requests};
 #[cfg(feature = "ros2")]
 use ros::OnRos;
 #[cfg(feature = "ros2")]
-pub use ros::Ros2;
+pub use ros::{Ros2, TfFrames};
 use viewers::Viewers;
 
 use crate::{Error, RunLog};
@@ -62,7 +64,9 @@ type Warn = Arc<dyn Fn(&str) + Send + Sync>;
 /// state that it has. A rejected request changes nothing, and the client receives the reason.
 ///
 /// ROS 2 nodes in the same domain publish `geometry_msgs/msg/Twist` or `TwistStamped` on `/cmd_vel`; with
-/// [`Ros2::joints`] they publish `sensor_msgs/msg/JointState` on `/joint_commands` instead.
+/// [`Ros2::joints`] they publish `sensor_msgs/msg/JointState` on `/joint_commands` instead. The service
+/// `/omnistep/pause` stops the time. Without a log and without viewers `/omnistep/reset` begins the run anew; the
+/// outcome is that of the last start.
 ///
 /// From the first command on the vehicle follows these, not the scenario. 0.5 s on the clock after
 /// the last of them, or when the client goes or publishes no longer, the command is rest until
@@ -97,13 +101,8 @@ pub fn run_live<E: From<omni_sim::Error> + From<Error>>(
     mut watch: impl FnMut(Option<&Simulation>, f64) -> Result<ControlFlow<()>, E>,
 ) -> Result<(Outcome, Option<omni_sim::Error>), E> {
     check(live)?;
-    let end = match live.until {
-        Until::Scenario => Some(control_periods(scenario)),
-        Until::Seconds(seconds) => Some((seconds / scenario.period_s()).ceil().max(1.0) as u64),
-        Until::Stopped => None,
-    };
     let warn: Warn = Arc::new(warn);
-    let (controller, mut outlets) = Outlets::open(scenario, live, &warn)?;
+    let (mut controller, mut outlets) = Outlets::open(scenario, live, &warn)?;
     outlets.report(opened);
     while live.wait && !outlets.take_subscribed() {
         match watch(None, 0.0) {
@@ -117,36 +116,27 @@ pub fn run_live<E: From<omni_sim::Error> + From<Error>>(
         }
     }
     outlets.describe();
-    let start = Instant::now();
-    let mut pacer = Pacer::new(live.real_time_factor, start);
-    let mut periods = 0;
+    let mut going = Going::new(scenario, live, outlets.controls.clone());
     let outlets = RefCell::new(outlets);
-    let steer = |simulation: &mut Simulation| outlets.borrow_mut().command(scenario, simulation);
-    let run = Run::new(scenario).controller(controller).command(steer);
-    let run = run.until(|simulation| {
-        outlets.borrow_mut().push(simulation)?;
-        periods += 1;
-        let time_s = simulation.time_ns() as f64 * 1e-9;
-        let part = end.map_or(0.0, |end| periods as f64 / end as f64);
-        loop {
-            let now = Instant::now();
-            if watch(Some(simulation), part)?.is_break() || end == Some(periods) {
-                return Ok(ControlFlow::Break(()));
-            }
-            if live.until == Until::Scenario && (now - start).as_secs_f64() > scenario.time_limit_s {
-                let time_limit_s = scenario.time_limit_s;
-                return Err(omni_sim::Error::OutOfTime { time_s, time_limit_s }.into());
-            }
-            match pacer.wait(time_s, now) {
-                Some(wait) => std::thread::sleep(wait.min(LOOK)),
-                None => return Ok(ControlFlow::Continue(())),
-            }
+    let ended = loop {
+        let steer = |simulation: &mut Simulation| outlets.borrow_mut().command(scenario, simulation);
+        let run = Run::new(scenario).controller(controller).command(steer);
+        let run = run.until(|simulation| {
+            outlets.borrow_mut().push(simulation)?;
+            going.wait(simulation, |part| watch(Some(simulation), part))
+        });
+        let ended = run.outcome();
+        if !matches!(ended, Ok((_, None))) || !going.take_start_again() {
+            break ended;
         }
-    });
-    let ended = run.outcome();
+        controller = match outlets.borrow_mut().start_again(scenario) {
+            Ok(controller) => controller,
+            Err(error) => break Err(error.into()),
+        };
+    };
     let log = outlets.into_inner().close();
-    if pacer.lost_s() > 0.0 {
-        let lost_s = pacer.lost_s();
+    let lost_s = going.pacer.lost_s();
+    if lost_s > 0.0 {
         warn(&format!(
             "the run was slower than the clock and fell behind by {lost_s:.1} s"
         ));
@@ -162,6 +152,82 @@ pub fn run_live<E: From<omni_sim::Error> + From<Error>>(
             Err(error)
         }
         (ended, None) => ended,
+    }
+}
+
+/// How far a run has come, and what it waits for.
+struct Going<'a> {
+    scenario: &'a Scenario,
+    live: &'a Live,
+    controls: Arc<Controls>,
+    start: Instant,
+    pacer: Pacer,
+    /// Control periods that are done, and with which it ends.
+    periods: u64,
+    end: Option<u64>,
+}
+
+impl<'a> Going<'a> {
+    /// From now on.
+    fn new(scenario: &'a Scenario, live: &'a Live, controls: Arc<Controls>) -> Self {
+        let start = Instant::now();
+        Self {
+            scenario,
+            live,
+            controls,
+            start,
+            pacer: Pacer::new(live.real_time_factor, start),
+            periods: 0,
+            end: match live.until {
+                Until::Scenario => Some(control_periods(scenario)),
+                Until::Seconds(seconds) => Some((seconds / scenario.period_s()).ceil().max(1.0) as u64),
+                Until::Stopped => None,
+            },
+        }
+    }
+
+    /// Waits after a control period until the next one is due, and says whether there is one.
+    fn wait<E: From<omni_sim::Error>>(
+        &mut self,
+        simulation: &Simulation,
+        mut watch: impl FnMut(f64) -> Result<ControlFlow<()>, E>,
+    ) -> Result<ControlFlow<()>, E> {
+        self.periods += 1;
+        let time_s = simulation.time_ns() as f64 * 1e-9;
+        let part = self.end.map_or(0.0, |end| self.periods as f64 / end as f64);
+        loop {
+            let now = Instant::now();
+            if watch(part)?.is_break() || self.end == Some(self.periods) {
+                // The end is the end, also if another start was asked for.
+                self.controls.take_start_again();
+                return Ok(ControlFlow::Break(()));
+            }
+            if self.controls.starts_again() {
+                return Ok(ControlFlow::Break(()));
+            }
+            let time_limit_s = self.scenario.time_limit_s;
+            if self.live.until == Until::Scenario && (now - self.start).as_secs_f64() > time_limit_s {
+                return Err(omni_sim::Error::OutOfTime { time_s, time_limit_s }.into());
+            }
+            if self.controls.is_paused() {
+                self.pacer.hold(time_s, now);
+                std::thread::sleep(LOOK);
+                continue;
+            }
+            match self.pacer.wait(time_s, now) {
+                Some(wait) => std::thread::sleep(wait.min(LOOK)),
+                None => return Ok(ControlFlow::Continue(())),
+            }
+        }
+    }
+
+    /// Does the run begin anew? Then its time does, too.
+    fn take_start_again(&mut self) -> bool {
+        let again = self.controls.take_start_again();
+        if again {
+            self.pacer.hold(0.0, Instant::now());
+        }
+        again
     }
 }
 
@@ -210,9 +276,10 @@ struct Outlets {
     requests: Arc<Requests>,
     pilot: Option<Pilot>,
     warn: Warn,
+    controls: Arc<Controls>,
     /// The wheels are driven one by one.
     #[cfg(feature = "ros2")]
-    by_joints: bool,
+    joints: Option<Arc<ros::JointCommands>>,
     viewers: Option<Viewers>,
     #[cfg(feature = "ros2")]
     ros: Option<(u16, OnRos)>,
@@ -239,21 +306,25 @@ impl Outlets {
             _ => None,
         };
         #[cfg(feature = "ros2")]
-        let controller = match &joints {
-            Some(joints) => ros::joint_controller(scenario, joints)?,
-            None => AnyController::new(scenario)?,
-        };
+        let controller = ros::controller(scenario, joints.as_ref())?;
         #[cfg(not(feature = "ros2"))]
         let controller = AnyController::new(scenario)?;
         let open = |port| Viewers::open(scenario, &controller, (live, port), &requests, boxed());
         let viewers = live.port.map(open).transpose()?;
+        let controls = Arc::new(Controls::default());
         #[cfg(feature = "ros2")]
         let ros = match &live.ros2 {
             Some(ros2) => {
-                let commands = (&requests, joints.as_ref());
+                // A log and a viewer have one time, which does not go back.
+                let can_start_again = live.log.is_none() && live.port.is_none();
+                let asked = ros::Asked {
+                    requests: &requests,
+                    joints: joints.as_ref(),
+                    controls: (controls.clone(), can_start_again),
+                };
                 Some((
                     ros2.domain,
-                    OnRos::open(scenario, &controller, ros2, commands, boxed())?,
+                    OnRos::open(scenario, &controller, ros2, asked, boxed())?,
                 ))
             }
             None => None,
@@ -263,8 +334,9 @@ impl Outlets {
             requests,
             pilot: live.pilot.clone(),
             warn: warn.clone(),
+            controls,
             #[cfg(feature = "ros2")]
-            by_joints: joints.is_some(),
+            joints,
             viewers,
             #[cfg(feature = "ros2")]
             ros,
@@ -303,6 +375,19 @@ impl Outlets {
         }
     }
 
+    /// The run begins anew with the controller that is returned.
+    fn start_again(&mut self, scenario: &Scenario) -> Result<AnyController, Error> {
+        #[cfg(feature = "ros2")]
+        let controller = ros::controller(scenario, self.joints.as_ref())?;
+        #[cfg(not(feature = "ros2"))]
+        let controller = AnyController::new(scenario)?;
+        #[cfg(feature = "ros2")]
+        if let Some((_, ros)) = &mut self.ros {
+            ros.start_again(scenario, &controller);
+        }
+        Ok(controller)
+    }
+
     /// From now on viewers are shown another scenario.
     fn set_scenario(&mut self, scenario: &Scenario) {
         if let Some(viewers) = &mut self.viewers {
@@ -338,7 +423,7 @@ impl Outlets {
             viewers.timed_out();
         }
         #[cfg(feature = "ros2")]
-        if self.by_joints {
+        if self.joints.is_some() {
             // The command is of the wheels alone: the vehicle is judged by the motion that they amount to.
             let twist = simulation.observation().odometry.twist;
             let known = twist.to_array().iter().all(|part| part.is_finite());

@@ -28,6 +28,11 @@ impl Pace {
         }
     }
 
+    /// Time from one to the next \[s\]; none: never.
+    pub(crate) fn period_s(&self) -> Option<f64> {
+        self.period_ns.map(|period_ns| period_ns as f64 * 1e-9)
+    }
+
     pub(crate) fn due(&mut self, time_ns: u64) -> bool {
         let Some(period_ns) = self.period_ns else {
             return false;

@@ -26,6 +26,7 @@ use crate::ros2::{
 };
 use crate::topic;
 use crate::tree::{Placement, Roots, transforms};
+use crate::twist_covariance::TwistCovariance;
 use crate::urdf::{
     BASE_LINK, JointInterface, WORLD_LINK, ground_urdf, ros2_control_urdf, vehicle_urdf, wheel_link,
 };
@@ -57,6 +58,9 @@ pub(crate) struct Messages {
     wheel_angles: Vec<f64>,
     rates: Rates,
     roots: Roots,
+    /// Hinges and wheels are among the frames.
+    joint_frames: bool,
+    twist_covariance: TwistCovariance,
 }
 
 impl Messages {
@@ -73,15 +77,27 @@ impl Messages {
         rates: Rates,
         roots: Roots,
     ) -> Self {
+        // A twist is sent once per control period at most; without messages any time will do.
+        let between_s = rates.odom.period_s().unwrap_or_default();
+        let between_s = between_s.max(scenario.period_s());
         Self {
+            twist_covariance: TwistCovariance::new(scenario, between_s),
             wheel_angles: vec![0.0; scenario.vehicle().wheel.len()],
             period_s: scenario.period_s(),
             rates,
             roots,
+            joint_frames: true,
             policy: controller.policy().into(),
             report: controller.columns().clone(),
             scenario: scenario.clone(),
         }
+    }
+
+    /// The same without the frames of hinges and wheels, which another node makes of `/joint_states`.
+    #[cfg(feature = "ros2")]
+    pub(crate) fn without_joint_frames(mut self) -> Self {
+        self.joint_frames = false;
+        self
     }
 
     /// The scenario as it is now.
@@ -135,7 +151,11 @@ impl Messages {
             sink.send(topic::JOINT_STATES, time, &self.joints(sample, seen))?;
         }
         if self.rates.odom.due(time) {
-            sink.send(topic::ODOM, time, &base_pose::odometry(seen))?;
+            sink.send(
+                topic::ODOM,
+                time,
+                &base_pose::odometry(seen, self.twist_covariance.of(period)),
+            )?;
             sink.send(topic::GROUND_TRUTH, time, &base_pose::ground_truth(seen))?;
         }
         if self.rates.cmd_vel.due(time) {
@@ -194,11 +214,16 @@ impl Messages {
 
     /// The frames that observation and wheels amount to.
     pub(crate) fn transforms(&self, seen: &Observation) -> TfMessage {
+        let (hinges, wheels) = if self.joint_frames {
+            (&seen.hinges[..], &self.wheel_angles[..])
+        } else {
+            (&[][..], &[][..])
+        };
         let placement = Placement {
             base: (seen.pose.position_m, seen.pose.rotation_xyzw),
             odometry: base_pose::by_odometry(seen),
-            hinges_rad: &mut seen.hinges.iter().map(|hinge| hinge.angle_rad),
-            wheels_rad: &self.wheel_angles,
+            hinges_rad: &mut hinges.iter().map(|hinge| hinge.angle_rad),
+            wheels_rad: wheels,
         };
         transforms(self.scenario.vehicle(), seen.time_ns, self.roots, placement)
     }
@@ -312,6 +337,40 @@ mod tests {
                     wheel.name
                 );
             }
+        }
+    }
+
+    #[cfg(feature = "ros2")]
+    #[test]
+    fn frames_without_joints_are_the_base_and_what_is_above_it_bit_for_bit() {
+        let scenario = Scenario::load("step", &[]).expect("built-in");
+        let mut simulation = Simulation::new(&scenario).expect("valid");
+        for _ in 0..200 {
+            simulation.step(&simulation.scenario_command()).expect("finite");
+        }
+        for (roots, expected) in [
+            (Roots::Odometry, &[("odom", "base_link"), ("odom", "world")][..]),
+            (
+                Roots::Map,
+                &[("odom", "base_link"), ("odom", "world"), ("map", "odom")],
+            ),
+        ] {
+            let rates = Rates::of_log(&scenario.log, 1_000_000);
+            let all = Messages::at_rates(&scenario, simulation.controller(), rates, roots);
+            let sent = |messages: &Messages| messages.transforms(simulation.observation()).transforms;
+            let whole = sent(&all);
+            let alone = sent(&all.without_joint_frames());
+            let names: Vec<_> = alone
+                .iter()
+                .map(|one| (one.header.frame_id.as_str(), one.child_frame_id.as_str()))
+                .collect();
+            assert_eq!(names, expected);
+            let vehicle = scenario.vehicle();
+            assert_eq!(
+                whole.len(),
+                alone.len() + vehicle.hinge.len() + vehicle.wheel.len()
+            );
+            assert_eq!(whole[..alone.len()], alone);
         }
     }
 }

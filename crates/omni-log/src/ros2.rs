@@ -3,11 +3,13 @@
 //! Lengths are in metres, angles in radians, times in nanoseconds of simulated time. x is forward, y is left,
 //! z is up, counter-clockwise is positive.
 
+mod diagnostics;
 mod geometry;
 mod inertial;
 mod sensors;
 
 use byteorder::LittleEndian;
+pub use diagnostics::{DiagnosticArray, DiagnosticStatus, KeyValue};
 pub use geometry::{
     Header, Point, Pose, PoseWithCovariance, Quaternion, Time, Transform, TransformStamped, Twist,
     TwistStamped, TwistWithCovariance, Vector3,
@@ -25,12 +27,17 @@ pub(crate) const CDR_LE: [u8; 4] = [0x00, 0x01, 0x00, 0x00];
 pub(crate) const HEADER: usize = CDR_LE.len();
 
 /// A message that can have a topic of its own.
-pub trait RosMessage: Serialize {
+pub trait RosMessage: Clone + Serialize {
     /// Full ROS 2 type name, such as `geometry_msgs/msg/Twist`.
     const TYPE: &'static str;
 
     /// The `ros2msg` definition of the type followed by the definitions of all types that it contains.
     fn schema() -> &'static str;
+
+    /// The names of the frames in it; those that are unused are empty.
+    fn frames(&mut self) -> Vec<&mut String> {
+        Vec::new()
+    }
 }
 
 /// Replaces the content of `buffer` by the message in little-endian CDR, encapsulation header included.
@@ -69,30 +76,41 @@ pub fn encode<M: RosMessage>(message: &M) -> Result<Vec<u8>, cdr_encoding::Error
 }
 
 macro_rules! ros_messages {
-    ($($message:ty => $name:literal, $file:literal;)+) => {$(
+    ($($message:ty => $name:literal, $file:literal, |$of:ident| $frames:expr;)+) => {$(
         impl RosMessage for $message {
             const TYPE: &'static str = $name;
 
             fn schema() -> &'static str {
                 include_str!(concat!("schemas/", $file))
             }
+
+            fn frames(&mut self) -> Vec<&mut String> {
+                let $of = self;
+                $frames
+            }
         }
     )+};
 }
 
 ros_messages! {
-    Twist => "geometry_msgs/msg/Twist", "Twist.msg";
-    TwistStamped => "geometry_msgs/msg/TwistStamped", "TwistStamped.msg";
-    TfMessage => "tf2_msgs/msg/TFMessage", "TFMessage.msg";
-    JointState => "sensor_msgs/msg/JointState", "JointState.msg";
-    Odometry => "nav_msgs/msg/Odometry", "Odometry.msg";
-    StringMessage => "std_msgs/msg/String", "String.msg";
-    MarkerArray => "visualization_msgs/msg/MarkerArray", "MarkerArray.msg";
-    VehicleState => "omnistep_msgs/msg/VehicleState", "VehicleState.msg";
-    Sensors => "omnistep_msgs/msg/Sensors", "Sensors.msg";
-    ControllerSignals => "omnistep_msgs/msg/ControllerSignals", "ControllerSignals.msg";
-    Clock => "rosgraph_msgs/msg/Clock", "Clock.msg";
-    Imu => "sensor_msgs/msg/Imu", "Imu.msg";
+    Twist => "geometry_msgs/msg/Twist", "Twist.msg", |_none| Vec::new();
+    TwistStamped => "geometry_msgs/msg/TwistStamped", "TwistStamped.msg", |m| vec![&mut m.header.frame_id];
+    TfMessage => "tf2_msgs/msg/TFMessage", "TFMessage.msg",
+        |m| m.transforms.iter_mut().flat_map(|one| [&mut one.header.frame_id, &mut one.child_frame_id]).collect();
+    JointState => "sensor_msgs/msg/JointState", "JointState.msg", |m| vec![&mut m.header.frame_id];
+    Odometry => "nav_msgs/msg/Odometry", "Odometry.msg",
+        |m| vec![&mut m.header.frame_id, &mut m.child_frame_id];
+    StringMessage => "std_msgs/msg/String", "String.msg", |_none| Vec::new();
+    MarkerArray => "visualization_msgs/msg/MarkerArray", "MarkerArray.msg",
+        |m| m.markers.iter_mut().map(|marker| &mut marker.header.frame_id).collect();
+    VehicleState => "omnistep_msgs/msg/VehicleState", "VehicleState.msg", |m| vec![&mut m.header.frame_id];
+    Sensors => "omnistep_msgs/msg/Sensors", "Sensors.msg", |m| vec![&mut m.header.frame_id];
+    ControllerSignals => "omnistep_msgs/msg/ControllerSignals", "ControllerSignals.msg",
+        |m| vec![&mut m.header.frame_id];
+    Clock => "rosgraph_msgs/msg/Clock", "Clock.msg", |_none| Vec::new();
+    DiagnosticArray => "diagnostic_msgs/msg/DiagnosticArray", "DiagnosticArray.msg",
+        |m| vec![&mut m.header.frame_id];
+    Imu => "sensor_msgs/msg/Imu", "Imu.msg", |m| vec![&mut m.header.frame_id];
 }
 
 /// `tf2_msgs/msg/TFMessage`: transforms of one moment.

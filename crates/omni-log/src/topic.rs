@@ -26,6 +26,8 @@ pub const TERRAIN: &str = "/terrain/robot_description";
 pub const TF_STATIC: &str = "/tf_static";
 /// Simulated time; live on ROS 2 alone.
 pub const CLOCK: &str = "/clock";
+/// What is wrong with the vehicle; live on ROS 2 alone, outside of every namespace.
+pub const DIAGNOSTICS: &str = "/diagnostics";
 /// The inertial measurement unit; live on ROS 2 alone.
 pub const IMU: &str = "/imu";
 /// Commands of the wheels by a foreign controller; live on ROS 2 alone.

@@ -17,9 +17,9 @@ pub(crate) struct Placement<'a> {
     pub base: BasePose,
     /// The base by odometry.
     pub odometry: BasePose,
-    /// Angle of each hinge in the vehicle's order \[rad\].
+    /// Angle of each hinge in the vehicle's order \[rad\]; none: their frames are left out.
     pub hinges_rad: &'a mut dyn Iterator<Item = f64>,
-    /// What the actuator of each wheel has turned in the vehicle's order \[rad\].
+    /// What the actuator of each wheel has turned in the vehicle's order \[rad\]; empty: their frames are left out.
     pub wheels_rad: &'a [f64],
 }
 

@@ -6,6 +6,7 @@ mod drive;
 mod export;
 mod plan;
 mod study;
+mod tf_choice;
 
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -24,6 +25,7 @@ pub(crate) use export::{ExportArgs, Format};
 pub(crate) use plan::CostArg;
 pub(crate) use plan::PlanArgs;
 pub(crate) use study::StudyArgs;
+pub(crate) use tf_choice::TfChoice;
 
 /// Simulates omni-directional vehicles over steps and compares their control policies.
 #[derive(Parser)]
@@ -360,7 +362,7 @@ pub(crate) struct Ros2Args {
     /// command expires after 0.5 s. Writes no log without --log.
     #[arg(long, conflicts_with_all = ["controller", "out"])]
     pub(crate) ros2: bool,
-    /// Namespace of all topics of --ros2 except /clock, such as robot1.
+    /// Namespace of all topics of --ros2 except /clock and /diagnostics, such as robot1.
     #[arg(
         long,
         value_name = "NAME",
@@ -369,13 +371,26 @@ pub(crate) struct Ros2Args {
         requires = "ros2"
     )]
     pub(crate) namespace: String,
+    /// Stands before the name of every frame of --ros2 but map, such as robot1/. Puts /tf and /tf_static outside
+    /// --namespace, so that several vehicles share them.
+    #[arg(
+        long,
+        value_name = "PREFIX",
+        default_value = "",
+        hide_default_value = true,
+        requires = "ros2"
+    )]
+    pub(crate) frame_prefix: String,
     /// Rate of a --ros2 topic in simulated time, such as odom=100; 0 turns it off; may be repeated. The defaults are
-    /// 100 Hz for clock and imu, 50 Hz for odom, tf, joint_states and vehicle_state.
+    /// 100 Hz for clock and imu, 50 Hz for odom, tf, joint_states and vehicle_state, 1 Hz for diagnostics.
     #[arg(long = "topic-rate", value_name = "TOPIC=HZ", requires = "ros2")]
     pub(crate) topic_rates: Vec<String>,
     /// Also publishes the frame map, like a localisation without error.
     #[arg(long, requires = "ros2")]
     pub(crate) publish_map_frame: bool,
+    /// Frames of --ros2 on /tf and /tf_static.
+    #[arg(long, value_enum, value_name = "FRAMES", default_value_t = TfChoice::All, requires = "ros2")]
+    pub(crate) tf: TfChoice,
     /// Acts as the hardware of ros2_control: accepts wheel velocities or torques on /joint_commands instead of
     /// /cmd_vel.
     #[arg(long, value_enum, value_name = "INTERFACE", requires = "ros2")]

@@ -10,6 +10,7 @@ use crate::Error;
 use crate::args::{CommandInterface, ExportArgs, Format, parse_overrides, with_vehicle};
 use crate::notices::announce_assumed;
 use crate::output::{print, say, warn, write_file};
+use crate::ros2_package;
 use crate::scenario_or_vehicle::scenario_or_vehicle;
 
 /// The scenario of a vehicle that is named alone.
@@ -25,6 +26,7 @@ pub(super) fn export(args: &ExportArgs, out: &mut dyn Write) -> Result<(), Error
             Some(interface) => ros2_control_urdf(&vehicle(args)?, interface.into()) + "\n",
         },
         Format::Ros2Control => ros2_controllers(&vehicle(args)?)?,
+        Format::Ros2Msgs => return ros2_package::write(args.out.as_deref()),
         Format::Rust => constants(args, Language::Rust)?,
         Format::C => constants(args, Language::C)?,
     };
@@ -43,6 +45,20 @@ fn check(args: &ExportArgs) -> Result<(), Error> {
             allowed: "only with --format mjcf, rust and c; for urdf and ros2-control NAME is the vehicle",
         });
     }
+    if args.format == Format::Ros2Msgs {
+        let given = [
+            ("NAME", args.name.as_ref()),
+            ("--vehicle", args.vehicle.as_ref()),
+            ("--set", args.overrides.first()),
+        ];
+        if let Some((name, Some(value))) = given.into_iter().find(|(_, value)| value.is_some()) {
+            return Err(Error::Argument {
+                name,
+                value: value.clone(),
+                allowed: "nothing with --format ros2-msgs, which is of no vehicle",
+            });
+        }
+    }
     match args.ros2_control {
         Some(interface) if args.format != Format::Urdf => Err(Error::Argument {
             name: "--ros2-control",
@@ -56,10 +72,10 @@ fn check(args: &ExportArgs) -> Result<(), Error> {
 /// A scenario's controller as constants for firmware, with notes on what its vehicle's file leaves open.
 fn constants(args: &ExportArgs, language: Language) -> Result<String, Error> {
     let scenario = scenario(args)?;
-    if scenario.name == LEVEL && args.name != LEVEL {
+    if scenario.name == LEVEL && args.name() != LEVEL {
         say(&format!(
             "{0}: a vehicle, so its commands, sensors and actuators are those of the scenario {LEVEL}; those of another: omnistep export SCENARIO --vehicle {0}",
-            args.name
+            args.name()
         ));
     }
     announce_assumed(scenario.vehicle(), scenario.period_s(), scenario.derived_gains());
@@ -87,12 +103,12 @@ impl From<CommandInterface> for JointInterface {
 
 /// The files that were read for a scenario or a vehicle, with another vehicle and some keys replaced.
 fn read_for(args: &ExportArgs) -> Result<Vec<PathBuf>, Error> {
-    let mut files = Scenario::files(&args.name).unwrap_or_default();
+    let mut files = Scenario::files(args.name()).unwrap_or_default();
     // Built-in items name no file; if such a file exists nevertheless, it is also kept, as is every text of an
     // override.
     let overrides = parse_overrides(&args.overrides)?;
     let replaced = overrides.iter().filter_map(|each| each.value().as_str());
-    let named = [args.name.as_str()].into_iter().chain(args.vehicle.as_deref());
+    let named = [args.name()].into_iter().chain(args.vehicle.as_deref());
     files.extend(named.chain(replaced).map(PathBuf::from));
     Ok(files)
 }
@@ -100,7 +116,7 @@ fn read_for(args: &ExportArgs) -> Result<Vec<PathBuf>, Error> {
 fn vehicle(args: &ExportArgs) -> Result<Vehicle, Error> {
     let overrides = parse_overrides(&args.overrides)?;
     Ok(Vehicle::from_source(
-        &Source::vehicle(&args.name, None)?,
+        &Source::vehicle(args.name(), None)?,
         &overrides,
     )?)
 }
@@ -108,6 +124,6 @@ fn vehicle(args: &ExportArgs) -> Result<Vehicle, Error> {
 /// A scenario by its name, or a vehicle by its name on level ground.
 fn scenario(args: &ExportArgs) -> Result<Scenario, Error> {
     let overrides = with_vehicle(args.vehicle.as_deref(), &args.overrides)?;
-    scenario_or_vehicle(&args.name, overrides, || Ok((LEVEL, Vec::new())))
+    scenario_or_vehicle(args.name(), overrides, || Ok((LEVEL, Vec::new())))
         .map_err(|error| error.to_command("export").into())
 }

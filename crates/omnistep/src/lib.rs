@@ -40,6 +40,7 @@ mod robots;
 mod room;
 #[cfg(feature = "ros2")]
 mod ros2;
+mod ros2_package;
 #[cfg(feature = "plan")]
 pub mod routes;
 mod scenario_or_vehicle;

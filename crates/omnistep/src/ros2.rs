@@ -2,10 +2,10 @@
 
 use std::env;
 
-use omni_log::{Live, Ros2};
+use omni_log::{Live, Ros2, TfFrames};
 
 use crate::Error;
-use crate::args::Ros2Args;
+use crate::args::{Ros2Args, TfChoice};
 use crate::output::say;
 
 /// The run's place on ROS 2.
@@ -14,7 +14,13 @@ pub(super) fn ros2(args: Ros2Args) -> Result<Ros2, Error> {
     let domain = env::var_os("ROS_DOMAIN_ID").map(|value| value.to_string_lossy().into_owned());
     let mut ros2 = Ros2::from_domain_id(domain.as_deref())?;
     ros2.namespace = args.namespace;
+    ros2.frame_prefix = args.frame_prefix;
     ros2.publish_map_frame = args.publish_map_frame;
+    ros2.tf = match args.tf {
+        TfChoice::All => TfFrames::All,
+        TfChoice::Odom => TfFrames::Odom,
+        TfChoice::None => TfFrames::None,
+    };
     ros2.topic_rates = args
         .topic_rates
         .iter()

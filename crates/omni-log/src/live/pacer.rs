@@ -28,6 +28,11 @@ impl Pacer {
         }
     }
 
+    /// The run is at that time \[s\] now, and makes up for nothing.
+    pub(super) fn hold(&mut self, time_s: f64, now: Instant) {
+        self.start = (now, time_s);
+    }
+
     /// Waiting time of a run at that time \[s\]; none if it is late.
     pub(super) fn wait(&mut self, time_s: f64, now: Instant) -> Option<Duration> {
         let (start, from_s) = self.start;

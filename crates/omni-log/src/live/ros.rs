@@ -1,24 +1,30 @@
 //! The run as a ROS 2 node over DDS, without a ROS installation; the only modules that name ros2-client.
 
 mod commands;
+mod diagnostics;
 mod joints;
 mod node;
 mod options;
 mod payload;
+mod services;
 
 use std::sync::Arc;
 
 use commands::Commands;
-pub(super) use joints::{JointCommands, controller as joint_controller};
+use diagnostics::Diagnostics;
+pub(super) use joints::JointCommands;
 use node::Node;
 use omni_config::Scenario;
 use omni_sim::Simulation;
 use omni_sim::controller::AnyController;
-pub use options::Ros2;
+use options::ExtraRates;
+pub use options::{Ros2, TfFrames};
+use services::Services;
 
+use super::controls::Controls;
 use super::requests::Requests;
 use crate::Error;
-use crate::message_rates::Pace;
+use crate::message_rates::{Pace, Rates};
 use crate::messages::{Messages, Sink};
 use crate::ros2::{Clock, Header, Imu, Quaternion, TfMessage, Time, Transform, TransformStamped, Vector3};
 use crate::topic;
@@ -28,14 +34,59 @@ use crate::urdf::{BASE_LINK, IMU_LINK, JointInterface};
 /// Covariance of what is not measured.
 const NOT_MEASURED: [f64; 9] = [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
 
+/// What others may ask of a run.
+pub(super) struct Asked<'a> {
+    pub(super) requests: &'a Arc<Requests>,
+    /// The wheels are driven one by one.
+    pub(super) joints: Option<&'a Arc<JointCommands>>,
+    /// Pause and another start, and whether it can start again.
+    pub(super) controls: (Arc<Controls>, bool),
+}
+
+/// A scenario's own controller, or others that drive the wheels one by one.
+pub(super) fn controller(
+    scenario: &Scenario,
+    joints: Option<&Arc<JointCommands>>,
+) -> Result<AnyController, Error> {
+    match joints {
+        Some(joints) => Ok(joints::controller(scenario, joints)?),
+        None => Ok(AnyController::new(scenario)?),
+    }
+}
+
+/// What the messages of a run begin with.
+struct Start {
+    rates: Rates,
+    extra: ExtraRates,
+    roots: Roots,
+    joint_frames: bool,
+}
+
+impl Start {
+    fn messages(&self, scenario: &Scenario, controller: &AnyController) -> Messages {
+        let messages = Messages::at_rates(scenario, controller, self.rates, self.roots);
+        if self.joint_frames {
+            messages
+        } else {
+            messages.without_joint_frames()
+        }
+    }
+}
+
 /// What others know on ROS 2, and send.
 pub(super) struct OnRos {
     node: Node,
+    start: Start,
     messages: Messages,
     driven: Option<JointInterface>,
+    /// The frame that does not move is sent.
+    fixed_frames: bool,
     clock: Pace,
     imu: Pace,
+    diagnostics: Diagnostics,
+    namespace: String,
     commands: Commands,
+    services: Services,
 }
 
 impl OnRos {
@@ -44,31 +95,57 @@ impl OnRos {
         scenario: &Scenario,
         controller: &AnyController,
         ros2: &Ros2,
-        (requests, joints): (&Arc<Requests>, Option<&Arc<JointCommands>>),
+        asked: Asked<'_>,
         warn: Box<dyn Fn(&str) + Send + Sync>,
     ) -> Result<Self, Error> {
         let (rates, extra) = ros2.rates()?;
         let namespace = ros2.namespace()?;
         let (mut node, context) = node::join(ros2.domain, &namespace)?;
-        let commands = match joints {
+        let commands = match asked.joints {
             Some(joints) => Commands::of_joints(&mut node, &namespace, joints.clone(), warn),
-            None => Commands::of_base(&mut node, &namespace, requests.clone(), warn),
+            None => Commands::of_base(&mut node, &namespace, asked.requests.clone(), warn),
         };
         let commands = commands.map_err(|reason| ros2.failed(reason))?;
-        let node = Node::new(node, context, &namespace).map_err(|reason| ros2.failed(reason))?;
+        let services = Services::offer(&mut node, &namespace, asked.controls);
+        let services = services.map_err(|reason| ros2.failed(reason))?;
+        let prefix = ros2.frame_prefix()?;
+        let node = Node::new(node, context, &namespace, prefix).map_err(|reason| ros2.failed(reason))?;
         let roots = if ros2.publish_map_frame {
             Roots::Map
         } else {
             Roots::Odometry
         };
+        let start = Start {
+            rates,
+            extra,
+            roots,
+            joint_frames: ros2.tf == TfFrames::All,
+        };
         Ok(Self {
             node,
-            messages: Messages::at_rates(scenario, controller, rates, roots),
+            messages: start.messages(scenario, controller),
+            start,
+            fixed_frames: ros2.tf != TfFrames::None,
             driven: ros2.joints,
             clock: extra.clock,
             imu: extra.imu,
+            diagnostics: Diagnostics::new(scenario, &namespace, extra.diagnostics),
+            namespace,
             commands,
+            services,
         })
+    }
+
+    /// The run begins anew: what was sent last is of another.
+    pub(super) fn start_again(&mut self, scenario: &Scenario, controller: &AnyController) {
+        self.messages = self.start.messages(scenario, controller);
+        let ExtraRates {
+            clock,
+            imu,
+            diagnostics,
+        } = self.start.extra;
+        (self.clock, self.imu) = (clock, imu);
+        self.diagnostics = Diagnostics::new(scenario, &self.namespace, diagnostics);
     }
 
     /// Has another node subscribed to something since the last time?
@@ -80,6 +157,9 @@ impl OnRos {
     /// messages.
     pub(super) fn describe(&mut self) {
         let _ = self.messages.describe(self.driven, &mut self.node);
+        if !self.fixed_frames {
+            return;
+        }
         let fixed = TransformStamped {
             header: Header::new(0, BASE_LINK),
             child_frame_id: IMU_LINK.into(),
@@ -109,12 +189,16 @@ impl OnRos {
         if self.imu.due(time_ns) {
             let _ = self.node.send(topic::IMU, time_ns, &imu(simulation));
         }
+        if let Some(diagnostics) = self.diagnostics.push(simulation.period()) {
+            let _ = self.node.send(topic::DIAGNOSTICS, time_ns, &diagnostics);
+        }
         let _ = self.messages.push(simulation.period(), &mut self.node);
     }
 
     /// Leaves the domain.
     pub(super) fn close(self) {
         self.commands.stop();
+        drop(self.services);
     }
 }
 

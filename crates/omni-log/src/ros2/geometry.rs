@@ -168,7 +168,7 @@ pub struct TransformStamped {
 pub struct PoseWithCovariance {
     /// The pose.
     pub pose: Pose,
-    /// Covariance, rows and columns x, y, z \[m\], then about x, y, z \[rad\]; 0 is unknown.
+    /// Covariance, rows and columns x, y, z \[m\], then about x, y, z \[rad\]; 1e6 is unknown.
     pub covariance: [[f64; 6]; 6],
 }
 
@@ -177,6 +177,6 @@ pub struct PoseWithCovariance {
 pub struct TwistWithCovariance {
     /// The twist.
     pub twist: Twist,
-    /// Covariance, rows and columns x, y, z \[m/s\], then about x, y, z \[rad/s\]; 0 is unknown.
+    /// Covariance, rows and columns x, y, z \[m/s\], then about x, y, z \[rad/s\]; 1e6 is unknown.
     pub covariance: [[f64; 6]; 6],
 }

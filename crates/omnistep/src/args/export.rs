@@ -8,8 +8,16 @@ use super::CommandInterface;
 
 #[derive(Args)]
 pub(crate) struct ExportArgs {
-    /// A built-in vehicle, or a .toml file; with --format mjcf, rust and c also a scenario.
-    pub(crate) name: String,
+    /// A built-in vehicle, or a .toml file; with --format mjcf, rust and c also a scenario; none with --format
+    /// ros2-msgs.
+    #[arg(required_if_eq_any = [
+        ("format", "mjcf"),
+        ("format", "urdf"),
+        ("format", "ros2-control"),
+        ("format", "rust"),
+        ("format", "c"),
+    ])]
+    pub(crate) name: Option<String>,
     /// Format to write.
     #[arg(long, value_enum)]
     pub(crate) format: Format,
@@ -24,7 +32,7 @@ pub(crate) struct ExportArgs {
     /// of each wheel over /joint_commands.
     #[arg(long, value_enum, value_name = "INTERFACE")]
     pub(crate) ros2_control: Option<CommandInterface>,
-    /// File to write; standard output if left out.
+    /// File to write; standard output if left out. With --format ros2-msgs a folder; omnistep_msgs if left out.
     #[arg(short, long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
 }
@@ -38,8 +46,17 @@ pub(crate) enum Format {
     Urdf,
     /// A vehicle's omni_wheel_drive_controller or mecanum_drive_controller: parameters of a controller manager.
     Ros2Control,
+    /// The ROS 2 package omnistep_msgs, which defines the messages of this program: a folder.
+    Ros2Msgs,
     /// A scenario's controller as constants for firmware in Rust: its vehicle, policy and control period.
     Rust,
     /// The same constants for firmware in C.
     C,
+}
+
+impl ExportArgs {
+    /// The vehicle or scenario; empty with the one format that has none.
+    pub(crate) fn name(&self) -> &str {
+        self.name.as_deref().unwrap_or_default()
+    }
 }

@@ -8,9 +8,11 @@ use super::payload::{Cdr, latched, reliable, type_name};
 use crate::Error;
 use crate::messages::Sink;
 use crate::ros2::{
-    self, Clock, Imu, JointState, Odometry, RosMessage, StringMessage, TfMessage, VehicleState,
+    self, Clock, DiagnosticArray, Imu, JointState, Odometry, RosMessage, StringMessage, TfMessage,
+    VehicleState,
 };
 use crate::topic;
+use crate::urdf::MAP_LINK;
 
 /// Name of the node.
 const NODE: &str = "omnistep";
@@ -19,7 +21,7 @@ const NODE: &str = "omnistep";
 type Published = (&'static str, &'static str, bool);
 
 /// Everything that is published.
-const TOPICS: [Published; 10] = [
+const TOPICS: [Published; 11] = [
     (topic::CLOCK, Clock::TYPE, false),
     (topic::ROBOT_DESCRIPTION, StringMessage::TYPE, true),
     (topic::TERRAIN, StringMessage::TYPE, true),
@@ -30,6 +32,7 @@ const TOPICS: [Published; 10] = [
     (topic::ODOM, Odometry::TYPE, false),
     (topic::GROUND_TRUTH, Odometry::TYPE, false),
     (topic::IMU, Imu::TYPE, false),
+    (topic::DIAGNOSTICS, DiagnosticArray::TYPE, false),
 ];
 
 /// Joins a domain with a node that has neither parameters nor a log of its own.
@@ -45,9 +48,9 @@ pub(super) fn join(domain: u16, namespace: &str) -> Result<(ros2_client::Node, C
     Ok((node.map_err(|error| failed(error.to_string()))?, context))
 }
 
-/// A topic in a namespace; the time is everybody's.
+/// A topic in a namespace; the time is everybody's, and diagnostics are named by their nodes.
 pub(super) fn absolute(namespace: &str, topic: &str) -> Result<Name, String> {
-    let full = if topic == topic::CLOCK {
+    let full = if [topic::CLOCK, topic::DIAGNOSTICS].contains(&topic) {
         topic.to_owned()
     } else {
         format!("{}{topic}", namespace.trim_end_matches('/'))
@@ -68,6 +71,8 @@ pub(super) struct Node {
     outlets: Vec<Outlet>,
     events: ros2_client::dds::rustdds::DomainParticipantStatusListener,
     buffer: Vec<u8>,
+    /// Stands before the names of frames.
+    prefix: String,
     node: ros2_client::Node,
     _context: Context,
 }
@@ -77,9 +82,13 @@ impl Node {
         mut node: ros2_client::Node,
         context: Context,
         namespace: &str,
+        prefix: &str,
     ) -> Result<Self, String> {
         let mut outlets = Vec::new();
+        // Vehicles with frames of their own share the topics of frames.
+        let shared = |name| !prefix.is_empty() && [topic::TF, topic::TF_STATIC].contains(&name);
         for (name, full_type, keeps) in TOPICS {
+            let namespace = if shared(name) { "/" } else { namespace };
             let qos = if keeps { latched() } else { reliable() };
             let topic = node
                 .create_topic(&absolute(namespace, name)?, type_name(full_type), &qos)
@@ -98,6 +107,7 @@ impl Node {
             outlets,
             events: context.domain_participant().status_listener(),
             buffer: Vec::new(),
+            prefix: prefix.into(),
             node,
             _context: context,
         })
@@ -118,10 +128,24 @@ impl Node {
     }
 }
 
+/// The message with a prefix before its frames, as several vehicles on one `/tf` need. `map` keeps its name: it is
+/// where these vehicles meet.
+fn with_prefix<M: RosMessage>(message: &M, prefix: &str) -> M {
+    let mut own = message.clone();
+    for frame in own.frames() {
+        if !frame.is_empty() && frame != MAP_LINK {
+            frame.insert_str(0, prefix);
+        }
+    }
+    own
+}
+
 impl Sink for Node {
     type Error = std::convert::Infallible;
 
     fn send<M: RosMessage>(&mut self, topic: &'static str, _: u64, message: &M) -> Result<(), Self::Error> {
+        let prefixed = (!self.prefix.is_empty()).then(|| with_prefix(message, &self.prefix));
+        let message = prefixed.as_ref().unwrap_or(message);
         let outlet = self.outlets.iter_mut().find(|outlet| outlet.name == topic);
         if let Some(outlet) = outlet
             && ros2::encode_into(message, &mut self.buffer).is_ok()
@@ -140,5 +164,53 @@ impl Sink for Node {
             }
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ros2::{Header, TransformStamped};
+
+    #[test]
+    fn a_prefix_is_before_every_frame_but_the_map_and_one_that_is_unused() {
+        let between = |parent: &str, child: &str| TransformStamped {
+            header: Header::new(0, parent),
+            child_frame_id: child.into(),
+            ..TransformStamped::default()
+        };
+        let frames = TfMessage {
+            transforms: vec![between("map", "odom"), between("odom", "base_link")],
+        };
+        let named = with_prefix(&frames, "robot1/");
+        assert_eq!(
+            named.transforms,
+            [
+                between("map", "robot1/odom"),
+                between("robot1/odom", "robot1/base_link")
+            ]
+        );
+        let odometry = Odometry {
+            header: Header::new(0, "world"),
+            child_frame_id: "base_link".into(),
+            ..Odometry::default()
+        };
+        let named = with_prefix(&odometry, "robot1/");
+        assert_eq!(
+            [named.header.frame_id, named.child_frame_id],
+            ["robot1/world", "robot1/base_link"]
+        );
+        let unused = JointState::default();
+        assert_eq!(with_prefix(&unused, "robot1/"), unused);
+        let imu = Imu {
+            header: Header::new(0, "imu_link"),
+            ..Imu::default()
+        };
+        assert_eq!(with_prefix(&imu, "a_").header.frame_id, "a_imu_link");
+        let state = VehicleState {
+            header: Header::new(0, "base_link"),
+            ..VehicleState::default()
+        };
+        assert_eq!(with_prefix(&state, "b/").header.frame_id, "b/base_link");
     }
 }

@@ -5,18 +5,36 @@ use crate::message_rates::{Pace, Rates};
 use crate::topic;
 use crate::urdf::JointInterface;
 
+/// Frames that a run sends on `/tf` and `/tf_static`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TfFrames {
+    /// The base, the world, hinges, wheels and the inertial measurement unit.
+    #[default]
+    All,
+    /// The same without hinges and wheels: a robot_state_publisher makes these of `/joint_states`.
+    Odom,
+    /// None: other nodes send all of them.
+    None,
+}
+
 /// A run's place on ROS 2.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Ros2 {
     /// Its domain, 0 to 232: nodes in other domains do not see it.
     pub domain: u16,
-    /// Namespace of all topics but `/clock`, such as `/robot1`; empty for none.
+    /// Namespace of all topics but `/clock` and `/diagnostics`, such as `/robot1`; empty for none. With a prefix of
+    /// frames `/tf` and `/tf_static` are not in it either.
     pub namespace: String,
+    /// What stands before the name of every frame but `map`, such as `robot1/`, so that vehicles share a `/tf`; empty
+    /// for nothing.
+    pub frame_prefix: String,
     /// Rates other than the usual ones, by topic as it is without a namespace \[Hz\]: 0 to 1000, 0 for never.
     pub topic_rates: Vec<(String, f64)>,
     /// Sends the frame `map`, too, which is the world: as a localisation without error would.
     pub publish_map_frame: bool,
+    /// Which frames it sends.
+    pub tf: TfFrames,
     /// The wheels are driven one by one, by messages on `/joint_commands`; none: the vehicle by messages on `/cmd_vel`.
     pub joints: Option<JointInterface>,
 }
@@ -28,21 +46,27 @@ const HIGHEST_DOMAIN: u16 = 232;
 /// Highest rate \[Hz\].
 const HIGHEST_RATE: f64 = 1000.0;
 /// Rates that can be chosen, with the usual ones \[Hz\].
-const RATES: [(&str, f64); 6] = [
+const RATES: [(&str, f64); 7] = [
     (topic::CLOCK, 100.0),
     (topic::IMU, 100.0),
     (topic::VEHICLE_STATE, 50.0),
     (topic::TF, 50.0),
     (topic::JOINT_STATES, 50.0),
     (topic::ODOM, 50.0),
+    (topic::DIAGNOSTICS, 1.0),
 ];
 /// Rate of `/joint_states` if the wheels are driven one by one \[Hz\].
 const JOINTS_HZ: f64 = 100.0;
 
+/// Longest prefix of frames \[bytes\].
+const LONGEST_PREFIX: usize = 100;
+
 /// Of what only ROS 2 has.
+#[derive(Clone, Copy)]
 pub(super) struct ExtraRates {
     pub(super) clock: Pace,
     pub(super) imu: Pace,
+    pub(super) diagnostics: Pace,
 }
 
 impl Ros2 {
@@ -57,8 +81,10 @@ impl Ros2 {
         Self {
             domain,
             namespace: String::new(),
+            frame_prefix: String::new(),
             topic_rates: Vec::new(),
             publish_map_frame: false,
+            tf: TfFrames::default(),
             joints: None,
         }
     }
@@ -105,9 +131,30 @@ impl Ros2 {
         ))
     }
 
+    /// The prefix, if names of frames may begin with it.
+    pub(super) fn frame_prefix(&self) -> Result<&str, Error> {
+        let prefix = self.frame_prefix.as_str();
+        let plain = |c: char| c.is_ascii_alphanumeric() || "_-/".contains(c);
+        if prefix.chars().all(plain) && !prefix.starts_with('/') && prefix.len() <= LONGEST_PREFIX {
+            return Ok(prefix);
+        }
+        Err(refused(
+            "--frame-prefix",
+            prefix,
+            "up to 100 letters, digits, _, - and /, not / at first, such as robot1/",
+        ))
+    }
+
     /// Rates of all topics.
     pub(super) fn rates(&self) -> Result<(Rates, ExtraRates), Error> {
         let mut usual = RATES;
+        if self.tf == TfFrames::None {
+            if self.publish_map_frame {
+                let allowed = "only with --tf all and odom, which send frames";
+                return Err(refused("--publish-map-frame", "true", allowed));
+            }
+            usual[3].1 = 0.0;
+        }
         if self.joints.is_some() {
             usual[4].1 = JOINTS_HZ;
         }
@@ -117,15 +164,20 @@ impl Ros2 {
                 return Err(refused(
                     "--topic-rate",
                     &format!("{name}={rate}"),
-                    "one of the topics clock, imu, vehicle_state, tf, joint_states, odom",
+                    "one of the topics clock, imu, vehicle_state, tf, joint_states, odom, diagnostics",
                 ));
             };
+            if known.0 == topic::TF && self.tf == TfFrames::None && *rate != 0.0 {
+                let allowed = "0 with --tf none";
+                return Err(refused("--topic-rate", &format!("{name}={rate}"), allowed));
+            }
             if !(0.0..=HIGHEST_RATE).contains(rate) {
                 return Err(refused("--topic-rate", &format!("{name}={rate}"), "0 to 1000 Hz"));
             }
             known.1 = *rate;
         }
-        let [clock, imu, vehicle_state, tf, joint_states, odom] = usual.map(|(_, rate)| Pace::hz(rate));
+        let paces = usual.map(|(_, rate)| Pace::hz(rate));
+        let [clock, imu, vehicle_state, tf, joint_states, odom, diagnostics] = paces;
         let rates = Rates {
             vehicle_state,
             tf,
@@ -135,7 +187,12 @@ impl Ros2 {
             cmd_vel: Pace::hz(0.0),
             markers: Pace::hz(0.0),
         };
-        Ok((rates, ExtraRates { clock, imu }))
+        let extra = ExtraRates {
+            clock,
+            imu,
+            diagnostics,
+        };
+        Ok((rates, extra))
     }
 
     /// The error of an operation that the system rejected.
@@ -184,6 +241,24 @@ mod tests {
     }
 
     #[test]
+    fn a_prefix_of_frames_is_a_name_that_begins_with_no_slash() {
+        let of = |prefix: &str| Ros2 {
+            frame_prefix: prefix.into(),
+            ..Ros2::new(0)
+        };
+        for prefix in ["", "robot1/", "a/b_2-", "7/"] {
+            assert_eq!(of(prefix).frame_prefix().ok(), Some(prefix));
+        }
+        for prefix in ["/robot1/", "a b", "ü", &"x".repeat(101)] {
+            let line = said(of(prefix).frame_prefix());
+            assert!(
+                line.starts_with("--frame-prefix = ") && line.contains("such as robot1/"),
+                "{line}"
+            );
+        }
+    }
+
+    #[test]
     fn rates_are_those_of_known_topics_within_their_range() {
         let of = |name: &str, rate| Ros2 {
             topic_rates: vec![(name.into(), rate)],
@@ -209,6 +284,28 @@ mod tests {
             let line = said(of(name, rate).rates());
             assert!(line.contains(part), "{line}");
         }
+    }
+
+    #[test]
+    fn without_frames_neither_their_rate_nor_a_map_can_be_chosen() {
+        let of = |rates: &[(&str, f64)], publish_map_frame| Ros2 {
+            topic_rates: rates.iter().map(|(name, rate)| ((*name).into(), *rate)).collect(),
+            publish_map_frame,
+            tf: TfFrames::None,
+            ..Ros2::new(0)
+        };
+        for rates in [&[][..], &[("tf", 0.0), ("odom", 10.0)]] {
+            let mut rates = of(rates, false).rates().expect("no frames").0;
+            assert!(!rates.tf.due(0));
+        }
+        assert_eq!(
+            said(of(&[("tf", 20.0)], false).rates()),
+            "--topic-rate = tf=20, allowed: 0 with --tf none"
+        );
+        assert_eq!(
+            said(of(&[], true).rates()),
+            "--publish-map-frame = true, allowed: only with --tf all and odom, which send frames"
+        );
     }
 
     #[test]

@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-use ros2_client::{MessageTypeName, QosProfile, qos};
-use serde::de::{DeserializeSeed, Deserializer, SeqAccess, Visitor};
+use ros2_client::{Message, MessageTypeName, QosProfile, qos};
+use serde::de::{Deserialize, DeserializeSeed, Deserializer, SeqAccess, Visitor};
 use serde::ser::{Serialize, SerializeTuple, Serializer};
 
 /// Longest accepted message \[bytes\].
@@ -12,6 +12,7 @@ const LONGEST: usize = 64 << 10;
 const DEPTH: usize = 10;
 
 /// A message in CDR, without its encapsulation header.
+#[derive(Clone)]
 pub(super) struct Cdr(pub(super) Vec<u8>);
 
 impl Serialize for Cdr {
@@ -24,6 +25,14 @@ impl Serialize for Cdr {
         bytes.end()
     }
 }
+
+impl<'de> Deserialize<'de> for Cdr {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        Whole.deserialize(deserializer).map(Self)
+    }
+}
+
+impl Message for Cdr {}
 
 /// Takes what there is of a message, whatever its type; nothing of one that is too long.
 #[derive(Clone, Copy)]

@@ -239,3 +239,86 @@ fn names_that_mjcf_would_have_twice_are_refused() {
     names.dedup();
     assert_eq!(names.len(), 2);
 }
+
+/// Every file below a folder with its text.
+fn files(folder: &std::path::Path) -> Vec<(String, String)> {
+    let mut all = Vec::new();
+    for name in ["", "msg"] {
+        for entry in std::fs::read_dir(folder.join(name)).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_file() {
+                let name = path.strip_prefix(folder).unwrap().to_str().unwrap();
+                all.push((name.replace('\\', "/"), std::fs::read_to_string(&path).unwrap()));
+            }
+        }
+    }
+    all.sort();
+    all
+}
+
+#[test]
+fn the_package_of_messages_replaces_its_own_files_and_no_others() {
+    let folder = tempfile::tempdir().unwrap();
+    let export = words("export --format ros2-msgs");
+    let to = |name| [&export[..], &["-o", name]].concat();
+    let mut expected = omni_log::ros2_messages();
+    expected.sort();
+    let path = |name| folder.path().join(name);
+    // New, then its own again, one file of it changed; in an empty folder, and below one that is missing.
+    assert_eq!(stdout(&omnistep(folder.path(), &export)), "");
+    assert_eq!(files(&path("omnistep_msgs")), expected);
+    std::fs::write(path("omnistep_msgs/msg/Sensors.msg"), "of an earlier version").unwrap();
+    assert_eq!(stdout(&omnistep(folder.path(), &export)), "");
+    std::fs::create_dir(path("empty")).unwrap();
+    for name in ["empty", "ws/src/omnistep_msgs"] {
+        assert_eq!(stdout(&omnistep(folder.path(), &to(name))), "");
+        assert_eq!(files(&path(name)), expected);
+    }
+    // What is not its own is kept, whole.
+    let kept = "not of this export, allowed: a folder that is new, empty or an earlier export";
+    for (name, file) in [
+        ("notes", "notes/to-do.txt"),
+        ("inner", "inner/msg/Own.msg"),
+        // A package of others with the same files.
+        ("other", "other/package.xml"),
+    ] {
+        std::fs::create_dir_all(path(name).join("msg")).unwrap();
+        std::fs::write(path(file), "mine").unwrap();
+        assert_eq!(
+            refused(folder.path(), &to(name)),
+            format!("error: {}: {kept}\n", std::path::Path::new(file).display())
+        );
+        assert_eq!(files(&path(name)).len(), 1, "{name}");
+        assert_eq!(std::fs::read_to_string(path(file)).unwrap(), "mine");
+    }
+    std::fs::create_dir(path("bare")).unwrap();
+    std::fs::write(path("bare/CMakeLists.txt"), "mine").unwrap();
+    let said = refused(folder.path(), &to("bare"));
+    assert!(
+        said.starts_with("error: bare/package.xml: not of this export"),
+        "{said}"
+    );
+    std::fs::write(path("file"), "mine").unwrap();
+    assert!(refused(folder.path(), &to("file")).starts_with("error: file: "));
+}
+
+#[test]
+fn the_package_of_messages_is_of_no_vehicle_and_all_else_is_of_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let said = |args: &str| refused(folder.path(), &words(args));
+    for (arguments, value) in [
+        ("flat", "NAME = flat"),
+        ("--vehicle omni3", "--vehicle = omni3"),
+        ("--set seed=1", "--set = seed=1"),
+    ] {
+        assert_eq!(
+            said(&format!("export --format ros2-msgs {arguments}")),
+            format!("error: {value}, allowed: nothing with --format ros2-msgs, which is of no vehicle\n")
+        );
+    }
+    assert!(!folder.path().join("omnistep_msgs").exists());
+    for format in ["mjcf", "urdf", "ros2-control", "rust", "c"] {
+        let said = stderr(&omnistep(folder.path(), &["export", "--format", format]));
+        assert!(said.contains("not provided:\n  <NAME>\n"), "{said}");
+    }
+}
