@@ -153,7 +153,8 @@ impl Simulation {
 
     /// Continues with the controller of another scenario of the same vehicle: another policy, gains or torque limit. It
     /// goes on from the present one's state. Between traction control and wheel loops that is the limited command, or
-    /// all of a `[drive]` but its loops: their integrals start at 0. The heading hold remains that of the first scenario.
+    /// all of a `[drive]` but its loops: their integrals start at 0. The heading hold remains that of the first
+    /// scenario.
     ///
     /// # Errors
     /// As [`AnyController::new`]; [`Error::Snapshot`] if the state does not fit: other wheels, another precision, a

@@ -36,7 +36,8 @@ impl<R: Real> EncoderState<R> {
         }
     }
 
-    /// The rate \[rad/s\], from what whole counts of `count_rad` over the period said; `best_s` is [`window_s`] of them.
+    /// The rate \[rad/s\], from what whole counts of `count_rad` over the period said; `best_s` is [`window_s`] of a
+    /// count.
     ///
     /// Between two counts the wheel is anywhere; in a period with a count it is next to an edge. Only an angle that
     /// leaves what is possible corrects the rate, by the time that it took, and slowly enough to keep the rate
