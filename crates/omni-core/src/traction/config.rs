@@ -175,8 +175,8 @@ impl<R: Real> TractionConfig<R> {
     /// Keeps the wheels together: least slip, heat and force. From the gains of a wheel's velocity
     /// loop \[N.m.s/rad, N.m/rad\] and the control period \[s\].
     ///
-    /// Numbers of three and more digits were found by a search over climbs of chugo7; the ensembles of docs/study.md ran
-    /// with them, and no law asks for their last digits.
+    /// Numbers of three and more digits were found by a search over climbs of chugo7. The ensembles of docs/study.md
+    /// ran with them, and no law asks for their last digits.
     ///
     /// ```
     /// use omni_core::traction::TractionConfig;
