@@ -43,10 +43,10 @@ mod xml;
 
 pub use error::Error;
 pub use in_memory::InMemory;
+#[cfg(feature = "ros2")]
+pub use live::{GoalPlanner, Ros2, TfFrames};
 #[cfg(feature = "live")]
 pub use live::{Live, Opened, Pilot, Until, run_live};
-#[cfg(feature = "ros2")]
-pub use live::{Ros2, TfFrames};
 pub use log_error::LogError;
 pub use log_run::{LogRun, Logged};
 pub use logged_run::LoggedRun;

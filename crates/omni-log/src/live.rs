@@ -36,7 +36,7 @@ use requests::{ClientId, Requests};
 #[cfg(feature = "ros2")]
 use ros::OnRos;
 #[cfg(feature = "ros2")]
-pub use ros::{Ros2, TfFrames};
+pub use ros::{GoalPlanner, Ros2, TfFrames};
 use viewers::Viewers;
 
 use crate::{Error, RunLog};
@@ -324,7 +324,7 @@ impl Outlets {
                 };
                 Some((
                     ros2.domain,
-                    OnRos::open(scenario, &controller, ros2, asked, boxed())?,
+                    OnRos::open(scenario, &controller, ros2, asked, warn)?,
                 ))
             }
             None => None,
@@ -429,6 +429,12 @@ impl Outlets {
             let known = twist.to_array().iter().all(|part| part.is_finite());
             return Ok(if known { twist } else { BodyTwist::ZERO });
         }
+        #[cfg(feature = "ros2")]
+        if let Some((_, ros)) = &mut self.ros
+            && let Some(twist) = ros.drive_to_goal(simulation, &self.requests)
+        {
+            return Ok(twist);
+        }
         let over = simulation.time_ns() as f64 * 1e-9 >= scenario.duration_s;
         Ok(match self.requests.command() {
             Some(command) => command,
@@ -454,9 +460,7 @@ impl Outlets {
     /// Closes all but the log, which is returned.
     fn close(self) -> Option<RunLog> {
         #[cfg(feature = "ros2")]
-        if let Some((_, ros)) = self.ros {
-            ros.close();
-        }
+        drop(self.ros);
         if let Some(viewers) = self.viewers {
             viewers.close();
         }

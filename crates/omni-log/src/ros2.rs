@@ -11,8 +11,8 @@ mod sensors;
 use byteorder::LittleEndian;
 pub use diagnostics::{DiagnosticArray, DiagnosticStatus, KeyValue};
 pub use geometry::{
-    Header, Point, Pose, PoseWithCovariance, Quaternion, Time, Transform, TransformStamped, Twist,
-    TwistStamped, TwistWithCovariance, Vector3,
+    Header, Point, Pose, PoseStamped, PoseWithCovariance, Quaternion, Time, Transform, TransformStamped,
+    Twist, TwistStamped, TwistWithCovariance, Vector3,
 };
 pub use inertial::{Clock, Imu};
 use omni_sim::{LOGGED_SIGNALS, WheelSignal};
@@ -100,6 +100,11 @@ ros_messages! {
     JointState => "sensor_msgs/msg/JointState", "JointState.msg", |m| vec![&mut m.header.frame_id];
     Odometry => "nav_msgs/msg/Odometry", "Odometry.msg",
         |m| vec![&mut m.header.frame_id, &mut m.child_frame_id];
+    PoseStamped => "geometry_msgs/msg/PoseStamped", "PoseStamped.msg", |m| vec![&mut m.header.frame_id];
+    Path => "nav_msgs/msg/Path", "Path.msg", |m| {
+        let poses = m.poses.iter_mut().map(|pose| &mut pose.header.frame_id);
+        std::iter::once(&mut m.header.frame_id).chain(poses).collect()
+    };
     StringMessage => "std_msgs/msg/String", "String.msg", |_none| Vec::new();
     MarkerArray => "visualization_msgs/msg/MarkerArray", "MarkerArray.msg",
         |m| m.markers.iter_mut().map(|marker| &mut marker.header.frame_id).collect();
@@ -111,6 +116,15 @@ ros_messages! {
     DiagnosticArray => "diagnostic_msgs/msg/DiagnosticArray", "DiagnosticArray.msg",
         |m| vec![&mut m.header.frame_id];
     Imu => "sensor_msgs/msg/Imu", "Imu.msg", |m| vec![&mut m.header.frame_id];
+}
+
+/// `nav_msgs/msg/Path`: a way, as poses one after the other.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Path {
+    /// Time, and the frame of the way.
+    pub header: Header,
+    /// The poses.
+    pub poses: Vec<PoseStamped>,
 }
 
 /// `tf2_msgs/msg/TFMessage`: transforms of one moment.

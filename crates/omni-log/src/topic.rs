@@ -30,5 +30,9 @@ pub const CLOCK: &str = "/clock";
 pub const DIAGNOSTICS: &str = "/diagnostics";
 /// The inertial measurement unit; live on ROS 2 alone.
 pub const IMU: &str = "/imu";
+/// Where to go; live on ROS 2 alone.
+pub const GOAL_POSE: &str = "/goal_pose";
+/// The way to the goal; live on ROS 2 alone.
+pub const PLAN: &str = "/plan";
 /// Commands of the wheels by a foreign controller; live on ROS 2 alone.
 pub const JOINT_COMMANDS: &str = "/joint_commands";

@@ -388,6 +388,10 @@ pub(crate) struct Ros2Args {
     /// Also publishes the frame map, like a localisation without error.
     #[arg(long, requires = "ros2")]
     pub(crate) publish_map_frame: bool,
+    /// The vehicle's climbing limits, a file of omnistep chart: plans the way to goals on /goal_pose, publishes it on
+    /// /plan and drives it. The vehicle stands until a goal or a command comes; a command ends the drive.
+    #[arg(long, value_name = "FILE", requires = "publish_map_frame", requires = "ros2")]
+    pub(crate) chart: Option<PathBuf>,
     /// Frames of --ros2 on /tf and /tf_static.
     #[arg(long, value_enum, value_name = "FRAMES", default_value_t = TfChoice::All, requires = "ros2")]
     pub(crate) tf: TfChoice,

@@ -31,7 +31,7 @@ pub(super) fn live(
     let scenario = Scenario::load(&args.scenario, &overrides)?;
     announce(&scenario);
     let seconds = live.duration;
-    let live = asked(live)?;
+    let live = asked(live, &scenario)?;
     let opened = |opened: &Opened| match opened {
         Opened::Port(address) => say(&format!(
             "serving {address}: open it in Foxglove or Lichtblick (Foxglove WebSocket), or {} in a browser; Ctrl-C ends it",
@@ -126,11 +126,14 @@ fn unfinished(log: PathBuf) -> PathBuf {
 }
 
 /// The run as it is asked for.
-fn asked(args: LiveArgs) -> Result<Live, Error> {
+fn asked(args: LiveArgs, scenario: &Scenario) -> Result<Live, Error> {
     let mut live = Live::new(args.port);
     #[cfg(feature = "ros2")]
     if args.on_ros2.ros2 {
-        live = Live::on_ros2(crate::ros2::ros2(args.on_ros2)?);
+        // Where clients say where to go, the scenario does not.
+        let stands = args.on_ros2.chart.is_some();
+        live = Live::on_ros2(crate::ros2::ros2(args.on_ros2, scenario)?);
+        live.stands = stands;
         live.port = args.live.then_some(args.port);
     }
     if let Some(seconds) = args.duration {

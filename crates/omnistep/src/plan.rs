@@ -23,7 +23,7 @@ pub(super) fn plan(args: &PlanArgs, out: &mut dyn Write) -> Result<(), Error> {
         .collect::<Result<_, _>>()?;
     let request = RouteRequest {
         goal: goal(&args.to)?,
-        chart: &charted(&scenario, args)?,
+        chart: &charted(&scenario, args.chart.as_deref())?,
         map: args.map.as_deref(),
         elevation: elevation.as_ref(),
         keep_out: &keep_out,
@@ -128,17 +128,19 @@ fn options(args: &PlanArgs) -> Options {
 }
 
 /// What the scenario's vehicle climbs.
-fn charted(scenario: &Scenario, args: &PlanArgs) -> Result<Chart, Error> {
+pub(super) fn charted(scenario: &Scenario, file: Option<&Path>) -> Result<Chart, Error> {
     let vehicle = scenario.vehicle();
     let policy = scenario.control.law();
     let usual = || PathBuf::from("out").join(format!("chart-{}-{policy}.toml", vehicle.name));
-    let file = args.chart.clone().unwrap_or_else(usual);
-    if args.chart.is_none() && !file.exists() {
-        return Err(Error::NoChart {
-            file,
-            vehicle: vehicle.name.clone(),
-        });
-    }
+    let file = match file {
+        Some(file) => file.to_owned(),
+        None => Some(usual())
+            .filter(|file| file.exists())
+            .ok_or_else(|| Error::NoChart {
+                file: usual(),
+                vehicle: vehicle.name.clone(),
+            })?,
+    };
     crate::chart::read(&file)?.check_vehicle(&file.display().to_string(), vehicle)?;
     Ok(Chart::read(&file)?)
 }

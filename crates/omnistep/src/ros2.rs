@@ -2,14 +2,19 @@
 
 use std::env;
 
-use omni_log::{Live, Ros2, TfFrames};
+use omni_config::{Override, PlannedPath, Scenario};
+use omni_core::geometry::PlanarPose;
+use omni_log::{GoalPlanner, Live, Ros2, TfFrames};
+use omni_plan::{Chart, Goal, Pose};
 
 use crate::Error;
 use crate::args::{Ros2Args, TfChoice};
 use crate::output::say;
+use crate::plan;
+use crate::routes::{RouteRequest, driven, planner_from};
 
 /// The run's place on ROS 2.
-pub(super) fn ros2(args: Ros2Args) -> Result<Ros2, Error> {
+pub(super) fn ros2(args: Ros2Args, scenario: &Scenario) -> Result<Ros2, Error> {
     // What is not Unicode is no number either.
     let domain = env::var_os("ROS_DOMAIN_ID").map(|value| value.to_string_lossy().into_owned());
     let mut ros2 = Ros2::from_domain_id(domain.as_deref())?;
@@ -27,7 +32,41 @@ pub(super) fn ros2(args: Ros2Args) -> Result<Ros2, Error> {
         .map(|text| rate(text))
         .collect::<Result<_, _>>()?;
     ros2.joints = args.ros2_control.map(Into::into);
+    if let Some(file) = &args.chart {
+        let (chart, scenario) = (plan::charted(scenario, Some(file))?, scenario.clone());
+        let plan = move |from: &PlanarPose<f64>, to: &PlanarPose<f64>| {
+            way(&scenario, &chart, from, to).map_err(|error| error.to_string())
+        };
+        ros2.goals = Some(GoalPlanner::new(plan));
+    }
     Ok(ros2)
+}
+
+/// The way from a pose to a goal over the scenario's ground, with times.
+fn way(
+    scenario: &Scenario,
+    chart: &Chart,
+    from: &PlanarPose<f64>,
+    to: &PlanarPose<f64>,
+) -> Result<PlannedPath, Error> {
+    let start = Pose::new(from.x_m, from.y_m, from.yaw_rad);
+    let request = RouteRequest::new(Goal::pose(to.x_m, to.y_m, to.yaw_rad), chart);
+    let route = planner_from(scenario, &start, &request)?.plan(&start, &request.goal);
+    // A path knows nothing of the ground, on which no scenario could start anywhere.
+    let level = [
+        Override::new("start.x_m", from.x_m),
+        Override::new("start.y_m", from.y_m),
+        Override::new("start.heading_rad", from.yaw_rad),
+        Override::parse("terrain={ kind = \"flat\" }")?,
+        Override::parse("block=[]")?,
+    ];
+    let level = scenario.with(&scenario.name, &level)?;
+    let path = driven(&route.map_err(Error::NoRoute)?, &level)?.planned_path()?;
+    path.ok_or(Error::Argument {
+        name: "goal",
+        value: format!("{}, {}", to.x_m, to.y_m),
+        allowed: "another place than the vehicle's",
+    })
 }
 
 fn rate(text: &str) -> Result<(String, f64), Error> {

@@ -10,6 +10,12 @@ use crate::Error;
 /// After this time beyond the end of its path a vehicle has come to rest \[s\].
 const AFTER_S: f64 = 3.0;
 
+/// Usual cells of a scenario's ground \[m\].
+pub(crate) const RESOLUTION_M: f64 = 0.05;
+
+/// How far around start and goal it is looked at \[m\].
+pub(crate) const AROUND_M: f64 = 3.0;
+
 /// As far as waypoints may be \[m\].
 const FARTHEST_M: f64 = 100.0;
 
@@ -53,6 +59,22 @@ pub struct RouteRequest<'a> {
     pub options: Options,
 }
 
+impl<'a> RouteRequest<'a> {
+    /// Over the scenario's ground, with the planner's usual margins and speeds.
+    pub(crate) fn new(goal: Goal, chart: &'a Chart) -> Self {
+        Self {
+            goal,
+            chart,
+            map: None,
+            elevation: None,
+            keep_out: &[],
+            resolution_m: RESOLUTION_M,
+            around_m: AROUND_M,
+            options: Options::default(),
+        }
+    }
+}
+
 /// A route from a scenario's start.
 ///
 /// # Errors
@@ -69,9 +91,18 @@ pub fn plan_route(scenario: &Scenario, request: &RouteRequest) -> Result<Route, 
 /// # Errors
 /// A file or an argument that is not usable, by its name.
 pub fn planner(scenario: &Scenario, request: &RouteRequest) -> Result<Planner, Error> {
+    planner_from(scenario, &start(scenario), request)
+}
+
+/// The same for a vehicle that is anywhere.
+pub(crate) fn planner_from(
+    scenario: &Scenario,
+    start: &Pose,
+    request: &RouteRequest,
+) -> Result<Planner, Error> {
     let mut map = match request.map {
         Some(file) => Map::from_map_server(file, request.elevation)?,
-        None => ground(scenario, request, &start(scenario))?,
+        None => ground(scenario, request, start)?,
     };
     for area in request.keep_out {
         map = map.with_keep_out(area.clone());

@@ -95,6 +95,12 @@ impl Requests {
         }
     }
 
+    /// Does a client command?
+    #[cfg(feature = "ros2")]
+    pub(super) fn has_client(&self) -> bool {
+        matches!(self.pending().command, Command::Client(..))
+    }
+
     /// The vehicle rests until the next command.
     pub(super) fn rest(&self) {
         self.pending().command = Command::Rest;

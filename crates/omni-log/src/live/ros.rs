@@ -2,7 +2,9 @@
 
 mod commands;
 mod diagnostics;
+mod goals;
 mod joints;
+mod listener;
 mod node;
 mod options;
 mod payload;
@@ -10,16 +12,19 @@ mod services;
 
 use std::sync::Arc;
 
-use commands::Commands;
 use diagnostics::Diagnostics;
+pub use goals::GoalPlanner;
+use goals::{Goals, Navigator, Poses, Wanted};
 pub(super) use joints::JointCommands;
+use listener::Listener;
 use node::Node;
 use omni_config::Scenario;
+use omni_core::BodyTwist;
+use omni_core::geometry::PlanarPose;
 use omni_sim::Simulation;
 use omni_sim::controller::AnyController;
 use options::ExtraRates;
 pub use options::{Ros2, TfFrames};
-use services::Services;
 
 use super::controls::Controls;
 use super::requests::Requests;
@@ -85,8 +90,10 @@ pub(super) struct OnRos {
     imu: Pace,
     diagnostics: Diagnostics,
     namespace: String,
-    commands: Commands,
-    services: Services,
+    /// Of `--chart`.
+    navigator: Option<Navigator>,
+    /// Take commands, goals and requests of services, until they are dropped.
+    _listeners: Vec<Listener>,
 }
 
 impl OnRos {
@@ -96,19 +103,30 @@ impl OnRos {
         controller: &AnyController,
         ros2: &Ros2,
         asked: Asked<'_>,
-        warn: Box<dyn Fn(&str) + Send + Sync>,
+        warn: &super::Warn,
     ) -> Result<Self, Error> {
         let (rates, extra) = ros2.rates()?;
+        ros2.check_goals()?;
+        let prefix = ros2.frame_prefix()?;
+        let goals = ros2
+            .goals
+            .clone()
+            .map(|planner| Arc::new(Goals::new(planner, prefix)));
         let namespace = ros2.namespace()?;
         let (mut node, context) = node::join(ros2.domain, &namespace)?;
-        let commands = match asked.joints {
-            Some(joints) => Commands::of_joints(&mut node, &namespace, joints.clone(), warn),
-            None => Commands::of_base(&mut node, &namespace, asked.requests.clone(), warn),
+        let mut listen = || -> Result<Vec<Listener>, String> {
+            let mut listeners = vec![match asked.joints {
+                Some(joints) => commands::take_joints(&mut node, &namespace, joints.clone(), warn.clone()),
+                None => commands::take_twists(&mut node, &namespace, asked.requests.clone(), warn.clone()),
+            }?];
+            if let Some(goals) = &goals {
+                let goals = goals.clone();
+                listeners.push(commands::take_goals(&mut node, &namespace, goals, warn.clone())?);
+            }
+            listeners.push(services::offer(&mut node, &namespace, asked.controls.clone())?);
+            Ok(listeners)
         };
-        let commands = commands.map_err(|reason| ros2.failed(reason))?;
-        let services = Services::offer(&mut node, &namespace, asked.controls);
-        let services = services.map_err(|reason| ros2.failed(reason))?;
-        let prefix = ros2.frame_prefix()?;
+        let listeners = listen().map_err(|reason| ros2.failed(reason))?;
         let node = Node::new(node, context, &namespace, prefix).map_err(|reason| ros2.failed(reason))?;
         let roots = if ros2.publish_map_frame {
             Roots::Map
@@ -131,8 +149,8 @@ impl OnRos {
             imu: extra.imu,
             diagnostics: Diagnostics::new(scenario, &namespace, extra.diagnostics),
             namespace,
-            commands,
-            services,
+            navigator: goals.map(Navigator::new),
+            _listeners: listeners,
         })
     }
 
@@ -146,6 +164,42 @@ impl OnRos {
         } = self.start.extra;
         (self.clock, self.imu) = (clock, imu);
         self.diagnostics = Diagnostics::new(scenario, &self.namespace, diagnostics);
+        if let Some(navigator) = &mut self.navigator {
+            navigator.start_again();
+        }
+    }
+
+    /// The twist of the drive to the last goal, if one goes on. A command of others that came after the goal ends it.
+    pub(super) fn drive_to_goal(
+        &mut self,
+        simulation: &Simulation,
+        requests: &Requests,
+    ) -> Option<BodyTwist<f64>> {
+        let navigator = self.navigator.as_mut()?;
+        let seen = simulation.observation();
+        let poses = Poses {
+            in_map: PlanarPose {
+                x_m: seen.pose.position_m[0],
+                y_m: seen.pose.position_m[1],
+                yaw_rad: seen.pose.yaw_rad(),
+            },
+            by_odometry: seen.odometry.pose,
+        };
+        let time_ns = simulation.time_ns();
+        match navigator.step(time_ns, poses) {
+            Wanted::Nothing => None,
+            Wanted::New(plan) => {
+                // What was commanded before the goal is over.
+                requests.rest();
+                let _ = self.node.send(topic::PLAN, time_ns, &plan);
+                None
+            }
+            Wanted::Twist(_) if requests.has_client() => {
+                navigator.cancel();
+                None
+            }
+            Wanted::Twist(twist) => Some(twist),
+        }
     }
 
     /// Has another node subscribed to something since the last time?
@@ -193,12 +247,6 @@ impl OnRos {
             let _ = self.node.send(topic::DIAGNOSTICS, time_ns, &diagnostics);
         }
         let _ = self.messages.push(simulation.period(), &mut self.node);
-    }
-
-    /// Leaves the domain.
-    pub(super) fn close(self) {
-        self.commands.stop();
-        drop(self.services);
     }
 }
 

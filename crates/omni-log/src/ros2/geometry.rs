@@ -116,6 +116,15 @@ pub struct Pose {
     pub orientation: Quaternion,
 }
 
+/// `geometry_msgs/msg/PoseStamped`: a pose with its time and frame.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PoseStamped {
+    /// Time, and the frame of the pose.
+    pub header: Header,
+    /// The pose.
+    pub pose: Pose,
+}
+
 /// `geometry_msgs/msg/Twist`: linear and angular velocity.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Twist {

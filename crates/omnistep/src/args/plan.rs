@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
+use crate::routes::{AROUND_M, RESOLUTION_M};
+
 #[derive(Args)]
 pub(crate) struct PlanArgs {
     /// A built-in scenario or a .toml file: its vehicle, its ground and its start pose.
@@ -53,10 +55,10 @@ pub(crate) struct PlanArgs {
     #[arg(long, default_value_t = 0.05, allow_negative_numbers = true)]
     pub(crate) clearance: f64,
     /// Cells of the scenario's ground [m], 0.001 to 10.
-    #[arg(long, default_value_t = 0.05, allow_negative_numbers = true)]
+    #[arg(long, default_value_t = RESOLUTION_M, allow_negative_numbers = true)]
     pub(crate) resolution: f64,
     /// Distance around start and goal to which the scenario's ground is read [m], 1 to 100.
-    #[arg(long, default_value_t = 3.0, allow_negative_numbers = true)]
+    #[arg(long, default_value_t = AROUND_M, allow_negative_numbers = true)]
     pub(crate) around: f64,
     /// Replaces a key of the scenario or, with "vehicle." in front, of its vehicle; may be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE")]

@@ -1,26 +1,23 @@
-//! Commands of other nodes, received on a separate thread, because checking a command may last longer than a control
-//! period.
+//! Commands and goals of other nodes, received on separate threads, because checking a command and planning a way may
+//! last longer than a control period.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use byteorder::LittleEndian;
 use omni_config::shortened_line;
 use ros2_client::{Node, Subscription};
 
+use super::goals::Goals;
 use super::joints::JointCommands;
+use super::listener::{Listener, MOST};
 use super::node::absolute;
 use super::payload::{Whole, reliable, type_name};
+use crate::live::Warn;
 use crate::live::requests::{ClientId, Requests};
-use crate::ros2::{JointState, RosMessage, Twist, TwistStamped};
+use crate::ros2::{JointState, PoseStamped, RosMessage, Twist, TwistStamped};
 use crate::topic;
 
-/// Time between two looks at what came.
-const LOOK: Duration = Duration::from_millis(5);
-/// Messages that are taken in one look: a flood of them must not keep the thread from its end.
-const MOST: usize = 64;
 /// Lines about rejected messages, in a run.
 const MOST_LINES: usize = 20;
 /// All of ROS 2 is one client.
@@ -29,106 +26,79 @@ const ROS: ClientId = 0;
 /// so that one receives both types.
 const TWIST_BYTES: usize = 48;
 
-/// Takes commands until it is stopped.
-pub(super) struct Commands {
-    over: Arc<AtomicBool>,
-    thread: Option<JoinHandle<()>>,
+/// Takes twists for the vehicle, stamped and not, until the listener is dropped.
+pub(super) fn take_twists(
+    node: &mut Node,
+    namespace: &str,
+    requests: Arc<Requests>,
+    warn: Warn,
+) -> Result<Listener, String> {
+    let types = [Twist::TYPE, TwistStamped::TYPE];
+    take(node, (namespace, topic::CMD_VEL), &types, warn, move |bytes| {
+        requests.drive(ROS, twist(bytes)?, Instant::now())
+    })
 }
 
-impl Commands {
-    /// Twists for the vehicle, stamped and not.
-    pub(super) fn of_base(
-        node: &mut Node,
-        namespace: &str,
-        requests: Arc<Requests>,
-        warn: Box<dyn Fn(&str) + Send + Sync>,
-    ) -> Result<Self, String> {
-        let types = [Twist::TYPE, TwistStamped::TYPE];
-        Self::take(node, (namespace, topic::CMD_VEL), &types, warn, move |bytes| {
-            requests.drive(ROS, twist(bytes)?, Instant::now())
-        })
-    }
+/// Takes velocities or torques for its wheels.
+pub(super) fn take_joints(
+    node: &mut Node,
+    namespace: &str,
+    joints: Arc<JointCommands>,
+    warn: Warn,
+) -> Result<Listener, String> {
+    let (name, types) = ((namespace, topic::JOINT_COMMANDS), [JointState::TYPE]);
+    take(node, name, &types, warn, move |bytes| {
+        joints.take(&decoded(bytes)?, Instant::now())
+    })
+}
 
-    /// Velocities or torques for its wheels.
-    pub(super) fn of_joints(
-        node: &mut Node,
-        namespace: &str,
-        joints: Arc<JointCommands>,
-        warn: Box<dyn Fn(&str) + Send + Sync>,
-    ) -> Result<Self, String> {
-        let types = [JointState::TYPE];
-        Self::take(
-            node,
-            (namespace, topic::JOINT_COMMANDS),
-            &types,
-            warn,
-            move |bytes| joints.take(&decoded(bytes)?, Instant::now()),
-        )
-    }
+/// Takes goals, and plans the way to them.
+pub(super) fn take_goals(
+    node: &mut Node,
+    namespace: &str,
+    goals: Arc<Goals>,
+    warn: Warn,
+) -> Result<Listener, String> {
+    let (name, types) = ((namespace, topic::GOAL_POSE), [PoseStamped::TYPE]);
+    take(node, name, &types, warn, move |bytes| {
+        goals.take(&decoded(bytes)?)
+    })
+}
 
-    fn take(
-        node: &mut Node,
-        (namespace, name): (&str, &'static str),
-        types: &[&str],
-        warn: Box<dyn Fn(&str) + Send + Sync>,
-        taken: impl Fn(&[u8]) -> Result<(), String> + Send + 'static,
-    ) -> Result<Self, String> {
-        let mut subscriptions = Vec::new();
-        for full_type in types {
-            let topic = node
-                .create_topic(&absolute(namespace, name)?, type_name(full_type), &reliable())
-                .map_err(|error| error.to_string())?;
-            let subscription: Subscription<Vec<u8>> = node
-                .create_subscription(&topic, Some(reliable()))
-                .map_err(|error| error.to_string())?;
-            subscriptions.push(subscription);
-        }
-        let over = Arc::new(AtomicBool::new(false));
-        let ends = over.clone();
-        // A line that is the last one again says nothing new: senders repeat themselves.
-        let (mut lines, mut last) = (0, String::new());
-        let listen = move || {
-            while !ends.load(Ordering::Relaxed) {
-                for subscription in &subscriptions {
-                    for message in
-                        std::iter::from_fn(|| subscription.take_seed(Whole).ok().flatten()).take(MOST)
-                    {
-                        if let Err(why) = taken(&message.0)
-                            && lines < MOST_LINES
-                            && why != last
-                        {
-                            lines += 1;
-                            warn(&shortened_line(&format!("{name}: {why}")));
-                            last = why;
-                        }
-                    }
-                }
-                std::thread::sleep(LOOK);
-            }
-        };
-        let thread = std::thread::Builder::new()
-            .name("ros2 commands".into())
-            .spawn(listen)
+fn take(
+    node: &mut Node,
+    (namespace, name): (&str, &'static str),
+    types: &[&str],
+    warn: Warn,
+    taken: impl Fn(&[u8]) -> Result<(), String> + Send + 'static,
+) -> Result<Listener, String> {
+    let mut subscriptions = Vec::new();
+    for full_type in types {
+        let topic = node
+            .create_topic(&absolute(namespace, name)?, type_name(full_type), &reliable())
             .map_err(|error| error.to_string())?;
-        Ok(Self {
-            over,
-            thread: Some(thread),
-        })
+        let subscription: Subscription<Vec<u8>> = node
+            .create_subscription(&topic, Some(reliable()))
+            .map_err(|error| error.to_string())?;
+        subscriptions.push(subscription);
     }
-
-    /// Takes nothing any more.
-    pub(super) fn stop(self) {
-        drop(self);
-    }
-}
-
-impl Drop for Commands {
-    fn drop(&mut self) {
-        self.over.store(true, Ordering::Relaxed);
-        if let Some(thread) = self.thread.take() {
-            let _ = thread.join();
+    // A line that is the last one again says nothing new: senders repeat themselves.
+    let (mut lines, mut last) = (0, String::new());
+    let mut refuse = move |why: String| {
+        if lines < MOST_LINES && why != last {
+            lines += 1;
+            warn(&shortened_line(&format!("{name}: {why}")));
+            last = why;
         }
-    }
+    };
+    Listener::start(&format!("ros2 {name}"), move || {
+        for subscription in &subscriptions {
+            let came = std::iter::from_fn(|| subscription.take_seed(Whole).ok().flatten());
+            for message in came.take(MOST) {
+                let _ = taken(&message.0).map_err(&mut refuse);
+            }
+        }
+    })
 }
 
 /// The twist of a message of either type: vx, vy \[m/s\] and wz \[rad/s\].

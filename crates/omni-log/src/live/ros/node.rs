@@ -8,7 +8,7 @@ use super::payload::{Cdr, latched, reliable, type_name};
 use crate::Error;
 use crate::messages::Sink;
 use crate::ros2::{
-    self, Clock, DiagnosticArray, Imu, JointState, Odometry, RosMessage, StringMessage, TfMessage,
+    self, Clock, DiagnosticArray, Imu, JointState, Odometry, Path, RosMessage, StringMessage, TfMessage,
     VehicleState,
 };
 use crate::topic;
@@ -21,7 +21,7 @@ const NODE: &str = "omnistep";
 type Published = (&'static str, &'static str, bool);
 
 /// Everything that is published.
-const TOPICS: [Published; 11] = [
+const TOPICS: [Published; 12] = [
     (topic::CLOCK, Clock::TYPE, false),
     (topic::ROBOT_DESCRIPTION, StringMessage::TYPE, true),
     (topic::TERRAIN, StringMessage::TYPE, true),
@@ -33,6 +33,7 @@ const TOPICS: [Published; 11] = [
     (topic::GROUND_TRUTH, Odometry::TYPE, false),
     (topic::IMU, Imu::TYPE, false),
     (topic::DIAGNOSTICS, DiagnosticArray::TYPE, false),
+    (topic::PLAN, Path::TYPE, true),
 ];
 
 /// Joins a domain with a node that has neither parameters nor a log of its own.

@@ -1,5 +1,6 @@
 //! Options of a run on ROS 2.
 
+use super::goals::GoalPlanner;
 use crate::Error;
 use crate::message_rates::{Pace, Rates};
 use crate::topic;
@@ -37,6 +38,9 @@ pub struct Ros2 {
     pub tf: TfFrames,
     /// The wheels are driven one by one, by messages on `/joint_commands`; none: the vehicle by messages on `/cmd_vel`.
     pub joints: Option<JointInterface>,
+    /// Plans the way to goals on `/goal_pose`, which the run then drives; none: there is no such topic. Goals are in
+    /// the frame `map`, so only with [`Ros2::publish_map_frame`].
+    pub goals: Option<GoalPlanner>,
 }
 
 /// What an environment names the domain by.
@@ -86,6 +90,7 @@ impl Ros2 {
             publish_map_frame: false,
             tf: TfFrames::default(),
             joints: None,
+            goals: None,
         }
     }
 
@@ -143,6 +148,25 @@ impl Ros2 {
             prefix,
             "up to 100 letters, digits, _, - and /, not / at first, such as robot1/",
         ))
+    }
+
+    /// Goals are in the frame `map`, and the vehicle is driven as a whole.
+    pub(super) fn check_goals(&self) -> Result<(), Error> {
+        if self.goals.is_some() && !self.publish_map_frame {
+            return Err(refused(
+                "--chart",
+                "a chart",
+                "only with --publish-map-frame: goals are in the frame map",
+            ));
+        }
+        if self.goals.is_some() && self.joints.is_some() {
+            return Err(refused(
+                "--chart",
+                "a chart",
+                "only where no client drives single wheels",
+            ));
+        }
+        Ok(())
     }
 
     /// Rates of all topics.
@@ -306,6 +330,24 @@ mod tests {
             said(of(&[], true).rates()),
             "--publish-map-frame = true, allowed: only with --tf all and odom, which send frames"
         );
+    }
+
+    #[test]
+    fn goals_are_in_a_map_and_of_the_whole_vehicle() {
+        let of = |publish_map_frame, joints| Ros2 {
+            goals: Some(GoalPlanner::new(|_, _| Err("no way".into()))),
+            publish_map_frame,
+            joints,
+            ..Ros2::new(0)
+        };
+        assert!(of(true, None).check_goals().is_ok());
+        let without_map = said(of(false, None).check_goals());
+        assert!(
+            without_map.contains("only with --publish-map-frame"),
+            "{without_map}"
+        );
+        let by_wheel = said(of(true, Some(JointInterface::Velocity)).check_goals());
+        assert!(by_wheel.contains("no client drives single wheels"), "{by_wheel}");
     }
 
     #[test]

@@ -1,21 +1,15 @@
 //! Services of the run's node: a pause, and another start.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread::JoinHandle;
-use std::time::Duration;
 
 use byteorder::LittleEndian;
 use ros2_client::{Name, Node, Server, ServiceMapping, ServiceTypeName};
 use serde::Serialize;
 
+use super::listener::{Listener, MOST};
 use super::payload::{Cdr, reliable};
 use crate::live::controls::Controls;
 
-/// Time between two looks at what came.
-const LOOK: Duration = Duration::from_millis(5);
-/// Requests that are taken in one look.
-const MOST: usize = 64;
 /// Length of the header that Cyclone's middleware puts before requests and responses \[bytes\]: half of
 /// the client's identity, and the request's number. That of Fast DDS is outside the message.
 const CYCLONE_HEADER: usize = 16;
@@ -30,61 +24,31 @@ struct Set {
     message: String,
 }
 
-/// Answers until it is dropped.
-pub(super) struct Services {
-    over: Arc<AtomicBool>,
-    thread: Option<JoinHandle<()>>,
-}
-
-impl Services {
-    /// `omnistep/pause`, and `omnistep/reset` if the run can start again.
-    pub(super) fn offer(
-        node: &mut Node,
-        namespace: &str,
-        (controls, can_start_again): (Arc<Controls>, bool),
-    ) -> Result<Self, String> {
-        let mut server = |name: &str, kind: &str| -> Result<Server<Cdr, Cdr>, String> {
-            let full = format!("{}/omnistep/{name}", namespace.trim_end_matches('/'));
-            let full = Name::parse(&full).map_err(|error| error.to_string())?;
-            let kind = ServiceTypeName::new("std_srvs", kind);
-            node.create_server(ServiceMapping::Enhanced, &full, &kind, reliable(), reliable())
-                .map_err(|error| error.to_string())
-        };
-        let pause = server("pause", "SetBool")?;
-        let reset = can_start_again.then(|| server("reset", "Empty")).transpose()?;
-        let over = Arc::new(AtomicBool::new(false));
-        let ends = over.clone();
-        let listen = move || {
-            while !ends.load(Ordering::Relaxed) {
-                answer(&pause, |request| set_paused(&controls, request));
-                if let Some(reset) = &reset {
-                    answer(reset, |request| {
-                        request.first()?;
-                        controls.start_again();
-                        Some(vec![0]) // a response without fields has one byte
-                    });
-                }
-                std::thread::sleep(LOOK);
-            }
-        };
-        let thread = std::thread::Builder::new()
-            .name("ros2 services".into())
-            .spawn(listen)
-            .map_err(|error| error.to_string())?;
-        Ok(Self {
-            over,
-            thread: Some(thread),
-        })
-    }
-}
-
-impl Drop for Services {
-    fn drop(&mut self) {
-        self.over.store(true, Ordering::Relaxed);
-        if let Some(thread) = self.thread.take() {
-            let _ = thread.join();
+/// `omnistep/pause`, and `omnistep/reset` if the run can start again; answered until the listener is dropped.
+pub(super) fn offer(
+    node: &mut Node,
+    namespace: &str,
+    (controls, can_start_again): (Arc<Controls>, bool),
+) -> Result<Listener, String> {
+    let mut server = |name: &str, kind: &str| -> Result<Server<Cdr, Cdr>, String> {
+        let full = format!("{}/omnistep/{name}", namespace.trim_end_matches('/'));
+        let full = Name::parse(&full).map_err(|error| error.to_string())?;
+        let kind = ServiceTypeName::new("std_srvs", kind);
+        node.create_server(ServiceMapping::Enhanced, &full, &kind, reliable(), reliable())
+            .map_err(|error| error.to_string())
+    };
+    let pause = server("pause", "SetBool")?;
+    let reset = can_start_again.then(|| server("reset", "Empty")).transpose()?;
+    Listener::start("ros2 services", move || {
+        answer(&pause, |request| set_paused(&controls, request));
+        if let Some(reset) = &reset {
+            answer(reset, |request| {
+                request.first()?;
+                controls.start_again();
+                Some(vec![0]) // a response without fields has one byte
+            });
         }
-    }
+    })
 }
 
 /// Answers what came; a request that is none has no answer.

@@ -1,0 +1,107 @@
+"""Goals of a foreign peer: the way is planned by the chart, published, and driven over the step."""
+
+import math
+from pathlib import Path
+
+import pytest
+from messages import Header, Time, message, stamp_ns, twist
+from peers import until
+
+CHART = Path(__file__).parents[2] / "crates/omni-plan/tests/charts/chugo7.toml"
+PoseStamped = message("geometry_msgs/msg/PoseStamped")
+
+
+def goal(x: float, y: float, yaw: float = 0.0, frame: str = "map") -> object:
+    """What RViz sends for a click."""
+    pose = message("geometry_msgs/msg/Pose")(
+        position=message("geometry_msgs/msg/Point")(x=x, y=y, z=0.0),
+        orientation=message("geometry_msgs/msg/Quaternion")(x=0.0, y=0.0, z=math.sin(yaw / 2), w=math.cos(yaw / 2)),
+    )
+    return PoseStamped(header=Header(stamp=Time(sec=0, nanosec=0), frame_id=frame), pose=pose)
+
+
+@pytest.fixture
+def vehicle(cyclone, run):
+    """A run over a step of 30 mm at x = 0.7 m, its truth, its plans, and where goals go."""
+
+    class Vehicle:
+        truth = cyclone.read("/ground_truth/odom", "nav_msgs/msg/Odometry")
+        plans = cyclone.read("/plan", "nav_msgs/msg/Path", transient=True)
+        run = None
+        goals = None
+
+        def at(self) -> tuple[float, float, float]:
+            place = self.truth.samples[-1].pose.pose.position
+            return place.x, place.y, place.z
+
+        def speed(self) -> float:
+            linear = self.truth.samples[-1].twist.twist.linear
+            return math.hypot(linear.x, linear.y)
+
+        def now_s(self) -> float:
+            return stamp_ns(self.truth.samples[-1]) / 1e9
+
+    one = Vehicle()
+    options = ["--chart", str(CHART), "--publish-map-frame", "--real-time-factor", "4"]
+    one.run = run("step", *options, "--set", "terrain.height_m=0.03")
+    one.goals = cyclone.write("/goal_pose", "geometry_msgs/msg/PoseStamped")
+    one.truth.first()
+    return one
+
+
+def test_a_goal_behind_a_step_is_planned_published_and_reached(vehicle):
+    # Where clients say where to go, the scenario's own 0.3 m/s do not count.
+    until(lambda: vehicle.now_s() > 1.0, "a second")
+    assert abs(vehicle.at()[0]) < 0.01
+    low = vehicle.at()[2]
+    # RViz sends goals in its fixed frame.
+    vehicle.goals.write(goal(2.5, 0.3, math.pi / 2, frame="odom"))
+    plan = vehicle.plans.first()
+    assert plan.header.frame_id == "map"
+    assert len(plan.poses) > 50  # ten a second of a way of some ten seconds
+    ends = [(pose.pose.position.x, pose.pose.position.y) for pose in (plan.poses[0], plan.poses[-1])]
+    assert ends[0] == pytest.approx((0.0, 0.0), abs=0.02)
+    assert ends[1] == pytest.approx((2.5, 0.3), abs=0.01)  # as far as odometry is off at the start
+
+    def there() -> bool:
+        x, y, _ = vehicle.at()
+        return math.hypot(x - 2.5, y - 0.3) < 0.02 and vehicle.speed() < 0.01
+
+    until(there, "the goal", 90)
+    x, y, z = vehicle.at()
+    assert z - low == pytest.approx(0.03, abs=0.002)  # it stands on the step
+    q = vehicle.truth.samples[-1].pose.pose.orientation
+    assert 2 * math.atan2(q.z, q.w) == pytest.approx(math.pi / 2, abs=math.radians(3))
+
+
+def test_a_command_ends_the_drive_and_no_way_lets_the_vehicle_rest(cyclone, vehicle):
+    vehicle.goals.write(goal(0.0, 1.0))
+    until(lambda: vehicle.at()[1] > 0.1, "the way to the left")
+    commands = cyclone.write("/cmd_vel", "geometry_msgs/msg/Twist")
+    commands.write(twist(vx=-0.1))
+    until(lambda: vehicle.truth.samples[-1].twist.twist.linear.x < -0.05, "backward, as commanded")
+    # After the command it rests, and does not go on to its goal.
+    end = vehicle.now_s()
+    until(lambda: vehicle.now_s() > end + 6.0, "six seconds")
+    assert vehicle.speed() < 0.01
+    assert vehicle.at()[1] < 0.9
+    # On its way again, to a goal that has no way: an empty plan, a line, rest.
+    vehicle.goals.write(goal(0.0, 1.0))
+    until(lambda: vehicle.speed() > 0.1, "the way again")
+    vehicle.goals.write(goal(60.0, 0.0))
+    until(lambda: len(vehicle.plans.samples) >= 3, "the third plan")
+    assert not vehicle.plans.samples[-1].poses
+    until(lambda: vehicle.speed() < 0.01, "rest")
+    until(lambda: "/goal_pose: to 60.00, 0.00: " in vehicle.run.said, "the reason")
+    assert vehicle.run.stop() == 0, vehicle.run.said
+
+
+def test_what_is_no_goal_is_refused_in_a_line_and_moves_nothing(vehicle):
+    vehicle.goals.write(goal(1.0, 0.0, frame="base_link"))
+    until(lambda: 'the frame "base_link", allowed: map, odom' in vehicle.run.said, "the line about the frame")
+    vehicle.goals.write(goal(math.nan, 0.0))
+    until(lambda: "position.x: NaN, allowed: -100 to 100 m" in vehicle.run.said, "the line about the number")
+    end = vehicle.now_s()
+    until(lambda: vehicle.now_s() > end + 2.0, "two seconds")
+    assert abs(vehicle.at()[0]) < 0.01
+    assert not vehicle.plans.samples
