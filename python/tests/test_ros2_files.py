@@ -18,7 +18,7 @@ import omnistep
 ROOT = Path(__file__).resolve().parents[2]
 FILES = ROOT / "viewers" / "ros2"
 COMMAND = str(Path(sys.executable).with_name("omnistep"))
-TOPIC = re.compile(r"^\| `(/[\w/]+)` \| `(\w+/msg/\w+)`", re.MULTILINE)
+TOPIC = re.compile(r"^\| `(/[\w/]+)`[^|]* \| `(\w+/msg/\w+)`", re.MULTILINE)
 
 
 @pytest.fixture(scope="module")
@@ -42,6 +42,7 @@ def test_rviz_shows_topics_of_a_run_in_its_frames(topics):
     manager = yaml.safe_load((FILES / "omnistep.rviz").read_text())["Visualization Manager"]
     kinds = {"rviz_default_plugins/Odometry": "nav_msgs/msg/Odometry"}
     kinds["rviz_default_plugins/RobotModel"] = "std_msgs/msg/String"
+    kinds["rviz_default_plugins/Path"] = "nav_msgs/msg/Path"
     shown = {}
     for display in manager["Displays"]:
         for topic in (display.get("Topic"), display.get("Description Topic")):
@@ -54,7 +55,10 @@ def test_rviz_shows_topics_of_a_run_in_its_frames(topics):
         "/terrain/robot_description": "Transient Local",
         "/odom": "Volatile",
         "/ground_truth/odom": "Volatile",
+        "/plan": "Transient Local",
     }
+    (goal,) = (tool for tool in manager["Tools"] if tool["Class"] == "rviz_default_plugins/SetGoal")
+    assert topics[goal["Topic"]["Value"]] == "geometry_msgs/msg/PoseStamped"
     assert manager["Global Options"]["Fixed Frame"] == "odom"
     assert set(below(manager, "Target Frame")) == {"base_link"}
     assert all(name.startswith("rviz_default_plugins/") for name in below(manager["Displays"], "Class"))

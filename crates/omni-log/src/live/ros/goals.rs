@@ -56,7 +56,7 @@ struct Exchange {
 }
 
 /// The vehicle's pose.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 pub(super) struct Poses {
     pub(super) in_map: PlanarPose<f64>,
     pub(super) by_odometry: PlanarPose<f64>,
@@ -313,7 +313,10 @@ mod tests {
         let mut navigator = Navigator::new(goals.clone());
         let ahead = goal("map", [2.0, 0.0], LEVEL);
         assert_eq!(goals.take(&ahead), Err("the run has not begun".into()));
-        let origin = Poses::default();
+        let origin = Poses {
+            in_map: PlanarPose::origin(),
+            by_odometry: PlanarPose::origin(),
+        };
         assert!(matches!(navigator.step(0, origin), Wanted::Nothing));
         assert_eq!(goals.take(&ahead), Ok(()));
         let Wanted::New(plan) = navigator.step(1_000_000, origin) else {
@@ -349,7 +352,7 @@ mod tests {
                 y_m: 0.0,
                 yaw_rad: std::f64::consts::FRAC_PI_2,
             },
-            ..Poses::default()
+            ..origin
         };
         assert!(matches!(navigator.step(1_005_000_000, poses), Wanted::Nothing));
         let said = goals.take(&goal("robot1/odom", [0.0, -4.0], LEVEL));
