@@ -58,7 +58,8 @@ def test_a_goal_behind_a_step_is_planned_published_and_reached(vehicle):
     vehicle.goals.write(goal(2.5, 0.3, math.pi / 2, frame="odom"))
     plan = vehicle.plans.first()
     assert plan.header.frame_id == "map"
-    assert len(plan.poses) > 50  # ten a second of a way of some ten seconds
+    # Ten a second of a way of some ten seconds.
+    assert len(plan.poses) > 50, vehicle.run.said
     ends = [(pose.pose.position.x, pose.pose.position.y) for pose in (plan.poses[0], plan.poses[-1])]
     assert ends[0] == pytest.approx((0.0, 0.0), abs=0.02)
     assert ends[1] == pytest.approx((2.5, 0.3), abs=0.01)  # as far as odometry is off at the start

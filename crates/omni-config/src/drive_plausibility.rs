@@ -80,7 +80,7 @@ impl Scenario {
         }
         if let Some(fastest_rad_s) = self.fastest_rad_s().filter(|fastest| *fastest < stuck_rad_s) {
             let after_s = 10.0 * f64::from(periods) * self.period_s() * stuck_rad_s / fastest_rad_s;
-            let less = if fastest_rad_s > LEAST_COUNTS * count_rad_s {
+            let less = if fastest_rad_s > least_counts * count_rad_s {
                 format!("less than {}", digits(fastest_rad_s))
             } else {
                 format!("{finer} or more sensors.encoder_counts")

@@ -54,6 +54,7 @@ mod vehicle;
 mod vehicle_plausibility;
 mod vehicle_properties;
 mod waypoints;
+mod wheel_maps;
 mod wheel_spec;
 
 pub use ball_validity::{BALL_LEAN_RAD, BeyondBall};
@@ -92,6 +93,7 @@ pub use suggestion::{did_you_mean, did_you_mean_file};
 pub use terrain::{Block, FrictionPatch, Obstacle, Terrain};
 pub use truncate::{shortened, shortened_line};
 pub use vehicle::{Body, Coupling, CouplingSpring, Gains, Hinge, Limits, Motor, Row, Vehicle};
+pub use wheel_maps::WheelMaps;
 pub use wheel_spec::{WheelContact, WheelSpec};
 
 /// The version of the file format that this release reads.

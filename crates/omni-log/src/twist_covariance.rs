@@ -2,8 +2,7 @@
 
 use std::f64::consts::{E, TAU};
 
-use omni_config::{EncoderVelocity, MOST_WHEELS, Scenario, Vehicle, for_wheel_count};
-use omni_core::Kinematics;
+use omni_config::{EncoderVelocity, MOST_WHEELS, Scenario, Vehicle, WheelMaps};
 use omni_sim::Period;
 
 /// Variance of the velocity of each wheel \[rad^2/s^2\], all wheels independent:
@@ -54,30 +53,12 @@ fn counting(scenario: &Scenario) -> f64 {
     }
 }
 
-/// Twist by wheel velocities, one row per axis, and back.
-struct Maps {
-    forward: [[f64; MOST_WHEELS]; 3],
-    inverse: [[f64; 3]; MOST_WHEELS],
-}
-
-/// None if too few wheels are left to determine the motion.
-fn maps<const N: usize>(vehicle: &Vehicle, excluded: &[bool; MOST_WHEELS]) -> Option<Maps> {
-    let kinematics = Kinematics::<f64, N>::new(&vehicle.layout().ok()?).ok()?;
-    let kinematics = kinematics.excluding(&std::array::from_fn(|i| excluded[i]))?;
-    let (mut forward, mut inverse) = ([[0.0; MOST_WHEELS]; 3], [[0.0; 3]; MOST_WHEELS]);
-    for (to, from) in forward.iter_mut().zip(kinematics.forward_matrix()) {
-        to[..N].copy_from_slice(from);
-    }
-    inverse[..N].copy_from_slice(kinematics.inverse_matrix());
-    Some(Maps { forward, inverse })
-}
-
 /// Makes the covariance of a scenario's twist.
 pub(crate) struct TwistCovariance {
     vehicle: Vehicle,
     wheels: WheelVariance,
     excluded: [bool; MOST_WHEELS],
-    maps: Option<Maps>,
+    maps: Option<WheelMaps>,
 }
 
 impl TwistCovariance {
@@ -94,8 +75,7 @@ impl TwistCovariance {
     }
 
     fn exclude(&mut self, excluded: [bool; MOST_WHEELS]) {
-        let count = self.vehicle.wheel.len();
-        self.maps = for_wheel_count!(count, maps[](&self.vehicle, &excluded), |_| None);
+        self.maps = self.vehicle.wheel_maps(&excluded).ok().flatten();
         self.excluded = excluded;
     }
 
@@ -126,16 +106,11 @@ impl TwistCovariance {
 }
 
 impl WheelVariance {
-    fn seen_by(&self, maps: &Maps, read: &[f64; MOST_WHEELS]) -> [[f64; 3]; 3] {
-        let twist = maps
-            .forward
-            .map(|row| row.iter().zip(read).map(|(by, wheel)| by * wheel).sum::<f64>());
+    fn seen_by(&self, maps: &WheelMaps, read: &[f64; MOST_WHEELS]) -> [[f64; 3]; 3] {
         let mut covariance = [[0.0; 3]; 3];
-        for (i, (velocity, back)) in read.iter().zip(&maps.inverse).enumerate() {
-            let explained: f64 = back.iter().zip(&twist).map(|(by, axis)| by * axis).sum();
-            let variance = self.fixed
-                + self.per_rad_s * velocity.abs()
-                + self.per_residual * (velocity - explained).powi(2);
+        for (i, (velocity, residual)) in read.iter().zip(maps.residuals(read)).enumerate() {
+            let variance =
+                self.fixed + self.per_rad_s * velocity.abs() + self.per_residual * residual.powi(2);
             // A wheel that is excluded, or that the vehicle has not, has a column of zeros.
             for (row, to) in maps.forward.iter().zip(&mut covariance) {
                 for (column, to) in maps.forward.iter().zip(to) {

@@ -1,12 +1,12 @@
 //! The odometry of a run, with its covariance.
 
+use omni_core::BodyTwist;
 use omni_core::estimate::{CovarianceGrowth, Odometry, OdometryNoise, OdometryState, PoseCovariance};
 use omni_core::geometry::{PlanarPose, WheelAngles};
-use omni_core::{BodyTwist, Kinematics};
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
-use crate::config::{self, DriveNoise, Scenario, Vehicle, for_wheel_count};
+use crate::config::{self, DriveNoise, Scenario, Vehicle, WheelMaps};
 use crate::control_sample::ControlSample;
 use crate::observation::OdometryEstimate;
 
@@ -57,44 +57,8 @@ pub(crate) struct Odometer {
     /// The controller is a drive, whose own pose counts.
     drive: bool,
     /// None if too few wheels determine the motion.
-    maps: Option<Maps>,
+    maps: Option<WheelMaps>,
     state: State,
-}
-
-/// Twist by wheel velocities, one row per axis, and back.
-struct Maps {
-    forward: [[f64; WHEELS]; 3],
-    inverse: [[f64; 3]; WHEELS],
-}
-
-impl Maps {
-    fn of(vehicle: &Vehicle, excluded: &[bool; WHEELS]) -> Result<Option<Self>, omni_core::ConfigError> {
-        let count = vehicle.wheel.len();
-        for_wheel_count!(count, maps[](vehicle, excluded), |count| Err(config::wheel_count_refused(count)))
-    }
-
-    /// The twist of these velocities, or the displacement of these angles.
-    fn moved_by(&self, wheels: &[f64; WHEELS]) -> [f64; 3] {
-        self.forward
-            .each_ref()
-            .map(|row| row.iter().zip(wheels).map(|(f, wheel)| f * wheel).sum())
-    }
-}
-
-fn maps<const N: usize>(
-    vehicle: &Vehicle,
-    excluded: &[bool; WHEELS],
-) -> Result<Option<Maps>, omni_core::ConfigError> {
-    let kinematics = Kinematics::<f64, N>::new(&vehicle.layout()?)?;
-    let Some(kinematics) = kinematics.excluding(&std::array::from_fn(|i| excluded[i])) else {
-        return Ok(None);
-    };
-    let (mut forward, mut inverse) = ([[0.0; WHEELS]; 3], [[0.0; 3]; WHEELS]);
-    for (to, from) in forward.iter_mut().zip(kinematics.forward_matrix()) {
-        to[..N].copy_from_slice(from);
-    }
-    inverse[..N].copy_from_slice(kinematics.inverse_matrix());
-    Ok(Some(Maps { forward, inverse }))
 }
 
 impl Odometer {
@@ -129,7 +93,7 @@ impl Odometer {
         let mut reckoned = OdometryState::new();
         reckoned.reset(&start);
         Ok(Self {
-            maps: Maps::of(scenario.vehicle(), &excluded).map_err(refuse)?,
+            maps: scenario.vehicle().wheel_maps(&excluded).map_err(refuse)?,
             vehicle: scenario.vehicle().clone(),
             odometry: Odometry::new(period_s).map_err(refuse)?,
             growth: growth.map_err(refuse)?,
@@ -189,7 +153,7 @@ impl Odometer {
         if excluded != self.state.excluded {
             self.grow();
             // The layout was good with all wheels.
-            self.maps = Maps::of(&self.vehicle, &excluded).ok().flatten();
+            self.maps = self.vehicle.wheel_maps(&excluded).ok().flatten();
             self.state.excluded = excluded;
             if self.maps.is_some() {
                 self.state.drift = [0.0; 2];
@@ -199,7 +163,7 @@ impl Odometer {
             self.grow_without_motion();
             return;
         };
-        self.state.twist = BodyTwist::from_array(maps.moved_by(&read));
+        self.state.twist = BodyTwist::from_array(maps.twist(&read));
         self.odometry
             .step_twist(&mut self.state.reckoned, &self.state.twist);
         for (turned, velocity) in self.state.turned.iter_mut().zip(&read) {
@@ -249,13 +213,8 @@ impl Odometer {
     fn grow(&mut self) {
         let state = &mut self.state;
         if let (Some(maps), 1..) = (&self.maps, state.periods) {
-            let moved = maps.moved_by(&state.turned);
-            let residual = |wheel: usize| {
-                let explained = maps.inverse[wheel].iter().zip(&moved);
-                state.turned[wheel] - explained.map(|(a, by)| a * by).sum::<f64>()
-            };
             let residuals = WheelAngles {
-                rad: std::array::from_fn(residual),
+                rad: maps.residuals(&state.turned),
             };
             let turned = WheelAngles { rad: state.turned };
             self.growth.step_by(
@@ -285,7 +244,7 @@ impl Odometer {
     }
 
     pub(crate) fn restore(&mut self, state: State) {
-        self.maps = Maps::of(&self.vehicle, &state.excluded).ok().flatten();
+        self.maps = self.vehicle.wheel_maps(&state.excluded).ok().flatten();
         self.state = state;
     }
 }

@@ -57,7 +57,10 @@ fn way(
         Override::new("start.x_m", from.x_m),
         Override::new("start.y_m", from.y_m),
         Override::new("start.heading_rad", from.yaw_rad),
-        Override::parse("terrain={ kind = \"flat\" }")?,
+        Override::parse(&format!(
+            "terrain={{ kind = \"flat\", friction = {:?} }}",
+            scenario.terrain.friction()
+        ))?,
         Override::parse("block=[]")?,
     ];
     let level = scenario.with(&scenario.name, &level)?;
