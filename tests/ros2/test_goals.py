@@ -69,31 +69,31 @@ def test_a_goal_behind_a_step_is_planned_published_and_reached(vehicle):
         return math.hypot(x - 2.5, y - 0.3) < 0.02 and vehicle.speed() < 0.01
 
     until(there, "the goal", 90)
-    x, y, z = vehicle.at()
+    z = vehicle.at()[2]
     assert z - low == pytest.approx(0.03, abs=0.002)  # it stands on the step
     q = vehicle.truth.samples[-1].pose.pose.orientation
     assert 2 * math.atan2(q.z, q.w) == pytest.approx(math.pi / 2, abs=math.radians(3))
 
 
 def test_a_command_ends_the_drive_and_no_way_lets_the_vehicle_rest(cyclone, vehicle):
-    vehicle.goals.write(goal(0.0, 1.0))
-    until(lambda: vehicle.at()[1] > 0.1, "the way to the left")
+    vehicle.goals.write(goal(-1.0, 0.0))
+    until(lambda: vehicle.at()[0] < -0.1, "the way back")
     commands = cyclone.write("/cmd_vel", "geometry_msgs/msg/Twist")
-    commands.write(twist(vx=-0.1))
-    until(lambda: vehicle.truth.samples[-1].twist.twist.linear.x < -0.05, "backward, as commanded")
+    commands.write(twist(vx=0.1))
+    until(lambda: vehicle.truth.samples[-1].twist.twist.linear.x > 0.05, "forward, as commanded")
     # After the command it rests, and does not go on to its goal.
     end = vehicle.now_s()
     until(lambda: vehicle.now_s() > end + 6.0, "six seconds")
     assert vehicle.speed() < 0.01
-    assert vehicle.at()[1] < 0.9
-    # On its way again, to a goal that has no way: an empty plan, a line, rest.
-    vehicle.goals.write(goal(0.0, 1.0))
+    assert vehicle.at()[0] > -0.9
+    # On its way again, then a goal in the edge, to which there is no way: an empty plan, a line, rest.
+    vehicle.goals.write(goal(-1.0, 0.0))
     until(lambda: vehicle.speed() > 0.1, "the way again")
-    vehicle.goals.write(goal(60.0, 0.0))
+    vehicle.goals.write(goal(0.7, 0.0))
     until(lambda: len(vehicle.plans.samples) >= 3, "the third plan")
     assert not vehicle.plans.samples[-1].poses
     until(lambda: vehicle.speed() < 0.01, "rest")
-    until(lambda: "/goal_pose: to 60.00, 0.00: " in vehicle.run.said, "the reason")
+    until(lambda: "/goal_pose: to 0.70, 0.00: " in vehicle.run.said, "the reason")
     assert vehicle.run.stop() == 0, vehicle.run.said
 
 
