@@ -2,7 +2,7 @@
 # Builds the playground, a page without a server's help, into out/playground: the simulation for
 # WebAssembly, and web/playground with the player (esbuild and three.js from npm). Its size is at
 # most 2 MB compressed. With --if-possible: skips, and says so, where a tool is missing. With wasm-opt
-# (Debian's binaryen) the module is 2 % smaller, and its runs are the same in every bit.
+# (Debian's binaryen) the module is 2 % smaller, and its runs are bit-identical.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 possible=${1:-}
