@@ -103,6 +103,11 @@ impl Viewers {
         self.messages.set_scenario(scenario);
     }
 
+    /// The run begins anew: wheels and odometry of the messages, too.
+    pub(super) fn start_again(&mut self, scenario: &Scenario, controller: &AnyController) {
+        self.messages = Messages::new(scenario, controller);
+    }
+
     /// Informs all that a command ended by itself.
     pub(super) fn timed_out(&self) {
         self.served
