@@ -101,6 +101,7 @@ impl OnRos {
         let (rates, extra) = ros2.rates()?;
         let namespace = ros2.namespace()?;
         let (mut node, context) = node::join(ros2.domain, &namespace)?;
+        let warn = node::with_rosout(&node, &namespace, warn);
         let commands = match asked.joints {
             Some(joints) => Commands::of_joints(&mut node, &namespace, joints.clone(), warn),
             None => Commands::of_base(&mut node, &namespace, asked.requests.clone(), warn),
