@@ -2246,6 +2246,17 @@ class Trace:
         """The metrics of the run by name, as :meth:`Outcome.to_dict`."""
     def to_numpy(self) -> _Floats:
         """Every column side by side in the order of ``names``, (T, C), without a copy; read-only."""
+    def to_arrow(self) -> Any:
+        """A ``pyarrow.Table`` on the trace's own memory.
+
+        >>> import omnistep
+        >>> trace = omnistep.run("flat", overrides={"duration_s": 0.5})
+        >>> trace.to_arrow().num_rows
+        500
+
+        Raises:
+            ImportError: pyarrow is not installed.
+        """
     def to_polars(self) -> Any:
         """A ``polars.DataFrame`` on the trace's own memory.
 

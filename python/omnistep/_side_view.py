@@ -21,8 +21,13 @@ _MARGIN_M = 0.15
 
 
 def span(run: Trace | Log) -> tuple[float, float]:
-    """Return the world's x from a little before the run to a little after it [m]."""
+    """Return the world's x from a little before the run to a little after it [m].
+
+    Raises:
+        ConfigError: the vehicle drives around, so that from the side it would cover itself.
+    """
     x = _centres(run)[2]
+    _check_way(run)
     return float(x.min()) - _MARGIN_M, float(x.max()) + _MARGIN_M
 
 
@@ -69,6 +74,20 @@ def draw(run: Trace | Log, *, every_s: float, ax: Axes | None, span: tuple[float
     ax.set_ylim(-0.03, float(z.max()) + 2.5 * float(trace.wheel_radius_m.max()))
     ax.legend(loc="upper left", fontsize="small")
     return ax
+
+
+def _check_way(run: Trace | Log) -> None:
+    """Refuse a run that goes around: aside as well as ahead and back, which retries at an obstacle do not."""
+    if isinstance(run, Trace):
+        way = np.stack([run["pose_x_m"], run["pose_y_m"]], axis=1)
+    else:
+        way = run.frames["base_link"][:, :2]
+    along, aside = np.ptp(way, axis=0)
+    there_and_back = float(np.abs(np.diff(way[:, 0])).sum())
+    if aside > 0.5 * along and there_and_back > 1.5 * along + 0.1:
+        found = f"{there_and_back:.1f} m to and fro along x, {aside:.1f} m along y"
+        message = f"run: {found}, allowed: a drive along x; omnistep.plot.path draws it from above"
+        raise ConfigError(message, key="run")
 
 
 def _centres(run: Trace | Log) -> tuple[Trace, NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:

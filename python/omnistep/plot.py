@@ -204,8 +204,8 @@ def side_view(run: Trace | Log, *, every_s: float = 0.3, ax: Axes | None = None)
         The axes.
 
     Raises:
-        ConfigError: the time is not positive, the log has no poses, or the run has no row; or it is the ``trace`` of a
-            log, which has no wheel positions: pass the log.
+        ConfigError: the time is not positive, the log has no poses, the run has no row, or it goes around, which
+            :func:`path` draws; or it is the ``trace`` of a log, which has no wheel positions: pass the log.
         TypeError: an argument of another type.
         ImportError: matplotlib is not installed.
 
@@ -271,7 +271,8 @@ def write_side_view(log: str | PathLike[str], out: str | PathLike[str], *, every
 
     Raises:
         LogError: the log cannot be read.
-        ValueError: the time is not positive, or the file name extension is not a picture's extension.
+        ValueError: the time is not positive, the run goes around (:func:`path` draws it), or the file name extension is
+            not a picture's extension.
         ImportError: matplotlib is not installed; install the extra ``plot``.
     """
     ax = side_view(_omnistep.read_mcap(log), every_s=every_s)

@@ -45,7 +45,9 @@ _BEYOND_BALLS = (
     "* Balls are not a valid model of this vehicle's wheels on this ground. Run with physics.wheel_model=rollers.",
 )
 #: Runs that are shown when the page is opened; the others are chosen by hand.
-_SHOWN = 6
+_SHOWN = 2
+#: Height above or below its start from which a vehicle is on an obstacle [m]: it settles by less.
+_RISE_M = 0.01
 #: Length of an even share of the vehicle's weight as an arrow, over the vehicle's reach.
 _SHARE_LONG = 0.35
 
@@ -88,8 +90,9 @@ def page(logs: Sequence[Log]) -> str:
         run["scene"] = kept.index(found)
         if _scene.extent_m(scene["ground"]) > _scene.extent_m(scenes[run["scene"]]["ground"]):
             scenes[run["scene"]]["ground"] = scene["ground"]
+    opening = _opening([run["scene"] for run in runs], [_verdict(log) for log in logs])
     about = {key: [signal.heading, signal.explained] for key, signal in _metrics.SIGNALS.items()}
-    content = {"runs": runs, "scenes": scenes, "shown": _SHOWN, "signals": about}
+    content = {"runs": runs, "scenes": scenes, "shown": opening, "signals": about}
     data = json.dumps(content, separators=(",", ":"), allow_nan=False)
     shared = {key: value for key, value in _shared(logs).items() if key not in (*_OF_A_RUN, "scenario", "vehicle")}
     settings, differing = _run_settings.of_runs(logs)
@@ -138,6 +141,26 @@ def _title(logs: Sequence[Log]) -> str:
     more = f" and {len(each) - 3} more" if len(each) > 3 else ""
     policies = dict.fromkeys(log.run.get("policy", "?") for log in logs)
     return f"{', '.join(each[:3])}{more}: {', '.join(policies)}"
+
+
+def _opening(scenes: Sequence[int], verdicts: Sequence[str]) -> list[int]:
+    """Return the runs that are shown at first: the first one, and the next that differs from it most.
+
+    That is one in the same scene with another verdict, else one in the same scene, else any.
+    """
+    others = range(1, len(scenes))
+    beside = [k for k in others if scenes[k] == scenes[0]]
+    differing = [k for k in beside if verdicts[k] != verdicts[0]]
+    return [0, *[*differing, *beside, *others][: _SHOWN - 1]]
+
+
+def _obstacle_s(log: Log) -> float:
+    """Return when a run is at its first obstacle [s]: half way up or down, or where it stalls; 0 on level ground."""
+    rise_m = np.abs(log.frames["base_link"][:, 2] - log.frames["base_link"][0, 2])
+    if rise_m.max() > _RISE_M:
+        return float(log.frame_time_s[np.argmax(rise_m >= 0.5 * rise_m.max())])
+    stalled = log.outcome.stall_from_s if log.outcome else None
+    return float(log.frame_time_s[0]) if stalled is None else float(stalled)
 
 
 def _is_valid(log: Log) -> bool:
@@ -267,6 +290,7 @@ def _run(log: Log) -> dict[str, Any]:
     return {
         "wheels": trace.wheel_names,
         "end": float(time[-1]),
+        "obstacle": _obstacle_s(log),
         "time": _packed(time[rows]),
         "series": {name: _measured(trace.wheels(signal)[rows]) for name, signal in _SERIES.items()},
         "frameTime": _packed(log.frame_time_s),
@@ -330,7 +354,7 @@ style-src 'unsafe-inline'; img-src data: blob:">
 <header>
 <h1>{title}</h1>
 <p>{facts}</p>{details}
-<button id="theme" type="button">Dark or light</button>
+<button id="theme" type="button">Dark</button>
 </header>
 <fieldset class="chips" id="runs"><legend>Runs</legend>{runs}</fieldset>
 <p class="note" id="note" role="status" hidden></p>

@@ -20,11 +20,13 @@ def trace():
 def test_arrow_and_polars_have_the_traces_own_memory(trace):
     table = pa.table(trace)
     assert table.column_names == trace.names and table.num_rows == len(trace)
+    assert trace.to_arrow().equals(table)
     frame = trace.to_polars()
     assert isinstance(frame, pl.DataFrame) and frame.columns == trace.names
     for name in (trace.names[0], "wheel_4_applied_n_m", trace.names[-1]):
         address = trace[name].ctypes.data
         assert table[name].chunk(0).buffers()[1].address == address, name
+        assert trace.to_arrow()[name].chunk(0).buffers()[1].address == address, name
         assert frame[name].to_numpy(allow_copy=False).ctypes.data == address, name
         assert table.schema.field(name).type == pa.float64() and not table.schema.field(name).nullable
 

@@ -310,6 +310,12 @@ def test_layouts_that_cannot_work_are_refused():
         assert error.key == "wheel_radius_m"
 
 
+def test_what_is_no_layout_is_a_type_error_that_names_the_argument():
+    for wrong in (3, "mecanum4", None):
+        with pytest.raises(TypeError, match=r"^layout: <class '\w+'>, allowed: an omnistep\.Layout$"):
+            omnistep.Kinematics(layout=wrong)
+
+
 def test_arguments_of_the_maps_are_refused_with_what_there_is():
     assert str(refused(omnistep.Kinematics, layout=MECANUM, forward="mean")) == (
         'forward = "mean", allowed: least_squares, paper_average'

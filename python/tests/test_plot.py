@@ -90,6 +90,23 @@ def test_a_side_view_marks_the_middle_joint_every_three_tenths(climb):
         omnistep.plot.side_view(climb, every_s=0.0)
 
 
+@pytest.mark.parametrize("scenario", ["figure_eight", "square"])
+def test_a_run_that_goes_around_has_no_side_view_and_the_message_names_the_view_from_above(scenario, tmp_path):
+    trace = omnistep.run(scenario, mcap=tmp_path / "x.mcap")
+    for run in (trace, omnistep.read_mcap(tmp_path / "x.mcap")):
+        with pytest.raises(omnistep.ConfigError, match=r"run: \d\.\d m to and fro along x, .*omnistep\.plot\.path"):
+            omnistep.plot.side_view(run)
+    assert plt.get_fignums() == []
+
+
+def test_a_drive_aside_and_one_that_backs_off_at_a_step_have_a_side_view():
+    aside = {"command.vx_m_s": 0.0, "command.vy_m_s": 0.3, "duration_s": 2.0}
+    assert omnistep.plot.side_view(omnistep.run("flat", overrides=aside))
+    retries = omnistep.run("hard_step", policy="traction")
+    assert (retries.outcome.retries or 0) > 0
+    assert omnistep.plot.side_view(retries)
+
+
 def test_wheels_draws_each_wheel_of_each_run_and_the_loads(wheel_runs):
     axes = omnistep.plot.motor_bench(wheel_runs)
     for k in range(3):

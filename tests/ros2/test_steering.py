@@ -95,6 +95,20 @@ def test_a_command_that_is_no_number_or_beyond_any_vehicle_moves_nothing(cyclone
     assert all(abs(sample.twist.twist.linear.x) < limit for sample in truth.samples)
 
 
+def test_a_command_that_is_rejected_is_said_on_rosout_once(cyclone, run):
+    lines = cyclone.read("/rosout", "rcl_interfaces/msg/Log", transient=True, depth=10)
+    one = run("flat", "--namespace", "fleet/robot1")
+    writer = cyclone.write("/fleet/robot1/cmd_vel", "geometry_msgs/msg/Twist")
+    with Sender(writer.write, twist(vx=math.nan)):
+        line = lines.first()
+        time.sleep(1.0)
+    assert (line.level, line.name) == (30, "fleet.robot1.omnistep")  # a warning
+    assert line.msg.startswith("/cmd_vel: ") and "vx_m_s" in line.msg
+    assert len(lines.samples) == 1
+    assert abs(line.stamp.sec - time.time()) < 60.0
+    assert one.said.count(line.msg) == 1
+
+
 def test_the_vehicle_turns_as_commanded(cyclone, run):
     truth = cyclone.read("/ground_truth/odom", "nav_msgs/msg/Odometry")
     odom = cyclone.read("/odom", "nav_msgs/msg/Odometry")

@@ -195,6 +195,41 @@ test("a page that goes leaves a vehicle at rest, and one of elsewhere cannot dri
   await ended(run);
 });
 
+test("a reset begins the run anew, and policy and torque limit stay", async () => {
+  const run = await started("drive", "flat", "--port", "0", "--no-keys", "--json");
+  const { context, tab, complaints } = await opened(run.page);
+  const time = async () => numbers(await tab.locator("#time").textContent())[0];
+  await tab.getByRole("button", { name: "scale_torques", exact: true }).click();
+  await tab.locator("#about", { hasText: "the paper's eqs. (11) and (12)" }).waitFor();
+  await tab.locator("#torque").fill("1.25");
+  await tab.locator("#torque").press("Enter");
+  await tab.locator("#policy", { hasText: "scale_torques, 1.25 N.m at most" }).waitFor();
+  for (const resets of [() => tab.keyboard.press("r"), () => tab.locator("#reset").click()]) {
+    await tab.keyboard.down("ArrowUp");
+    await until(tab, "place", ([x]) => x > 0.2, "20 cm ahead");
+    const before = await time();
+    await resets();
+    await until(tab, "place", ([x, y, degrees]) => [x, y, degrees].every((value) => Math.abs(value) < 0.01), "where it started");
+    assert.ok(await time() < before, "the time begins anew");
+    assert.equal(numbers(await tab.locator("#ahead").textContent())[1], 0, "a key that is held drives on");
+    await tab.keyboard.up("ArrowUp");
+    await tab.locator("#policy", { hasText: "scale_torques, 1.25 N.m at most" }).waitFor();
+    assert.equal(await tab.locator("#policies button[aria-pressed=true]").textContent(), "scale_torques");
+  }
+  // In a field R is a letter.
+  await tab.keyboard.down("ArrowUp");
+  await until(tab, "place", ([x]) => x > 0.1, "10 cm ahead");
+  await tab.keyboard.up("ArrowUp");
+  await tab.locator("#torque").press("r");
+  await tab.waitForTimeout(500);
+  assert.ok((await place(tab))[0] > 0.1, "R in a field resets");
+  assert.equal(await tab.locator("#said").textContent(), "");
+  assert.deepEqual(complaints, []);
+  await context.close();
+  await ended(run);
+  assert.ok(JSON.parse(run.printed()).final_x_m > 0.1);
+});
+
 test("a run that is watched only has no pad, and a page whose run has ended says so", async () => {
   const run = await started("run", "flat", "--live", "--port", "0", "--set", "duration_s=600");
   const { context, tab, complaints } = await opened(run.page);

@@ -226,6 +226,33 @@ test("a command ends half a second after its last message, and with its client: 
   await once(run, "exit");
 });
 
+test("a service begins the run anew for every client, and one that does not exist is refused with its name", async () => {
+  const { run, address } = await started("--allow-control", "--set", "duration_s=600");
+  const client = await connected(address);
+  await client.until(() => client.texts.some(({ op }) => op === "advertiseServices"), "the services");
+  const { services } = client.texts.find(({ op }) => op === "advertiseServices");
+  assert.deepEqual(services.map(({ name, type }) => [name, type]), [["/omnistep/reset", "std_srvs/srv/Empty"]]);
+  const call = (service, number) => {
+    const header = Buffer.alloc(13);
+    header.writeUInt8(2, 0);
+    [service, number, 4].forEach((value, k) => header.writeUInt32LE(value, 1 + 4 * k));
+    client.socket.send(Buffer.concat([header, Buffer.from("json{}")]));
+  };
+  await client.subscribe("/ground_truth/odom");
+  const odom = () => client.of("/ground_truth/odom");
+  await client.until(() => odom().length > 0 && odom().at(-1).message.pose.pose.position.x > 0.1, "a drive of 0.1 m");
+  call(services[0].id, 7);
+  await client.until(() => odom().at(-1).time < odom()[0].time || odom().at(-1).message.pose.pose.position.x < 0.05, "the start");
+  // It follows its scenario again, because no command came.
+  await client.until(() => odom().at(-1).message.pose.pose.position.x > 0.1, "the same drive");
+  call(services[0].id + 1, 8);
+  const failure = () => client.texts.find(({ op }) => op === "serviceCallFailure");
+  await client.until(() => failure() !== undefined, "the refusal");
+  assert.deepEqual([failure().callId, failure().message], [8, `service ${services[0].id + 1}: it does not exist, allowed: ${services[0].id}, /omnistep/reset`]);
+  run.kill("SIGINT");
+  await once(run, "exit");
+});
+
 test("without --allow-control nothing that steers is offered, and who tries is refused with the reason", async () => {
   const { run, address } = await started("--set", "duration_s=600");
   const client = await connected(address);

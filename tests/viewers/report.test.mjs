@@ -15,7 +15,9 @@ before(async () => {
 });
 after(() => browser?.close());
 
-// The page, loaded, and all that it complained of or asked the network for.
+/** Runs of the largest page: those that a page lacks are left out. */
+const ALL = "1.2.3.4.5.6";
+// The page, loaded from its start with all runs, and all that it complained of or asked the network for.
 async function opened(options = {}, { url = page, script } = {}) {
   const context = await browser.newContext({ viewport: { width: 1200, height: 1000 }, ...options });
   const tab = await context.newPage();
@@ -25,7 +27,7 @@ async function opened(options = {}, { url = page, script } = {}) {
   tab.on("console", (message) => { if (message.type() === "error") complaints.push(message.text()); });
   tab.on("pageerror", (error) => complaints.push(String(error)));
   tab.on("request", (request) => { if (!/^(file|data|blob):/.test(request.url())) requests.push(request.url()); });
-  await tab.goto(url);
+  await tab.goto(url.includes("#") ? url : `${url}#t=0&runs=${ALL}`);
   await tab.waitForSelector("html[data-ready=true]", { state: "attached", timeout: 120_000 });
   await settled(tab);
   return { context, tab, complaints, requests };
@@ -90,6 +92,25 @@ test("it loads without a complaint and without the network, and the cursor moves
   }
   assert.deepEqual(complaints, []);
   assert.deepEqual(requests, []);
+  await context.close();
+});
+
+test("it opens at the step with two runs that end otherwise", async () => {
+  const { context, tab, complaints } = await opened({}, { url: `${page}#` });
+  const names = await tab.locator("#runs label").allTextContents(), verdicts = (await tab.locator("tr.verdict td").allTextContents());
+  const chosen = await tab.locator("#runs input").evaluateAll((all) => all.flatMap((box, k) => (box.checked ? [k] : [])));
+  assert.ok(names.length > 2 && chosen.length === 2 && chosen[0] === 0);
+  assert.ok(verdicts[chosen[1]] !== verdicts[0] || new Set(verdicts).size === 1, verdicts.join());
+  // On the step of 5 cm, the first of the two is half way up.
+  const heights = await tab.evaluate(() => document.getElementById("scene").player.states.filter(Boolean).map(({ poses }) => poses[0]));
+  const up = Math.max(...heights.map(([, , z]) => z)); // the base is on the ground at first
+  assert.ok(up > 0.015 && up < 0.035, `${up} m up`);
+  assert.ok((await shown(tab)).cursor > 0.5);
+  // The button says what it brings.
+  assert.equal(await tab.locator("#theme").textContent(), "Dark");
+  await tab.locator("#theme").click();
+  assert.equal(await tab.locator("#theme").textContent(), "Light");
+  assert.deepEqual(complaints, []);
   await context.close();
 });
 
@@ -256,7 +277,9 @@ test("the address keeps the time, the runs, the wheels and the view", async () =
   await context.close();
   // An address that says nonsense is as none.
   const odd = await opened({}, { url: `${page}#t=x&runs=0.99.-1&wheels=<b>&view=moon` });
-  assert.deepEqual([(await shown(odd.tab)).clock, odd.complaints], ["0.00 s", []]);
+  const plain = await opened({}, { url: `${page}#` });
+  assert.deepEqual([await shown(odd.tab), odd.complaints], [await shown(plain.tab), []]);
+  await plain.context.close();
   await odd.context.close();
 });
 

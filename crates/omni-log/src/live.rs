@@ -65,8 +65,8 @@ type Warn = Arc<dyn Fn(&str) + Send + Sync>;
 ///
 /// ROS 2 nodes in the same domain publish `geometry_msgs/msg/Twist` or `TwistStamped` on `/cmd_vel`; with
 /// [`Ros2::joints`] they publish `sensor_msgs/msg/JointState` on `/joint_commands` instead. The service
-/// `/omnistep/pause` stops the time. Without a log and without viewers `/omnistep/reset` begins the run anew; the
-/// outcome is that of the last start.
+/// `/omnistep/pause` stops the time. Without a log, and without viewers that may only watch, `/omnistep/reset` begins
+/// the run anew; it is a service of the port, too, with [`Live::allow_control`]. The outcome is that of the last start.
 ///
 /// From the first command on the vehicle follows these, not the scenario. 0.5 s on the clock after
 /// the last of them, or when the client goes or publishes no longer, the command is rest until
@@ -293,10 +293,6 @@ impl Outlets {
         if live.stands {
             requests.rest();
         }
-        let boxed = || {
-            let warn = warn.clone();
-            Box::new(move |line: &str| warn(line))
-        };
         #[cfg(feature = "ros2")]
         let joints = match &live.ros2 {
             Some(Ros2 {
@@ -309,14 +305,14 @@ impl Outlets {
         let controller = ros::controller(scenario, joints.as_ref())?;
         #[cfg(not(feature = "ros2"))]
         let controller = AnyController::new(scenario)?;
-        let open = |port| Viewers::open(scenario, &controller, (live, port), &requests, boxed());
+        let open = |port| Viewers::open(scenario, &controller, (live, port), &requests, warn.clone());
         let viewers = live.port.map(open).transpose()?;
-        let controls = Arc::new(Controls::default());
+        let controls = requests.controls.clone();
         #[cfg(feature = "ros2")]
         let ros = match &live.ros2 {
             Some(ros2) => {
-                // A log and a viewer have one time, which does not go back.
-                let can_start_again = live.log.is_none() && live.port.is_none();
+                // A log has one time, which does not go back. Viewers that may control begin it anew themselves.
+                let can_start_again = live.log.is_none() && (live.port.is_none() || live.allow_control);
                 let asked = ros::Asked {
                     requests: &requests,
                     joints: joints.as_ref(),
@@ -385,6 +381,10 @@ impl Outlets {
         if let Some((_, ros)) = &mut self.ros {
             ros.start_again(scenario, &controller);
         }
+        if let Some(viewers) = &mut self.viewers {
+            viewers.start_again(scenario, &controller);
+        }
+        self.requests.start_again();
         Ok(controller)
     }
 

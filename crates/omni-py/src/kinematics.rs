@@ -4,6 +4,7 @@ use numpy::PyArrayDyn;
 use omni_core::estimate::EstimatorConfig;
 use omni_core::geometry::{Desaturation, ForwardMap};
 use omni_sim::config::for_wheel_count;
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
@@ -95,7 +96,11 @@ impl Kinematics {
 impl Kinematics {
     #[new]
     #[pyo3(signature = (*, layout, forward = "least_squares", weights = None))]
-    fn new(layout: Bound<'_, Layout>, forward: &str, weights: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+    fn new(layout: &Bound<'_, PyAny>, forward: &str, weights: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+        let layout = layout.cast::<Layout>().map_err(|_| {
+            let found = layout.get_type();
+            PyTypeError::new_err(format!("layout: {found}, allowed: an omnistep.Layout"))
+        })?;
         let known = [
             ("least_squares", ForwardMap::LeastSquares),
             ("paper_average", ForwardMap::PaperAverage),
@@ -117,7 +122,7 @@ impl Kinematics {
         };
         Ok(Self {
             wheels: built.len(),
-            layout: layout.unbind(),
+            layout: layout.clone().unbind(),
             forward: forward.into(),
             weights,
             maps,

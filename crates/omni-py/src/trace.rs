@@ -221,6 +221,19 @@ impl Trace {
         Ok(borrow(slf, &view.reversed_axes()))
     }
 
+    /// A ``pyarrow.Table`` on the trace's own memory.
+    ///
+    /// >>> import omnistep
+    /// >>> trace = omnistep.run("flat", overrides={"duration_s": 0.5})
+    /// >>> trace.to_arrow().num_rows
+    /// 500
+    ///
+    /// Raises:
+    ///     ImportError: pyarrow is not installed.
+    fn to_arrow<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        extra(slf.py(), "pyarrow")?.call_method1("table", (slf,))
+    }
+
     /// A ``polars.DataFrame`` on the trace's own memory.
     ///
     /// >>> import omnistep

@@ -220,7 +220,7 @@
     const kept = new URLSearchParams(location.hash.slice(1)), numbers = (kept.get("runs") ?? "").split(".").map((text) => Number(text) - 1);
     const runs = [...new Set(numbers)].filter((index) => Number.isInteger(index) && index in data.runs).sort((a, b) => a - b);
     const view = Player.views.includes(kept.get("view")) ? kept.get("view") : "orbit";
-    return { time: Number(kept.get("t")) || 0, runs, wheels: (kept.get("wheels") ?? "").split(" ").filter(Boolean), view };
+    return { time: parseFloat(kept.get("t")), runs, wheels: (kept.get("wheels") ?? "").split(" ").filter(Boolean), view };
   })();
 
   // ---- tooltips: one, at what is pointed at or focused
@@ -239,7 +239,7 @@
   addEventListener("scroll", hideTip, { passive: true });
 
   // ---- what the user does
-  const setTheme = (theme) => { root.dataset.theme = theme; paintRuns(); };
+  const setTheme = (theme) => { root.dataset.theme = theme; byId("theme").textContent = theme === "dark" ? "Light" : "Dark"; paintRuns(); };
   slider.addEventListener("input", () => seek(Number(slider.value)));
   play.addEventListener("click", () => {
     if (!state.playing && state.time >= end()) seek(0);
@@ -276,9 +276,11 @@
     requestAnimationFrame(frame);
   };
   setTheme(matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
-  state.time = Math.max(asked.time, 0);
+  const opening = asked.runs.length ? asked.runs : data.shown;
+  // At the obstacle, before anybody has chosen a time: where the first run meets it.
+  state.time = Math.max(Number.isFinite(asked.time) ? asked.time : Math.min(...opening.map((index) => data.runs[index].obstacle)), 0);
   state.wheels = asked.wheels;
-  choose(asked.runs.length ? asked.runs : data.runs.map((_, index) => index).slice(0, data.shown)).then(() => {
+  choose(opening).then(() => {
     root.dataset.ready = "true";
     requestAnimationFrame(frame);
   });

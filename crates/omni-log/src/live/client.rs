@@ -4,9 +4,11 @@ use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use foxglove::ws_protocol::client::{Advertise, ClientMessage, Subscription};
+use foxglove::ws_protocol::client::{Advertise, ClientMessage, ServiceCallRequest, Subscription};
 use foxglove::ws_protocol::parameter::{Parameter, ParameterValue};
-use foxglove::ws_protocol::server::{MessageData, ParameterValues, Status};
+use foxglove::ws_protocol::server::{
+    MessageData, ParameterValues, ServiceCallFailure, ServiceCallResponse, Status,
+};
 use futures_util::stream::{SplitSink, SplitStream};
 use futures_util::{SinkExt, StreamExt};
 use omni_config::shortened_line;
@@ -16,7 +18,7 @@ use tokio::time::timeout;
 use tokio_tungstenite::tungstenite::Message;
 
 use super::http::Socket;
-use super::hub::{Event, Hub};
+use super::hub::{Event, Hub, RESET};
 use super::requests::{ClientId, Published, Setting};
 use crate::topic;
 
@@ -229,7 +231,8 @@ impl Viewer {
                     .retain(|name| !message.parameter_names.contains(name));
                 Ok(())
             }
-            _ => self.refuse("not offered: services, assets, graph and playback"),
+            ClientMessage::ServiceCallRequest(call) => self.call(call),
+            _ => self.refuse("not offered: assets, graph and playback"),
         }
     }
 
@@ -274,6 +277,31 @@ impl Viewer {
             }
         }
         Ok(())
+    }
+
+    /// Begins the run anew, and answers that it does.
+    fn call(&self, call: ServiceCallRequest<'_>) -> Result<(), TooSlow> {
+        let (reset, name, _) = RESET;
+        if call.service_id != reset {
+            let why = format!(
+                "service {}: it does not exist, allowed: {reset}, {name}",
+                call.service_id
+            );
+            return self.answer(&ServiceCallFailure::new(call.service_id, call.call_id, why));
+        }
+        self.hub.requests.controls.start_again();
+        // A response without fields.
+        let empty: &[u8] = if call.encoding == "json" {
+            b"{}"
+        } else {
+            &[0, 1, 0, 0]
+        };
+        self.answer(&ServiceCallResponse {
+            service_id: reset,
+            call_id: call.call_id,
+            encoding: call.encoding,
+            payload: empty.into(),
+        })
     }
 
     /// Sends this client the reason why something was not done.

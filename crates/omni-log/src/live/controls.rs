@@ -19,7 +19,6 @@ impl Controls {
         self.paused.load(Ordering::SeqCst)
     }
 
-    #[cfg(feature = "ros2")]
     pub(super) fn start_again(&self) {
         self.again.store(true, Ordering::SeqCst);
     }

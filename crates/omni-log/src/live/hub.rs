@@ -5,17 +5,21 @@ use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use foxglove::ws_protocol::server::advertise::Channel;
+use foxglove::ws_protocol::server::advertise_services::Service;
 use foxglove::ws_protocol::server::server_info::Capability;
-use foxglove::ws_protocol::server::{Advertise, ServerInfo, Status};
+use foxglove::ws_protocol::server::{Advertise, AdvertiseServices, ServerInfo, Status};
 use foxglove::ws_protocol::{parameter::Parameter, schema::Schema};
 use tokio::sync::{Semaphore, broadcast};
 use tokio_tungstenite::tungstenite::Message;
 
+use super::Warn;
 use super::guard::Guard;
 use super::requests::{ClientId, Requests, Setting};
 
 /// Clients at a time; one more is rejected.
 pub(super) const MOST_VIEWERS: usize = 16;
+/// The service that begins the run anew: its number, name and type.
+pub(super) const RESET: (u32, &str, &str) = (1, "/omnistep/reset", "std_srvs/srv/Empty");
 /// Messages that a slow client may be behind before it misses some.
 const BACKLOG: usize = 1024;
 /// Lines about connections that were rejected, in a run.
@@ -47,7 +51,7 @@ pub(super) enum Event {
 pub(super) struct Hub {
     pub(super) requests: Arc<Requests>,
     pub(super) allow_control: bool,
-    pub(super) greeting: [Message; 2],
+    pub(super) greeting: Vec<Message>,
     pub(super) topics: usize,
     events: broadcast::Sender<Event>,
     subscribers: Vec<AtomicUsize>,
@@ -55,7 +59,7 @@ pub(super) struct Hub {
     pub(super) places: Arc<Semaphore>,
     next: AtomicU64,
     lines: AtomicUsize,
-    warn: Box<dyn Fn(&str) + Send + Sync>,
+    warn: Warn,
 }
 
 impl Hub {
@@ -63,7 +67,7 @@ impl Hub {
         requests: Arc<Requests>,
         topics: &[Topic],
         (allow_control, guard): (bool, Guard),
-        warn: Box<dyn Fn(&str) + Send + Sync>,
+        warn: Warn,
     ) -> Self {
         Self {
             requests,
@@ -135,8 +139,8 @@ impl Hub {
     }
 }
 
-/// Server and topics, as first sent to clients.
-fn greeting(allow_control: bool, topics: &[Topic]) -> [Message; 2] {
+/// Server, topics and services, as first sent to clients.
+fn greeting(allow_control: bool, topics: &[Topic]) -> Vec<Message> {
     let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     let mut info = ServerInfo::new(concat!("omnistep ", env!("CARGO_PKG_VERSION")))
         .with_session_id(since_1970.as_millis().to_string());
@@ -146,6 +150,7 @@ fn greeting(allow_control: bool, topics: &[Topic]) -> [Message; 2] {
                 Capability::ClientPublish,
                 Capability::Parameters,
                 Capability::ParametersSubscribe,
+                Capability::Services,
             ])
             .with_supported_encodings(["cdr", "json"]);
     }
@@ -159,5 +164,11 @@ fn greeting(allow_control: bool, topics: &[Topic]) -> [Message; 2] {
             None => channel.build().ok(),
         }
     });
-    [Message::from(&info), Message::from(&Advertise::new(channels))]
+    let mut greeting = vec![Message::from(&info), Message::from(&Advertise::new(channels))];
+    if allow_control {
+        let (number, name, kind) = RESET;
+        let reset = Service::new(number, name, kind);
+        greeting.push(Message::from(&AdvertiseServices::new([reset])));
+    }
+    greeting
 }

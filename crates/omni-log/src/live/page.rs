@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use omni_config::Scenario;
+use omni_config::{POLICIES, Scenario, policy_in_a_line};
 use omni_sim::Simulation;
 use serde::Serialize;
 
@@ -13,11 +13,12 @@ use crate::scene;
 /// Time between two states.
 const EVERY: Duration = Duration::from_millis(33);
 
-/// The scene, and whether this page may control.
+/// The scene, what its policies do, and whether this page may control.
 #[derive(Serialize)]
 struct SceneMessage<'a> {
     #[serde(flatten)]
     scene: scene::Scene<'a>,
+    policies_in_a_line: [&'a str; POLICIES.len()],
     allow_control: bool,
 }
 
@@ -47,8 +48,12 @@ impl Page {
     /// The scene, for a new client.
     pub(super) fn describe(&self, scenario: &Scenario, hub: &Hub) {
         if hub.is_wanted(self.first) {
-            let (scene, allow_control) = (scene::scene(scenario), hub.allow_control);
-            send(hub, self.first, 0, &SceneMessage { scene, allow_control });
+            let message = SceneMessage {
+                scene: scene::scene(scenario),
+                policies_in_a_line: POLICIES.map(policy_in_a_line),
+                allow_control: hub.allow_control,
+            };
+            send(hub, self.first, 0, &message);
         }
     }
 

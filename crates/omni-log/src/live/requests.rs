@@ -7,6 +7,7 @@ use byteorder::LittleEndian;
 use omni_config::{Override, Scenario};
 use omni_core::BodyTwist;
 
+use super::controls::Controls;
 use crate::ros2::{RosMessage, Twist};
 
 const VX: &str = "command.vx_m_s";
@@ -44,6 +45,8 @@ impl std::fmt::Display for Setting {
 
 /// Exchange between the threads of clients and the run's thread.
 pub(super) struct Requests {
+    /// A pause, and another start.
+    pub(super) controls: Arc<Controls>,
     pending: Mutex<Pending>,
     /// Held by who changes the scenario, never by the run: checking one with a picture of a ground
     /// inside takes longer than a period.
@@ -54,6 +57,8 @@ struct Pending {
     scenario: Arc<Scenario>,
     command: Command,
     changed: bool,
+    /// The scenario is not the one that the run has from its start.
+    has_settings: bool,
     subscribed: bool,
 }
 
@@ -73,9 +78,11 @@ impl Requests {
             scenario: Arc::new(scenario.clone()),
             command: Command::Scenario,
             changed: false,
+            has_settings: false,
             subscribed: false,
         };
         Self {
+            controls: Arc::default(),
             pending: Mutex::new(pending),
             setting: Mutex::new(()),
         }
@@ -129,6 +136,12 @@ impl Requests {
     pub(super) fn take_changed(&self) -> Option<Arc<Scenario>> {
         let mut pending = self.pending();
         std::mem::take(&mut pending.changed).then(|| pending.scenario.clone())
+    }
+
+    /// The run begins anew: settings stay.
+    pub(super) fn start_again(&self) {
+        let mut pending = self.pending();
+        pending.changed |= pending.has_settings;
     }
 
     /// A client subscribed to something.
@@ -225,7 +238,7 @@ impl Requests {
         let changed = Arc::new(check(&scenario)?);
         let mut pending = self.pending();
         pending.scenario = changed;
-        pending.changed = true;
+        (pending.changed, pending.has_settings) = (true, true);
         Ok(())
     }
 }
@@ -399,6 +412,19 @@ mod tests {
         });
         let changed = requests.take_changed().expect("a setting");
         assert_eq!((taken, changed.vehicle().motor.stall_torque_n_m), (Ok(()), 1.25));
+    }
+
+    #[test]
+    fn settings_stay_when_the_run_begins_anew() {
+        let (requests, now) = (requests(), Instant::now());
+        requests.start_again();
+        assert!(requests.take_changed().is_none(), "nothing was set");
+        let refused = requests.set(1, &[set_text(POLICY, "scale_torques")], now);
+        assert!(refused.is_empty() && requests.take_changed().is_some());
+        assert!(requests.take_changed().is_none());
+        requests.start_again();
+        let again = requests.take_changed().expect("the settings");
+        assert_eq!(again.control.policy.as_str(), "scale_torques");
     }
 
     #[test]

@@ -114,6 +114,7 @@ impl OnRos {
             .map(|planner| Arc::new(Goals::new(planner, prefix)));
         let namespace = ros2.namespace()?;
         let (mut node, context) = node::join(ros2.domain, &namespace)?;
+        let warn = node::with_rosout(&node, &namespace, warn);
         let mut listen = || -> Result<Vec<Listener>, String> {
             let mut listeners = vec![match asked.joints {
                 Some(joints) => commands::take_joints(&mut node, &namespace, joints.clone(), warn.clone()),

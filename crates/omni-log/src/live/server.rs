@@ -11,6 +11,7 @@ use tokio::sync::OwnedSemaphorePermit;
 use tokio::task::AbortHandle;
 use tokio::time::{sleep, timeout};
 
+use super::Warn;
 use super::guard::Guard;
 use super::hub::{Event, Hub, MOST_VIEWERS, Topic};
 use super::requests::Requests;
@@ -40,7 +41,7 @@ impl Server {
         requests: Arc<Requests>,
         topics: &[Topic],
         (allow_control, guard): (bool, Guard),
-        warn: Box<dyn Fn(&str) + Send + Sync>,
+        warn: Warn,
     ) -> std::io::Result<Self> {
         let runtime = Builder::new_multi_thread()
             .worker_threads(1)

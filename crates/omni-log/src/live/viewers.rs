@@ -7,6 +7,7 @@ use omni_sim::Simulation;
 use omni_sim::controller::AnyController;
 
 use super::Live;
+use super::Warn;
 use super::guard::Guard;
 use super::hub::{Event, Hub, Topic};
 use super::page::{self, Page};
@@ -59,7 +60,7 @@ impl Viewers {
         controller: &AnyController,
         (live, port): (&Live, u16),
         requests: &Arc<Requests>,
-        warn: Box<dyn Fn(&str) + Send + Sync>,
+        warn: Warn,
     ) -> Result<Self, Error> {
         let guard = Guard::new(&live.origins, live.own_page).map_err(|value| omni_sim::Error::Argument {
             name: "--allow-origin",
@@ -101,6 +102,11 @@ impl Viewers {
     /// From the next message on the run has another controller; the description is sent to those that subscribe next.
     pub(super) fn set_scenario(&mut self, scenario: &Scenario) {
         self.messages.set_scenario(scenario);
+    }
+
+    /// The run begins anew: wheels and odometry of the messages, too.
+    pub(super) fn start_again(&mut self, scenario: &Scenario, controller: &AnyController) {
+        self.messages = Messages::new(scenario, controller);
     }
 
     /// Informs all that a command ended by itself.

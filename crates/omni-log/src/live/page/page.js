@@ -7,12 +7,12 @@
   const COMMANDS = 1; // the number of our channel of commands
   const AGAIN_MS = 100, RECONNECT_MS = 2000;
   const MOST_POINTS = 3000, POINT_M = 0.005;
-  let socket, scene, state, steer = false, drawn;
+  let socket, scene, state, steer = false, service, drawn; // service: the number of the one that resets
   let camera = { scale: 300, zoom: 1, z: 0, most: 60, length: 0.7, way: [], odometry: [] };
   let pace = { clock: 0, time: 0, rate: 1 };
 
   // ---- looks
-  const setTheme = (theme) => { root.dataset.theme = theme; drawn = undefined; };
+  const setTheme = (theme) => { root.dataset.theme = theme; byId("theme").textContent = theme === "dark" ? "Light" : "Dark"; drawn = undefined; };
   const dark = matchMedia("(prefers-color-scheme: dark)");
   setTheme(dark.matches ? "dark" : "light");
   dark.addEventListener("change", () => setTheme(dark.matches ? "dark" : "light"));
@@ -59,6 +59,7 @@
     text("left", both(left, askedLeft, 2, "m/s"));
     text("turning", both(turning, askedTurning, 2, "rad/s"));
     text("nose", number(Math.asin(Math.min(Math.max(pictures.turned(state.poses[0], [1, 0, 0])[2], -1), 1)) * 180 / Math.PI, 1, "\u00b0"));
+    text("about", scene.policies_in_a_line[scene.policies.indexOf(state.policy)] ?? "");
     text("policy", `${state.policy}, ${Number(state.stall_torque_n_m.toPrecision(4))} N.m at most`);
     state.wheels.forEach((wheel, k) => {
       const { speed, torque, slip, load } = rows[k], [lower, upper] = wheel.limits_n_m;
@@ -142,6 +143,8 @@
     } else if (message.op === "advertise") {
       const ours = message.channels.filter(({ topic }) => topic in TOPICS);
       say({ op: "subscribe", subscriptions: ours.map(({ id, topic }) => ({ id: TOPICS[topic], channelId: id })) });
+    } else if (message.op === "advertiseServices") {
+      service = message.services.find(({ name }) => name === "/omnistep/reset")?.id;
     } else if (message.op === "status" && message.level === 2) text("said", message.message);
   };
   const onBytes = (bytes) => {
@@ -183,6 +186,21 @@
     if (moves()) text("said", "");
     command();
   });
+  // A call of a service: its number, that of the call, and an encoding before what is said.
+  const reset = () => {
+    if (socket?.readyState !== WebSocket.OPEN || service === undefined) return;
+    controls.letGo();
+    text("said", "");
+    const encoding = new TextEncoder().encode("json"), view = new DataView(new ArrayBuffer(13 + encoding.length + 2));
+    view.setUint8(0, 2);
+    [service, 1, encoding.length].forEach((value, k) => view.setUint32(1 + 4 * k, value, true));
+    new Uint8Array(view.buffer).set([...encoding, ...new TextEncoder().encode("{}")], 13);
+    socket.send(view.buffer);
+  };
+  byId("reset").addEventListener("click", reset);
+  addEventListener("keydown", ({ code, repeat, target, ctrlKey, metaKey, altKey }) => {
+    if (code === "KeyR" && !(repeat || ctrlKey || metaKey || altKey || target.closest?.("input, select, pre"))) reset();
+  });
   // Again and again while something is held.
   setInterval(() => { if (moves()) command(); }, AGAIN_MS);
 
@@ -192,9 +210,9 @@
   byId("fast").addEventListener("input", setFast);
   byId("fast").addEventListener("pointerup", () => byId("fast").blur()); // arrows drive again
   byId("torque").addEventListener("change", () => { set("vehicle.motor.stall_torque_n_m", Number(byId("torque").value)); byId("torque").blur(); });
-  const offer = () => byId("policies").replaceChildren(...scene.policies.map((policy) => {
+  const offer = () => byId("policies").replaceChildren(...scene.policies.map((policy, k) => {
     const button = document.createElement("button");
-    Object.assign(button, { type: "button", textContent: policy });
+    Object.assign(button, { type: "button", textContent: policy, title: scene.policies_in_a_line[k] });
     button.addEventListener("click", () => set("control.policy", policy));
     return button;
   }));

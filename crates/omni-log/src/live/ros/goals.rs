@@ -137,13 +137,12 @@ fn planar(goal: &PoseStamped) -> Result<PlanarPose<f64>, String> {
         orientation: q,
     } = goal.pose;
     for (name, value) in [("x", at.x), ("y", at.y)] {
-        // Negated: a value that is no number is refused.
-        if !(value.abs() <= FARTHEST_M) {
+        if !(-FARTHEST_M..=FARTHEST_M).contains(&value) {
             return Err(format!("position.{name}: {value}, allowed: -100 to 100 m"));
         }
     }
     let norm = (q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w).sqrt();
-    if !((norm - 1.0).abs() <= NORM_WITHIN) {
+    if !(1.0 - NORM_WITHIN..=1.0 + NORM_WITHIN).contains(&norm) {
         return Err(format!("orientation: a quaternion of norm {norm}, allowed: 1"));
     }
     Ok(PlanarPose {

@@ -1,11 +1,16 @@
 //! The node and what it publishes.
 
+use std::sync::Arc;
+
+use ros2_client::builtin_interfaces::Time;
 use ros2_client::dds::rustdds::dds::statusevents::DomainParticipantStatusEvent;
 use ros2_client::dds::rustdds::{StatusEvented, Topic};
-use ros2_client::{Context, ContextOptions, Name, NodeName, NodeOptions, Publisher, QosProfile};
+use ros2_client::log::LogLevel;
+use ros2_client::{Context, ContextOptions, Name, NodeName, NodeOptions, Publisher, QosProfile, RosoutRaw};
 
 use super::payload::{Cdr, latched, reliable, type_name};
 use crate::Error;
+use crate::live::Warn;
 use crate::messages::Sink;
 use crate::ros2::{
     self, Clock, DiagnosticArray, Imu, JointState, Odometry, Path, RosMessage, StringMessage, TfMessage,
@@ -36,17 +41,30 @@ const TOPICS: [Published; 12] = [
     (topic::PLAN, Path::TYPE, true),
 ];
 
-/// Joins a domain with a node that has neither parameters nor a log of its own.
+/// Joins a domain with a node that has no parameters.
 pub(super) fn join(domain: u16, namespace: &str) -> Result<(ros2_client::Node, Context), Error> {
     let failed = |reason: String| Error::Ros2 { domain, reason };
     let options = ContextOptions::new().domain_id(domain);
     let context = Context::with_options(options).map_err(|error| failed(error.to_string()))?;
     let name = NodeName::new(namespace, NODE).map_err(|error| failed(error.to_string()))?;
     let options = NodeOptions::new()
-        .enable_rosout(false)
+        .enable_rosout(true)
         .start_parameter_services(false);
     let node = context.new_node(name, options);
     Ok((node.map_err(|error| failed(error.to_string()))?, context))
+}
+
+/// Says a line on `/rosout`, too, as a warning at the time of the clock.
+pub(super) fn with_rosout(node: &ros2_client::Node, namespace: &str, warn: &Warn) -> Warn {
+    let (log, warn) = (node.logging_handle(), warn.clone());
+    // As ROS names the log of a node.
+    let name = format!("{namespace}/{NODE}")
+        .trim_start_matches('/')
+        .replace('/', ".");
+    Arc::new(move |line| {
+        warn(line);
+        log.rosout_raw(Time::now(), LogLevel::Warn, &name, line, "", "", 0);
+    })
 }
 
 /// A topic in a namespace; the time is everybody's, and diagnostics are named by their nodes.
