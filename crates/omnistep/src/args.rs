@@ -24,6 +24,8 @@ pub(crate) use export::{ExportArgs, Format};
 #[cfg(feature = "plan")]
 pub(crate) use plan::CostArg;
 pub(crate) use plan::PlanArgs;
+#[cfg(feature = "ros2")]
+pub(crate) use plan::{AROUND_M, RESOLUTION_M};
 pub(crate) use study::StudyArgs;
 pub(crate) use tf_choice::TfChoice;
 

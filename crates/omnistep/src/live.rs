@@ -31,7 +31,14 @@ pub(super) fn live(
     let scenario = Scenario::load(&args.scenario, &overrides)?;
     announce(&scenario);
     let seconds = live.duration;
-    let live = asked(live, &scenario)?;
+    #[cfg(feature = "ros2")]
+    let chart = live.on_ros2.chart.clone();
+    let live = asked(live)?;
+    #[cfg(feature = "ros2")]
+    let live = match chart {
+        Some(chart) => crate::ros2::with_goals(live, &scenario, &chart)?,
+        None => live,
+    };
     let opened = |opened: &Opened| match opened {
         Opened::Port(address) => say(&format!(
             "serving {address}: open it in Foxglove or Lichtblick (Foxglove WebSocket), or {} in a browser; Ctrl-C ends it",
@@ -126,14 +133,11 @@ fn unfinished(log: PathBuf) -> PathBuf {
 }
 
 /// The run as it is asked for.
-fn asked(args: LiveArgs, scenario: &Scenario) -> Result<Live, Error> {
+fn asked(args: LiveArgs) -> Result<Live, Error> {
     let mut live = Live::new(args.port);
     #[cfg(feature = "ros2")]
     if args.on_ros2.ros2 {
-        // Where clients say where to go, the scenario does not.
-        let stands = args.on_ros2.chart.is_some();
-        live = Live::on_ros2(crate::ros2::ros2(args.on_ros2, scenario)?);
-        live.stands = stands;
+        live = Live::on_ros2(crate::ros2::ros2(args.on_ros2)?);
         live.port = args.live.then_some(args.port);
     }
     if let Some(seconds) = args.duration {

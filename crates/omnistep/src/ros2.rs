@@ -1,6 +1,7 @@
 //! The settings of `omnistep run --ros2`, from arguments and environment.
 
 use std::env;
+use std::path::Path;
 
 use omni_config::{Override, PlannedPath, Scenario};
 use omni_core::geometry::PlanarPose;
@@ -14,7 +15,7 @@ use crate::plan;
 use crate::routes::{RouteRequest, driven, planner_from};
 
 /// The run's place on ROS 2.
-pub(super) fn ros2(args: Ros2Args, scenario: &Scenario) -> Result<Ros2, Error> {
+pub(super) fn ros2(args: Ros2Args) -> Result<Ros2, Error> {
     // What is not Unicode is no number either.
     let domain = env::var_os("ROS_DOMAIN_ID").map(|value| value.to_string_lossy().into_owned());
     let mut ros2 = Ros2::from_domain_id(domain.as_deref())?;
@@ -32,14 +33,21 @@ pub(super) fn ros2(args: Ros2Args, scenario: &Scenario) -> Result<Ros2, Error> {
         .map(|text| rate(text))
         .collect::<Result<_, _>>()?;
     ros2.joints = args.ros2_control.map(Into::into);
-    if let Some(file) = &args.chart {
-        let (chart, scenario) = (plan::charted(scenario, Some(file))?, scenario.clone());
-        let plan = move |from: &PlanarPose<f64>, to: &PlanarPose<f64>| {
-            way(&scenario, &chart, from, to).map_err(|error| error.to_string())
-        };
+    Ok(ros2)
+}
+
+/// The run, which drives to goals by that chart.
+pub(super) fn with_goals(mut live: Live, scenario: &Scenario, chart: &Path) -> Result<Live, Error> {
+    let (chart, scenario) = (plan::charted(scenario, Some(chart))?, scenario.clone());
+    let plan = move |from: &PlanarPose<f64>, to: &PlanarPose<f64>| {
+        way(&scenario, &chart, from, to).map_err(|error| error.to_string())
+    };
+    if let Some(ros2) = &mut live.ros2 {
         ros2.goals = Some(GoalPlanner::new(plan));
     }
-    Ok(ros2)
+    // Where clients say where to go, the scenario does not.
+    live.stands = true;
+    Ok(live)
 }
 
 /// The way from a pose to a goal over the scenario's ground, with times.

@@ -6,15 +6,11 @@ use omni_config::{Override, Scenario, Vehicle};
 use omni_plan::{Area, Chart, Elevation, Footprint, Goal, Grid, Map, Options, Planner, Pose, Route};
 
 use crate::Error;
+#[cfg(feature = "ros2")]
+use crate::args::{AROUND_M, RESOLUTION_M};
 
 /// After this time beyond the end of its path a vehicle has come to rest \[s\].
 const AFTER_S: f64 = 3.0;
-
-/// Usual cells of a scenario's ground \[m\].
-pub(crate) const RESOLUTION_M: f64 = 0.05;
-
-/// How far around start and goal it is looked at \[m\].
-pub(crate) const AROUND_M: f64 = 3.0;
 
 /// As far as waypoints may be \[m\].
 const FARTHEST_M: f64 = 100.0;
@@ -59,6 +55,7 @@ pub struct RouteRequest<'a> {
     pub options: Options,
 }
 
+#[cfg(feature = "ros2")]
 impl<'a> RouteRequest<'a> {
     /// Over the scenario's ground, with the planner's usual margins and speeds.
     pub(crate) fn new(goal: Goal, chart: &'a Chart) -> Self {

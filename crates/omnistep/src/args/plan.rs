@@ -4,7 +4,11 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use crate::routes::{AROUND_M, RESOLUTION_M};
+/// Usual cells of a scenario's ground \[m\].
+pub(crate) const RESOLUTION_M: f64 = 0.05;
+
+/// How far around start and goal it is looked at \[m\].
+pub(crate) const AROUND_M: f64 = 3.0;
 
 #[derive(Args)]
 pub(crate) struct PlanArgs {
