@@ -33,7 +33,8 @@ pub struct GroundOdometryConfig<R> {
     /// rates would shorten every path.
     pub level_m_s: R,
     /// Time in which the accelerometer approaches the wheels \[s\], 0.01 to 1000; 0.4. A lasting difference is an error
-    /// of the lean or a bias.
+    /// of the lean or a bias. With exact roll, pitch and accelerometer it is slip instead: `lean_s` is then 1000, with
+    /// an `attitude_rad` of 1e-5. A small `attitude_rad` with a short `lean_s` diverges while wheels slip.
     pub lean_s: R,
     /// Side of a cell of the recorded ground \[m\], 0.001 to 10; 0.02. A third of a wheel's radius is suitable. The 512
     /// cells must hold the tracks of all wheels over the length of the vehicle.
