@@ -18,6 +18,7 @@ mod server;
 #[cfg(test)]
 mod tests;
 mod viewers;
+mod warn;
 
 use std::cell::RefCell;
 use std::ops::ControlFlow;
@@ -38,6 +39,7 @@ use ros::OnRos;
 #[cfg(feature = "ros2")]
 pub use ros::{GoalPlanner, Ros2, TfFrames};
 use viewers::Viewers;
+use warn::Warn;
 
 use crate::{Error, RunLog};
 
@@ -45,9 +47,6 @@ use crate::{Error, RunLog};
 const SLOWEST: f64 = 1e-3;
 /// Time between two looks for the first client, and at whether to go on.
 const LOOK: Duration = Duration::from_millis(20);
-
-/// Says what the user who started the run should know; called on any thread.
-type Warn = Arc<dyn Fn(&str) + Send + Sync>;
 
 /// Runs a scenario in step with the clock, serves it on 127.0.0.1 and sends it to ROS 2, as [`Live`] says.
 /// `opened` is called with where it is before the first period; `warn`, on any thread and at most 42

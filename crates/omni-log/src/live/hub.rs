@@ -12,9 +12,9 @@ use foxglove::ws_protocol::{parameter::Parameter, schema::Schema};
 use tokio::sync::{Semaphore, broadcast};
 use tokio_tungstenite::tungstenite::Message;
 
-use super::Warn;
 use super::guard::Guard;
 use super::requests::{ClientId, Requests, Setting};
+use super::warn::Warn;
 
 /// Clients at a time; one more is rejected.
 pub(super) const MOST_VIEWERS: usize = 16;

@@ -28,6 +28,7 @@ pub use options::{Ros2, TfFrames};
 
 use super::controls::Controls;
 use super::requests::Requests;
+use super::warn::Warn;
 use crate::Error;
 use crate::message_rates::{Pace, Rates};
 use crate::messages::{Messages, Sink};
@@ -103,7 +104,7 @@ impl OnRos {
         controller: &AnyController,
         ros2: &Ros2,
         asked: Asked<'_>,
-        warn: &super::Warn,
+        warn: &Warn,
     ) -> Result<Self, Error> {
         let (rates, extra) = ros2.rates()?;
         ros2.check_goals()?;

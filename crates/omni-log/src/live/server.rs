@@ -11,10 +11,10 @@ use tokio::sync::OwnedSemaphorePermit;
 use tokio::task::AbortHandle;
 use tokio::time::{sleep, timeout};
 
-use super::Warn;
 use super::guard::Guard;
 use super::hub::{Event, Hub, MOST_VIEWERS, Topic};
 use super::requests::Requests;
+use super::warn::Warn;
 use super::{client, http};
 
 /// Connections that wait for the end of their handshake; one more, and the oldest is closed.

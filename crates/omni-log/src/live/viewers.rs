@@ -7,12 +7,12 @@ use omni_sim::Simulation;
 use omni_sim::controller::AnyController;
 
 use super::Live;
-use super::Warn;
 use super::guard::Guard;
 use super::hub::{Event, Hub, Topic};
 use super::page::{self, Page};
 use super::requests::{COMMAND_HOLDS, Requests};
 use super::server::Server;
+use super::warn::Warn;
 use crate::Error;
 use crate::messages::{Messages, Sink};
 use crate::ros2::{

@@ -13,8 +13,8 @@ use super::joints::JointCommands;
 use super::listener::{Listener, MOST};
 use super::node::absolute;
 use super::payload::{Whole, reliable, type_name};
-use crate::live::Warn;
 use crate::live::requests::{ClientId, Requests};
+use crate::live::warn::Warn;
 use crate::ros2::{JointState, PoseStamped, RosMessage, Twist, TwistStamped};
 use crate::topic;
 

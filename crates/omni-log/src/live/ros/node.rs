@@ -10,7 +10,7 @@ use ros2_client::{Context, ContextOptions, Name, NodeName, NodeOptions, Publishe
 
 use super::payload::{Cdr, latched, reliable, type_name};
 use crate::Error;
-use crate::live::Warn;
+use crate::live::warn::Warn;
 use crate::messages::Sink;
 use crate::ros2::{
     self, Clock, DiagnosticArray, Imu, JointState, Odometry, Path, RosMessage, StringMessage, TfMessage,
