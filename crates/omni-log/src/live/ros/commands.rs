@@ -34,9 +34,13 @@ pub(super) fn take_twists(
     warn: Warn,
 ) -> Result<Listener, String> {
     let types = [Twist::TYPE, TwistStamped::TYPE];
-    take(node, (namespace, topic::CMD_VEL), &types, warn, move |bytes| {
-        requests.drive(ROS, twist(bytes)?, Instant::now())
-    })
+    take(
+        node,
+        (namespace, topic::CMD_VEL),
+        (&types, MOST),
+        warn,
+        move |bytes| requests.drive(ROS, twist(bytes)?, Instant::now()),
+    )
 }
 
 /// Takes velocities or torques for its wheels.
@@ -47,7 +51,7 @@ pub(super) fn take_joints(
     warn: Warn,
 ) -> Result<Listener, String> {
     let (name, types) = ((namespace, topic::JOINT_COMMANDS), [JointState::TYPE]);
-    take(node, name, &types, warn, move |bytes| {
+    take(node, name, (&types, MOST), warn, move |bytes| {
         joints.take(&decoded(bytes)?, Instant::now())
     })
 }
@@ -60,15 +64,17 @@ pub(super) fn take_goals(
     warn: Warn,
 ) -> Result<Listener, String> {
     let (name, types) = ((namespace, topic::GOAL_POSE), [PoseStamped::TYPE]);
-    take(node, name, &types, warn, move |bytes| {
+    // One in a look: planning takes up to seconds, and a flood of goals must not keep the thread from its end.
+    take(node, name, (&types, 1), warn, move |bytes| {
         goals.take(&decoded(bytes)?)
     })
 }
 
+/// A topic in a namespace, of one of these types, so many messages in a look.
 fn take(
     node: &mut Node,
     (namespace, name): (&str, &'static str),
-    types: &[&str],
+    (types, most): (&[&str], usize),
     warn: Warn,
     taken: impl Fn(&[u8]) -> Result<(), String> + Send + 'static,
 ) -> Result<Listener, String> {
@@ -94,7 +100,7 @@ fn take(
     Listener::start(&format!("ros2 {name}"), move || {
         for subscription in &subscriptions {
             let came = std::iter::from_fn(|| subscription.take_seed(Whole).ok().flatten());
-            for message in came.take(MOST) {
+            for message in came.take(most) {
                 let _ = taken(&message.0).map_err(&mut refuse);
             }
         }
