@@ -75,25 +75,27 @@ def test_a_goal_behind_a_step_is_planned_published_and_reached(vehicle):
     assert 2 * math.atan2(q.z, q.w) == pytest.approx(math.pi / 2, abs=math.radians(3))
 
 
-def test_a_command_ends_the_drive_and_no_way_lets_the_vehicle_rest(cyclone, vehicle):
+def test_a_command_ends_the_drive_and_a_goal_without_a_way_does_not(cyclone, vehicle):
     vehicle.goals.write(goal(-1.0, 0.0))
     until(lambda: vehicle.at()[0] < -0.1, "the way back")
     commands = cyclone.write("/cmd_vel", "geometry_msgs/msg/Twist")
     commands.write(twist(vx=0.1))
     until(lambda: vehicle.truth.samples[-1].twist.twist.linear.x > 0.05, "forward, as commanded")
-    # After the command it rests, and does not go on to its goal.
+    # After the command it rests, and does not go on to its goal. The plan is over, for late readers too.
     end = vehicle.now_s()
     until(lambda: vehicle.now_s() > end + 6.0, "six seconds")
     assert vehicle.speed() < 0.01
     assert vehicle.at()[0] > -0.9
-    # On its way again, then a goal in the edge, to which there is no way: an empty plan, a line, rest.
+    assert "/goal_pose: a command ended the drive to the goal" in vehicle.run.said
+    until(lambda: len(vehicle.plans.samples) == 2, "the empty plan")
+    assert not vehicle.plans.samples[-1].poses
+    # On its way again, then a goal in the edge, to which there is no way.
     vehicle.goals.write(goal(-1.0, 0.0))
     until(lambda: vehicle.speed() > 0.1, "the way again")
     vehicle.goals.write(goal(0.7, 0.0))
-    until(lambda: len(vehicle.plans.samples) >= 3, "the third plan")
-    assert not vehicle.plans.samples[-1].poses
-    until(lambda: vehicle.speed() < 0.01, "rest")
     until(lambda: "/goal_pose: to 0.70, 0.00: " in vehicle.run.said, "the reason")
+    until(lambda: abs(vehicle.at()[0] + 1.0) < 0.02 and vehicle.speed() < 0.01, "the goal before")
+    assert len(vehicle.plans.samples) == 3
     assert vehicle.run.stop() == 0, vehicle.run.said
 
 

@@ -49,7 +49,7 @@ const SLOWEST: f64 = 1e-3;
 const LOOK: Duration = Duration::from_millis(20);
 
 /// Runs a scenario in step with the clock, serves it on 127.0.0.1 and sends it to ROS 2, as [`Live`] says.
-/// `opened` is called with where it is before the first period; `warn`, on any thread and at most 42
+/// `opened` is called with where it is before the first period; `warn`, on any thread and at most 62
 /// times, of connections and commands that were rejected; `watch` is called after every control period with the part
 /// done (0 if there is no end), every 20 ms while the run waits for the clock, and, without a simulation, while it
 /// waits for the first client: where it breaks the run ends with the metrics so far, its error ends the run. A run that
@@ -224,7 +224,12 @@ impl<'a> Going<'a> {
     fn take_start_again(&mut self) -> bool {
         let again = self.controls.take_start_again();
         if again {
-            self.pacer.hold(0.0, Instant::now());
+            let now = Instant::now();
+            self.pacer.hold(0.0, now);
+            // A time that was asked for counts on, a scenario is whole.
+            if self.live.until == Until::Scenario {
+                (self.periods, self.start) = (0, now);
+            }
         }
         again
     }

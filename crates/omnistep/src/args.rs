@@ -344,7 +344,7 @@ pub(crate) struct LiveArgs {
         conflicts_with = "allow_control"
     )]
     pub(crate) log: Option<PathBuf>,
-    /// Lets clients of --live change command, policy and torque limit. A command expires 0.5 s after
+    /// Lets clients of --live change command, policy and torque limit, and reset the run. A command expires 0.5 s after
     /// the last message, or when its client disconnects: the vehicle is then commanded to stop.
     #[arg(long, requires = "live")]
     pub(crate) allow_control: bool,
@@ -364,7 +364,7 @@ pub(crate) struct Ros2Args {
     /// command expires after 0.5 s. Writes no log without --log.
     #[arg(long, conflicts_with_all = ["controller", "out"])]
     pub(crate) ros2: bool,
-    /// Namespace of all topics of --ros2 except /clock and /diagnostics, such as robot1.
+    /// Namespace of all topics of --ros2 except /clock, /diagnostics and /rosout, such as robot1.
     #[arg(
         long,
         value_name = "NAME",
@@ -392,7 +392,7 @@ pub(crate) struct Ros2Args {
     pub(crate) publish_map_frame: bool,
     /// The vehicle's climbing limits, a file of omnistep chart: plans the way to goals on /goal_pose, publishes it on
     /// /plan and drives it. The vehicle stands until a goal or a command comes; a command ends the drive.
-    #[arg(long, value_name = "FILE", requires = "publish_map_frame", requires = "ros2")]
+    #[arg(long, value_name = "FILE", requires = "publish_map_frame")]
     pub(crate) chart: Option<PathBuf>,
     /// Frames of --ros2 on /tf and /tf_static.
     #[arg(long, value_enum, value_name = "FRAMES", default_value_t = TfChoice::All, requires = "ros2")]

@@ -9,7 +9,7 @@ use omni_plan::{Area, Chart, Cost, CrossingKind, Elevation, Options, Route};
 
 use crate::Error;
 use crate::args::{CostArg, PlanArgs, parse_overrides};
-use crate::output::{aligned, print, print_path, write_file};
+use crate::output::{aligned, print, print_path, say, write_file};
 use crate::routes::{RouteRequest, driven, goal, planner, start};
 
 /// Plans a route, and prints its crossings.
@@ -141,7 +141,15 @@ pub(super) fn charted(scenario: &Scenario, file: Option<&Path>) -> Result<Chart,
                 vehicle: vehicle.name.clone(),
             })?,
     };
-    crate::chart::read(&file)?.check_vehicle(&file.display().to_string(), vehicle)?;
+    let chart = crate::chart::read(&file)?;
+    chart.check_vehicle(&file.display().to_string(), vehicle)?;
+    if chart.policy != policy {
+        say(&format!(
+            "{}: limits of {}, the scenario has {policy}",
+            file.display(),
+            chart.policy
+        ));
+    }
     Ok(Chart::read(&file)?)
 }
 

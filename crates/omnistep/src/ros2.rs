@@ -59,8 +59,18 @@ fn way(
 ) -> Result<PlannedPath, Error> {
     let start = Pose::new(from.x_m, from.y_m, from.yaw_rad);
     let request = RouteRequest::new(Goal::pose(to.x_m, to.y_m, to.yaw_rad), chart);
-    let route = planner_from(scenario, &start, &request)?.plan(&start, &request.goal);
-    // A path knows nothing of the ground, on which no scenario could start anywhere.
+    let route = planner_from(scenario, &start, &request)?
+        .plan(&start, &request.goal)
+        .map_err(Error::NoRoute)?;
+    let here = || Error::Argument {
+        name: "goal",
+        value: format!("{}, {}", to.x_m, to.y_m),
+        allowed: "another place than the vehicle's",
+    };
+    if route.points.len() < 2 {
+        return Err(here());
+    }
+    // A path knows nothing of the ground, on which no scenario could start anywhere; nor of the scenario's own command.
     let level = [
         Override::new("start.x_m", from.x_m),
         Override::new("start.y_m", from.y_m),
@@ -70,14 +80,10 @@ fn way(
             scenario.terrain.friction()
         ))?,
         Override::parse("block=[]")?,
+        Override::parse("command={}")?,
     ];
     let level = scenario.with(&scenario.name, &level)?;
-    let path = driven(&route.map_err(Error::NoRoute)?, &level)?.planned_path()?;
-    path.ok_or(Error::Argument {
-        name: "goal",
-        value: format!("{}, {}", to.x_m, to.y_m),
-        allowed: "another place than the vehicle's",
-    })
+    driven(&route, &level)?.planned_path()?.ok_or_else(here)
 }
 
 fn rate(text: &str) -> Result<(String, f64), Error> {

@@ -56,6 +56,8 @@ pub(super) struct Requests {
 struct Pending {
     scenario: Arc<Scenario>,
     command: Command,
+    /// When the last command of a client came.
+    commanded: Option<Instant>,
     changed: bool,
     /// The scenario is not the one that the run has from its start.
     has_settings: bool,
@@ -77,6 +79,7 @@ impl Requests {
         let pending = Pending {
             scenario: Arc::new(scenario.clone()),
             command: Command::Scenario,
+            commanded: None,
             changed: false,
             has_settings: false,
             subscribed: false,
@@ -102,10 +105,10 @@ impl Requests {
         }
     }
 
-    /// Does a client command?
+    /// When the last command of a client came.
     #[cfg(feature = "ros2")]
-    pub(super) fn has_client(&self) -> bool {
-        matches!(self.pending().command, Command::Client(..))
+    pub(super) fn commanded(&self) -> Option<Instant> {
+        self.pending().commanded
     }
 
     /// The vehicle rests until the next command.
@@ -227,7 +230,9 @@ impl Requests {
             (pending.scenario.clone(), pending.twist())
         };
         let twist = check(&scenario, twist)?;
-        self.pending().command = Command::Client(who, now, twist);
+        let mut pending = self.pending();
+        pending.command = Command::Client(who, now, twist);
+        pending.commanded = Some(now);
         Ok(())
     }
 

@@ -32,7 +32,9 @@ use super::warn::Warn;
 use crate::Error;
 use crate::message_rates::{Pace, Rates};
 use crate::messages::{Messages, Sink};
-use crate::ros2::{Clock, Header, Imu, Quaternion, TfMessage, Time, Transform, TransformStamped, Vector3};
+use crate::ros2::{
+    Clock, Header, Imu, Path, Quaternion, TfMessage, Time, Transform, TransformStamped, Vector3,
+};
 use crate::topic;
 use crate::tree::Roots;
 use crate::urdf::{BASE_LINK, IMU_LINK, JointInterface};
@@ -81,6 +83,10 @@ impl Start {
 
 /// What others know on ROS 2, and send.
 pub(super) struct OnRos {
+    /// Take commands, goals and requests of services, until they are dropped: before the node, which they use.
+    _listeners: Vec<Listener>,
+    /// Also on `/rosout`.
+    warn: Warn,
     node: Node,
     start: Start,
     messages: Messages,
@@ -93,8 +99,6 @@ pub(super) struct OnRos {
     namespace: String,
     /// Of `--chart`.
     navigator: Option<Navigator>,
-    /// Take commands, goals and requests of services, until they are dropped.
-    _listeners: Vec<Listener>,
 }
 
 impl OnRos {
@@ -153,6 +157,7 @@ impl OnRos {
             namespace,
             navigator: goals.map(Navigator::new),
             _listeners: listeners,
+            warn,
         })
     }
 
@@ -168,6 +173,8 @@ impl OnRos {
         self.diagnostics = Diagnostics::new(scenario, &self.namespace, diagnostics);
         if let Some(navigator) = &mut self.navigator {
             navigator.start_again();
+            // The last one is kept for later readers.
+            let _ = self.node.send(topic::PLAN, 0, &Path::none());
         }
     }
 
@@ -188,16 +195,17 @@ impl OnRos {
             by_odometry: seen.odometry.pose,
         };
         let time_ns = simulation.time_ns();
-        match navigator.step(time_ns, poses) {
+        match navigator.step(time_ns, poses, requests.commanded()) {
             Wanted::Nothing => None,
-            Wanted::New(plan) => {
+            Wanted::Begin(plan) => {
                 // What was commanded before the goal is over.
                 requests.rest();
                 let _ = self.node.send(topic::PLAN, time_ns, &plan);
                 None
             }
-            Wanted::Twist(_) if requests.has_client() => {
-                navigator.cancel();
+            Wanted::Ended => {
+                (self.warn)("/goal_pose: a command ended the drive to the goal");
+                let _ = self.node.send(topic::PLAN, time_ns, &Path::none().at(time_ns));
                 None
             }
             Wanted::Twist(twist) => Some(twist),

@@ -137,6 +137,7 @@
   const onText = (message) => {
     if (message.op === "serverInfo") {
       steer = message.capabilities.includes("clientPublish");
+      service = undefined; // that of another run
       byId("steering").hidden = !steer;
       byId("watched").hidden = steer;
       if (steer) say({ op: "advertise", channels: [{ id: COMMANDS, topic: "/cmd_vel", encoding: "json", schemaName: "geometry_msgs/msg/Twist" }] });

@@ -37,7 +37,7 @@ pub(super) fn take_twists(
     take(
         node,
         (namespace, topic::CMD_VEL),
-        (&types, MOST),
+        (&types, false),
         warn,
         move |bytes| requests.drive(ROS, twist(bytes)?, Instant::now()),
     )
@@ -51,7 +51,7 @@ pub(super) fn take_joints(
     warn: Warn,
 ) -> Result<Listener, String> {
     let (name, types) = ((namespace, topic::JOINT_COMMANDS), [JointState::TYPE]);
-    take(node, name, (&types, MOST), warn, move |bytes| {
+    take(node, name, (&types, false), warn, move |bytes| {
         joints.take(&decoded(bytes)?, Instant::now())
     })
 }
@@ -64,17 +64,17 @@ pub(super) fn take_goals(
     warn: Warn,
 ) -> Result<Listener, String> {
     let (name, types) = ((namespace, topic::GOAL_POSE), [PoseStamped::TYPE]);
-    // One in a look: planning takes up to seconds, and a flood of goals must not keep the thread from its end.
-    take(node, name, (&types, 1), warn, move |bytes| {
+    take(node, name, (&types, true), warn, move |bytes| {
         goals.take(&decoded(bytes)?)
     })
 }
 
-/// A topic in a namespace, of one of these types, so many messages in a look.
+/// A topic in a namespace, of one of these types. Of the newest alone where one replaces those before: a way is planned
+/// for up to seconds, and who asks again is answered again.
 fn take(
     node: &mut Node,
     (namespace, name): (&str, &'static str),
-    (types, most): (&[&str], usize),
+    (types, newest): (&[&str], bool),
     warn: Warn,
     taken: impl Fn(&[u8]) -> Result<(), String> + Send + 'static,
 ) -> Result<Listener, String> {
@@ -90,18 +90,28 @@ fn take(
     }
     // A line that is the last one again says nothing new: senders repeat themselves.
     let (mut lines, mut last) = (0, String::new());
-    let mut refuse = move |why: String| {
-        if lines < MOST_LINES && why != last {
+    let mut refuse = move |last: &mut String, why: String| {
+        if lines < MOST_LINES && why != *last {
             lines += 1;
             warn(&shortened_line(&format!("{name}: {why}")));
-            last = why;
+            *last = why;
         }
     };
     Listener::start(&format!("ros2 {name}"), move || {
         for subscription in &subscriptions {
             let came = std::iter::from_fn(|| subscription.take_seed(Whole).ok().flatten());
-            for message in came.take(most) {
-                let _ = taken(&message.0).map_err(&mut refuse);
+            let came = came.take(MOST);
+            let came: Vec<_> = if newest {
+                came.last().into_iter().collect()
+            } else {
+                came.collect()
+            };
+            for message in came {
+                match taken(&message.0) {
+                    Ok(()) if newest => last.clear(),
+                    Ok(()) => {}
+                    Err(why) => refuse(&mut last, why),
+                }
             }
         }
     })

@@ -1,6 +1,7 @@
 //! Goals of other nodes: planned on the thread that receives them, driven to by the run.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
 
 use omni_config::PlannedPath;
 use omni_core::BodyTwist;
@@ -12,6 +13,9 @@ use crate::urdf::{MAP_LINK, ODOM_LINK};
 
 /// Farthest goal from the vehicle \[m\]: it is planned in three seconds, for which the end of a run may wait.
 const FARTHEST_M: f64 = 50.0;
+/// As far as a vehicle may be from the beginning of its way \[m\]: from farther it would be driven there over ground
+/// that is not planned.
+const MOVED_M: f64 = 0.15;
 /// The norm of an attitude's quaternion is 1 within this: clients round.
 const NORM_WITHIN: f64 = 0.01;
 /// Times between the poses of a published plan \[s\].
@@ -49,10 +53,21 @@ pub(super) struct Goals {
 
 #[derive(Default)]
 struct Exchange {
+    /// How often the run began anew: what was planned for an earlier one is none of the next.
+    run: u64,
     /// Where the vehicle is in the map and by odometry; none before its first period.
     poses: Option<Poses>,
-    /// What the last goal led to; the inner one is none where there is no way.
-    planned: Option<Option<PlannedPath>>,
+    /// What the last goal led to.
+    planned: Option<Planned>,
+}
+
+/// A way to a goal.
+pub(super) struct Planned {
+    path: PlannedPath,
+    /// When the goal came: a later command of others counts more.
+    pub(super) came: Instant,
+    /// The way as other nodes show and follow it.
+    pub(super) message: Path,
 }
 
 /// The vehicle's pose.
@@ -91,11 +106,15 @@ impl Goals {
         self.exchange.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Plans the way to a goal from where the vehicle is, or says why not. What is no goal changes nothing; a goal
-    /// without a way ends the drive to the one before.
+    /// Plans the way to a goal from where the vehicle is, or says why not: then nothing changes.
     pub(super) fn take(&self, goal: &PoseStamped) -> Result<(), String> {
+        let came = Instant::now();
         let pose = planar(goal)?;
-        let Some(poses) = self.exchange().poses else {
+        let (run, poses) = {
+            let exchange = self.exchange();
+            (exchange.run, exchange.poses)
+        };
+        let Some(poses) = poses else {
             return Err("the run has not begun".into());
         };
         let to = match goal.header.frame_id.trim_start_matches('/') {
@@ -110,23 +129,33 @@ impl Goals {
         };
         let from = &poses.in_map;
         // Numbers that are none are not within it either.
-        if !(0.0..=FARTHEST_M).contains(&(to.x_m - from.x_m).hypot(to.y_m - from.y_m)) {
+        if !(0.0..=FARTHEST_M).contains(&distance_m(from, &to)) {
             let Point { x, y, .. } = goal.pose.position;
             return Err(format!(
                 "a goal at {x}, {y}, allowed: within {FARTHEST_M} m of the vehicle"
             ));
         }
-        let planned = (self.planner.0)(from, &to);
-        let (path, said) = match planned {
-            Ok(path) => (Some(path), Ok(())),
-            Err(why) => (None, Err(format!("to {:.2}, {:.2}: {why}", to.x_m, to.y_m))),
-        };
-        self.exchange().planned = Some(path);
-        said
+        let refuse = |why: String| format!("to {:.2}, {:.2}: {why}", to.x_m, to.y_m);
+        let path = (self.planner.0)(from, &to).map_err(refuse)?;
+        let message = plan_message(&path);
+        let mut exchange = self.exchange();
+        if exchange.run != run {
+            return Err(refuse("the run began anew while the way was planned".into()));
+        }
+        if exchange
+            .poses
+            .is_none_or(|now| distance_m(&now.in_map, from) > MOVED_M)
+        {
+            return Err(refuse(
+                "the vehicle moved on while the way was planned; send the goal again when it stands".into(),
+            ));
+        }
+        exchange.planned = Some(Planned { path, came, message });
+        Ok(())
     }
 
     /// The vehicle is there now. What the last goal led to, if it came since the last time.
-    fn exchange_with(&self, poses: Poses) -> Option<Option<PlannedPath>> {
+    fn exchange_with(&self, poses: Poses) -> Option<Planned> {
         let mut exchange = self.exchange();
         exchange.poses = Some(poses);
         exchange.planned.take()
@@ -134,8 +163,16 @@ impl Goals {
 
     /// The run begins anew: what was asked of the one before is over.
     fn forget(&self) {
-        *self.exchange() = Exchange::default();
+        let mut exchange = self.exchange();
+        *exchange = Exchange {
+            run: exchange.run + 1,
+            ..Exchange::default()
+        };
     }
+}
+
+fn distance_m(one: &PlanarPose<f64>, other: &PlanarPose<f64>) -> f64 {
+    (one.x_m - other.x_m).hypot(one.y_m - other.y_m)
 }
 
 /// The goal in the plane of its frame.
@@ -159,7 +196,8 @@ fn planar(goal: &PoseStamped) -> Result<PlanarPose<f64>, String> {
 struct Drive {
     path: PlannedPath,
     progress: ProgressState<f64>,
-    /// When it began \[s\].
+    /// When its goal came, and when it began \[s\].
+    came: Instant,
     begin_s: f64,
 }
 
@@ -183,8 +221,10 @@ pub(super) struct Navigator {
 pub(super) enum Wanted {
     /// Nothing: others command.
     Nothing,
-    /// A goal came. The plan is empty where there is no way.
-    New(Path),
+    /// A drive begins, whose plan this is.
+    Begin(Path),
+    /// A command of others ended the drive.
+    Ended,
     /// This twist.
     Twist(BodyTwist<f64>),
 }
@@ -200,53 +240,69 @@ impl Navigator {
         self.drive = None;
     }
 
-    /// Others command: the drive is over.
-    pub(super) fn cancel(&mut self) {
-        self.drive = None;
-    }
-
-    /// At a time \[ns\], with the vehicle at that pose.
-    pub(super) fn step(&mut self, time_ns: u64, poses: Poses) -> Wanted {
+    /// At a time \[ns\], with the vehicle at that pose; the last command of others came then.
+    pub(super) fn step(&mut self, time_ns: u64, poses: Poses, commanded: Option<Instant>) -> Wanted {
         let time_s = time_ns as f64 * 1e-9;
-        if let Some(planned) = self.goals.exchange_with(poses) {
-            let plan = plan_message(time_ns, planned.as_ref());
-            self.drive = planned.map(|path| Drive {
+        let is_later = |came: Instant| commanded.is_some_and(|command| command > came);
+        let planned = self.goals.exchange_with(poses);
+        if let Some(Planned { path, came, message }) = planned.filter(|planned| !is_later(planned.came)) {
+            self.drive = Some(Drive {
                 path,
                 progress: ProgressState::default(),
+                came,
                 begin_s: time_s,
             });
-            return Wanted::New(plan);
+            return Wanted::Begin(message.at(time_ns));
         }
         let Some(drive) = &mut self.drive else {
             return Wanted::Nothing;
         };
+        if is_later(drive.came) {
+            self.drive = None;
+            return Wanted::Ended;
+        }
         let pose = poses.in_map;
         let wanted = drive.at(time_s, &pose);
         Wanted::Twist(drive.path.follower.step(&wanted, &pose).twist)
     }
 }
 
-/// The way as other nodes show and follow it.
-fn plan_message(time_ns: u64, planned: Option<&PlannedPath>) -> Path {
-    let header = Header::new(time_ns, MAP_LINK);
+impl Path {
+    /// The same at a time \[ns\].
+    pub(super) fn at(mut self, time_ns: u64) -> Self {
+        let stamp = Header::new(time_ns, MAP_LINK).stamp;
+        self.header.stamp = stamp;
+        for pose in &mut self.poses {
+            pose.header.stamp = stamp;
+        }
+        self
+    }
+
+    /// No way.
+    pub(super) fn none() -> Self {
+        Self {
+            header: Header::new(0, MAP_LINK),
+            poses: Vec::new(),
+        }
+    }
+}
+
+/// The way as other nodes show and follow it, at time 0.
+fn plan_message(path: &PlannedPath) -> Path {
     let pose = |at: PlanarPose<f64>| PoseStamped {
-        header: header.clone(),
+        header: Header::new(0, MAP_LINK),
         pose: Pose {
             position: [at.x_m, at.y_m, 0.0].into(),
             orientation: [0.0, 0.0, (0.5 * at.yaw_rad).sin(), (0.5 * at.yaw_rad).cos()].into(),
         },
     };
-    let mut poses = Vec::new();
-    if let Some(path) = planned {
-        let trajectory = path.trajectory();
-        let duration_s = trajectory.duration_s();
-        let steps = (duration_s / SPACING_S).ceil() as u32;
-        let times = (0..=steps).map(|step| (f64::from(step) * SPACING_S).min(duration_s));
-        poses.extend(times.map(|time_s| pose(trajectory.at(time_s).pose)));
-    }
+    let trajectory = path.trajectory();
+    let duration_s = trajectory.duration_s();
+    let steps = (duration_s / SPACING_S).ceil() as u32;
+    let times = (0..=steps).map(|step| (f64::from(step) * SPACING_S).min(duration_s));
     Path {
-        header: header.clone(),
-        poses,
+        poses: times.map(|time_s| pose(trajectory.at(time_s).pose)).collect(),
+        ..Path::none()
     }
 }
 
@@ -272,7 +328,7 @@ mod tests {
             if to.x_m > 3.0 {
                 return Err("a wall".into());
             }
-            let path = "[{ x_m = 2.0 }]";
+            let path = "[{ x_m = 2.0, y_m = 0.0 }]";
             let ahead = Scenario::load(
                 "flat",
                 &[Override::parse(&format!("command.path={path}")).expect("a path")],
@@ -305,7 +361,7 @@ mod tests {
     }
 
     #[test]
-    fn a_goal_is_planned_published_and_driven_to_until_another_has_no_way() {
+    fn a_goal_is_planned_published_and_driven_to_until_others_command() {
         let goals = Arc::new(Goals::new(planner(), "robot1/"));
         let mut navigator = Navigator::new(goals.clone());
         let ahead = goal("map", [2.0, 0.0], LEVEL);
@@ -314,38 +370,48 @@ mod tests {
             in_map: PlanarPose::origin(),
             by_odometry: PlanarPose::origin(),
         };
-        assert!(matches!(navigator.step(0, origin), Wanted::Nothing));
+        let before = Instant::now();
+        assert!(matches!(navigator.step(0, origin, None), Wanted::Nothing));
         assert_eq!(goals.take(&ahead), Ok(()));
-        let Wanted::New(plan) = navigator.step(1_000_000, origin) else {
+        // A command from before the goal does not count.
+        let Wanted::Begin(plan) = navigator.step(1_000_000, origin, Some(before)) else {
             panic!("a plan");
         };
         let last = plan.poses.last().expect("poses").pose.position;
         assert!(plan.poses.len() > 20 && (last.x - 2.0).abs() < 1e-9, "{last:?}");
-        assert_eq!(plan.header.frame_id, "map");
-        let Wanted::Twist(twist) = navigator.step(1_001_000_000, origin) else {
+        assert_eq!(plan.header, Header::new(1_000_000, "map"));
+        let Wanted::Twist(twist) = navigator.step(1_001_000_000, origin, Some(before)) else {
             panic!("a command");
         };
         assert!(twist.vx_m_s > 0.0);
-        // What is no goal changes nothing; no way ends the drive.
-        for far in [50.1, f64::NAN, f64::INFINITY] {
-            let said = goals.take(&goal("map", [0.0, far], LEVEL)).expect_err("too far");
-            assert!(said.ends_with(", allowed: within 50 m of the vehicle"), "{said}");
-        }
+        // What is no goal, and one that has no way, change nothing.
         let said = goals.take(&goal("odom", [1.0, 0.0], LEVEL));
         assert_eq!(
             said,
             Err("a goal in the frame \"odom\", allowed: map, robot1/odom".into())
         );
-        assert!(matches!(navigator.step(1_002_000_000, origin), Wanted::Twist(_)));
-        assert_eq!(
-            goals.take(&goal("map", [5.0, 0.0], LEVEL)),
-            Err("to 5.00, 0.00: a wall".into())
-        );
-        let Wanted::New(plan) = navigator.step(1_003_000_000, origin) else {
-            panic!("an empty plan");
-        };
-        assert!(plan.poses.is_empty());
-        assert!(matches!(navigator.step(1_004_000_000, origin), Wanted::Nothing));
+        for far in [50.1, f64::NAN, f64::INFINITY] {
+            let said = goals.take(&goal("map", [0.0, far], LEVEL)).expect_err("too far");
+            assert!(said.ends_with(", allowed: within 50 m of the vehicle"), "{said}");
+        }
+        let said = goals.take(&goal("map", [5.0, 0.0], LEVEL));
+        assert_eq!(said, Err("to 5.00, 0.00: a wall".into()));
+        assert!(matches!(
+            navigator.step(1_003_000_000, origin, Some(before)),
+            Wanted::Twist(_)
+        ));
+        // A later command ends the drive, and one that came while the way was planned does not let it begin.
+        let after = Some(Instant::now());
+        assert!(matches!(
+            navigator.step(1_004_000_000, origin, after),
+            Wanted::Ended
+        ));
+        assert_eq!(goals.take(&ahead), Ok(()));
+        let after = Some(Instant::now());
+        assert!(matches!(
+            navigator.step(1_005_000_000, origin, after),
+            Wanted::Nothing
+        ));
         // In the frame of odometry, which the map has a metre ahead and turned by a quarter: 5 m ahead there.
         let poses = Poses {
             in_map: PlanarPose {
@@ -355,12 +421,58 @@ mod tests {
             },
             ..origin
         };
-        assert!(matches!(navigator.step(1_005_000_000, poses), Wanted::Nothing));
+        assert!(matches!(
+            navigator.step(1_006_000_000, poses, after),
+            Wanted::Nothing
+        ));
         let said = goals.take(&goal("robot1/odom", [0.0, -4.0], LEVEL));
         assert_eq!(said, Err("to 5.00, 0.00: a wall".into()));
         // A goal of one run is none of the next.
         assert_eq!(goals.take(&ahead), Ok(()));
         navigator.start_again();
-        assert!(matches!(navigator.step(0, origin), Wanted::Nothing));
+        assert!(matches!(navigator.step(0, origin, after), Wanted::Nothing));
+    }
+
+    #[test]
+    fn a_way_is_not_driven_that_was_planned_for_another_run_or_from_another_place() {
+        type Happens = Box<dyn Fn(&Goals) + Send + Sync>;
+        let away = |x_m| Poses {
+            in_map: PlanarPose {
+                x_m,
+                ..PlanarPose::origin()
+            },
+            by_odometry: PlanarPose::origin(),
+        };
+        // What happens while the way is planned.
+        let cases: [(Happens, &str); 3] = [
+            (
+                Box::new(Goals::forget),
+                "the run began anew while the way was planned",
+            ),
+            (
+                Box::new(move |goals| drop(goals.exchange_with(away(0.2)))),
+                "the vehicle moved on while the way was planned",
+            ),
+            (Box::new(move |goals| drop(goals.exchange_with(away(0.1)))), ""),
+        ];
+        for (happens, why) in cases {
+            let goals = Arc::new_cyclic(|this: &std::sync::Weak<Goals>| {
+                let (this, plan) = (this.clone(), planner());
+                let planner = GoalPlanner::new(move |from, to| {
+                    happens(&this.upgrade().expect("there"));
+                    (plan.0)(from, to)
+                });
+                Goals::new(planner, "")
+            });
+            let mut navigator = Navigator::new(goals.clone());
+            navigator.step(0, away(0.0), None);
+            let said = goals
+                .take(&goal("map", [2.0, 0.0], LEVEL))
+                .err()
+                .unwrap_or_default();
+            assert!(said.contains(why), "{said}");
+            let begins = matches!(navigator.step(0, away(0.0), None), Wanted::Begin(_));
+            assert_eq!(begins, why.is_empty());
+        }
     }
 }
