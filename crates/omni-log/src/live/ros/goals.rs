@@ -328,11 +328,8 @@ mod tests {
             if to.x_m > 3.0 {
                 return Err("a wall".into());
             }
-            let path = "[{ x_m = 2.0, y_m = 0.0 }]";
-            let ahead = Scenario::load(
-                "flat",
-                &[Override::parse(&format!("command.path={path}")).expect("a path")],
-            );
+            let path = Override::parse("command={ path = [{ x_m = 2.0, y_m = 0.0 }] }").expect("a path");
+            let ahead = Scenario::load("flat", &[path]);
             let ahead = ahead.map_err(|error| error.to_string())?;
             Ok(ahead
                 .planned_path()
