@@ -84,7 +84,10 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         moved: &mut [R; SIZE],
     ) {
         let variance = R::of(GLIDE_M_S * GLIDE_M_S * GLIDE_S) / self.config.period_s;
-        state.take_rest(variance, moved);
+        let [vx, _] = state.velocity;
+        state.take::<VX>(-vx, variance, moved);
+        let [_, vy] = state.velocity;
+        state.take::<VY>(-vy, variance, moved);
         if let Some(gyro) = valid.gyro {
             let noise = self.config.gyro_rad_s * self.config.gyro_rad_s + variance / self.lever_m2;
             state.take::<BIAS>(gyro - state.bias, noise, moved);
@@ -103,7 +106,10 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         let walk = config.bias_walk_rad_s_per_sqrt_s;
         state.covariance.0[BIAS][BIAS] += walk * walk * config.period_s;
         let still = R::of(STANDING_M_S * STANDING_M_S);
-        state.take_rest(still, moved);
+        let [vx, _] = state.velocity;
+        state.take::<VX>(-vx, still, moved);
+        let [_, vy] = state.velocity;
+        state.take::<VY>(-vy, still, moved);
         // It trembles as much now as before: no number of readings determines its velocity of this moment better.
         let p = &mut state.covariance.0;
         for i in [VX, VY] {
@@ -148,13 +154,5 @@ impl<R: Real, const N: usize> EstimatorState<R, N> {
         let seen = self.covariance.0.map(|row| row[I]);
         let gain = self.covariance.take(&seen, above_zero(seen[I]) + variance);
         self.add(&gain, innovation, moved);
-    }
-
-    /// Takes in that it does not move, with this variance of each velocity.
-    fn take_rest(&mut self, variance: R, moved: &mut [R; SIZE]) {
-        let [vx, _] = self.velocity;
-        self.take::<VX>(-vx, variance, moved);
-        let [_, vy] = self.velocity;
-        self.take::<VY>(-vy, variance, moved);
     }
 }

@@ -422,8 +422,13 @@ mod tests {
             navigator.step(1_006_000_000, poses, after),
             Wanted::Nothing
         ));
-        let said = goals.take(&goal("robot1/odom", [0.0, -4.0], LEVEL));
-        assert_eq!(said, Err("to 5.00, 0.00: a wall".into()));
+        let said = goals
+            .take(&goal("robot1/odom", [0.0, -4.0], LEVEL))
+            .expect_err("a wall");
+        assert!(
+            said.starts_with("to 5.00, ") && said.ends_with(": a wall"),
+            "{said}"
+        );
         // A goal of one run is none of the next.
         assert_eq!(goals.take(&ahead), Ok(()));
         navigator.start_again();
