@@ -808,7 +808,8 @@ class Estimator:
 
     An extended Kalman filter with the common slip of all wheels as a state. Redundancy cannot detect that slip, but an
     accelerometer can. Wheels that disagree are weighted less. If the vehicle is commanded to rest and is at rest, its
-    velocity is 0, and the filter then estimates the gyro bias. NaN marks a missing reading, which is left out.
+    velocity is 0, and the filter then estimates the biases of gyro and accelerometer. NaN marks a missing reading,
+    which is left out.
 
     Args:
         kinematics: the map from wheel velocities to the vehicle's motion.
@@ -819,13 +820,16 @@ class Estimator:
         wander_m_s_per_sqrt_s: random walk of the velocity without an acceleration reading [m/s per root of s]; 0.3.
         bias_rad_s: standard deviation of the gyro bias at the start [rad/s]; 0.02.
         bias_walk_rad_s_per_sqrt_s: random walk of the bias [rad/s per root of s]; 1e-4.
+        accelerometer_bias_m_s2: standard deviation of the accelerometer's bias at the start, or of what a lean adds
+            that is not measured [m/s^2]; 0.05.
         slip_m_s: slip of the whole vehicle while its wheels agree [m/s]; 0.001.
-        slip_s: correlation time of the slip [s]; 0.3.
+        slip_s: correlation time of the slip [s]; 0.15.
         still_wheel_rad_s: commanded to rest, the vehicle counts as at rest if its wheels turn no faster than this,
             beyond noise, on average over 50 ms [rad/s], 0 to 1000; 0.05.
         still_gyro_rad_s: and if the gyro stays within this range of its own average, which may lie anywhere within four
             deviations of the estimated bias [rad/s], 0 to 1000; 0.05.
-        still_m_s2: and if each acceleration is at most this, on average [m/s^2], 0 to 1000; 0.1.
+        still_m_s2: and if each acceleration is at most this beyond four deviations of its bias, on average
+            [m/s^2], 0 to 1000; 0.1.
 
     Raises:
         ConfigError: a value is out of range.
@@ -851,6 +855,7 @@ class Estimator:
         wander_m_s_per_sqrt_s: float | None = None,
         bias_rad_s: float | None = None,
         bias_walk_rad_s_per_sqrt_s: float | None = None,
+        accelerometer_bias_m_s2: float | None = None,
         slip_m_s: float | None = None,
         slip_s: float | None = None,
         still_wheel_rad_s: float | None = None,
@@ -872,6 +877,9 @@ class Estimator:
     @property
     def gyro_bias_rad_s(self) -> float:
         """Estimated reading of the gyro at rest [rad/s]."""
+    @property
+    def accelerometer_bias_m_s2(self) -> _Floats:
+        """Estimated readings of the accelerometer at rest, forward and to the left [m/s^2], (2,)."""
     @property
     def nis(self) -> _Floats:
         """Normalised squared innovation per row of the last step, over the wheels used: 1 on average; NaN if none."""

@@ -86,9 +86,17 @@ def toml(value: Any) -> str:
 def sensors(setting: Setting) -> list[Campaign]:
     """Every vehicle and policy keeps its speed with sensors that are a little wrong.
 
-    Cheap gyros have a zero offset of 3 degrees per second by their datasheets.
+    Cheap gyros have a zero offset of 3 degrees per second by their datasheets, cheap accelerometers of 80 mg.
     """
-    wrong = {"gyro_bias_rad_s": 0.05, "gyro_noise_rad_s": 0.3, "encoder_noise_rad_s": 1.5}
+    wrong = {
+        "gyro_bias_rad_s": 0.05,
+        "gyro_noise_rad_s": 0.3,
+        "encoder_noise_rad_s": 1.5,
+        "accelerometer_noise_m_s2": 1.0,
+        "accelerometer_bias_m_s2": 0.8,
+        "attitude_bias_rad": 0.05,
+        "attitude_walk_rad_per_sqrt_s": 0.02,
+    }
     runs: list[Keys] = []
     for seed in range(setting.seed, setting.seed + setting.count(1)):
         for vehicle in VEHICLES:

@@ -31,6 +31,10 @@ SENSORS = {
     "sensors.gyro_noise_rad_s": 0.005,
     "sensors.gyro_bias_rad_s": 0.003,
     "sensors.encoder_counts": 4096,
+    "sensors.accelerometer_noise_m_s2": 0.05,
+    "sensors.accelerometer_bias_m_s2": 0.05,
+    "sensors.attitude_bias_rad": 0.003,
+    "sensors.attitude_walk_rad_per_sqrt_s": 0.001,
 }
 
 
@@ -87,7 +91,7 @@ def route(base: Scenario, goal: tuple[float, float], chart: ClimbChart) -> Route
 
 def straight(base: Scenario, goal: tuple[float, float]) -> Scenario:
     """The straight line to the goal, driven as a route is."""
-    follow = {"pose": "estimate", "wait": {}}
+    follow = {"pose": "estimate", "rest_s": 1.5, "wait": {}}
     command = {"path": [{"x_m": goal[0], "y_m": goal[1], "speed_m_s": 0.3}], "follow": follow}
     return Scenario(base, overrides={"command": command, "duration_s": 40.0})
 

@@ -1,8 +1,7 @@
 //! The estimator of `omni-core` on the plant: is it off by as much as it says, and less than the wheels alone are?
 //!
 //! Errors are those of the pose in the plane, which is what the filter models, against the
-//! simulation's own. Sensors have the noise of the scenario; the accelerometer, which has none
-//! there, gets its own here. Settings were found on seeds below 100.
+//! simulation's own. Settings were found on seeds below 200.
 
 use omni_core::estimate::{
     Estimator, EstimatorConfig, EstimatorInput, EstimatorState, Odometry, OdometryState, PoseCovariance,
@@ -30,7 +29,29 @@ const FOUR: [f64; 2] = [0.737, 1.303];
 const OF_BIAS: [f64; 2] = [0.517, 1.640];
 /// Known this well at the start \[m, rad\].
 const START: f64 = 2e-3;
-const ACCELEROMETER_M_S2: f64 = 0.05;
+
+/// The inertial measurement unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Unit {
+    /// Its accelerometer has noise and no bias, as the filter is configured.
+    Calibrated,
+    /// The accelerometer also has a bias, and the attitude that levels it wanders by 1 mrad per root of s. The
+    /// filter has its usual settings.
+    AsBought,
+}
+
+use Unit::{AsBought, Calibrated};
+
+impl Unit {
+    /// Factor on the lower ends of the bands. A bias counts with three of its deviations, so that no such bias is ever
+    /// taken for slip: where it is unknown the filter promises less than it does, down to two thirds.
+    fn surer(self) -> f64 {
+        match self {
+            Calibrated => 1.0,
+            AsBought => 2.0 / 3.0,
+        }
+    }
+}
 
 /// A number of the standard normal distribution: twelve uniform ones.
 fn normal(rng: &mut ChaCha8Rng) -> f64 {
@@ -63,6 +84,9 @@ struct Drive {
     keys: &'static [&'static str],
     command: fn(f64) -> [f64; 3],
     duration_s: f64,
+    /// Factor on the upper ends of the bands with the unit as bought, too weak to tell what wheels hide: that their way
+    /// across bumps is longer than the vehicle's, by 24 mm, or that they spin.
+    hidden: f64,
 }
 
 const LEFT_ICE: &str = "friction_patch=[{ x_m = [-0.5, 1.0], y_m = [0.0, 5.0], friction = 0.05 }]";
@@ -72,30 +96,35 @@ const FLAT: Drive = Drive {
     keys: &[],
     command: excitation,
     duration_s: 5.0,
+    hidden: 1.0,
 };
 const HALF_ON_ICE: Drive = Drive {
     scenario: "ice",
     keys: &[LEFT_ICE],
     command: excitation,
     duration_s: 5.0,
+    hidden: 2.0,
 };
 const ON_ICE: Drive = Drive {
     scenario: "ice",
     keys: &[ALL_ICE],
     command: excitation,
     duration_s: 5.0,
+    hidden: 2.0,
 };
 const BUMPS: Drive = Drive {
     scenario: "bumps",
     keys: &[],
     command: across,
     duration_s: 7.0,
+    hidden: 2.0,
 };
 const STEP: Drive = Drive {
     scenario: "step",
     keys: &[],
     command: across,
     duration_s: 7.0,
+    hidden: 1.0,
 };
 
 /// What came of a drive with one seed.
@@ -127,7 +156,7 @@ fn nees(mut p: [[f64; 3]; 3], mut e: [f64; 3]) -> f64 {
     sum
 }
 
-fn drive<R: Real, const N: usize>(drive: &Drive, vehicle: &str, seed: u64) -> Came {
+fn drive<R: Real, const N: usize>(drive: &Drive, unit: Unit, vehicle: &str, seed: u64) -> Came {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let bias = 0.02 * normal(&mut rng);
     let mut keys: Vec<_> = [
@@ -135,6 +164,7 @@ fn drive<R: Real, const N: usize>(drive: &Drive, vehicle: &str, seed: u64) -> Ca
         "control.policy=independent",
         "sensors.encoder_noise_rad_s=0.1",
         "sensors.gyro_noise_rad_s=0.01",
+        "sensors.accelerometer_noise_m_s2=0.05",
         "perturbation.yaw_rad=0.05",
         "perturbation.start_m=0.05",
     ]
@@ -145,11 +175,20 @@ fn drive<R: Real, const N: usize>(drive: &Drive, vehicle: &str, seed: u64) -> Ca
     keys.push(Override::new("vehicle", vehicle));
     keys.push(Override::new("seed", seed as i64));
     keys.push(Override::new("sensors.gyro_bias_rad_s", bias));
+    let mut config = EstimatorConfig::new(R::of(1e-3));
+    match unit {
+        Calibrated => config.accelerometer_bias_m_s2 = R::of(1e-4),
+        AsBought => {
+            let bias = 0.05 * normal(&mut rng);
+            keys.push(Override::new("sensors.accelerometer_bias_m_s2", bias));
+            keys.push(Override::new("sensors.attitude_walk_rad_per_sqrt_s", 1e-3));
+        }
+    }
     let scenario = Scenario::load(drive.scenario, &keys).expect("valid");
+    assert_eq!(scenario.period_s(), 1e-3);
     let kinematics =
         Kinematics::<R, N>::new(&scenario.vehicle().layout().expect("as many wheels")).expect("sound");
-    let estimator =
-        Estimator::new(EstimatorConfig::new(R::of(scenario.period_s())), &kinematics).expect("valid");
+    let estimator = Estimator::new(config, &kinematics).expect("valid");
     let odometry = Odometry::<R, N>::new(R::of(scenario.period_s())).expect("valid");
     let mut simulation = Simulation::new(&scenario).expect("valid");
     let pose = &simulation.observation().pose;
@@ -176,12 +215,8 @@ fn drive<R: Real, const N: usize>(drive: &Drive, vehicle: &str, seed: u64) -> Ca
         };
         simulation.step(&command).expect("goes on");
         let sensed = simulation.sensed();
-        let mut imu = sensed.imu;
-        for force in &mut imu.specific_force_m_s2 {
-            *force += ACCELEROMETER_M_S2 * normal(&mut rng);
-        }
         let wheels: [f64; N] = sensed.wheels_rad_s.as_slice().try_into().expect("as many wheels");
-        let input = EstimatorInput::with_imu(&wheels.into(), &imu, &command);
+        let input = EstimatorInput::with_imu(&wheels.into(), &sensed.imu, &command);
         let mut single = EstimatorInput::new(&wheels.map(R::of).into());
         single.yaw_rate_rad_s = R::of(input.yaw_rate_rad_s);
         single.acceleration_m_s2 = input.acceleration_m_s2.map(R::of);
@@ -224,10 +259,16 @@ fn drive<R: Real, const N: usize>(drive: &Drive, vehicle: &str, seed: u64) -> Ca
     clippy::print_stdout,
     reason = "the rows of docs/estimate.md, with --nocapture"
 )]
-fn judged<R: Real, const N: usize>(name: &str, way: &Drive, vehicle: &str, nis: [f64; 2]) -> [f64; 2] {
+fn judged<R: Real, const N: usize>(
+    name: &str,
+    way: &Drive,
+    unit: Unit,
+    vehicle: &str,
+    nis: [f64; 2],
+) -> [f64; 2] {
     // Others than those that the settings were found on.
-    let came: Vec<_> = (100..100 + SEEDS)
-        .map(|seed| drive::<R, N>(way, vehicle, seed))
+    let came: Vec<_> = (200..200 + SEEDS)
+        .map(|seed| drive::<R, N>(way, unit, vehicle, seed))
         .collect();
     let count = SEEDS as f64;
     let instants: Vec<_> = (0..came[0].nees.len())
@@ -249,17 +290,22 @@ fn judged<R: Real, const N: usize>(name: &str, way: &Drive, vehicle: &str, nis: 
     let least = instants.iter().copied().fold(f64::INFINITY, f64::min);
     let most = instants.iter().copied().fold(0.0, f64::max);
     println!(
-        "{vehicle} {name}: NEES {mean:.2}, {least:.2} to {most:.2}; NIS {innovations:.2}; bias {bias:.5}, said {said:.5} rad/s, NEES {by_said:.2}; place off by {error:.4} m, \
+        "{vehicle} {name} {unit:?}: NEES {mean:.2}, {least:.2} to {most:.2}; NIS {innovations:.2}; bias {bias:.5}, said {said:.5} rad/s, NEES {by_said:.2}; place off by {error:.4} m, \
          odometry {odometry:.4} m"
     );
-    assert!((BAND[0]..BAND[1]).contains(&mean), "{name}: NEES {mean}");
+    let surer = unit.surer();
+    let hidden = if unit == AsBought { way.hidden } else { 1.0 };
     assert!(
-        AT_WORST[0] < least && most < AT_WORST[1],
-        "{name}: NEES {instants:.2?}"
+        (surer * BAND[0]..hidden * BAND[1]).contains(&mean),
+        "{name} {unit:?}: NEES {mean}"
     );
     assert!(
-        (nis[0]..nis[1]).contains(&innovations),
-        "{name}: NIS {innovations}"
+        surer * AT_WORST[0] < least && most < hidden * AT_WORST[1],
+        "{name} {unit:?}: NEES {instants:.2?}"
+    );
+    assert!(
+        (surer * nis[0]..nis[1]).contains(&innovations),
+        "{name} {unit:?}: NIS {innovations}"
     );
     // Half a second of rest teaches it to a twentieth of the 0.02 rad/s of the start, and it is off
     // by as much as it says.
@@ -273,25 +319,31 @@ fn judged<R: Real, const N: usize>(name: &str, way: &Drive, vehicle: &str, nis: 
 
 #[test]
 fn it_is_off_by_as_much_as_it_says_on_flat_ground() {
-    judged::<f64, 7>("flat", &FLAT, "chugo7", SEVEN);
-    judged::<f32, 4>("flat", &FLAT, "mecanum4", FOUR);
+    for unit in [Calibrated, AsBought] {
+        judged::<f64, 7>("flat", &FLAT, unit, "chugo7", SEVEN);
+        judged::<f32, 4>("flat", &FLAT, unit, "mecanum4", FOUR);
+    }
 }
 
 #[test]
 fn it_is_off_by_as_much_as_it_says_on_bumps_and_on_the_step() {
-    let [error, odometry] = judged::<f64, 7>("bumps", &BUMPS, "chugo7", SEVEN);
-    assert!(error < 0.7 * odometry, "{error} {odometry}");
-    let [error, odometry] = judged::<f32, 7>("step", &STEP, "chugo7", SEVEN);
-    assert!(error < 0.3 * odometry, "{error} {odometry}");
+    for (unit, bumps, step) in [(Calibrated, 0.7, 0.3), (AsBought, 2.0, 0.3)] {
+        let [error, odometry] = judged::<f64, 7>("bumps", &BUMPS, unit, "chugo7", SEVEN);
+        assert!(error < bumps * odometry, "{error} {odometry}");
+        let [error, odometry] = judged::<f32, 7>("step", &STEP, unit, "chugo7", SEVEN);
+        assert!(error < step * odometry, "{error} {odometry}");
+    }
 }
 
 #[test]
-fn on_ice_it_is_off_by_as_much_as_it_says_and_ten_times_less_than_odometry() {
-    for way in [("ice under the left wheels", &HALF_ON_ICE), ("ice", &ON_ICE)] {
-        let seven = judged::<f64, 7>(way.0, way.1, "chugo7", SEVEN);
-        let four = judged::<f32, 4>(way.0, way.1, "mecanum4", FOUR);
-        for [error, odometry] in [seven, four] {
-            assert!(error < 0.1 * odometry, "{}: {error} {odometry}", way.0);
+fn on_ice_it_is_off_by_as_much_as_it_says_and_by_far_less_than_odometry() {
+    for (unit, most) in [(Calibrated, 0.1), (AsBought, 0.4)] {
+        for way in [("ice under the left wheels", &HALF_ON_ICE), ("ice", &ON_ICE)] {
+            let seven = judged::<f64, 7>(way.0, way.1, unit, "chugo7", SEVEN);
+            let four = judged::<f32, 4>(way.0, way.1, unit, "mecanum4", FOUR);
+            for [error, odometry] in [seven, four] {
+                assert!(error < most * odometry, "{} {unit:?}: {error} {odometry}", way.0);
+            }
         }
     }
 }

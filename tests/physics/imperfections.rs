@@ -313,6 +313,60 @@ fn heading_hold_brings_back_the_heading_that_a_push_took_and_wheels_do_not_notic
     assert!((yaw / expected - 1.0).abs() < 0.1, "{yaw} rad, {expected} rad");
 }
 
+fn accelerometer_and_attitude_are_wrong_by_what_is_set() {
+    let readings = |keys: &[&str]| {
+        let mut simulation = Simulation::new(&scenario(keys)).expect("valid");
+        // It stands on level ground: what is read is gravity, and what is wrong.
+        (0..4000)
+            .map(|_| {
+                simulation.step(&BodyTwist::ZERO).expect("goes on");
+                let imu = simulation.sensed().imu;
+                (imu.specific_force_m_s2, [imu.pitch_rad, imu.roll_rad])
+            })
+            .collect::<Vec<_>>()
+    };
+    let exact = readings(&[]);
+    let wrong = readings(&[
+        "sensors.accelerometer_noise_m_s2=0.2",
+        "sensors.accelerometer_bias_m_s2=-0.3",
+        "sensors.attitude_bias_rad=0.01",
+    ]);
+    for axis in 0..3 {
+        let off: Vec<_> = wrong
+            .iter()
+            .zip(&exact)
+            .map(|(w, e)| w.0[axis] - e.0[axis])
+            .collect();
+        // 4000 readings: the deviation is known to 1 / sqrt(8000) = 1.1 %, the mean to 1 / sqrt(4000) of it;
+        // four times each.
+        let (mean, deviation) = spread(&off);
+        assert!(
+            (deviation / 0.2 - 1.0).abs() < 0.045 && (mean + 0.3).abs() < 0.013,
+            "axis {axis}: {mean} {deviation}"
+        );
+    }
+    for (wrong, exact) in wrong.iter().zip(&exact) {
+        assert!((0..2).all(|i| (wrong.1[i] - exact.1[i] - 0.01).abs() < 1e-12));
+    }
+    // A walk of 1 mrad in a second: the deviation of its 4000 steps, and none between roll and pitch that is the same.
+    let walked = readings(&["sensors.attitude_walk_rad_per_sqrt_s=0.001"]);
+    let steps = |i: usize| {
+        let off: Vec<_> = walked.iter().zip(&exact).map(|(w, e)| w.1[i] - e.1[i]).collect();
+        off.windows(2).map(|pair| pair[1] - pair[0]).collect::<Vec<_>>()
+    };
+    let (pitch, roll) = (steps(0), steps(1));
+    for angle in [&pitch, &roll] {
+        let expected = 1e-3 * 1e-3_f64.sqrt();
+        assert!(
+            (spread(angle).1 / expected - 1.0).abs() < 0.045,
+            "{:?}",
+            spread(angle)
+        );
+    }
+    let together = pitch.iter().zip(&roll).map(|(p, r)| p * r).sum::<f64>() / 4000.0;
+    assert!(together.abs() < 4.0 / 4000.0_f64.sqrt() * 1e-9, "{together}");
+}
+
 fn a_command_or_a_torque_that_is_not_finite_is_refused_and_changes_nothing() {
     let mut simulation = Simulation::new(&scenario(&[])).expect("valid");
     let before = simulation.observation().clone();
@@ -476,6 +530,7 @@ fn wheels_that_were_blocked_end_without_torque() {
 on_the_fast_engine! {
     encoder_counts_quantise_the_velocity_and_lose_no_way,
     encoder_and_gyro_noise_have_the_set_deviation_and_the_seed_alone_changes_them,
+    accelerometer_and_attitude_are_wrong_by_what_is_set,
     a_delay_shows_the_controller_what_was_so_many_periods_ago,
     torque_follows_its_command_with_the_time_constant_of_the_lag,
     velocity_and_counted_angle_follow_the_torque_by_the_lag_and_agree,

@@ -204,7 +204,7 @@ fn a_path_waits_for_a_vehicle_that_is_held_up() {
     assert!(none.iter().all(|waited| *waited == 0.0));
 }
 
-fn by_the_estimate_a_path_waits_at_a_wall_where_by_odometry_it_does_not() {
+fn by_the_estimate_a_path_waits_for_seconds_at_a_wall_and_by_odometry_it_does_not() {
     for seed in 5..8 {
         let [estimate, odometry] = ["estimate", "odometry"].map(|pose| {
             let [pose, seed] = [format!("command.follow.pose=\"{pose}\""), format!("seed={seed}")];
@@ -213,17 +213,18 @@ fn by_the_estimate_a_path_waits_at_a_wall_where_by_odometry_it_does_not() {
                 "sensors.encoder_noise_rad_s=0.05",
                 "sensors.gyro_noise_rad_s=0.005",
                 "sensors.gyro_bias_rad_s=0.01",
+                "command.follow.rest_s=1.5",
                 &pose,
                 &seed,
             ];
             let trace = over_the_step_with("independent", &bought, 0.2);
             let end = |name: &str| *trace.column(name).expect(name).last().expect("rows");
-            let off = |axis: &str| end(&format!("path_estimated_{axis}")) - end(&format!("pose_{axis}"));
-            (off("x_m").hypot(off("y_m")), end("path_waited_s"))
+            end("path_waited_s")
         });
-        // 20 s less the second in which it drives up, and the one in which its wheels begin to spin.
-        assert!(estimate.0 < 0.1 && estimate.1 > 17.0, "{estimate:?}");
-        assert!(odometry.0 > 1.0 && odometry.1 == 0.0, "{odometry:?}");
+        // Its wheels spin for 17 s. What the rest has shown of the accelerometer's bias fades, and after some seconds a
+        // vehicle that stands and one that drives with a bias look the same.
+        assert!(estimate > 3.5, "{estimate}");
+        assert_eq!(odometry, 0.0);
     }
 }
 
@@ -402,5 +403,5 @@ on_the_fast_engine! {
     a_vehicle_that_is_stuck_for_good_pushes_no_faster_than_the_correction,
     a_path_that_need_not_wait_is_what_it_is_without_and_the_vehicle_arrives,
     a_snapshot_while_a_path_waits_resumes_bit_for_bit,
-    by_the_estimate_a_path_waits_at_a_wall_where_by_odometry_it_does_not,
+    by_the_estimate_a_path_waits_for_seconds_at_a_wall_and_by_odometry_it_does_not,
 }

@@ -72,7 +72,7 @@ impl Scenario {
     #[must_use]
     pub fn too_short(&self) -> Option<String> {
         if let Ok(Some(path)) = self.planned_path() {
-            let takes_s = path.trajectory().duration_s();
+            let takes_s = path.duration_s();
             // A duration that was rounded to hundredths is as long.
             return (takes_s > self.duration_s + 5e-3).then(|| {
                 let duration_s = self.duration_s;

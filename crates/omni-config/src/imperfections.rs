@@ -8,11 +8,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::encoder_velocity::EncoderVelocity;
 use crate::ranges::{
-    self, BIAS_RAD_S, ENCODER_NOISE_RAD_S, GYRO_NOISE_RAD_S, HOLD_PER_S, LAG_S, SAG, SPEED_RAD_S,
+    self, ACCELEROMETER_BIAS_M_S2, ACCELEROMETER_NOISE_M_S2, ATTITUDE_BIAS_RAD, ATTITUDE_WALK_RAD_PER_SQRT_S,
+    BIAS_RAD_S, ENCODER_NOISE_RAD_S, GYRO_NOISE_RAD_S, HOLD_PER_S, LAG_S, SAG, SPEED_RAD_S,
     is_encoder_counts,
 };
 
-/// Encoders and the gyro; ideal by default.
+/// Encoders and the inertial measurement unit; ideal by default.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Validate)]
 #[cfg_attr(feature = "schema", derive(JsonSchema))]
 #[serde(deny_unknown_fields, default)]
@@ -48,6 +49,18 @@ pub struct Sensors {
     /// Constant error of the gyro's rate \[rad/s\], -1 to 1.
     #[garde(adapt(ranges), range(min = BIAS_RAD_S.min, max = BIAS_RAD_S.max))]
     pub gyro_bias_rad_s: f64,
+    /// Standard deviation of normal noise on each axis of the accelerometer \[m/s^2\], 0 to 100.
+    #[garde(adapt(ranges), range(min = ACCELEROMETER_NOISE_M_S2.min, max = ACCELEROMETER_NOISE_M_S2.max))]
+    pub accelerometer_noise_m_s2: f64,
+    /// Constant error of each axis of the accelerometer \[m/s^2\], -10 to 10.
+    #[garde(adapt(ranges), range(min = ACCELEROMETER_BIAS_M_S2.min, max = ACCELEROMETER_BIAS_M_S2.max))]
+    pub accelerometer_bias_m_s2: f64,
+    /// Constant error of the measured roll and pitch \[rad\], -0.5 to 0.5.
+    #[garde(adapt(ranges), range(min = ATTITUDE_BIAS_RAD.min, max = ATTITUDE_BIAS_RAD.max))]
+    pub attitude_bias_rad: f64,
+    /// Random walk of the measured roll and pitch \[rad per root of s\], 0 to 0.1.
+    #[garde(adapt(ranges), range(min = ATTITUDE_WALK_RAD_PER_SQRT_S.min, max = ATTITUDE_WALK_RAD_PER_SQRT_S.max))]
+    pub attitude_walk_rad_per_sqrt_s: f64,
     /// No encoders on the hinges: the controller receives none of their angles.
     #[garde(skip)]
     pub no_hinge_encoders: bool,

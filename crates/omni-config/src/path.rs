@@ -10,7 +10,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::ranges::{
     self, ACCELERATION_M_S2, ACCELERATION_RAD_S2, DISTANCE_ERROR_M, FOLLOW_PER_S, HEADING_ERROR_RAD,
-    JERK_M_S3, JERK_RAD_S3, PATH_TIME_S, PLACE_M, SHARE, SPEED_M_S, SPEED_RAD_S, SWEEP_RAD, TURN_RAD,
+    JERK_M_S3, JERK_RAD_S3, PATH_TIME_S, PLACE_M, REST_BEFORE_S, SHARE, SPEED_M_S, SPEED_RAD_S, SWEEP_RAD,
+    TURN_RAD,
 };
 
 /// Names of built-in paths.
@@ -223,6 +224,10 @@ pub struct PathFollow {
     /// Source of the pose; `odometry` by default.
     #[garde(skip)]
     pub pose: PoseSource,
+    /// Time for which the vehicle stands before it follows \[s\], 0 to 60; 0 by default. An estimator learns the biases of
+    /// its inertial unit in 1.5 s.
+    #[garde(adapt(ranges), range(min = REST_BEFORE_S.min, max = REST_BEFORE_S.max))]
+    pub rest_s: f64,
     /// The path waits for a vehicle that is held up. Without it, the default, its time is the clock's.
     #[garde(dive)]
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -243,6 +248,7 @@ impl Default for PathFollow {
             limit_m_s: 0.3,
             limit_rad_s: 1.0,
             pose: PoseSource::Odometry,
+            rest_s: 0.0,
             wait: None,
             arrival_m: 0.05,
             arrival_rad: 0.05,

@@ -1,8 +1,9 @@
 //! A trajectory of omni-core, planned along a scenario's path.
 
+use omni_core::geometry::PlanarPose;
 use omni_core::path::{
     FollowerConfig, HolonomicFollower, PathLimits, PathPiece, PathProgress, PathSegment, PlanarInertia,
-    ProgressConfig, Trajectory, TrajectoryPlanner, Waypoint,
+    ProgressConfig, ProgressState, Trajectory, TrajectoryPlanner, TrajectorySample, Waypoint,
 };
 use omni_core::shaping::MotionLimits;
 use omni_core::{BodyTwist, ConfigError, Kinematics, TorqueLimit};
@@ -33,6 +34,8 @@ pub struct PlannedPath {
     pub progress: Option<PathProgress<f64>>,
     /// Source of the follower's pose.
     pub pose: PoseSource,
+    /// Time for which the vehicle stands before \[s\].
+    pub rest_s: f64,
 }
 
 impl PlannedPath {
@@ -40,6 +43,28 @@ impl PlannedPath {
     #[must_use]
     pub fn trajectory(&self) -> Trajectory<'_, f64> {
         Trajectory::new(&self.segments, &self.pieces)
+    }
+
+    /// Time from the beginning of the rest to the end of the path, if it never waits \[s\].
+    #[must_use]
+    pub fn duration_s(&self) -> f64 {
+        self.rest_s + self.trajectory().duration_s()
+    }
+
+    /// Reference at a time since the beginning of the rest \[s\], for a vehicle at a pose. A path that waits for the
+    /// vehicle goes on with its progress.
+    #[must_use]
+    pub fn step(
+        &self,
+        progress: &mut ProgressState<f64>,
+        time_s: f64,
+        pose: &PlanarPose<f64>,
+    ) -> TrajectorySample<f64> {
+        let time_s = (time_s - self.rest_s).max(0.0);
+        match &self.progress {
+            Some(waits) => waits.step(progress, &self.trajectory(), time_s, pose),
+            None => self.trajectory().at(time_s),
+        }
     }
 }
 
@@ -212,6 +237,7 @@ impl Scenario {
             follower,
             progress,
             pose: command.follow.pose,
+            rest_s: command.follow.rest_s,
         }))
     }
 

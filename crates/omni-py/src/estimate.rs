@@ -29,6 +29,7 @@ pub(crate) trait Estimate: Send + Sync {
     fn twist(&self) -> [f64; 3];
     fn slip(&self) -> [f64; 3];
     fn bias(&self) -> f64;
+    fn accelerometer_bias(&self) -> [f64; 2];
     fn covariance(&self) -> [[f64; 3]; 3];
     /// False if a pose is not finite; variances that are none are an error.
     fn reset(&mut self, pose: [f64; 3], deviations: [f64; 3]) -> PyResult<bool>;
@@ -83,6 +84,10 @@ impl<const N: usize> Estimate for Filter<N> {
 
     fn bias(&self) -> f64 {
         self.state.gyro_bias_rad_s()
+    }
+
+    fn accelerometer_bias(&self) -> [f64; 2] {
+        self.state.accelerometer_bias_m_s2()
     }
 
     fn covariance(&self) -> [[f64; 3]; 3] {

@@ -12,7 +12,8 @@ use crate::kinematics::Kinematics;
 ///
 /// An extended Kalman filter with the common slip of all wheels as a state. Redundancy cannot detect that slip, but an
 /// accelerometer can. Wheels that disagree are weighted less. If the vehicle is commanded to rest and is at rest, its
-/// velocity is 0, and the filter then estimates the gyro bias. NaN marks a missing reading, which is left out.
+/// velocity is 0, and the filter then estimates the biases of gyro and accelerometer. NaN marks a missing reading,
+/// which is left out.
 ///
 /// Args:
 ///     kinematics: the map from wheel velocities to the vehicle's motion.
@@ -23,13 +24,16 @@ use crate::kinematics::Kinematics;
 ///     wander_m_s_per_sqrt_s: random walk of the velocity without an acceleration reading [m/s per root of s]; 0.3.
 ///     bias_rad_s: standard deviation of the gyro bias at the start [rad/s]; 0.02.
 ///     bias_walk_rad_s_per_sqrt_s: random walk of the bias [rad/s per root of s]; 1e-4.
+///     accelerometer_bias_m_s2: standard deviation of the accelerometer's bias at the start, or of what a lean adds
+///         that is not measured [m/s^2]; 0.05.
 ///     slip_m_s: slip of the whole vehicle while its wheels agree [m/s]; 0.001.
-///     slip_s: correlation time of the slip [s]; 0.3.
+///     slip_s: correlation time of the slip [s]; 0.15.
 ///     still_wheel_rad_s: commanded to rest, the vehicle counts as at rest if its wheels turn no faster than this,
 ///         beyond noise, on average over 50 ms [rad/s], 0 to 1000; 0.05.
 ///     still_gyro_rad_s: and if the gyro stays within this range of its own average, which may lie anywhere within four
 ///         deviations of the estimated bias [rad/s], 0 to 1000; 0.05.
-///     still_m_s2: and if each acceleration is at most this, on average [m/s^2], 0 to 1000; 0.1.
+///     still_m_s2: and if each acceleration is at most this beyond four deviations of its bias, on average
+///         [m/s^2], 0 to 1000; 0.1.
 ///
 /// Raises:
 ///     ConfigError: a value is out of range.
@@ -63,8 +67,8 @@ fn each(name: &str, found: usize, rows: usize) -> PyResult<()> {
 impl Estimator {
     #[new]
     #[pyo3(signature = (*, kinematics, period_s, wheel_rad_s = None, gyro_rad_s = None, accelerometer_m_s2 = None,
-        wander_m_s_per_sqrt_s = None, bias_rad_s = None, bias_walk_rad_s_per_sqrt_s = None, slip_m_s = None, slip_s = None,
-        still_wheel_rad_s = None, still_gyro_rad_s = None, still_m_s2 = None))]
+        wander_m_s_per_sqrt_s = None, bias_rad_s = None, bias_walk_rad_s_per_sqrt_s = None, accelerometer_bias_m_s2 = None, slip_m_s = None,
+        slip_s = None, still_wheel_rad_s = None, still_gyro_rad_s = None, still_m_s2 = None))]
     #[expect(clippy::too_many_arguments, reason = "keywords, each with a name")]
     fn new(
         kinematics: &Bound<'_, Kinematics>,
@@ -75,6 +79,7 @@ impl Estimator {
         wander_m_s_per_sqrt_s: Option<f64>,
         bias_rad_s: Option<f64>,
         bias_walk_rad_s_per_sqrt_s: Option<f64>,
+        accelerometer_bias_m_s2: Option<f64>,
         slip_m_s: Option<f64>,
         slip_s: Option<f64>,
         still_wheel_rad_s: Option<f64>,
@@ -89,6 +94,7 @@ impl Estimator {
             (&mut config.wander_m_s_per_sqrt_s, wander_m_s_per_sqrt_s),
             (&mut config.bias_rad_s, bias_rad_s),
             (&mut config.bias_walk_rad_s_per_sqrt_s, bias_walk_rad_s_per_sqrt_s),
+            (&mut config.accelerometer_bias_m_s2, accelerometer_bias_m_s2),
             (&mut config.slip_m_s, slip_m_s),
             (&mut config.slip_s, slip_s),
             (&mut config.still_wheel_rad_s, still_wheel_rad_s),
@@ -134,6 +140,12 @@ impl Estimator {
     #[getter]
     fn gyro_bias_rad_s(&self) -> f64 {
         self.filter.bias()
+    }
+
+    /// Estimated readings of the accelerometer at rest, forward and to the left [m/s^2], (2,).
+    #[getter]
+    fn accelerometer_bias_m_s2<'py>(&self, py: Python<'py>) -> PyResult<Array<'py, f64>> {
+        array(py, vec![2], self.filter.accelerometer_bias().to_vec())
     }
 
     /// Normalised squared innovation per row of the last step, over the wheels used: 1 on average; NaN if none.

@@ -12,8 +12,8 @@ fn main() -> Result<(), Error> {
     let mut simulation = Simulation::new(&Scenario::load("flat", &[])?)?;
     println!("time [s]  x [m]   y [m]  heading [deg]");
     for period in 0..=5000 {
-        let pose = simulation.observation().pose;
-        let ([x_m, y_m, _], yaw_rad) = (pose.position_m, pose.yaw_rad());
+        let pose = simulation.observation().pose.planar();
+        let PlanarPose { x_m, y_m, yaw_rad } = pose;
         if period % 500 == 0 {
             let time_s = simulation.time_ns() as f64 * 1e-9;
             println!("{time_s:6.1}  {x_m:7.3} {y_m:7.3} {:+9.2}", yaw_rad.to_degrees());
@@ -27,7 +27,7 @@ fn main() -> Result<(), Error> {
             wz_rad_s: -yaw_rad,
         };
         // ... and in the vehicle's own.
-        simulation.step(&twist.to_body(&PlanarPose { x_m, y_m, yaw_rad }))?;
+        simulation.step(&twist.to_body(&pose))?;
     }
     let [x_m, y_m, _] = simulation.observation().pose.position_m;
     let off_m = (GOAL_M[0] - x_m).hypot(GOAL_M[1] - y_m);

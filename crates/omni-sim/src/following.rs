@@ -2,7 +2,7 @@
 
 use omni_core::BodyTwist;
 use omni_core::geometry::PlanarPose;
-use omni_core::path::{ProgressState, TrajectorySample};
+use omni_core::path::ProgressState;
 use serde::{Deserialize, Serialize};
 
 use crate::config::{PlannedPath, PoseSource, Scenario};
@@ -26,18 +26,9 @@ pub(crate) struct State {
     localization: Option<localization::State>,
 }
 
-/// The true pose in the plane.
-pub(crate) fn true_pose(seen: &Observation) -> PlanarPose<f64> {
-    PlanarPose {
-        x_m: seen.pose.position_m[0],
-        y_m: seen.pose.position_m[1],
-        yaw_rad: seen.pose.yaw_rad(),
-    }
-}
-
 /// Distance of the vehicle from its reference position \[m\], and its heading minus the reference heading \[rad\].
 pub(crate) fn error_of(wanted: &PlanarPose<f64>, seen: &Observation) -> [f64; 2] {
-    let is = true_pose(seen);
+    let is = seen.pose.planar();
     let turned = omni_core::Real::wrapped_angle(is.yaw_rad - wanted.yaw_rad);
     [libm::hypot(is.x_m - wanted.x_m, is.y_m - wanted.y_m), turned]
 }
@@ -65,42 +56,30 @@ impl Following {
         if let Some(localization) = &mut self.localization {
             localization.step(&last.control, sensed);
         }
-        let seen = &last.observed;
-        let mut progress = self.progress;
-        let pose = self.at(&mut progress, time_s, seen).pose;
-        self.progress = progress;
+        let estimated = self.pose(&last.observed);
+        let wanted = self.path.step(&mut self.progress, time_s, &estimated);
         PathReport {
-            pose,
-            waited_s: progress.waited_s(),
-            estimated: self.pose(seen),
+            pose: wanted.pose,
+            waited_s: self.progress.waited_s(),
+            estimated,
         }
     }
 
     /// The twist to command at a time \[s\].
     pub(crate) fn command(&self, time_s: f64, seen: &Observation) -> BodyTwist<f64> {
-        let wanted = self.at(&mut self.progress.clone(), time_s, seen);
-        self.path.follower.step(&wanted, &self.pose(seen)).twist
-    }
-
-    /// Reference pose and motion of the path at a time.
-    fn at(
-        &self,
-        progress: &mut ProgressState<f64>,
-        time_s: f64,
-        seen: &Observation,
-    ) -> TrajectorySample<f64> {
-        let trajectory = self.path.trajectory();
-        match &self.path.progress {
-            Some(waits) => waits.step(progress, &trajectory, time_s, &self.pose(seen)),
-            None => trajectory.at(time_s),
+        if time_s < self.path.rest_s {
+            return BodyTwist::ZERO;
         }
+        let pose = self.pose(seen);
+        let wanted = self.path.step(&mut self.progress.clone(), time_s, &pose);
+        self.path.follower.step(&wanted, &pose).twist
     }
 
     /// The pose that is followed with.
     fn pose(&self, seen: &Observation) -> PlanarPose<f64> {
         match (&self.localization, self.path.pose) {
             (Some(localization), _) => localization.pose(),
-            (None, PoseSource::Truth) => true_pose(seen),
+            (None, PoseSource::Truth) => seen.pose.planar(),
             (None, _) => seen.odometry.pose,
         }
     }

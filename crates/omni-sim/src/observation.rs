@@ -62,6 +62,17 @@ impl Pose3 {
         let [x, y, z, w] = self.rotation_xyzw;
         libm::atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
     }
+
+    /// Position and heading in the plane.
+    #[must_use]
+    pub fn planar(&self) -> PlanarPose<f64> {
+        let [x_m, y_m, _] = self.position_m;
+        PlanarPose {
+            x_m,
+            y_m,
+            yaw_rad: self.yaw_rad(),
+        }
+    }
 }
 
 /// The vehicle at one instant, with contact forces averaged over the control period that ended there.

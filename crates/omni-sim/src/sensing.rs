@@ -86,6 +86,9 @@ pub(crate) struct State {
     rng: ChaCha8Rng,
     /// Of the gyros about x and y.
     tilt_rng: ChaCha8Rng,
+    /// Of the accelerometer and of the attitude, and how far that has walked away \[rad\].
+    lean_rng: ChaCha8Rng,
+    walked_rad: [f64; 2],
     encoders: Vec<Encoder>,
     /// What is remembered for the velocity of each encoder; empty if nothing is.
     velocities: Vec<VelocityState<f64, LONGEST_WINDOW>>,
@@ -135,6 +138,8 @@ impl Sensing {
             state: State {
                 rng: stream(1),
                 tilt_rng: stream(2),
+                lean_rng: stream(4),
+                walked_rad: [0.0; 2],
                 encoders: vec![Encoder::default(); wheels],
                 velocities: vec![VelocityState::at_rest(); remembered],
                 read: vec![0.0; wheels],
@@ -186,6 +191,22 @@ impl Sensing {
         }
         let level = |axis: [f64; 3]| libm::asin(axis[2].clamp(-1.0, 1.0));
         (sensed.imu.pitch_rad, sensed.imu.roll_rad) = (level(axes[0]), level(axes[1]));
+        for force in &mut sensed.imu.specific_force_m_s2 {
+            *force += sensors.accelerometer_bias_m_s2;
+            if sensors.accelerometer_noise_m_s2 > 0.0 {
+                *force += sensors.accelerometer_noise_m_s2 * normal(&mut state.lean_rng);
+            }
+        }
+        let walk = sensors.attitude_walk_rad_per_sqrt_s * self.period_s.sqrt();
+        for (angle, walked) in [&mut sensed.imu.pitch_rad, &mut sensed.imu.roll_rad]
+            .into_iter()
+            .zip(&mut state.walked_rad)
+        {
+            if walk > 0.0 {
+                *walked += walk * normal(&mut state.lean_rng);
+            }
+            *angle += sensors.attitude_bias_rad + *walked;
+        }
         if sensors.no_hinge_encoders {
             sensed.hinges_rad.fill(f64::NAN);
             sensed.hinges_rad_s.fill(f64::NAN);

@@ -7,7 +7,7 @@ use rand_chacha::rand_core::{RngCore, SeedableRng};
 use crate::config::{Command, Engine, Scenario};
 use crate::control_loop::ControlLoop;
 use crate::controller::{AnyController, ControlSample};
-use crate::following::{Following, true_pose};
+use crate::following::Following;
 use crate::observation::Observation;
 use crate::odometry::Odometer;
 use crate::sensed::Sensed;
@@ -89,7 +89,7 @@ impl Simulation {
         let mut observation = Observation::of(scenario.vehicle());
         world.observe(&mut observation);
         world.start_energy_balance(&mut observation);
-        let start = true_pose(&observation);
+        let start = observation.pose.planar();
         let following = Following::new(scenario, &start)?;
         let odometer = Odometer::new(scenario, start)?;
         let mut simulation = Self {

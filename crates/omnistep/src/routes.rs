@@ -11,6 +11,9 @@ use crate::args::{AROUND_M, RESOLUTION_M};
 
 /// After this time beyond the end of its path a vehicle has come to rest \[s\].
 const AFTER_S: f64 = 3.0;
+/// Time for which a vehicle stands before it drives, so that its estimator learns the biases of gyro and
+/// accelerometer \[s\].
+const REST_S: f64 = 1.5;
 
 /// As far as waypoints may be \[m\].
 const FARTHEST_M: f64 = 100.0;
@@ -140,13 +143,14 @@ pub fn driven(route: &Route, scenario: &Scenario) -> Result<Scenario, Error> {
     let mut follow = toml::Table::new();
     follow.insert("wait".into(), toml::Table::new().into());
     follow.insert("pose".into(), "estimate".into());
+    follow.insert("rest_s".into(), REST_S.into());
     command.insert("follow".into(), follow.into());
     let name = format!("{}, its command replaced by the route", scenario.name);
     let command = Override::new("command", toml::Value::Table(command));
     let driven = scenario.with(&name, &[command])?;
     // The planner's times have no acceleration in them.
     let path = driven.planned_path()?;
-    let duration_s = path.map_or(route.duration_s, |path| path.trajectory().duration_s());
+    let duration_s = path.map_or(route.duration_s, |path| path.duration_s());
     let lasts = Override::new("duration_s", (duration_s + AFTER_S).ceil());
     Ok(driven.with(&name, &[lasts])?)
 }

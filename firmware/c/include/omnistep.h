@@ -1223,9 +1223,12 @@ typedef struct {
   float bias_rad_s;
   // Random walk of the bias [rad/s per root of s], 1e-9 to 1000; 1e-4.
   float bias_walk_rad_s_per_sqrt_s;
+  // Deviation of the accelerometer's bias at the start, or of what a lean adds that is not measured [m/s^2], 1e-6
+  // to 1000; 0.05.
+  float accelerometer_bias_m_s2;
   // Slip of the whole vehicle that goes unnoticed while its wheels agree [m/s], 1e-6 to 1000; 0.001.
   float slip_m_s;
-  // Time in which a slip comes and goes [s], 1e-3 to 100; 0.3. At least the period.
+  // Time in which a slip comes and goes [s], 1e-3 to 100; 0.15. At least the period.
   float slip_s;
   // Averages over 50 ms up to which a vehicle whose command is rest stands: of the wheels beyond their
   // noise [rad/s], 0 to 1000; 0.05.
@@ -1234,7 +1237,7 @@ typedef struct {
   // 0.05. The average itself has to be within four deviations of the estimated bias: initially four times
   // `bias_rad_s`.
   float still_gyro_rad_s;
-  // Of each acceleration [m/s^2], 0 to 1000; 0.1.
+  // Of each acceleration, beyond four deviations of its bias [m/s^2], 0 to 1000; 0.1.
   float still_m_s2;
 } omni_estimator_config;
 
@@ -1257,10 +1260,12 @@ typedef struct {
 // A vehicle that is commanded to rest and is quiet (wheels, gyro and accelerometer for 50 ms) has nearly no velocity.
 // It may still glide or turn on free rollers, so that only after a second of quiet its pose is held, and the gyro's
 // difference from the wheels' yaw rate is its bias: the vehicle trembles because its loops respond to encoder noise.
-// The bias is estimated only at rest: a wheel's slip in a turn is one-sided, and would be mistaken for a bias.
+// What the accelerometer reads then is its bias, or a lean that is not measured. Biases are estimated only at rest: a
+// wheel's slip in a turn is one-sided, and would be mistaken for a bias. What a rest has shown of the accelerometer's
+// fades in minutes, because attitudes wander; as far as it is unknown it adds to the noise of the velocity, with
+// three of its deviations, so that none is taken for a slip that lasts.
 //
-// Limits: it does not model a bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s of
-// error while all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
+// Limits: a bias of b m/s^2 that no rest has shown is b t m/s of error while all wheels slip for t seconds.
 typedef struct {
   omni_estimator_config config;
   omni3_kinematics kinematics;
@@ -1274,7 +1279,7 @@ typedef struct {
 // State of an estimator. Private.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[104];
+  uint32_t memory[107];
 } omni3_estimator_state;
 
 // Standard deviations of the pose. All 0 if the drive has no noise.
@@ -1680,10 +1685,12 @@ typedef struct {
 // A vehicle that is commanded to rest and is quiet (wheels, gyro and accelerometer for 50 ms) has nearly no velocity.
 // It may still glide or turn on free rollers, so that only after a second of quiet its pose is held, and the gyro's
 // difference from the wheels' yaw rate is its bias: the vehicle trembles because its loops respond to encoder noise.
-// The bias is estimated only at rest: a wheel's slip in a turn is one-sided, and would be mistaken for a bias.
+// What the accelerometer reads then is its bias, or a lean that is not measured. Biases are estimated only at rest: a
+// wheel's slip in a turn is one-sided, and would be mistaken for a bias. What a rest has shown of the accelerometer's
+// fades in minutes, because attitudes wander; as far as it is unknown it adds to the noise of the velocity, with
+// three of its deviations, so that none is taken for a slip that lasts.
 //
-// Limits: it does not model a bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s of
-// error while all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
+// Limits: a bias of b m/s^2 that no rest has shown is b t m/s of error while all wheels slip for t seconds.
 typedef struct {
   omni_estimator_config config;
   omni4_kinematics kinematics;
@@ -1697,7 +1704,7 @@ typedef struct {
 // State of an estimator. Private.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[105];
+  uint32_t memory[108];
 } omni4_estimator_state;
 
 // Readings of an estimator in a period. All zero: nothing is read.
@@ -2064,10 +2071,12 @@ typedef struct {
 // A vehicle that is commanded to rest and is quiet (wheels, gyro and accelerometer for 50 ms) has nearly no velocity.
 // It may still glide or turn on free rollers, so that only after a second of quiet its pose is held, and the gyro's
 // difference from the wheels' yaw rate is its bias: the vehicle trembles because its loops respond to encoder noise.
-// The bias is estimated only at rest: a wheel's slip in a turn is one-sided, and would be mistaken for a bias.
+// What the accelerometer reads then is its bias, or a lean that is not measured. Biases are estimated only at rest: a
+// wheel's slip in a turn is one-sided, and would be mistaken for a bias. What a rest has shown of the accelerometer's
+// fades in minutes, because attitudes wander; as far as it is unknown it adds to the noise of the velocity, with
+// three of its deviations, so that none is taken for a slip that lasts.
 //
-// Limits: it does not model a bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s of
-// error while all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
+// Limits: a bias of b m/s^2 that no rest has shown is b t m/s of error while all wheels slip for t seconds.
 typedef struct {
   omni_estimator_config config;
   omni5_kinematics kinematics;
@@ -2081,7 +2090,7 @@ typedef struct {
 // State of an estimator. Private.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[106];
+  uint32_t memory[109];
 } omni5_estimator_state;
 
 // Readings of an estimator in a period. All zero: nothing is read.
@@ -2448,10 +2457,12 @@ typedef struct {
 // A vehicle that is commanded to rest and is quiet (wheels, gyro and accelerometer for 50 ms) has nearly no velocity.
 // It may still glide or turn on free rollers, so that only after a second of quiet its pose is held, and the gyro's
 // difference from the wheels' yaw rate is its bias: the vehicle trembles because its loops respond to encoder noise.
-// The bias is estimated only at rest: a wheel's slip in a turn is one-sided, and would be mistaken for a bias.
+// What the accelerometer reads then is its bias, or a lean that is not measured. Biases are estimated only at rest: a
+// wheel's slip in a turn is one-sided, and would be mistaken for a bias. What a rest has shown of the accelerometer's
+// fades in minutes, because attitudes wander; as far as it is unknown it adds to the noise of the velocity, with
+// three of its deviations, so that none is taken for a slip that lasts.
 //
-// Limits: it does not model a bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s of
-// error while all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
+// Limits: a bias of b m/s^2 that no rest has shown is b t m/s of error while all wheels slip for t seconds.
 typedef struct {
   omni_estimator_config config;
   omni6_kinematics kinematics;
@@ -2465,7 +2476,7 @@ typedef struct {
 // State of an estimator. Private.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[107];
+  uint32_t memory[110];
 } omni6_estimator_state;
 
 // Readings of an estimator in a period. All zero: nothing is read.
@@ -2832,10 +2843,12 @@ typedef struct {
 // A vehicle that is commanded to rest and is quiet (wheels, gyro and accelerometer for 50 ms) has nearly no velocity.
 // It may still glide or turn on free rollers, so that only after a second of quiet its pose is held, and the gyro's
 // difference from the wheels' yaw rate is its bias: the vehicle trembles because its loops respond to encoder noise.
-// The bias is estimated only at rest: a wheel's slip in a turn is one-sided, and would be mistaken for a bias.
+// What the accelerometer reads then is its bias, or a lean that is not measured. Biases are estimated only at rest: a
+// wheel's slip in a turn is one-sided, and would be mistaken for a bias. What a rest has shown of the accelerometer's
+// fades in minutes, because attitudes wander; as far as it is unknown it adds to the noise of the velocity, with
+// three of its deviations, so that none is taken for a slip that lasts.
 //
-// Limits: it does not model a bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s of
-// error while all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
+// Limits: a bias of b m/s^2 that no rest has shown is b t m/s of error while all wheels slip for t seconds.
 typedef struct {
   omni_estimator_config config;
   omni7_kinematics kinematics;
@@ -2849,7 +2862,7 @@ typedef struct {
 // State of an estimator. Private.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[108];
+  uint32_t memory[111];
 } omni7_estimator_state;
 
 // Readings of an estimator in a period. All zero: nothing is read.
@@ -3216,10 +3229,12 @@ typedef struct {
 // A vehicle that is commanded to rest and is quiet (wheels, gyro and accelerometer for 50 ms) has nearly no velocity.
 // It may still glide or turn on free rollers, so that only after a second of quiet its pose is held, and the gyro's
 // difference from the wheels' yaw rate is its bias: the vehicle trembles because its loops respond to encoder noise.
-// The bias is estimated only at rest: a wheel's slip in a turn is one-sided, and would be mistaken for a bias.
+// What the accelerometer reads then is its bias, or a lean that is not measured. Biases are estimated only at rest: a
+// wheel's slip in a turn is one-sided, and would be mistaken for a bias. What a rest has shown of the accelerometer's
+// fades in minutes, because attitudes wander; as far as it is unknown it adds to the noise of the velocity, with
+// three of its deviations, so that none is taken for a slip that lasts.
 //
-// Limits: it does not model a bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s of
-// error while all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
+// Limits: a bias of b m/s^2 that no rest has shown is b t m/s of error while all wheels slip for t seconds.
 typedef struct {
   omni_estimator_config config;
   omni8_kinematics kinematics;
@@ -3233,7 +3248,7 @@ typedef struct {
 // State of an estimator. Private.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[109];
+  uint32_t memory[112];
 } omni8_estimator_state;
 
 // Readings of an estimator in a period. All zero: nothing is read.

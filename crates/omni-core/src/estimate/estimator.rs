@@ -73,10 +73,12 @@ enum Standstill {
 /// A vehicle that is commanded to rest and is quiet (wheels, gyro and accelerometer for 50 ms) has nearly no velocity.
 /// It may still glide or turn on free rollers, so that only after a second of quiet its pose is held, and the gyro's
 /// difference from the wheels' yaw rate is its bias: the vehicle trembles because its loops respond to encoder noise.
-/// The bias is estimated only at rest: a wheel's slip in a turn is one-sided, and would be mistaken for a bias.
+/// What the accelerometer reads then is its bias, or a lean that is not measured. Biases are estimated only at rest: a
+/// wheel's slip in a turn is one-sided, and would be mistaken for a bias. What a rest has shown of the accelerometer's
+/// fades in minutes, because attitudes wander; as far as it is unknown it adds to the noise of the velocity, with
+/// three of its deviations, so that none is taken for a slip that lasts.
 ///
-/// Limits: it does not model a bias of the accelerometer. One of b m/s^2, or a lean that is not measured, is b t m/s of
-/// error while all wheels slip for t seconds; `accelerometer_m_s2` should then be `b sqrt(2 t / period_s)`.
+/// Limits: a bias of b m/s^2 that no rest has shown is b t m/s of error while all wheels slip for t seconds.
 ///
 /// ```
 /// use omni_core::estimate::{Estimator, EstimatorConfig, EstimatorInput};
@@ -138,6 +140,9 @@ pub struct EstimatorState<R, const N: usize> {
     yaw: Sum<R>,
     velocity: [R; 2],
     bias: R,
+    /// What the accelerations read beyond the vehicle's own \[m/s^2\], and the variance of each.
+    accelerometer_bias: [R; 2],
+    accelerometer_bias_variance: R,
     slip: [R; 3],
     covariance: Matrix<R>,
     /// Yaw rate of the period before, by the gyro or what stands for it, bias included.
@@ -243,6 +248,26 @@ impl<R: Real, const N: usize> EstimatorState<R, N> {
     #[must_use]
     pub fn gyro_bias_rad_s(&self) -> R {
         self.bias
+    }
+
+    /// Reading of the accelerometer at rest, forward and to the left \[m/s^2\].
+    ///
+    /// ```
+    /// use omni_core::estimate::{Estimator, EstimatorConfig, EstimatorInput};
+    /// use omni_core::{Kinematics, WheelLayout};
+    /// let kinematics = Kinematics::new(&WheelLayout::<f64, 3>::omni(0.2, 0.0, 0.05)?)?;
+    /// let estimator = Estimator::new(EstimatorConfig::new(1e-3), &kinematics)?;
+    /// let mut state = estimator.start();
+    /// let mut input = EstimatorInput::new(&[0.0; 3].into());
+    /// (input.commanded_rest, input.acceleration_m_s2) = (true, [0.15, 0.0]);
+    /// (0..2000).for_each(|_| _ = estimator.step(&mut state, &input));
+    /// assert!((state.accelerometer_bias_m_s2()[0] - 0.15).abs() < 1e-3);
+    /// assert!(state.pose().x_m.abs() < 0.01); // 0.3 m by the accelerometer alone
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
+    #[must_use]
+    pub fn accelerometer_bias_m_s2(&self) -> [R; 2] {
+        self.accelerometer_bias
     }
 
     /// Covariance of [`EstimatorState::pose`].

@@ -20,7 +20,6 @@ use listener::Listener;
 use node::Node;
 use omni_config::Scenario;
 use omni_core::BodyTwist;
-use omni_core::geometry::PlanarPose;
 use omni_sim::Simulation;
 use omni_sim::controller::AnyController;
 use options::ExtraRates;
@@ -187,11 +186,7 @@ impl OnRos {
         let navigator = self.navigator.as_mut()?;
         let seen = simulation.observation();
         let poses = Poses {
-            in_map: PlanarPose {
-                x_m: seen.pose.position_m[0],
-                y_m: seen.pose.position_m[1],
-                yaw_rad: seen.pose.yaw_rad(),
-            },
+            in_map: seen.pose.planar(),
             by_odometry: seen.odometry.pose,
         };
         let time_ns = simulation.time_ns();

@@ -4,7 +4,7 @@ use omni_core::geometry::PlanarPose;
 
 use super::mean::Mean;
 use crate::config::Scenario;
-use crate::following::{error_of, true_pose};
+use crate::following::error_of;
 use crate::observation::Observation;
 use crate::report::PathReport;
 
@@ -51,10 +51,10 @@ impl PoseErrors {
         let follow = &scenario.command.follow;
         // It was planned when the scenario was loaded.
         let path = scenario.planned_path().ok().flatten().map(|path| {
-            let duration_s = path.trajectory().duration_s();
+            let trajectory = path.trajectory();
             PathErrors {
-                duration_s,
-                end: path.trajectory().at(duration_s).pose,
+                duration_s: path.duration_s(),
+                end: trajectory.at(trajectory.duration_s()).pose,
                 arrival: [follow.arrival_m, follow.arrival_rad],
                 errors: Mean::default(),
                 peak_m: 0.0,
@@ -80,7 +80,7 @@ impl PoseErrors {
     /// A period that counts: of the crossing, or on ground without an obstacle.
     pub(super) fn cross(&mut self, seen: &Observation) {
         let [off_m, _] = error_of(&seen.odometry.pose, seen);
-        self.end = Some((true_pose(seen), off_m));
+        self.end = Some((seen.pose.planar(), off_m));
     }
 
     /// Present position of the vehicle \[m\].

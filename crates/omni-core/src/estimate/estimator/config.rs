@@ -39,9 +39,12 @@ pub struct EstimatorConfig<R> {
     pub bias_rad_s: R,
     /// Random walk of the bias \[rad/s per root of s\], 1e-9 to 1000; 1e-4.
     pub bias_walk_rad_s_per_sqrt_s: R,
+    /// Deviation of the accelerometer's bias at the start, or of what a lean adds that is not measured \[m/s^2\], 1e-6
+    /// to 1000; 0.05.
+    pub accelerometer_bias_m_s2: R,
     /// Slip of the whole vehicle that goes unnoticed while its wheels agree \[m/s\], 1e-6 to 1000; 0.001.
     pub slip_m_s: R,
-    /// Time in which a slip comes and goes \[s\], 1e-3 to 100; 0.3. At least the period.
+    /// Time in which a slip comes and goes \[s\], 1e-3 to 100; 0.15. At least the period.
     pub slip_s: R,
     /// Averages over 50 ms up to which a vehicle whose command is rest stands: of the wheels beyond their
     /// noise \[rad/s\], 0 to 1000; 0.05.
@@ -50,7 +53,7 @@ pub struct EstimatorConfig<R> {
     /// 0.05. The average itself has to be within four deviations of the estimated bias: initially four times
     /// `bias_rad_s`.
     pub still_gyro_rad_s: R,
-    /// Of each acceleration \[m/s^2\], 0 to 1000; 0.1.
+    /// Of each acceleration, beyond four deviations of its bias \[m/s^2\], 0 to 1000; 0.1.
     pub still_m_s2: R,
 }
 
@@ -62,6 +65,7 @@ constant_struct!(EstimatorConfig<R> {
     wander_m_s_per_sqrt_s: R,
     bias_rad_s: R,
     bias_walk_rad_s_per_sqrt_s: R,
+    accelerometer_bias_m_s2: R,
     slip_m_s: R,
     slip_s: R,
     still_wheel_rad_s: R,
@@ -81,8 +85,9 @@ impl<R: Real> EstimatorConfig<R> {
             wander_m_s_per_sqrt_s: R::of(0.3),
             bias_rad_s: R::of(0.02),
             bias_walk_rad_s_per_sqrt_s: R::of(1e-4),
+            accelerometer_bias_m_s2: R::of(0.05),
             slip_m_s: R::of(1e-3),
-            slip_s: R::of(0.3),
+            slip_s: R::of(0.15),
             still_wheel_rad_s: R::of(0.05),
             still_gyro_rad_s: R::of(0.05),
             still_m_s2: R::of(0.1),
@@ -97,6 +102,7 @@ impl<R: Real> EstimatorConfig<R> {
             ("accelerometer_m_s2", self.accelerometer_m_s2),
             ("wander_m_s_per_sqrt_s", self.wander_m_s_per_sqrt_s),
             ("bias_rad_s", self.bias_rad_s),
+            ("accelerometer_bias_m_s2", self.accelerometer_bias_m_s2),
             ("slip_m_s", self.slip_m_s),
         ];
         each_within(&deviations, &(1e-6..=1000.0), "1e-6 to 1000")?;

@@ -21,7 +21,9 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         let innovations = self.innovations(state, input, valid);
         let body = self.kinematics.forward(&innovations).to_array();
         let variances = self.variances(state, valid, &innovations, &body);
-        let [along, across] = self.widen(state, &variances, &body, self.gained(valid));
+        let noise = self.gained(valid);
+        let gained = [noise + self.biased(state, valid), noise];
+        let [along, across] = self.widen(state, &variances, &body, gained);
         self.hold_against_none(state, along, across, moved);
         let rate = state.yaw_rate - state.bias;
         let mut nis = R::zero();
@@ -116,7 +118,7 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         state: &mut EstimatorState<R, N>,
         variances: &[R; N],
         body: &[R; 3],
-        gained: R,
+        [gained, by_noise]: [R; 2],
     ) -> [R; 2] {
         let config = &self.config;
         let noise = config.wheel_rad_s * config.wheel_rad_s;
@@ -127,7 +129,8 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         let slides = [slides, slides, slides / self.lever_m2];
         let floors = [floor, floor, floor / self.lever_m2];
         let restless = R::of(RESTLESS) * gained;
-        let restless = [restless, restless, restless / self.lever_m2];
+        // A bias of the accelerometer turns nothing.
+        let restless = [restless, restless, R::of(RESTLESS) * by_noise / self.lever_m2];
         let mut may_be = [floor; 3];
         let per = R::of(2.0) * config.period_s / config.slip_s;
         let p = &mut state.covariance.0;

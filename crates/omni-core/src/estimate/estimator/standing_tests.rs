@@ -131,3 +131,76 @@ fn who_is_braked_in_a_spin_with_locked_wheels_does_not_stand() {
     // Some 0.7 * 0.5 / 2 rad, less what the last 50 ms of turning are taken for.
     assert!((state.pose().yaw_rad - 0.175).abs() < 0.01, "{:?}", state.pose());
 }
+
+/// A period of a vehicle that stands, whose accelerometer has this bias \[m/s^2\].
+fn resting_on_a_lean(random: &mut Random, bias: [f64; 2]) -> EstimatorInput<f64, 4> {
+    let mut input = resting(random, 0.0, 0.0);
+    for (reading, bias) in input.acceleration_m_s2.iter_mut().zip(bias) {
+        *reading += bias;
+    }
+    input
+}
+
+#[test]
+fn the_bias_of_the_accelerometer_is_learnt_at_rest_and_is_no_slip_of_the_drive_that_follows() {
+    let estimator = filter::<f64>();
+    let (mut random, mut squares) = (Random(11), Vec::new());
+    for _ in 0..25 {
+        let bias = [0.05 * random.normal(), 0.05 * random.normal()];
+        let mut state = estimator.start();
+        for _ in 0..2000 {
+            estimator.step(&mut state, &resting_on_a_lean(&mut random, bias));
+        }
+        // The accelerometer's noise over the root of the 950 periods after the first 1.05 s.
+        let deviation = 0.05 / 950.0_f64.sqrt();
+        let found = state.accelerometer_bias_m_s2();
+        squares.extend((0..2).map(|i| ((found[i] - bias[i]) / deviation).powi(2)));
+        // Then it stands under a command for ten seconds, every wheel held fast: by the accelerometer's word it would
+        // be b t^2 / 2 away, 2.5 m for 0.05 m/s^2.
+        let begin = state.pose();
+        for _ in 0..10_000 {
+            let mut input = resting_on_a_lean(&mut random, bias);
+            input.commanded_rest = false;
+            estimator.step(&mut state, &input);
+        }
+        let (end, [x_m, y_m, _]) = (state.pose(), state.covariance().standard_deviations());
+        let [x, y] = [end.x_m - begin.x_m, end.y_m - begin.y_m];
+        assert!(
+            x.abs() < 4.0 * x_m && y.abs() < 4.0 * y_m,
+            "{x} {y}, deviations {x_m} {y_m}"
+        );
+        assert!(x.hypot(y) < 0.03, "{x} {y}");
+    }
+    assert!(OF_FIFTY.contains(&mean(&squares)), "{}", mean(&squares));
+}
+
+#[test]
+fn a_vehicle_with_a_bias_of_four_deviations_stands_and_one_that_slides_on_ice_does_not() {
+    let stands = |ahead: f64| {
+        let (estimator, mut random) = (filter::<f64>(), Random(5));
+        let mut state = estimator.start();
+        (0..2000).fold(false, |_, _| {
+            let input = resting_on_a_lean(&mut random, [ahead, 0.0]);
+            estimator.step(&mut state, &input).standing
+        })
+    };
+    // Four deviations of 0.05 m/s^2 and the 0.1 that counts as still.
+    assert!(stands(0.2) && stands(-0.2));
+    // Ice of 0.05.
+    assert!(!stands(0.49) && !stands(-0.49));
+}
+
+#[test]
+fn a_bias_that_changes_is_followed_at_the_next_rest() {
+    let estimator = filter::<f64>();
+    let (mut random, mut state) = (Random(3), estimator.start());
+    for bias in [0.1, 0.15, 0.1, 0.02] {
+        for _ in 0..8000 {
+            estimator.step(&mut state, &resting_on_a_lean(&mut random, [0.0, bias]));
+        }
+        // What is left after three and a half times the 2 s in which it is followed, 3 % of at most 0.1, and four times the
+        // noise of such a mean: 0.05 * sqrt(1e-3 / 4).
+        let [_, found] = state.accelerometer_bias_m_s2();
+        assert!((found - bias).abs() < 3e-3 + 3.2e-3, "{found}, {bias}");
+    }
+}

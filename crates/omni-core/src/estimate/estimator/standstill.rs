@@ -8,6 +8,8 @@ use super::{
 
 /// Time that everything has to be quiet before the pose is held \[s\].
 const HELD_S: f64 = 1.0;
+/// Time in which the accelerometer's bias is followed at rest \[s\].
+const FOLLOWS_S: f64 = 2.0;
 /// Deviation of the velocity of a vehicle whose wheels stand and that may still glide on free rollers \[m/s\],
 /// and for how long such an error lasts \[s\].
 const GLIDE_M_S: f64 = 3e-3;
@@ -41,15 +43,12 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         let [ax, ay] = valid.acceleration.unwrap_or([zero; 2]);
         // The gyro's mean is as near to its bias as that is known: a vehicle that turns slowly would else teach it.
         let known = state.covariance.0[BIAS][BIAS] + part * config.gyro_rad_s * config.gyro_rad_s;
-        let push = config.still_m_s2 * config.still_m_s2;
+        let bias = config.accelerometer_bias_m_s2;
+        let push = config.still_m_s2 * config.still_m_s2 + R::of(16.0) * bias * bias;
         let limits = [R::of(16.0) * known, push, push];
         let mut quiet = input.commanded_rest && valid.count > 0 && state.turning <= calm;
-        let most = [
-            config.still_gyro_rad_s + config.bias_rad_s,
-            config.still_m_s2,
-            config.still_m_s2,
-        ]
-        .map(|limit| ten * limit);
+        let pushed = config.still_m_s2 + bias;
+        let most = [config.still_gyro_rad_s + config.bias_rad_s, pushed, pushed].map(|limit| ten * limit);
         for (((mean, now), most), limit) in state.quiet.iter_mut().zip([rate, ax, ay]).zip(most).zip(limits) {
             *mean += part * (now.limited(-most, most) - *mean);
             quiet &= *mean * *mean <= limit;
@@ -94,7 +93,7 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         }
     }
 
-    /// It does not move but tremble, and the gyro says its bias beyond that.
+    /// It does not move but tremble, and gyro and accelerometer say their biases beyond that.
     pub(super) fn stand(
         &self,
         state: &mut EstimatorState<R, N>,
@@ -119,6 +118,18 @@ impl<R: Real, const N: usize> Estimator<R, N> {
             let (turns, variance) = self.trembling(input, valid);
             let noise = config.gyro_rad_s * config.gyro_rad_s + variance;
             state.take::<BIAS>(gyro - turns - state.bias, noise, moved);
+        }
+        if let Some(acceleration) = valid.acceleration {
+            // A mean, and of more than two seconds one that follows.
+            let noise = config.accelerometer_m_s2 * config.accelerometer_m_s2;
+            let known = state.accelerometer_bias_variance;
+            let gain = known / (known + noise);
+            for (bias, beyond) in state.accelerometer_bias.iter_mut().zip(acceleration) {
+                *bias += gain * beyond;
+            }
+            let least = min(known, noise * part(config.period_s, FOLLOWS_S));
+            let less = gain * noise;
+            state.accelerometer_bias_variance = if less > least { less } else { least };
         }
         // Wheels that stand on a vehicle that stands do not slip.
         let left = R::one() - part(config.period_s, STILL_S);

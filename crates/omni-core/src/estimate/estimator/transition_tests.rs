@@ -43,7 +43,8 @@ fn column(
     let carried = |start: [f64; SIZE]| {
         let mut state = *state;
         state.covariance = Matrix::diagonal(start);
-        estimator.predict(&mut state, input, &ValidReadings::of(input));
+        let valid = ValidReadings::of(input, &state);
+        estimator.predict(&mut state, input, &valid);
         state.covariance.0
     };
     let noise = carried([0.0; SIZE]);
@@ -79,7 +80,8 @@ fn the_covariance_is_carried_by_the_derivatives_of_the_state() {
         }
         let moved = |i: usize, by: f64| {
             let mut state = changed(&state, i, by, gyro);
-            estimator.predict(&mut state, &input, &ValidReadings::of(&input));
+            let valid = ValidReadings::of(&input, &state);
+            estimator.predict(&mut state, &input, &valid);
             numbers(&state)
         };
         // Without a gyro the wheels' slip in yaw turns the vehicle; it is carried as noise of the

@@ -6,7 +6,7 @@ use std::time::Instant;
 use omni_config::PlannedPath;
 use omni_core::BodyTwist;
 use omni_core::geometry::PlanarPose;
-use omni_core::path::{ProgressState, TrajectorySample};
+use omni_core::path::ProgressState;
 
 use crate::ros2::{Header, Path, Point, Pose, PoseStamped};
 use crate::urdf::{MAP_LINK, ODOM_LINK};
@@ -201,16 +201,6 @@ struct Drive {
     begin_s: f64,
 }
 
-impl Drive {
-    fn at(&mut self, time_s: f64, pose: &PlanarPose<f64>) -> TrajectorySample<f64> {
-        let (trajectory, time_s) = (self.path.trajectory(), time_s - self.begin_s);
-        match &self.path.progress {
-            Some(waits) => waits.step(&mut self.progress, &trajectory, time_s, pose),
-            None => trajectory.at(time_s),
-        }
-    }
-}
-
 /// Drives to the goals, and knows what to publish.
 pub(super) struct Navigator {
     goals: Arc<Goals>,
@@ -262,7 +252,9 @@ impl Navigator {
             return Wanted::Ended;
         }
         let pose = poses.in_map;
-        let wanted = drive.at(time_s, &pose);
+        let wanted = drive
+            .path
+            .step(&mut drive.progress, time_s - drive.begin_s, &pose);
         Wanted::Twist(drive.path.follower.step(&wanted, &pose).twist)
     }
 }
