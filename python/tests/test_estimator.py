@@ -62,8 +62,13 @@ def recorded(seed, friction):
     }
 
 
+def calibrated():
+    """The estimator of a unit whose accelerometer has noise and no bias, as the recorded one."""
+    return omnistep.Estimator(kinematics=kinematics(), period_s=PERIOD_S, accelerometer_bias_m_s2=1e-4)
+
+
 def ours(data):
-    estimator = omnistep.Estimator(kinematics=kinematics(), period_s=PERIOD_S)
+    estimator = calibrated()
     estimator.reset(data["poses"][0])
     return estimator.step(
         data["wheels"], yaw_rates=data["gyro"], accelerations=data["felt"], commanded_rest=data["rest"]
@@ -139,7 +144,7 @@ def test_without_noise_and_slip_it_is_where_wpilibs_is():
 def test_rows_at_once_are_the_rows_one_by_one():
     data = recorded(1, friction=0.7)
     at_once = ours(data)
-    estimator = omnistep.Estimator(kinematics=kinematics(), period_s=PERIOD_S)
+    estimator = calibrated()
     estimator.reset(data["poses"][0])
     some = slice(0, 700)
     rows = zip(*(data[name][some] for name in ("wheels", "gyro", "felt", "rest")), strict=True)
@@ -168,6 +173,15 @@ def test_what_still_is_can_be_set():
     assert abs(learnt(still_gyro_rad_s=0.01)) < 0.01
     with pytest.raises(omnistep.ConfigError, match=r"^still_gyro_rad_s = -1, allowed: 0 to 1000$"):
         learnt(still_gyro_rad_s=-1.0)
+
+
+def test_the_bias_of_the_accelerometer_is_learnt_at_rest():
+    random, bias = np.random.default_rng(5), np.array([0.15, -0.1])
+    estimator = omnistep.Estimator(kinematics=kinematics(), period_s=PERIOD_S)
+    felt = bias + ACCELEROMETER_M_S2 * random.standard_normal((3000, 2))
+    estimator.step(np.zeros((3000, 4)), yaw_rates=0.0, accelerations=felt, commanded_rest=True)
+    # Four times the noise of the 1950 readings after the first 1.05 s.
+    assert np.abs(estimator.accelerometer_bias_m_s2 - bias).max() < 4.0 * ACCELEROMETER_M_S2 / np.sqrt(1950)
 
 
 def test_what_is_wrong_is_named():
