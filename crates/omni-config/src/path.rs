@@ -224,8 +224,8 @@ pub struct PathFollow {
     /// Source of the pose; `odometry` by default.
     #[garde(skip)]
     pub pose: PoseSource,
-    /// Time for which the vehicle stands before it follows \[s\], 0 to 60; 0 by default. An estimator learns the biases of
-    /// its inertial unit in 1.5 s.
+    /// Time for which the vehicle stands before it follows \[s\], 0 to 60; 0 by default. An estimator learns the biases
+    /// of its inertial unit in 1.5 s.
     #[garde(adapt(ranges), range(min = REST_BEFORE_S.min, max = REST_BEFORE_S.max))]
     pub rest_s: f64,
     /// The path waits for a vehicle that is held up. Without it, the default, its time is the clock's.

@@ -198,8 +198,8 @@ fn a_bias_that_changes_is_followed_at_the_next_rest() {
         for _ in 0..8000 {
             estimator.step(&mut state, &resting_on_a_lean(&mut random, [0.0, bias]));
         }
-        // What is left after three and a half times the 2 s in which it is followed, 3 % of at most 0.1, and four times the
-        // noise of such a mean: 0.05 * sqrt(1e-3 / 4).
+        // What is left after three and a half times the 2 s in which it is followed, 3 % of at most 0.1, and four
+        // times the noise of such a mean: 0.05 * sqrt(1e-3 / 4).
         let [_, found] = state.accelerometer_bias_m_s2();
         assert!((found - bias).abs() < 3e-3 + 3.2e-3, "{found}, {bias}");
     }
