@@ -41,7 +41,8 @@ use crate::kinematics::Kinematics;
 /// Example:
 ///     >>> import omnistep
 ///     >>> layout = omnistep.Layout.mecanum4(wheelbase_m=0.5, track_m=0.4, radius_m=0.1)
-///     >>> estimator = omnistep.Estimator(kinematics=omnistep.Kinematics(layout=layout), period_s=0.001)
+///     >>> kinematics = omnistep.Kinematics(layout=layout)
+///     >>> estimator = omnistep.Estimator(kinematics=kinematics, period_s=0.001, accelerometer_bias_m_s2=1e-4)
 ///     >>> locked = [[0.0] * 4] * 1000  # pushed for a second at 0.5 m/s^2 with locked wheels, on ice
 ///     >>> poses = estimator.step(locked, yaw_rates=0.0, accelerations=[0.5, 0.0])
 ///     >>> abs(float(poses[-1, 0]) - 0.25) < 0.01, abs(float(estimator.slip[0]) + 0.5) < 0.02

@@ -84,7 +84,9 @@ enum Standstill {
 /// use omni_core::estimate::{Estimator, EstimatorConfig, EstimatorInput};
 /// use omni_core::{BodyTwist, Kinematics, WheelLayout};
 /// let kinematics = Kinematics::new(&WheelLayout::<f64, 4>::mecanum4(0.6, 0.4, 0.1)?)?;
-/// let estimator = Estimator::new(EstimatorConfig::new(1e-3), &kinematics)?;
+/// let mut config = EstimatorConfig::new(1e-3);
+/// config.accelerometer_bias_m_s2 = 1e-4; // a calibrated unit
+/// let estimator = Estimator::new(config, &kinematics)?;
 /// let mut state = estimator.start();
 /// let ahead = kinematics.inverse(&BodyTwist { vx_m_s: 0.5, ..BodyTwist::ZERO });
 /// for period in 0..2000 {
@@ -216,7 +218,9 @@ impl<R: Real, const N: usize> EstimatorState<R, N> {
     /// use omni_core::estimate::{Estimator, EstimatorConfig, EstimatorInput};
     /// use omni_core::{Kinematics, WheelLayout};
     /// let kinematics = Kinematics::new(&WheelLayout::<f64, 4>::mecanum4(0.6, 0.4, 0.1)?)?;
-    /// let estimator = Estimator::new(EstimatorConfig::new(1e-3), &kinematics)?;
+    /// let mut config = EstimatorConfig::new(1e-3);
+    /// config.accelerometer_bias_m_s2 = 1e-4; // a calibrated unit
+    /// let estimator = Estimator::new(config, &kinematics)?;
     /// let mut state = estimator.start();
     /// let mut input = EstimatorInput::new(&[0.0; 4].into());
     /// input.acceleration_m_s2 = [2.0, 0.0]; // pushed, its wheels locked
