@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use omnistep::Error;
-use pyo3::exceptions::PyTypeError;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -13,6 +13,12 @@ use crate::nested::nested;
 pub(crate) fn exception(error: impl Into<Error>) -> PyErr {
     let error = error.into();
     Python::attach(|py| build(py, &error).unwrap_or_else(|failed| failed))
+}
+
+/// The exception for a pickle whose bytes are not what was written.
+pub(crate) fn damaged_pickle(error: impl std::fmt::Display) -> PyErr {
+    let why = error.to_string();
+    PyValueError::new_err(format!("the pickle is damaged: {}", shortened(&why)))
 }
 
 fn build(py: Python<'_>, error: &Error) -> PyResult<PyErr> {

@@ -7,6 +7,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use crate::error::damaged_pickle;
 use crate::values::Pickled;
 
 /// Key, heading, meaning, unit and ``lower``, ``zero`` or nothing for every metric, in the order of tables.
@@ -57,9 +58,7 @@ impl Outcome {
     /// Metrics out of their pickle.
     #[staticmethod]
     fn _of_state(state: &str) -> PyResult<Self> {
-        let inner = serde_json::from_str(state);
-        let inner =
-            inner.map_err(|error| PyValueError::new_err(format!("the pickle is damaged: {error}")))?;
+        let inner = serde_json::from_str(state).map_err(damaged_pickle)?;
         Ok(Self::new(inner))
     }
 

@@ -12,7 +12,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyMapping};
 
 use crate::arrays::numbers;
-use crate::error::{exception, refused};
+use crate::error::{damaged_pickle, exception, refused};
 use crate::in_turn::InTurn;
 use crate::outcome::Outcome;
 use crate::policy::{OwnPolicy, PolicyArg, Raised, controller, load_with};
@@ -132,7 +132,7 @@ impl Simulation {
         let scenario = Scenario::from_source(&source, &[]).map_err(exception)?;
         let own = policy.map(OwnPolicy::of).transpose()?;
         let kept = kept.map(postcard::from_bytes::<Vec<Period>>).transpose();
-        let kept = kept.map_err(|error| PyValueError::new_err(format!("the pickle is damaged: {error}")))?;
+        let kept = kept.map_err(damaged_pickle)?;
         let kept = kept.map(|kept| kept.into_iter().map(Arc::new).collect());
         Self::resumed(py, scenario, own, state, kept)
     }

@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyCapsule, PyDict};
 
 use crate::arrays::numbers;
-use crate::error::exception;
+use crate::error::{damaged_pickle, exception};
 use crate::outcome::Outcome;
 use crate::values::Pickled;
 
@@ -71,9 +71,7 @@ impl Trace {
     fn _of_state(scenario: String, policy: String, state: &[u8]) -> PyResult<Self> {
         let source = Source::embedded("pickle", scenario);
         let scenario = Scenario::from_source(&source, &[]).map_err(exception)?;
-        let trace = postcard::from_bytes(state);
-        let trace =
-            trace.map_err(|error| PyValueError::new_err(format!("the pickle is damaged: {error}")))?;
+        let trace = postcard::from_bytes(state).map_err(damaged_pickle)?;
         Ok(Self::new(scenario, policy, trace))
     }
 
