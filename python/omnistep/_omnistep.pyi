@@ -822,8 +822,9 @@ class Estimator:
         bias_walk_rad_s_per_sqrt_s: random walk of the bias [rad/s per root of s]; 1e-4.
         accelerometer_bias_m_s2: standard deviation of the accelerometer's bias at the start, or of what a lean adds
             that is not measured [m/s^2]; 0.05.
+        accelerometer_bias_walk_m_s2_per_sqrt_s: random walk of it [m/s^2 per root of s]; 0.01.
         slip_m_s: slip of the whole vehicle while its wheels agree [m/s]; 0.001.
-        slip_s: correlation time of the slip [s]; 0.15.
+        slip_s: correlation time of the slip [s]; 0.2.
         still_wheel_rad_s: commanded to rest, the vehicle counts as at rest if its wheels turn no faster than this,
             beyond noise, on average over 50 ms [rad/s], 0 to 1000; 0.05.
         still_gyro_rad_s: and if the gyro stays within this range of its own average, which may lie anywhere within four
@@ -839,9 +840,9 @@ class Estimator:
         >>> layout = omnistep.Layout.mecanum4(wheelbase_m=0.5, track_m=0.4, radius_m=0.1)
         >>> kinematics = omnistep.Kinematics(layout=layout)
         >>> estimator = omnistep.Estimator(kinematics=kinematics, period_s=0.001, accelerometer_bias_m_s2=1e-4)
-        >>> locked = [[0.0] * 4] * 1000  # pushed for a second at 0.5 m/s^2 with locked wheels, on ice
-        >>> poses = estimator.step(locked, yaw_rates=0.0, accelerations=[0.5, 0.0])
-        >>> abs(float(poses[-1, 0]) - 0.25) < 0.01, abs(float(estimator.slip[0]) + 0.5) < 0.02
+        >>> spinning = [[10.0] * 4] * 1000  # at 1 m/s for a second, on ice: the vehicle follows at 0.5 m/s^2
+        >>> poses = estimator.step(spinning, yaw_rates=0.0, accelerations=[0.5, 0.0])
+        >>> abs(float(poses[-1, 0]) - 0.25) < 0.01, abs(float(estimator.slip[0]) - 0.5) < 0.02
         (True, True)
     """
 
@@ -857,6 +858,7 @@ class Estimator:
         bias_rad_s: float | None = None,
         bias_walk_rad_s_per_sqrt_s: float | None = None,
         accelerometer_bias_m_s2: float | None = None,
+        accelerometer_bias_walk_m_s2_per_sqrt_s: float | None = None,
         slip_m_s: float | None = None,
         slip_s: float | None = None,
         still_wheel_rad_s: float | None = None,

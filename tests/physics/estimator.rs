@@ -177,7 +177,10 @@ fn drive<R: Real, const N: usize>(drive: &Drive, unit: Unit, vehicle: &str, seed
     keys.push(Override::new("sensors.gyro_bias_rad_s", bias));
     let mut config = EstimatorConfig::new(R::of(1e-3));
     match unit {
-        Calibrated => config.accelerometer_bias_m_s2 = R::of(1e-4),
+        Calibrated => {
+            config.accelerometer_bias_m_s2 = R::of(1e-4);
+            config.accelerometer_bias_walk_m_s2_per_sqrt_s = R::of(1e-4);
+        }
         AsBought => {
             let bias = 0.05 * normal(&mut rng);
             keys.push(Override::new("sensors.accelerometer_bias_m_s2", bias));

@@ -205,8 +205,12 @@ impl<'a> Columns<'a> {
             }
             let values: Vec<_> = self.sensed.iter().map(|column| at(*column, row)).collect();
             sensed.set_values(&values);
-            for (read, wheel) in sensed.wheels_rad_s.iter_mut().zip(&state.wheels) {
+            let turned = sensed.wheels_rad_s.iter_mut().zip(&mut sensed.increments_rad);
+            for ((read, increment), wheel) in turned.zip(&state.wheels) {
                 *read = wheel.signal("measured_rad_s");
+                if !increment.is_finite() {
+                    *increment = *read * scenario.period_s();
+                }
             }
             for (angle, sensed) in hinges_rad.iter_mut().zip(&sensed.hinges_rad) {
                 if sensed.is_finite() {

@@ -26,8 +26,9 @@ use crate::kinematics::Kinematics;
 ///     bias_walk_rad_s_per_sqrt_s: random walk of the bias [rad/s per root of s]; 1e-4.
 ///     accelerometer_bias_m_s2: standard deviation of the accelerometer's bias at the start, or of what a lean adds
 ///         that is not measured [m/s^2]; 0.05.
+///     accelerometer_bias_walk_m_s2_per_sqrt_s: random walk of it [m/s^2 per root of s]; 0.01.
 ///     slip_m_s: slip of the whole vehicle while its wheels agree [m/s]; 0.001.
-///     slip_s: correlation time of the slip [s]; 0.15.
+///     slip_s: correlation time of the slip [s]; 0.2.
 ///     still_wheel_rad_s: commanded to rest, the vehicle counts as at rest if its wheels turn no faster than this,
 ///         beyond noise, on average over 50 ms [rad/s], 0 to 1000; 0.05.
 ///     still_gyro_rad_s: and if the gyro stays within this range of its own average, which may lie anywhere within four
@@ -43,9 +44,9 @@ use crate::kinematics::Kinematics;
 ///     >>> layout = omnistep.Layout.mecanum4(wheelbase_m=0.5, track_m=0.4, radius_m=0.1)
 ///     >>> kinematics = omnistep.Kinematics(layout=layout)
 ///     >>> estimator = omnistep.Estimator(kinematics=kinematics, period_s=0.001, accelerometer_bias_m_s2=1e-4)
-///     >>> locked = [[0.0] * 4] * 1000  # pushed for a second at 0.5 m/s^2 with locked wheels, on ice
-///     >>> poses = estimator.step(locked, yaw_rates=0.0, accelerations=[0.5, 0.0])
-///     >>> abs(float(poses[-1, 0]) - 0.25) < 0.01, abs(float(estimator.slip[0]) + 0.5) < 0.02
+///     >>> spinning = [[10.0] * 4] * 1000  # at 1 m/s for a second, on ice: the vehicle follows at 0.5 m/s^2
+///     >>> poses = estimator.step(spinning, yaw_rates=0.0, accelerations=[0.5, 0.0])
+///     >>> abs(float(poses[-1, 0]) - 0.25) < 0.01, abs(float(estimator.slip[0]) - 0.5) < 0.02
 ///     (True, True)
 #[pyclass(module = "omnistep")]
 pub(crate) struct Estimator {
@@ -68,8 +69,8 @@ fn each(name: &str, found: usize, rows: usize) -> PyResult<()> {
 impl Estimator {
     #[new]
     #[pyo3(signature = (*, kinematics, period_s, wheel_rad_s = None, gyro_rad_s = None, accelerometer_m_s2 = None,
-        wander_m_s_per_sqrt_s = None, bias_rad_s = None, bias_walk_rad_s_per_sqrt_s = None, accelerometer_bias_m_s2 = None, slip_m_s = None,
-        slip_s = None, still_wheel_rad_s = None, still_gyro_rad_s = None, still_m_s2 = None))]
+        wander_m_s_per_sqrt_s = None, bias_rad_s = None, bias_walk_rad_s_per_sqrt_s = None, accelerometer_bias_m_s2 = None,
+        accelerometer_bias_walk_m_s2_per_sqrt_s = None, slip_m_s = None, slip_s = None, still_wheel_rad_s = None, still_gyro_rad_s = None, still_m_s2 = None))]
     #[expect(clippy::too_many_arguments, reason = "keywords, each with a name")]
     fn new(
         kinematics: &Bound<'_, Kinematics>,
@@ -81,6 +82,7 @@ impl Estimator {
         bias_rad_s: Option<f64>,
         bias_walk_rad_s_per_sqrt_s: Option<f64>,
         accelerometer_bias_m_s2: Option<f64>,
+        accelerometer_bias_walk_m_s2_per_sqrt_s: Option<f64>,
         slip_m_s: Option<f64>,
         slip_s: Option<f64>,
         still_wheel_rad_s: Option<f64>,
@@ -96,6 +98,10 @@ impl Estimator {
             (&mut config.bias_rad_s, bias_rad_s),
             (&mut config.bias_walk_rad_s_per_sqrt_s, bias_walk_rad_s_per_sqrt_s),
             (&mut config.accelerometer_bias_m_s2, accelerometer_bias_m_s2),
+            (
+                &mut config.accelerometer_bias_walk_m_s2_per_sqrt_s,
+                accelerometer_bias_walk_m_s2_per_sqrt_s,
+            ),
             (&mut config.slip_m_s, slip_m_s),
             (&mut config.slip_s, slip_s),
             (&mut config.still_wheel_rad_s, still_wheel_rad_s),

@@ -24,6 +24,7 @@ trait Localize: Send + Sync {
 }
 
 struct OfWheels<const N: usize> {
+    period_s: f64,
     estimator: Estimator<f64, N>,
     state: EstimatorState<f64, N>,
 }
@@ -34,8 +35,8 @@ impl<const N: usize> Localize for OfWheels<N> {
         let excluded =
             |wheel: usize| drive.is_some_and(|drive| drive.wheels.get(wheel).is_some_and(|w| w.excluded));
         // A wheel without a reading, or whose reading the fault monitor rejects, is left out.
-        let read = |wheel: usize| match sensed.wheels_rad_s.get(wheel) {
-            Some(rate) if !excluded(wheel) => *rate,
+        let read = |wheel: usize| match sensed.increments_rad.get(wheel) {
+            Some(turned) if !excluded(wheel) => *turned / self.period_s,
             _ => f64::NAN,
         };
         let wheels = std::array::from_fn(read).into();
@@ -65,7 +66,12 @@ fn of_wheels<const N: usize>(
     let estimator = scenario.estimator::<f64, N>()?;
     let mut state = estimator.start();
     state.reset(start, &PoseCovariance::default());
-    Ok(Localization(Box::new(OfWheels { estimator, state })))
+    let period_s = scenario.period_s();
+    Ok(Localization(Box::new(OfWheels {
+        period_s,
+        estimator,
+        state,
+    })))
 }
 
 impl Localization {

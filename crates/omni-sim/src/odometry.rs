@@ -2,13 +2,14 @@
 
 use omni_core::BodyTwist;
 use omni_core::estimate::{CovarianceGrowth, Odometry, OdometryNoise, OdometryState, PoseCovariance};
-use omni_core::geometry::{PlanarPose, WheelAngles};
+use omni_core::geometry::{BodyDisplacement, PlanarPose, WheelAngles};
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
 use crate::config::{self, DriveNoise, Scenario, Vehicle, WheelMaps};
 use crate::control_sample::ControlSample;
 use crate::observation::OdometryEstimate;
+use crate::sensed::Sensed;
 
 /// A vehicle of fewer wheels has columns of zeros, so that how many there are does not matter.
 const WHEELS: usize = config::MOST_WHEELS;
@@ -117,10 +118,11 @@ impl Odometer {
         })
     }
 
-    /// The encoders were read \[rad/s\] at the end of a period. A drive that has not read it yet keeps its pose.
-    pub(crate) fn read(&mut self, wheels_rad_s: &[f64]) {
+    /// The encoders were read at the end of a period. A drive that has not read them yet keeps its pose.
+    pub(crate) fn read(&mut self, sensed: &Sensed) {
         if !self.drive {
-            self.turn(wheels_rad_s.iter().copied(), |_| false);
+            let velocities = sensed.wheels_rad_s.iter().copied();
+            self.turn(velocities.zip(sensed.increments_rad.iter().copied()), |_| false);
         }
     }
 
@@ -130,7 +132,9 @@ impl Odometer {
             return;
         };
         let excluded = |wheel: usize| drive.wheels.get(wheel).is_some_and(|wheel| wheel.excluded);
-        self.turn(sample.wheels.iter().map(|wheel| wheel.measured_rad_s), excluded);
+        let period_s = self.period_s;
+        let wheels = sample.wheels.iter().map(|wheel| wheel.measured_rad_s);
+        self.turn(wheels.map(|velocity| (velocity, velocity * period_s)), excluded);
         let PlanarPose { x_m, y_m, yaw_rad } = drive.pose;
         let (sin, cos) = omni_core::Real::sine_cosine(self.start.yaw_rad);
         // Of nonsense over a link nothing is taken.
@@ -141,13 +145,14 @@ impl Odometer {
         });
     }
 
-    /// The wheels turned with these velocities \[rad/s\] for a period. One without a reading is excluded.
-    fn turn(&mut self, wheels_rad_s: impl Iterator<Item = f64>, is_excluded: impl Fn(usize) -> bool) {
-        let (mut read, mut excluded) = ([0.0; WHEELS], [false; WHEELS]);
-        for (i, velocity) in wheels_rad_s.enumerate().take(WHEELS) {
-            excluded[i] = is_excluded(i) || !velocity.is_finite();
+    /// The wheels turned with these velocities \[rad/s\], by these angles \[rad\], in a period. One without a reading is
+    /// excluded.
+    fn turn(&mut self, wheels: impl Iterator<Item = (f64, f64)>, is_excluded: impl Fn(usize) -> bool) {
+        let (mut read, mut turned, mut excluded) = ([0.0; WHEELS], [0.0; WHEELS], [false; WHEELS]);
+        for (i, (velocity, increment)) in wheels.enumerate().take(WHEELS) {
+            excluded[i] = is_excluded(i) || !(velocity.is_finite() && increment.is_finite());
             if !excluded[i] {
-                read[i] = velocity;
+                (read[i], turned[i]) = (velocity, increment);
             }
         }
         if excluded != self.state.excluded {
@@ -164,10 +169,12 @@ impl Odometer {
             return;
         };
         self.state.twist = BodyTwist::from_array(maps.twist(&read));
+        let [dx_m, dy_m, dyaw_rad] = maps.twist(&turned);
+        let displacement = BodyDisplacement { dx_m, dy_m, dyaw_rad };
         self.odometry
-            .step_twist(&mut self.state.reckoned, &self.state.twist);
-        for (turned, velocity) in self.state.turned.iter_mut().zip(&read) {
-            *turned += velocity * self.period_s;
+            .step_displacement(&mut self.state.reckoned, &displacement);
+        for (sum, turned) in self.state.turned.iter_mut().zip(&turned) {
+            *sum += turned;
         }
         self.state.periods += 1;
         if self.state.periods >= self.window {

@@ -6,7 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::config::Vehicle;
 
-/// Columns of gyro and inertial measurement unit; then for each signal of [`HINGE`] one per hinge.
+/// Columns of gyro and inertial measurement unit; then [`WHEEL`] of each wheel, and for each signal of [`HINGE`] one
+/// per hinge.
 const BASE: [&str; 9] = [
     "gyro_rad_s",
     "sensed_roll_rate_rad_s",
@@ -18,6 +19,7 @@ const BASE: [&str; 9] = [
     "sensed_roll_rad",
     "sensed_pitch_rad",
 ];
+const WHEEL: &str = "sensed_increment_rad";
 const HINGE: [&str; 2] = ["sensed_angle_rad", "sensed_rate_rad_s"];
 
 /// Readings of a vehicle's sensors in one control period.
@@ -37,6 +39,9 @@ const HINGE: [&str; 2] = ["sensed_angle_rad", "sensed_rate_rad_s"];
 pub struct Sensed {
     /// Actuator velocities \[rad/s\], one per wheel; NaN if no reading arrived.
     pub wheels_rad_s: Vec<f64>,
+    /// What each actuator turned in the period \[rad\]: the encoder's counts, of which none is lost, where it has them.
+    /// A velocity by counts reads 0 of a wheel that creeps; a pose is the sum of these.
+    pub increments_rad: Vec<f64>,
     /// Angles of the hinges \[rad\], one per hinge; NaN if they have no encoders.
     pub hinges_rad: Vec<f64>,
     /// Rates of the hinges \[rad/s\], one per hinge.
@@ -54,6 +59,7 @@ impl Sensed {
         let hinges = vehicle.hinge.len();
         Self {
             wheels_rad_s: vec![0.0; vehicle.wheel.len()],
+            increments_rad: vec![0.0; vehicle.wheel.len()],
             hinges_rad: vec![0.0; hinges],
             hinges_rad_s: vec![0.0; hinges],
             gyro_rad_s: 0.0,
@@ -65,20 +71,26 @@ impl Sensed {
     pub(crate) fn is_of(&self, vehicle: &Vehicle) -> bool {
         let hinges = vehicle.hinge.len();
         self.wheels_rad_s.len() == vehicle.wheel.len()
+            && self.increments_rad.len() == vehicle.wheel.len()
             && self.hinges_rad.len() == hinges
             && self.hinges_rad_s.len() == hinges
     }
 
-    /// Names of the columns: of gyro and inertial measurement unit, then angles and rates of the
-    /// hinges. The encoders' are the signal `measured_rad_s` of each wheel.
+    /// Names of the columns: of gyro and inertial measurement unit, then the wheels' increments, then angles and rates
+    /// of the hinges. The wheels' velocities are the signal `measured_rad_s` of each.
     #[must_use]
     pub fn names(vehicle: &Vehicle) -> Vec<String> {
         let of_hinges = HINGE.iter().flat_map(|signal| {
             let hinges = vehicle.hinge.iter();
             hinges.map(move |hinge| format!("{signal}_{}", hinge.name))
         });
+        let of_wheels = vehicle
+            .wheel
+            .iter()
+            .map(|wheel| format!("{WHEEL}_{}", wheel.name));
         BASE.iter()
             .map(|name| (*name).to_owned())
+            .chain(of_wheels)
             .chain(of_hinges)
             .collect()
     }
@@ -102,6 +114,7 @@ impl Sensed {
             .chain(imu.rate_rad_s)
             .chain(imu.specific_force_m_s2)
             .chain([imu.roll_rad, imu.pitch_rad])
+            .chain(self.increments_rad.iter().copied())
             .chain(self.hinges_rad.iter().chain(&self.hinges_rad_s).copied())
     }
 
@@ -112,6 +125,7 @@ impl Sensed {
             .chain(&mut imu.rate_rad_s)
             .chain(&mut imu.specific_force_m_s2)
             .chain([&mut imu.roll_rad, &mut imu.pitch_rad])
+            .chain(&mut self.increments_rad)
             .chain(self.hinges_rad.iter_mut().chain(&mut self.hinges_rad_s));
         for (place, value) in places.zip(values) {
             *place = *value;

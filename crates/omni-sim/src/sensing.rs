@@ -161,7 +161,7 @@ impl Sensing {
     /// From the truth, and the true actuator velocities \[rad/s\] in `sensed`, to what the
     /// controller is given: `sensed` is overwritten.
     pub(crate) fn read(&mut self, angles_rad: &[f64], seen: &Observation, sensed: &mut Sensed) {
-        self.read_encoders(seen.time_ns as f64 * 1e-9, angles_rad, &mut sensed.wheels_rad_s);
+        self.read_encoders(seen.time_ns as f64 * 1e-9, angles_rad, sensed);
         let Self { sensors, state, .. } = self;
         sensed.gyro_rad_s = seen.twist.wz_rad_s + sensors.gyro_bias_rad_s;
         let mut noise = 0.0;
@@ -222,7 +222,7 @@ impl Sensing {
         }
     }
 
-    fn read_encoders(&mut self, time_s: f64, angles_rad: &[f64], velocities_rad_s: &mut [f64]) {
+    fn read_encoders(&mut self, time_s: f64, angles_rad: &[f64], sensed: &mut Sensed) {
         let Self {
             sensors,
             estimator,
@@ -232,7 +232,8 @@ impl Sensing {
             state,
             ..
         } = self;
-        for (i, velocity) in velocities_rad_s.iter_mut().enumerate() {
+        let readings = sensed.wheels_rad_s.iter_mut().zip(&mut sensed.increments_rad);
+        for (i, (velocity, increment)) in readings.enumerate() {
             let now = || {
                 let all = trouble.iter();
                 all.filter(|(wheel, _, span)| *wheel == i && span.contains(&time_s))
@@ -252,6 +253,7 @@ impl Sensing {
                 encoder.turn(angles_rad[i], part, per_rad, phase[i]);
                 let moved = encoder.place - before;
                 let (counted, edge) = encoder.count(has, moved > 0.0);
+                *increment = counted / per_rad;
                 if let (Some(estimator), Some(remembered)) = (&*estimator, state.velocities.get_mut(i)) {
                     // When the last edge passed, the wheel turning evenly over the period.
                     let part = (encoder.place - edge) / moved;
@@ -275,8 +277,11 @@ impl Sensing {
                 *velocity += noise;
             }
             state.read[i] = *velocity;
+            if !counts {
+                *increment = *velocity * *period_s;
+            }
             if has(Trouble::Silent) {
-                *velocity = f64::NAN;
+                (*velocity, *increment) = (f64::NAN, f64::NAN);
             }
         }
     }

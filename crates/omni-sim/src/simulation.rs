@@ -117,7 +117,7 @@ impl Simulation {
         self.world.measure(&mut self.sensed.wheels_rad_s);
         self.sensing
             .read(self.world.angles_rad(), &self.period.observed, &mut self.sensed);
-        self.odometer.read(&self.sensed.wheels_rad_s);
+        self.odometer.read(&self.sensed);
         self.period.observed.odometry = self.odometer.estimate();
         let time_s = self.world.time_ns() as f64 * 1e-9;
         if let Some(following) = &mut self.following {

@@ -4,6 +4,7 @@
 //! because it persists and no redundancy of wheels detects it, while an accelerometer does. Disagreement between the
 //! wheels increases their noise.
 
+mod bias;
 mod config;
 mod correction;
 mod input;
@@ -17,6 +18,7 @@ use crate::geometry::{BodyTwist, Kinematics, PlanarPose, WheelVelocities};
 use crate::scalar::is_plausible;
 use crate::sum::Sum;
 use crate::{ConfigError, Real};
+use bias::Rolling;
 pub use config::EstimatorConfig;
 pub use input::EstimatorInput;
 use matrix::{BIAS, Matrix, Motion, SIZE, SLIP, SLIP_Y, VX, VY, X, Y, YAW};
@@ -73,19 +75,25 @@ enum Standstill {
 /// A vehicle that is commanded to rest and is quiet (wheels, gyro and accelerometer for 50 ms) has nearly no velocity.
 /// It may still glide or turn on free rollers, so that only after a second of quiet its pose is held, and the gyro's
 /// difference from the wheels' yaw rate is its bias: the vehicle trembles because its loops respond to encoder noise.
-/// What the accelerometer reads then is its bias, or a lean that is not measured. Biases are estimated only at rest: a
-/// wheel's slip in a turn is one-sided, and would be mistaken for a bias. What a rest has shown of the accelerometer's
-/// fades in minutes, because attitudes wander; as far as it is unknown it adds to the noise of the velocity, with
-/// three of its deviations, so that none is taken for a slip that lasts.
+/// What the accelerometer reads then is its bias, or a lean that is not measured. The gyro's bias is estimated only at
+/// rest: a wheel's slip in a turn is one-sided, and would be mistaken for it.
 ///
-/// Limits: a bias of b m/s^2 that no rest has shown is b t m/s of error while all wheels slip for t seconds.
+/// The accelerometer's bias walks, because attitudes wander. It is followed while driving by a filter of two states for
+/// each direction, which takes the wheels for the vehicle with a slip of 2 cm/s, or as much as there is, that lasts half
+/// a second: a slip comes and goes, a bias stays. As far as it is unknown it adds to the noise of the velocity, with four
+/// of its deviations, so that none is taken for a slip that lasts. Friction takes a vehicle that slides towards the
+/// velocity of its wheels; if it moves away from that for half a second, nothing is known of the bias any more.
+///
+/// Limits: a bias that is off by b m/s^2 is b t m/s of error while all wheels slip for t seconds. A vehicle that slides
+/// down a slope with braked wheels, or is pushed, is taken for one that rolls.
 ///
 /// ```
 /// use omni_core::estimate::{Estimator, EstimatorConfig, EstimatorInput};
 /// use omni_core::{BodyTwist, Kinematics, WheelLayout};
 /// let kinematics = Kinematics::new(&WheelLayout::<f64, 4>::mecanum4(0.6, 0.4, 0.1)?)?;
 /// let mut config = EstimatorConfig::new(1e-3);
-/// config.accelerometer_bias_m_s2 = 1e-4; // a calibrated unit
+/// config.accelerometer_bias_m_s2 = 1e-4; // a calibrated unit, whose angles do not wander
+/// config.accelerometer_bias_walk_m_s2_per_sqrt_s = 1e-4;
 /// let estimator = Estimator::new(config, &kinematics)?;
 /// let mut state = estimator.start();
 /// let ahead = kinematics.inverse(&BodyTwist { vx_m_s: 0.5, ..BodyTwist::ZERO });
@@ -145,6 +153,9 @@ pub struct EstimatorState<R, const N: usize> {
     /// What the accelerations read beyond the vehicle's own \[m/s^2\], and the variance of each.
     accelerometer_bias: [R; 2],
     accelerometer_bias_variance: R,
+    rolling: Rolling<R>,
+    /// For how long the velocity has moved away from that of the wheels \[s\].
+    away_s: R,
     slip: [R; 3],
     covariance: Matrix<R>,
     /// Yaw rate of the period before, by the gyro or what stands for it, bias included.

@@ -17,6 +17,8 @@ pub struct Sensors {
     pub header: Header,
     /// Actuator velocities \[rad/s\], one per wheel, in the order of the vehicle file.
     pub wheels_rad_s: Vec<f64>,
+    /// What each actuator turned in the period \[rad\], by counts where there are counts.
+    pub increments_rad: Vec<f64>,
     /// Angles of the hinges \[rad\], one per hinge, in the order of the vehicle file.
     pub hinges_rad: Vec<f64>,
     /// Rates of the hinges \[rad/s\].
@@ -40,6 +42,7 @@ impl Sensors {
         Self {
             header: Header::new(time_ns, IMU_LINK),
             wheels_rad_s: sensed.wheels_rad_s.clone(),
+            increments_rad: sensed.increments_rad.clone(),
             hinges_rad: sensed.hinges_rad.clone(),
             hinges_rad_s: sensed.hinges_rad_s.clone(),
             gyro_rad_s: sensed.gyro_rad_s,
@@ -54,6 +57,7 @@ impl Sensors {
     pub(crate) fn sensed(&self, vehicle: &Vehicle) -> Result<Sensed, String> {
         for (what, found, expected) in [
             ("wheels", &self.wheels_rad_s, vehicle.wheel.len()),
+            ("increments", &self.increments_rad, vehicle.wheel.len()),
             ("angles of hinges", &self.hinges_rad, vehicle.hinge.len()),
             ("rates of hinges", &self.hinges_rad_s, vehicle.hinge.len()),
         ] {
@@ -67,6 +71,7 @@ impl Sensors {
         let array = |v: &Vector3| [v.x, v.y, v.z];
         let mut sensed = Sensed::at_rest(vehicle);
         sensed.wheels_rad_s.clone_from(&self.wheels_rad_s);
+        sensed.increments_rad.clone_from(&self.increments_rad);
         sensed.hinges_rad.clone_from(&self.hinges_rad);
         sensed.hinges_rad_s.clone_from(&self.hinges_rad_s);
         sensed.gyro_rad_s = self.gyro_rad_s;

@@ -25,8 +25,8 @@ use crate::{ConfigError, Real};
 pub struct EstimatorConfig<R> {
     /// Time between steps \[s\], 1e-6 to 10.
     pub period_s: R,
-    /// Noise of a wheel's velocity \[rad/s\], 1e-6 to 1000; 0.1. For counts: a count over the period and `sqrt(6)`, the
-    /// deviation of a difference of two rounded angles.
+    /// Noise of a wheel's velocity \[rad/s\], 1e-6 to 1000; 0.1. For what a counter counts in a period, a count over
+    /// `sqrt(6 * period_s * 0.05 s)`: errors of neighbours cancel.
     pub wheel_rad_s: R,
     /// Noise of the gyro \[rad/s\], 1e-6 to 1000; 0.01.
     pub gyro_rad_s: R,
@@ -42,9 +42,12 @@ pub struct EstimatorConfig<R> {
     /// Deviation of the accelerometer's bias at the start, or of what a lean adds that is not measured \[m/s^2\], 1e-6
     /// to 1000; 0.05.
     pub accelerometer_bias_m_s2: R,
+    /// Random walk of it \[m/s^2 per root of s\], 1e-9 to 1000; 0.01: an attitude that levels the readings and wanders by 1
+    /// mrad per root of s.
+    pub accelerometer_bias_walk_m_s2_per_sqrt_s: R,
     /// Slip of the whole vehicle that goes unnoticed while its wheels agree \[m/s\], 1e-6 to 1000; 0.001.
     pub slip_m_s: R,
-    /// Time in which a slip comes and goes \[s\], 1e-3 to 100; 0.15. At least the period.
+    /// Time in which a slip comes and goes \[s\], 1e-3 to 100; 0.2. At least the period.
     pub slip_s: R,
     /// Averages over 50 ms up to which a vehicle whose command is rest stands: of the wheels beyond their
     /// noise \[rad/s\], 0 to 1000; 0.05.
@@ -66,6 +69,7 @@ constant_struct!(EstimatorConfig<R> {
     bias_rad_s: R,
     bias_walk_rad_s_per_sqrt_s: R,
     accelerometer_bias_m_s2: R,
+    accelerometer_bias_walk_m_s2_per_sqrt_s: R,
     slip_m_s: R,
     slip_s: R,
     still_wheel_rad_s: R,
@@ -86,8 +90,9 @@ impl<R: Real> EstimatorConfig<R> {
             bias_rad_s: R::of(0.02),
             bias_walk_rad_s_per_sqrt_s: R::of(1e-4),
             accelerometer_bias_m_s2: R::of(0.05),
+            accelerometer_bias_walk_m_s2_per_sqrt_s: R::of(0.01),
             slip_m_s: R::of(1e-3),
-            slip_s: R::of(0.15),
+            slip_s: R::of(0.2),
             still_wheel_rad_s: R::of(0.05),
             still_gyro_rad_s: R::of(0.05),
             still_m_s2: R::of(0.1),
@@ -106,8 +111,14 @@ impl<R: Real> EstimatorConfig<R> {
             ("slip_m_s", self.slip_m_s),
         ];
         each_within(&deviations, &(1e-6..=1000.0), "1e-6 to 1000")?;
-        let walk = self.bias_walk_rad_s_per_sqrt_s;
-        within("bias_walk_rad_s_per_sqrt_s", walk, 1e-9..=1000.0, "1e-9 to 1000")?;
+        let walks = [
+            ("bias_walk_rad_s_per_sqrt_s", self.bias_walk_rad_s_per_sqrt_s),
+            (
+                "accelerometer_bias_walk_m_s2_per_sqrt_s",
+                self.accelerometer_bias_walk_m_s2_per_sqrt_s,
+            ),
+        ];
+        each_within(&walks, &(1e-9..=1000.0), "1e-9 to 1000")?;
         let least = if self.period_s > R::of(1e-3) {
             self.period_s
         } else {

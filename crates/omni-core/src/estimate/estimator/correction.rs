@@ -20,6 +20,10 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         }
         let innovations = self.innovations(state, input, valid);
         let body = self.kinematics.forward(&innovations).to_array();
+        if valid.acceleration.is_some() {
+            let ([vx, vy], [sx, sy, _]) = (state.velocity, state.slip);
+            self.compare(state, [vx + sx + body[0], vy + sy + body[1]]);
+        }
         let variances = self.variances(state, valid, &innovations, &body);
         let noise = self.gained(valid);
         let gained = [noise + self.biased(state, valid), noise];
@@ -48,6 +52,9 @@ impl<R: Real, const N: usize> Estimator<R, N> {
             let gain = state.covariance.take(&seen, whole);
             state.add(&gain, innovation, moved);
             nis += innovation * innovation / whole;
+        }
+        if let Some(acceleration) = valid.acceleration {
+            self.doubt(state, acceleration);
         }
         nis
     }

@@ -2,8 +2,8 @@
 
 use super::step::{ValidReadings, above_zero, min, part};
 use super::{
-    BIAS, Estimator, EstimatorInput, EstimatorState, QUIET, Real, SIZE, STANDING_M_S, STILL_S, Standstill,
-    VX, VY,
+    BIAS, Estimator, EstimatorInput, EstimatorState, QUIET, Real, Rolling, SIZE, STANDING_M_S, STILL_S,
+    Standstill, VX, VY,
 };
 
 /// Time that everything has to be quiet before the pose is held \[s\].
@@ -131,6 +131,7 @@ impl<R: Real, const N: usize> Estimator<R, N> {
             let less = gain * noise;
             state.accelerometer_bias_variance = if less > least { less } else { least };
         }
+        state.rolling = Rolling::at_rest();
         // Wheels that stand on a vehicle that stands do not slip.
         let left = R::one() - part(config.period_s, STILL_S);
         state.slip = state.slip.map(|slip| slip * left);

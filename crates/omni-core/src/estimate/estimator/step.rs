@@ -2,12 +2,12 @@
 
 use super::{
     BIAS, ConfigError, Estimator, EstimatorConfig, EstimatorInput, EstimatorState, EstimatorStep, Kinematics,
-    Matrix, Motion, Real, SIZE, SLIP, STANDING_M_S, SUDDEN, Standstill, Sum, VX, VY, X, Y, YAW, is_plausible,
+    Matrix, Motion, Real, Rolling, SIZE, SLIP, STANDING_M_S, Standstill, Sum, VX, VY, X, Y, YAW,
+    is_plausible,
 };
 
-/// Time in which what a rest has shown of the accelerometer's bias fades \[s\], to twice the deviation of the start:
-/// attitudes that level the readings wander. With 0.05 m/s^2 at the start that is 1 mrad per root of s.
-const FADES_S: f64 = 120.0;
+/// Squared deviations of the accelerometer's bias that are not taken for a slip.
+const UNTAKEN: f64 = 16.0;
 
 /// The valid readings of a period.
 pub(super) struct ValidReadings<R, const N: usize> {
@@ -91,6 +91,8 @@ impl<R: Real, const N: usize> Estimator<R, N> {
             accelerometer_bias: [zero; 2],
             accelerometer_bias_variance: self.config.accelerometer_bias_m_s2
                 * self.config.accelerometer_bias_m_s2,
+            rolling: Rolling::at_rest(),
+            away_s: zero,
             slip: [zero; 3],
             covariance: Matrix::diagonal([
                 zero,
@@ -186,9 +188,9 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         }
     }
 
-    /// Variance that its bias adds in a period: of three deviations, so that none is taken for a slip that lasts.
+    /// Variance that its bias adds in a period: of four deviations, so that none is taken for a slip that lasts.
     pub(super) fn biased(&self, state: &EstimatorState<R, N>, valid: &ValidReadings<R, N>) -> R {
-        let lasts = R::of(2.0 * SUDDEN) * self.config.slip_s * self.config.period_s;
+        let lasts = R::of(2.0 * UNTAKEN) * self.config.slip_s * self.config.period_s;
         valid
             .acceleration
             .map_or(R::zero(), |_| lasts * state.accelerometer_bias_variance)
@@ -255,11 +257,10 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         let p = &mut state.covariance.0;
         p[VX][VX] += gained;
         p[VY][VY] += gained;
-        let most = R::of(4.0) * config.accelerometer_bias_m_s2 * config.accelerometer_bias_m_s2;
-        state.accelerometer_bias_variance += part(dt, FADES_S) * (most - state.accelerometer_bias_variance);
         p[BIAS][BIAS] += config.bias_walk_rad_s_per_sqrt_s * config.bias_walk_rad_s_per_sqrt_s * dt;
         // The yaw rate that the wheels are held against has the gyro's noise.
         p[SLIP + 2][SLIP + 2] += config.gyro_rad_s * config.gyro_rad_s;
+        self.roll(state, [cos, sin], valid.acceleration);
         state.x = state.x.plus(way[0]);
         state.y = state.y.plus(way[1]);
         state.yaw = state.yaw.plus(turn);
@@ -290,6 +291,7 @@ impl<R: Real, const N: usize> EstimatorState<R, N> {
             .chain(&self.slip)
             .chain(&self.quiet)
             .chain(&self.accelerometer_bias)
+            .chain(&self.rolling.velocity)
             .chain(&self.disagreement)
         {
             sum += *value;

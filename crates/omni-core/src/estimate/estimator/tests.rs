@@ -34,6 +34,7 @@ pub(super) fn filter<R: Real>() -> Estimator<R, 4> {
 fn calibrated() -> Estimator<f64, 4> {
     let mut config = EstimatorConfig::new(1e-3);
     config.accelerometer_bias_m_s2 = 1e-3;
+    config.accelerometer_bias_walk_m_s2_per_sqrt_s = 1e-4;
     Estimator::new(config, &mecanum()).expect("valid")
 }
 
@@ -138,7 +139,7 @@ fn the_covariance_stays_positive_definite_in_f32_whatever_is_read() {
         for speed in &mut twist {
             *speed += 0.02 * random.normal() - 2e-3 * *speed;
         }
-        let at_rest = k % 5000 > 4000;
+        let at_rest = k % 10_000 > 7000;
         let [vx_m_s, vy_m_s, wz_rad_s] = twist.map(|speed| if at_rest { 0.0 } else { speed as f32 });
         let mut wheels = kinematics.inverse(&BodyTwist {
             vx_m_s,

@@ -1,0 +1,177 @@
+//! The accelerometer's bias while driving: what it says in seconds beyond what the wheels say.
+
+use super::{Estimator, EstimatorState, Real};
+
+/// Squared deviations beyond which the wheels' velocity has slipped away.
+const GONE: f64 = 25.0;
+/// Deviation of the wheels from the vehicle's velocity that passes for none \[m/s\], and for how long it lasts \[s\].
+const SLIPS_M_S: f64 = 0.02;
+const SLIPS_S: f64 = 0.5;
+
+/// A vehicle that moves and slips at least as fast as this \[m/s\], and whose velocity moves away from its wheels' by this
+/// \[m/s^2\] for so long \[s\], does not slide: the bias may be this much more than what is read \[m/s^2\].
+const MOVES_M_S: f64 = 0.03;
+const AWAY_M_S2: f64 = 0.03;
+const AWAY_S: f64 = 0.5;
+const WRONG_M_S2: f64 = 0.6;
+
+/// Velocity of the wheels as the accelerometer follows it \[m/s\]: a slip comes and goes, a bias stays.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(super) struct Rolling<R> {
+    pub(super) velocity: [R; 2],
+    /// Of each component, and its covariance with the bias of that axis.
+    variance: R,
+    with_bias: R,
+}
+
+impl<R: Real> Rolling<R> {
+    pub(super) fn at_rest() -> Self {
+        Self::at([R::zero(); 2])
+    }
+
+    fn at(velocity: [R; 2]) -> Self {
+        Self {
+            velocity,
+            variance: R::of(SLIPS_M_S * SLIPS_M_S),
+            with_bias: R::zero(),
+        }
+    }
+}
+
+impl<R: Real, const N: usize> Estimator<R, N> {
+    /// The accelerometer moves the velocity, turned as the vehicle is.
+    pub(super) fn roll(
+        &self,
+        state: &mut EstimatorState<R, N>,
+        [cos, sin]: [R; 2],
+        acceleration: Option<[R; 2]>,
+    ) {
+        let (dt, known) = (self.config.period_s, state.accelerometer_bias_variance);
+        let walk = self.config.accelerometer_bias_walk_m_s2_per_sqrt_s;
+        let rolling = &mut state.rolling;
+        let ([vx, vy], [ax, ay]) = (rolling.velocity, acceleration.unwrap_or([R::zero(); 2]));
+        rolling.velocity = [cos * vx + sin * vy + ax * dt, cos * vy - sin * vx + ay * dt];
+        let noise = self.config.accelerometer_m_s2 * dt;
+        rolling.variance += noise * noise + dt * (dt * known - R::of(2.0) * rolling.with_bias);
+        rolling.with_bias -= dt * known;
+        state.accelerometer_bias_variance = known + walk * walk * dt;
+    }
+
+    /// The bias follows from the velocity of the wheels. One that no bias explains is a slip that has come or gone, and
+    /// is started from anew.
+    pub(super) fn compare(&self, state: &mut EstimatorState<R, N>, wheels: [R; 2]) {
+        let [sx, sy, _] = state.slip;
+        let slips = R::of(SLIPS_M_S * SLIPS_M_S) + sx * sx + sy * sy;
+        let mut rolling = state.rolling;
+        let [vx, vy] = rolling.velocity;
+        let [x, y] = [wheels[0] - vx, wheels[1] - vy];
+        if x * x + y * y > R::of(GONE) * (rolling.variance + slips) {
+            state.rolling = Rolling::at(wheels);
+            return;
+        }
+        let noise = slips * R::of(2.0 * SLIPS_S) / self.config.period_s;
+        let part = R::one() / (rolling.variance + noise);
+        let (gain, of_bias) = (rolling.variance * part, rolling.with_bias * part);
+        rolling.velocity = [vx + gain * x, vy + gain * y];
+        let [bx, by] = &mut state.accelerometer_bias;
+        *bx += of_bias * x;
+        *by += of_bias * y;
+        let known = state.accelerometer_bias_variance - of_bias * rolling.with_bias;
+        state.accelerometer_bias_variance = known;
+        rolling.variance *= noise * part;
+        rolling.with_bias *= noise * part;
+        state.rolling = rolling;
+    }
+
+    /// Friction takes a vehicle that slides towards the velocity of its wheels. One that goes away from it for long does not
+    /// slide: its accelerometer is off by more than was known.
+    pub(super) fn doubt(&self, state: &mut EstimatorState<R, N>, acceleration: [R; 2]) {
+        let ([vx, vy], [sx, sy, _], [_, ax, ay]) = (state.velocity, state.slip, state.quiet);
+        let (least, slip) = (R::of(MOVES_M_S * MOVES_M_S), sx * sx + sy * sy);
+        let moves = vx * vx + vy * vy > least && slip > least;
+        let towards = ax * sx + ay * sy;
+        let away = towards < R::zero() && towards * towards > R::of(AWAY_M_S2 * AWAY_M_S2) * slip;
+        let dt = self.config.period_s;
+        let away_s = state.away_s + if moves && away { dt } else { -dt };
+        state.away_s = away_s.limited(R::zero(), R::of(AWAY_S));
+        if away_s > R::of(AWAY_S) {
+            let [rx, ry] = acceleration;
+            let wrong = R::of(WRONG_M_S2 * WRONG_M_S2) + rx * rx + ry * ry;
+            if state.accelerometer_bias_variance < wrong {
+                state.accelerometer_bias_variance = wrong;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::BodyTwist;
+    use crate::estimate::EstimatorInput;
+    use crate::estimate::estimator::tests::{Random, filter, mecanum};
+
+    /// Drives 0.3 m/s ahead for a minute on ground where nothing slips, with an accelerometer that is off by what
+    /// `bias` says at a time; gives the largest error of the velocity \[m/s\], that of the last second, and of the bias
+    /// from 10 s on \[m/s^2\].
+    fn drive(bias: impl Fn(f64) -> [f64; 2]) -> [f64; 3] {
+        let (estimator, kinematics, mut random) = (filter::<f64>(), mecanum::<f64>(), Random(7));
+        let mut state = estimator.start();
+        let (mut speed, [mut of_velocity, mut at_the_end, mut of_bias]) = (0.0, [0.0_f64; 3]);
+        for k in 0..60_000 {
+            let time_s = f64::from(k) * 1e-3;
+            let gains = if speed < 0.3 { 0.3 } else { 0.0 };
+            speed += gains * 1e-3;
+            let ahead = BodyTwist {
+                vx_m_s: speed,
+                ..BodyTwist::ZERO
+            };
+            let mut input = EstimatorInput::new(&kinematics.inverse(&ahead));
+            for reading in &mut input.wheels.rad_s {
+                *reading += 0.1 * random.normal();
+            }
+            let [x, y] = bias(time_s);
+            input.yaw_rate_rad_s = 0.01 * random.normal();
+            input.acceleration_m_s2 = [gains + x + 0.05 * random.normal(), y + 0.05 * random.normal()];
+            estimator.step(&mut state, &input);
+            let (twist, [found_x, found_y]) = (state.twist(), state.accelerometer_bias_m_s2());
+            let off = (twist.vx_m_s - speed).hypot(twist.vy_m_s);
+            of_velocity = of_velocity.max(off);
+            if time_s > 59.0 {
+                at_the_end = at_the_end.max(off);
+            }
+            if time_s > 10.0 {
+                of_bias = of_bias.max((found_x - x).hypot(found_y - y));
+            }
+        }
+        [of_velocity, at_the_end, of_bias]
+    }
+
+    #[test]
+    fn a_bias_that_no_rest_has_shown_is_found_while_driving() {
+        let [velocity, _, bias] = drive(|_| [0.1, -0.05]);
+        // Deviation where a walk of 0.01 and a slip of 0.02 m/s for half a second balance: (q R)^(1/4) q^(1/4) 2^(1/4)
+        // with q = 1e-4 and R = 4e-4 is 0.014 m/s^2, a bias that really walks; four of them.
+        assert!(bias < 0.056, "{bias}");
+        assert!(velocity < 0.05, "{velocity}");
+    }
+
+    #[test]
+    fn an_accelerometer_that_is_wrong_by_far_is_no_reason_to_run_away() {
+        // Attitudes that swing by two degrees and a half in 20 s: integrated it were 1.3 m/s.
+        let swing = |time_s: f64| {
+            let (sin, _) = (0.3 * time_s).sine_cosine();
+            [0.4 * sin, -0.4 * sin]
+        };
+        let [velocity, ..] = drive(swing);
+        assert!(velocity < 0.3, "{velocity}");
+        // An axis that is stuck at its limit, 2 g: half a second until it is doubted, and then that is its bias.
+        let [velocity, at_the_end, _] = drive(|time_s| [if time_s > 20.0 { 19.6 } else { 0.0 }, 0.0]);
+        assert!(
+            velocity < 1.1 * 19.6 * AWAY_S && at_the_end < 0.05,
+            "{velocity} {at_the_end}"
+        );
+    }
+}
