@@ -91,7 +91,7 @@ def route(base: Scenario, goal: tuple[float, float], chart: ClimbChart) -> Route
 
 def straight(base: Scenario, goal: tuple[float, float]) -> Scenario:
     """The straight line to the goal, driven as a route is."""
-    follow = {"pose": "estimate", "rest_s": 1.5, "wait": {}}
+    follow = {"pose": "estimate", "rest_s": 3.0, "wait": {}}
     command = {"path": [{"x_m": goal[0], "y_m": goal[1], "speed_m_s": 0.3}], "follow": follow}
     return Scenario(base, overrides={"command": command, "duration_s": 40.0})
 

@@ -13,7 +13,7 @@ use crate::args::{AROUND_M, RESOLUTION_M};
 const AFTER_S: f64 = 3.0;
 /// Time for which a vehicle stands before it drives, so that its estimator learns the biases of gyro and
 /// accelerometer \[s\].
-const REST_S: f64 = 1.5;
+const REST_S: f64 = 3.0;
 
 /// As far as waypoints may be \[m\].
 const FARTHEST_M: f64 = 100.0;

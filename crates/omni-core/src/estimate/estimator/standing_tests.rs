@@ -205,3 +205,20 @@ fn a_bias_that_changes_is_followed_at_the_next_rest() {
         assert!((found - bias).abs() < 3e-3 + 3.2e-3, "{found}, {bias}");
     }
 }
+
+#[test]
+fn a_vehicle_that_creeps_at_rest_is_where_its_wheels_have_taken_it() {
+    let (estimator, mut random) = (filter::<f64>(), Random(11));
+    let mut state = estimator.start();
+    // 2 mrad/s for 20 s, less than the noise of any reading; and what the wheels cannot tell, the gyro's bias.
+    for _ in 0..20_000 {
+        estimator.step(&mut state, &resting(&mut random, 0.003, 2e-3));
+    }
+    let (yaw, deviation) = (state.pose().yaw_rad, state.covariance().standard_deviations()[2]);
+    // In the first second it is not yet held, with a bias that is not yet known: deviation 5 mrad (`learnt`).
+    assert!(
+        (yaw - 0.04).abs() < 4.0 * deviation && deviation < 6e-3,
+        "{yaw}, deviation {deviation}"
+    );
+    assert!((state.gyro_bias_rad_s() - 0.003).abs() < 4.0 * state.gyro_bias_deviation_rad_s());
+}

@@ -3,7 +3,7 @@
 use super::step::{ValidReadings, above_zero, min, part};
 use super::{
     BIAS, Estimator, EstimatorInput, EstimatorState, QUIET, Real, Rolling, SIZE, STANDING_M_S, STILL_S,
-    Standstill, VX, VY,
+    Standstill, VX, VY, X, Y, YAW,
 };
 
 /// Time that everything has to be quiet before the pose is held \[s\].
@@ -93,7 +93,7 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         }
     }
 
-    /// It does not move but tremble, and gyro and accelerometer say their biases beyond that.
+    /// It does not move but tremble and creep, and gyro and accelerometer say their biases beyond that.
     pub(super) fn stand(
         &self,
         state: &mut EstimatorState<R, N>,
@@ -114,8 +114,26 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         for i in [VX, VY] {
             p[i][i] = if p[i][i] < still { still } else { p[i][i] };
         }
+        let (turns, variance) = self.trembling(input, valid);
+        if valid.count == N {
+            // What creeps is where its wheels have taken it.
+            let dt = config.period_s;
+            let [vx, vy, _] = self.kinematics.forward(&input.wheels).to_array();
+            let (sin, cos) = state.yaw.total.sine_cosine();
+            moved[X] += (cos * vx - sin * vy) * dt;
+            moved[Y] += (sin * vx + cos * vy) * dt;
+            moved[YAW] += turns * dt;
+            let grown = variance * dt * dt;
+            let p = &mut state.covariance.0;
+            for (i, grown) in [
+                (X, grown * self.lever_m2),
+                (Y, grown * self.lever_m2),
+                (YAW, grown),
+            ] {
+                p[i][i] += grown;
+            }
+        }
         if let Some(gyro) = valid.gyro {
-            let (turns, variance) = self.trembling(input, valid);
             let noise = config.gyro_rad_s * config.gyro_rad_s + variance;
             state.take::<BIAS>(gyro - turns - state.bias, noise, moved);
         }
