@@ -145,8 +145,8 @@ impl Odometer {
         });
     }
 
-    /// The wheels turned with these velocities \[rad/s\], by these angles \[rad\], in a period. One without a reading is
-    /// excluded.
+    /// The wheels turned with these velocities \[rad/s\], by these angles \[rad\], in a period. One without a reading
+    /// is excluded.
     fn turn(&mut self, wheels: impl Iterator<Item = (f64, f64)>, is_excluded: impl Fn(usize) -> bool) {
         let (mut read, mut turned, mut excluded) = ([0.0; WHEELS], [0.0; WHEELS], [false; WHEELS]);
         for (i, (velocity, increment)) in wheels.enumerate().take(WHEELS) {

@@ -1209,8 +1209,8 @@ typedef struct {
 typedef struct {
   // Time between steps [s], 1e-6 to 10.
   float period_s;
-  // Noise of a wheel's velocity [rad/s], 1e-6 to 1000; 0.1. For counts: a count over the period and `sqrt(6)`, the
-  // deviation of a difference of two rounded angles.
+  // Noise of a wheel's velocity [rad/s], 1e-6 to 1000; 0.1. For what a counter counts in a period, a count over
+  // `sqrt(6 * period_s * 0.05 s)`: errors of neighbours cancel.
   float wheel_rad_s;
   // Noise of the gyro [rad/s], 1e-6 to 1000; 0.01.
   float gyro_rad_s;
@@ -1226,9 +1226,12 @@ typedef struct {
   // Deviation of the accelerometer's bias at the start, or of what a lean adds that is not measured [m/s^2], 1e-6
   // to 1000; 0.05.
   float accelerometer_bias_m_s2;
+  // Random walk of it [m/s^2 per root of s], 1e-9 to 1000; 0.01: an attitude that levels the readings and wanders by 1
+  // mrad per root of s.
+  float accelerometer_bias_walk_m_s2_per_sqrt_s;
   // Slip of the whole vehicle that goes unnoticed while its wheels agree [m/s], 1e-6 to 1000; 0.001.
   float slip_m_s;
-  // Time in which a slip comes and goes [s], 1e-3 to 100; 0.15. At least the period.
+  // Time in which a slip comes and goes [s], 1e-3 to 100; 0.2. At least the period.
   float slip_s;
   // Averages over 50 ms up to which a vehicle whose command is rest stands: of the wheels beyond their
   // noise [rad/s], 0 to 1000; 0.05.
@@ -1260,12 +1263,17 @@ typedef struct {
 // A vehicle that is commanded to rest and is quiet (wheels, gyro and accelerometer for 50 ms) has nearly no velocity.
 // It may still glide or turn on free rollers, so that only after a second of quiet its pose is held, and the gyro's
 // difference from the wheels' yaw rate is its bias: the vehicle trembles because its loops respond to encoder noise.
-// What the accelerometer reads then is its bias, or a lean that is not measured. Biases are estimated only at rest: a
-// wheel's slip in a turn is one-sided, and would be mistaken for a bias. What a rest has shown of the accelerometer's
-// fades in minutes, because attitudes wander; as far as it is unknown it adds to the noise of the velocity, with
-// three of its deviations, so that none is taken for a slip that lasts.
+// What the accelerometer reads then is its bias, or a lean that is not measured. The gyro's bias is estimated only at
+// rest: a wheel's slip in a turn is one-sided, and would be mistaken for it.
 //
-// Limits: a bias of b m/s^2 that no rest has shown is b t m/s of error while all wheels slip for t seconds.
+// The accelerometer's bias walks, because attitudes wander. It is followed while driving by a filter of two states for
+// each direction, which takes the wheels for the vehicle with a slip of 2 cm/s, or as much as there is, that lasts half
+// a second: a slip comes and goes, a bias stays. As far as it is unknown it adds to the noise of the velocity, with four
+// of its deviations, so that none is taken for a slip that lasts. Friction takes a vehicle that slides towards the
+// velocity of its wheels; if it moves away from that for half a second, nothing is known of the bias any more.
+//
+// Limits: a bias that is off by b m/s^2 is b t m/s of error while all wheels slip for t seconds. A vehicle that slides
+// down a slope with braked wheels, or is pushed, is taken for one that rolls.
 typedef struct {
   omni_estimator_config config;
   omni3_kinematics kinematics;
@@ -1279,7 +1287,7 @@ typedef struct {
 // State of an estimator. Private.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[107];
+  uint32_t memory[112];
 } omni3_estimator_state;
 
 // Standard deviations of the pose. All 0 if the drive has no noise.
@@ -1685,12 +1693,17 @@ typedef struct {
 // A vehicle that is commanded to rest and is quiet (wheels, gyro and accelerometer for 50 ms) has nearly no velocity.
 // It may still glide or turn on free rollers, so that only after a second of quiet its pose is held, and the gyro's
 // difference from the wheels' yaw rate is its bias: the vehicle trembles because its loops respond to encoder noise.
-// What the accelerometer reads then is its bias, or a lean that is not measured. Biases are estimated only at rest: a
-// wheel's slip in a turn is one-sided, and would be mistaken for a bias. What a rest has shown of the accelerometer's
-// fades in minutes, because attitudes wander; as far as it is unknown it adds to the noise of the velocity, with
-// three of its deviations, so that none is taken for a slip that lasts.
+// What the accelerometer reads then is its bias, or a lean that is not measured. The gyro's bias is estimated only at
+// rest: a wheel's slip in a turn is one-sided, and would be mistaken for it.
 //
-// Limits: a bias of b m/s^2 that no rest has shown is b t m/s of error while all wheels slip for t seconds.
+// The accelerometer's bias walks, because attitudes wander. It is followed while driving by a filter of two states for
+// each direction, which takes the wheels for the vehicle with a slip of 2 cm/s, or as much as there is, that lasts half
+// a second: a slip comes and goes, a bias stays. As far as it is unknown it adds to the noise of the velocity, with four
+// of its deviations, so that none is taken for a slip that lasts. Friction takes a vehicle that slides towards the
+// velocity of its wheels; if it moves away from that for half a second, nothing is known of the bias any more.
+//
+// Limits: a bias that is off by b m/s^2 is b t m/s of error while all wheels slip for t seconds. A vehicle that slides
+// down a slope with braked wheels, or is pushed, is taken for one that rolls.
 typedef struct {
   omni_estimator_config config;
   omni4_kinematics kinematics;
@@ -1704,7 +1717,7 @@ typedef struct {
 // State of an estimator. Private.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[108];
+  uint32_t memory[113];
 } omni4_estimator_state;
 
 // Readings of an estimator in a period. All zero: nothing is read.
@@ -2071,12 +2084,17 @@ typedef struct {
 // A vehicle that is commanded to rest and is quiet (wheels, gyro and accelerometer for 50 ms) has nearly no velocity.
 // It may still glide or turn on free rollers, so that only after a second of quiet its pose is held, and the gyro's
 // difference from the wheels' yaw rate is its bias: the vehicle trembles because its loops respond to encoder noise.
-// What the accelerometer reads then is its bias, or a lean that is not measured. Biases are estimated only at rest: a
-// wheel's slip in a turn is one-sided, and would be mistaken for a bias. What a rest has shown of the accelerometer's
-// fades in minutes, because attitudes wander; as far as it is unknown it adds to the noise of the velocity, with
-// three of its deviations, so that none is taken for a slip that lasts.
+// What the accelerometer reads then is its bias, or a lean that is not measured. The gyro's bias is estimated only at
+// rest: a wheel's slip in a turn is one-sided, and would be mistaken for it.
 //
-// Limits: a bias of b m/s^2 that no rest has shown is b t m/s of error while all wheels slip for t seconds.
+// The accelerometer's bias walks, because attitudes wander. It is followed while driving by a filter of two states for
+// each direction, which takes the wheels for the vehicle with a slip of 2 cm/s, or as much as there is, that lasts half
+// a second: a slip comes and goes, a bias stays. As far as it is unknown it adds to the noise of the velocity, with four
+// of its deviations, so that none is taken for a slip that lasts. Friction takes a vehicle that slides towards the
+// velocity of its wheels; if it moves away from that for half a second, nothing is known of the bias any more.
+//
+// Limits: a bias that is off by b m/s^2 is b t m/s of error while all wheels slip for t seconds. A vehicle that slides
+// down a slope with braked wheels, or is pushed, is taken for one that rolls.
 typedef struct {
   omni_estimator_config config;
   omni5_kinematics kinematics;
@@ -2090,7 +2108,7 @@ typedef struct {
 // State of an estimator. Private.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[109];
+  uint32_t memory[114];
 } omni5_estimator_state;
 
 // Readings of an estimator in a period. All zero: nothing is read.
@@ -2457,12 +2475,17 @@ typedef struct {
 // A vehicle that is commanded to rest and is quiet (wheels, gyro and accelerometer for 50 ms) has nearly no velocity.
 // It may still glide or turn on free rollers, so that only after a second of quiet its pose is held, and the gyro's
 // difference from the wheels' yaw rate is its bias: the vehicle trembles because its loops respond to encoder noise.
-// What the accelerometer reads then is its bias, or a lean that is not measured. Biases are estimated only at rest: a
-// wheel's slip in a turn is one-sided, and would be mistaken for a bias. What a rest has shown of the accelerometer's
-// fades in minutes, because attitudes wander; as far as it is unknown it adds to the noise of the velocity, with
-// three of its deviations, so that none is taken for a slip that lasts.
+// What the accelerometer reads then is its bias, or a lean that is not measured. The gyro's bias is estimated only at
+// rest: a wheel's slip in a turn is one-sided, and would be mistaken for it.
 //
-// Limits: a bias of b m/s^2 that no rest has shown is b t m/s of error while all wheels slip for t seconds.
+// The accelerometer's bias walks, because attitudes wander. It is followed while driving by a filter of two states for
+// each direction, which takes the wheels for the vehicle with a slip of 2 cm/s, or as much as there is, that lasts half
+// a second: a slip comes and goes, a bias stays. As far as it is unknown it adds to the noise of the velocity, with four
+// of its deviations, so that none is taken for a slip that lasts. Friction takes a vehicle that slides towards the
+// velocity of its wheels; if it moves away from that for half a second, nothing is known of the bias any more.
+//
+// Limits: a bias that is off by b m/s^2 is b t m/s of error while all wheels slip for t seconds. A vehicle that slides
+// down a slope with braked wheels, or is pushed, is taken for one that rolls.
 typedef struct {
   omni_estimator_config config;
   omni6_kinematics kinematics;
@@ -2476,7 +2499,7 @@ typedef struct {
 // State of an estimator. Private.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[110];
+  uint32_t memory[115];
 } omni6_estimator_state;
 
 // Readings of an estimator in a period. All zero: nothing is read.
@@ -2843,12 +2866,17 @@ typedef struct {
 // A vehicle that is commanded to rest and is quiet (wheels, gyro and accelerometer for 50 ms) has nearly no velocity.
 // It may still glide or turn on free rollers, so that only after a second of quiet its pose is held, and the gyro's
 // difference from the wheels' yaw rate is its bias: the vehicle trembles because its loops respond to encoder noise.
-// What the accelerometer reads then is its bias, or a lean that is not measured. Biases are estimated only at rest: a
-// wheel's slip in a turn is one-sided, and would be mistaken for a bias. What a rest has shown of the accelerometer's
-// fades in minutes, because attitudes wander; as far as it is unknown it adds to the noise of the velocity, with
-// three of its deviations, so that none is taken for a slip that lasts.
+// What the accelerometer reads then is its bias, or a lean that is not measured. The gyro's bias is estimated only at
+// rest: a wheel's slip in a turn is one-sided, and would be mistaken for it.
 //
-// Limits: a bias of b m/s^2 that no rest has shown is b t m/s of error while all wheels slip for t seconds.
+// The accelerometer's bias walks, because attitudes wander. It is followed while driving by a filter of two states for
+// each direction, which takes the wheels for the vehicle with a slip of 2 cm/s, or as much as there is, that lasts half
+// a second: a slip comes and goes, a bias stays. As far as it is unknown it adds to the noise of the velocity, with four
+// of its deviations, so that none is taken for a slip that lasts. Friction takes a vehicle that slides towards the
+// velocity of its wheels; if it moves away from that for half a second, nothing is known of the bias any more.
+//
+// Limits: a bias that is off by b m/s^2 is b t m/s of error while all wheels slip for t seconds. A vehicle that slides
+// down a slope with braked wheels, or is pushed, is taken for one that rolls.
 typedef struct {
   omni_estimator_config config;
   omni7_kinematics kinematics;
@@ -2862,7 +2890,7 @@ typedef struct {
 // State of an estimator. Private.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[111];
+  uint32_t memory[116];
 } omni7_estimator_state;
 
 // Readings of an estimator in a period. All zero: nothing is read.
@@ -3229,12 +3257,17 @@ typedef struct {
 // A vehicle that is commanded to rest and is quiet (wheels, gyro and accelerometer for 50 ms) has nearly no velocity.
 // It may still glide or turn on free rollers, so that only after a second of quiet its pose is held, and the gyro's
 // difference from the wheels' yaw rate is its bias: the vehicle trembles because its loops respond to encoder noise.
-// What the accelerometer reads then is its bias, or a lean that is not measured. Biases are estimated only at rest: a
-// wheel's slip in a turn is one-sided, and would be mistaken for a bias. What a rest has shown of the accelerometer's
-// fades in minutes, because attitudes wander; as far as it is unknown it adds to the noise of the velocity, with
-// three of its deviations, so that none is taken for a slip that lasts.
+// What the accelerometer reads then is its bias, or a lean that is not measured. The gyro's bias is estimated only at
+// rest: a wheel's slip in a turn is one-sided, and would be mistaken for it.
 //
-// Limits: a bias of b m/s^2 that no rest has shown is b t m/s of error while all wheels slip for t seconds.
+// The accelerometer's bias walks, because attitudes wander. It is followed while driving by a filter of two states for
+// each direction, which takes the wheels for the vehicle with a slip of 2 cm/s, or as much as there is, that lasts half
+// a second: a slip comes and goes, a bias stays. As far as it is unknown it adds to the noise of the velocity, with four
+// of its deviations, so that none is taken for a slip that lasts. Friction takes a vehicle that slides towards the
+// velocity of its wheels; if it moves away from that for half a second, nothing is known of the bias any more.
+//
+// Limits: a bias that is off by b m/s^2 is b t m/s of error while all wheels slip for t seconds. A vehicle that slides
+// down a slope with braked wheels, or is pushed, is taken for one that rolls.
 typedef struct {
   omni_estimator_config config;
   omni8_kinematics kinematics;
@@ -3248,7 +3281,7 @@ typedef struct {
 // State of an estimator. Private.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[112];
+  uint32_t memory[117];
 } omni8_estimator_state;
 
 // Readings of an estimator in a period. All zero: nothing is read.

@@ -9,6 +9,7 @@ mod config;
 mod correction;
 mod input;
 mod matrix;
+mod rolling;
 mod standstill;
 mod step;
 
@@ -18,10 +19,10 @@ use crate::geometry::{BodyTwist, Kinematics, PlanarPose, WheelVelocities};
 use crate::scalar::is_plausible;
 use crate::sum::Sum;
 use crate::{ConfigError, Real};
-use bias::Rolling;
 pub use config::EstimatorConfig;
 pub use input::EstimatorInput;
 use matrix::{BIAS, Matrix, Motion, SIZE, SLIP, SLIP_Y, VX, VY, X, Y, YAW};
+use rolling::Rolling;
 
 /// Innovation squared over its variance from which on a slip has changed at once: three standard deviations.
 const SUDDEN: f64 = 9.0;
@@ -79,9 +80,9 @@ enum Standstill {
 /// rest: a wheel's slip in a turn is one-sided, and would be mistaken for it.
 ///
 /// The accelerometer's bias walks, because attitudes wander. It is followed while driving by a filter of two states for
-/// each direction, which takes the wheels for the vehicle with a slip of 2 cm/s, or as much as there is, that lasts half
-/// a second: a slip comes and goes, a bias stays. As far as it is unknown it adds to the noise of the velocity, with four
-/// of its deviations, so that none is taken for a slip that lasts. Friction takes a vehicle that slides towards the
+/// each direction, which takes the wheels for the vehicle with a slip of 2 cm/s, or as much as there is, that lasts
+/// half a second: a slip comes and goes, a bias stays. As far as it is unknown it adds to the noise of the velocity, with
+/// four of its deviations, so that none is taken for a slip that lasts. Friction takes a vehicle that slides towards the
 /// velocity of its wheels; if it moves away from that for half a second, nothing is known of the bias any more.
 ///
 /// Limits: a bias that is off by b m/s^2 is b t m/s of error while all wheels slip for t seconds. A vehicle that slides

@@ -1,44 +1,19 @@
 //! The accelerometer's bias while driving: what it says in seconds beyond what the wheels say.
 
+use super::rolling::{Rolling, SLIPS_M_S};
 use super::{Estimator, EstimatorState, Real};
 
 /// Squared deviations beyond which the wheels' velocity has slipped away.
 const GONE: f64 = 25.0;
-/// Deviation of the wheels from the vehicle's velocity that passes for none \[m/s\], and for how long it lasts \[s\].
-const SLIPS_M_S: f64 = 0.02;
+/// For how long the wheels deviate from the vehicle's velocity by what passes for none \[s\].
 const SLIPS_S: f64 = 0.5;
 
-/// A vehicle that moves and slips at least as fast as this \[m/s\], and whose velocity moves away from its wheels' by this
-/// \[m/s^2\] for so long \[s\], does not slide: the bias may be this much more than what is read \[m/s^2\].
+/// A vehicle that moves and slips at least as fast as this \[m/s\], and whose velocity moves away from its wheels' by
+/// this \[m/s^2\] for so long \[s\], does not slide: the bias may be this much more than what is read \[m/s^2\].
 const MOVES_M_S: f64 = 0.03;
 const AWAY_M_S2: f64 = 0.03;
 const AWAY_S: f64 = 0.5;
 const WRONG_M_S2: f64 = 0.6;
-
-/// Velocity of the wheels as the accelerometer follows it \[m/s\]: a slip comes and goes, a bias stays.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub(super) struct Rolling<R> {
-    pub(super) velocity: [R; 2],
-    /// Of each component, and its covariance with the bias of that axis.
-    variance: R,
-    with_bias: R,
-}
-
-impl<R: Real> Rolling<R> {
-    pub(super) fn at_rest() -> Self {
-        Self::at([R::zero(); 2])
-    }
-
-    fn at(velocity: [R; 2]) -> Self {
-        Self {
-            velocity,
-            variance: R::of(SLIPS_M_S * SLIPS_M_S),
-            with_bias: R::zero(),
-        }
-    }
-}
 
 impl<R: Real, const N: usize> Estimator<R, N> {
     /// The accelerometer moves the velocity, turned as the vehicle is.
@@ -53,14 +28,17 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         let rolling = &mut state.rolling;
         let ([vx, vy], [ax, ay]) = (rolling.velocity, acceleration.unwrap_or([R::zero(); 2]));
         rolling.velocity = [cos * vx + sin * vy + ax * dt, cos * vy - sin * vx + ay * dt];
+        if acceleration.is_none() {
+            *rolling = Rolling::at(rolling.velocity);
+        }
         let noise = self.config.accelerometer_m_s2 * dt;
         rolling.variance += noise * noise + dt * (dt * known - R::of(2.0) * rolling.with_bias);
         rolling.with_bias -= dt * known;
         state.accelerometer_bias_variance = known + walk * walk * dt;
     }
 
-    /// The bias follows from the velocity of the wheels. One that no bias explains is a slip that has come or gone, and
-    /// is started from anew.
+    /// The bias follows from the velocity of the wheels. One that no bias explains is a slip that has come or gone: what
+    /// is compared starts anew.
     pub(super) fn compare(&self, state: &mut EstimatorState<R, N>, wheels: [R; 2]) {
         let [sx, sy, _] = state.slip;
         let slips = R::of(SLIPS_M_S * SLIPS_M_S) + sx * sx + sy * sy;
@@ -85,8 +63,8 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         state.rolling = rolling;
     }
 
-    /// Friction takes a vehicle that slides towards the velocity of its wheels. One that goes away from it for long does not
-    /// slide: its accelerometer is off by more than was known.
+    /// Friction takes a vehicle that slides towards the velocity of its wheels. One that goes away from it for long does
+    /// not slide: its accelerometer is off by more than was known.
     pub(super) fn doubt(&self, state: &mut EstimatorState<R, N>, acceleration: [R; 2]) {
         let ([vx, vy], [sx, sy, _], [_, ax, ay]) = (state.velocity, state.slip, state.quiet);
         let (least, slip) = (R::of(MOVES_M_S * MOVES_M_S), sx * sx + sy * sy);

@@ -42,8 +42,8 @@ pub struct EstimatorConfig<R> {
     /// Deviation of the accelerometer's bias at the start, or of what a lean adds that is not measured \[m/s^2\], 1e-6
     /// to 1000; 0.05.
     pub accelerometer_bias_m_s2: R,
-    /// Random walk of it \[m/s^2 per root of s\], 1e-9 to 1000; 0.01: an attitude that levels the readings and wanders by 1
-    /// mrad per root of s.
+    /// Random walk of it \[m/s^2 per root of s\], 1e-9 to 1000; 0.01: an attitude that levels the readings and
+    /// wanders by 1 mrad per root of s.
     pub accelerometer_bias_walk_m_s2_per_sqrt_s: R,
     /// Slip of the whole vehicle that goes unnoticed while its wheels agree \[m/s\], 1e-6 to 1000; 0.001.
     pub slip_m_s: R,
