@@ -77,6 +77,9 @@ pub use state::{GroundOdometryState, GroundPose};
 ///     for _ in 0..periods {
 ///         imu.pitch_rad += pitch_rad_s * period_s;
 ///         imu.specific_force_m_s2 = [9.81 * imu.pitch_rad.sin(), 0.0, 9.81 * imu.pitch_rad.cos()];
+///         if state.pose().contact_m[0].is_nan() {
+///             imu.specific_force_m_s2[0] = 0.3 / period_s; // at once
+///         }
 ///         odometry.step(&mut state, &GroundInput::new(&kinematics.inverse(&command), &imu, &command));
 ///     }
 /// }
@@ -130,9 +133,10 @@ constant_struct!(GroundOdometry<R, const N> {
 /// let odometry = GroundOdometry::new(GroundOdometryConfig::new(), EstimatorConfig::new(0.005), &layout, linkage)?;
 /// let (mut state, kinematics) = (odometry.start(), Kinematics::new(&layout)?);
 /// let command = BodyTwist { vx_m_s: 0.3, ..BodyTwist::ZERO };
-/// let input = GroundInput::new(&kinematics.inverse(&command), &Imu::level(), &command);
+/// let mut input = GroundInput::new(&kinematics.inverse(&command), &Imu::level(), &command);
 /// let mut follows = true;
-/// for _ in 0..1000 {
+/// for period in 0..1000 {
+///     input.imu.specific_force_m_s2[0] = if period == 0 { 60.0 } else { 0.0 }; // at once
 ///     follows = odometry.step(&mut state, &input).follows;
 /// }
 /// assert!(!follows && state.height_variance_m2().sqrt() > 0.05); // after 1.5 m
