@@ -86,7 +86,6 @@ const GROUNDS: [Ground; 6] = [
         keys: &[
             "terrain.height_m=0.015",
             "terrain.width_m=0.03",
-            "terrain.spacing_m=0.25",
         ],
         edge_m: Some(0.015),
     },
@@ -179,8 +178,12 @@ fn drive<R: Real, const N: usize>(
     if unit != Unit::Exact {
         estimator.gyro_rad_s = R::of(GYRO_RAD_S);
     }
+    let mut of_ground = GroundOdometryConfig::new();
+    if let Ok(value) = std::env::var("LEAN_S") {
+        of_ground.lean_s = R::of(value.parse().unwrap());
+    }
     let ground_odometry =
-        GroundOdometry::new(GroundOdometryConfig::new(), estimator, &layout, linkage).expect("valid");
+        GroundOdometry::new(of_ground, estimator, &layout, linkage).expect("valid");
     let odometry = Odometry::<R, N>::new(period_s).expect("valid");
     let (mut state, mut plain) = (Box::new(ground_odometry.start()), OdometryState::new());
     let mut simulation = Simulation::new(&scenario).expect("valid");
@@ -275,6 +278,13 @@ fn drive<R: Real, const N: usize>(
         let off = [x - true_pose[0], y - true_pose[1], z - true_pose[2]];
         let yaw = (pose.yaw_rad.as_f64() - true_pose[3]).wrapped_angle();
         peak = peak.max(off[2].abs());
+        if std::env::var("TRACE").is_ok() && k % (50 / periods) == 0 {
+            let [px, ..] = simulation.observation().pose.axes();
+            println!("t {:.2} x {:.3} off {:6.2} {:6.2} {:6.2} mm pitch {:6.2} off {:5.2} mrad slope {:.3} follows {} slip {:.1} v {:.1} ax {:.2} std z {:.2}",
+                k as f64 * period_s.as_f64() - STANDS_S, true_pose[0], 1e3 * off[0], 1e3 * off[1], 1e3 * off[2],
+                1e3 * px[2].asin(), 1e3 * (pose.pitch_rad.as_f64() - px[2].asin()), pose.slope[0].as_f64(), step.follows,
+                1e3 * state.planar().slip().vx_m_s.as_f64(), 1e3 * state.planar().twist().vx_m_s.as_f64(), sums.2[0], 1e3 * state.height_variance_m2().as_f64().sqrt());
+        }
         let ahead = (true_pose[1] - start[1]).atan2(true_pose[0] - start[0]);
         let (sin, cos) = ahead.sin_cos();
         error = [
@@ -386,9 +396,7 @@ fn judged<R: Real, const N: usize>(
     }
 }
 
-#[test]
-#[ignore = "exploration"]
-fn table() {
+pub fn table() {
     let of = |name: &str, fallback: &str| std::env::var(name).unwrap_or(fallback.to_string());
     let seeds = of("SEEDS", "0:6");
     let (from, to) = seeds.split_once(':').expect("a:b");

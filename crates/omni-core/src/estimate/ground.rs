@@ -172,7 +172,7 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
         let config = config.checked()?;
         Ok(Self {
             config,
-            estimator: Estimator::new(config.with_lean_error(estimator), &Kinematics::new(layout)?)?,
+            estimator: Estimator::new(estimator, &Kinematics::new(layout)?)?,
             linkage,
             position_m: wheels.map(|wheel| wheel.position_m),
             radius_m: wheels.map(|wheel| wheel.radius_m),

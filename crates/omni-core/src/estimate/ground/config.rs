@@ -1,14 +1,8 @@
 //! Noise of what the ground odometry reads, and resolution of the recorded ground.
 
-use super::lean::GRAVITY_M_S2;
 use crate::constants::constant_struct;
 use crate::error::each_within;
-use crate::estimate::EstimatorConfig;
-use crate::scalar::max;
 use crate::{ConfigError, Real};
-
-/// Time for which an error of the lean lasts \[s\].
-const LASTS_S: f64 = 2.0;
 
 /// Noise of attitude and hinges of a [`GroundOdometry`](crate::estimate::GroundOdometry), and its resolution; checked
 /// by [`GroundOdometry::new`](crate::estimate::GroundOdometry::new). Noise is the standard deviation of one reading.
@@ -69,15 +63,6 @@ impl<R: Real> GroundOdometryConfig<R> {
             cell_m: R::of(0.02),
             edge_m: R::of(6e-3),
         }
-    }
-
-    /// The estimator's assumptions with at least the noise of an accelerometer on a base of uncertain lean: an error
-    /// of b m/s^2 that lasts for two seconds is white noise of `b sqrt(2 * 2 s / period_s)`.
-    pub(super) fn with_lean_error(&self, mut estimator: EstimatorConfig<R>) -> EstimatorConfig<R> {
-        let lasting_m_s2 = R::of(GRAVITY_M_S2) * self.attitude_rad;
-        let noise_m_s2 = lasting_m_s2 * (R::of(2.0 * LASTS_S) / estimator.period_s).sqrt();
-        estimator.accelerometer_m_s2 = max(estimator.accelerometer_m_s2, noise_m_s2);
-        estimator
     }
 
     pub(super) fn checked(self) -> Result<Self, ConfigError> {

@@ -6,8 +6,6 @@ use crate::sum::Sum;
 /// Sets of cells, and cells per set. Each cell of the ground belongs to one set, in which it replaces the oldest cell.
 const SETS: usize = 128;
 const CELLS_PER_SET: usize = 4;
-/// Radius in which cells are searched if there is no height below a wheel \[cells\].
-const REACH: i32 = 3;
 /// A wheel does not use the heights that it recorded itself over this distance \[cells\].
 const OWN_CELLS: u32 = 8;
 /// Least weight of the four nearest cells for a height below a wheel.
@@ -128,8 +126,6 @@ pub(super) struct HeightGrid<R> {
 pub(super) struct GroundHeight<R> {
     pub(super) height_m: R,
     pub(super) variance_m2: R,
-    /// It is the height below the position, not of cells nearby.
-    pub(super) is_below: bool,
 }
 
 /// A wheel over the grid, after a distance travelled \[cells\]. It does not use the heights that it has just recorded.
@@ -173,6 +169,12 @@ impl<R: Real> HeightGrid<R> {
         (self.corners, self.plane_m) = (corners, plane_m);
     }
 
+    /// The cell is part of the level ground at the start.
+    fn is_at_start(&self, cell: [i32; 2]) -> bool {
+        let [low, high] = &self.corners;
+        (cell.iter().zip(low).zip(high)).all(|((each, low), high)| each >= low && each <= high && low < high)
+    }
+
     /// Height and variance of a cell.
     fn at(&self, cell: [i32; 2], visit: Visit) -> Option<(R, R)> {
         let [x, y] = cell.map(|each| each as i16);
@@ -182,10 +184,7 @@ impl<R: Real> HeightGrid<R> {
                 && visit.travelled.wrapping_sub(recorded.travelled) < OWN_CELLS;
             return (!is_own).then_some((recorded.height_m, recorded.variance_m2));
         }
-        let [low, high] = &self.corners;
-        let is_inside = (cell.iter().zip(low).zip(high))
-            .all(|((each, low), high)| each >= low && each <= high && low < high);
-        is_inside.then(|| {
+        self.is_at_start(cell).then(|| {
             let [height, x, y] = self.plane_m;
             let of = |each: i32| R::of(f64::from(each));
             (height + x * of(cell[0]) + y * of(cell[1]), R::zero())
@@ -208,32 +207,15 @@ impl<R: Real> HeightGrid<R> {
                 mean.add(height, weight);
             }
         }
-        (mean.weight > R::of(LEAST_WEIGHT)).then(|| mean.height(true))
-    }
-
-    /// Height at a position, or else of the cells within reach, with weights that decrease with the fourth power of
-    /// the distance.
-    pub(super) fn near(&self, position: &GridPosition<R>, visit: Visit) -> Option<GroundHeight<R>> {
-        if let Some(below) = self.below(position, visit) {
-            return Some(below);
-        }
-        let ([x, y], [a, b]) = lower_middle(position);
-        let mut mean = WeightedMean::new();
-        for p in -REACH..=REACH + 1 {
-            for q in -REACH..=REACH + 1 {
-                if let Some(height) = self.at([x.wrapping_add(p), y.wrapping_add(q)], visit) {
-                    let (dx, dy) = (R::of(f64::from(p)) - a, R::of(f64::from(q)) - b);
-                    let distance2 = dx * dx + dy * dy + R::of(0.25);
-                    mean.add(height, R::one() / (distance2 * distance2));
-                }
-            }
-        }
-        (mean.weight > R::zero()).then(|| mean.height(false))
+        (mean.weight > R::of(LEAST_WEIGHT)).then(|| mean.height())
     }
 
     /// Records the height of a wheel's contact: in a cell without a height, or in the mean of the same wheel's heights
     /// while it passes over the cell.
     pub(super) fn record(&mut self, position: &GridPosition<R>, height_m: R, variance_m2: R, visit: Visit) {
+        if self.is_at_start(position.cell) {
+            return;
+        }
         let [x, y] = position.cell.map(|each| each as i16);
         let Some(set) = self.sets.get_mut(set_of(x, y)) else {
             return;
@@ -299,11 +281,10 @@ impl<R: Real> WeightedMean<R> {
         self.variance += weight * variance;
     }
 
-    fn height(&self, is_below: bool) -> GroundHeight<R> {
+    fn height(&self) -> GroundHeight<R> {
         GroundHeight {
             height_m: self.height / self.weight,
             variance_m2: self.variance / self.weight,
-            is_below,
         }
     }
 }

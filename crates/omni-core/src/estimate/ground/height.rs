@@ -6,15 +6,13 @@ use crate::Real;
 /// Slope that is added to that of the ground in a wheel's weight \[m/m\].
 const LEVEL_SLOPE: f64 = 0.03;
 /// Standard deviation of the slope of unknown ground, relative to its slope so far \[m/m\].
-const UNKNOWN_SLOPE: f64 = 0.7;
+const UNKNOWN_SLOPE: f64 = 0.3;
 /// Error of a wheel's position relative to the wheel that recorded the ground \[m\].
 const POSITION_M: f64 = 2e-3;
 /// Distance from the ground at which the weight of a wheel is half as large \[m\].
 const LIFTED_M: f64 = 0.006;
 /// Time constant of the height's approach to the known ground \[s\].
 const SETTLES_S: f64 = 0.2;
-/// Weight of ground that is known only beside a wheel.
-const BESIDE_PART: f64 = 0.1;
 /// Standard deviation of the height of unknown ground, relative to the distance over it \[m/m\].
 const UNKNOWN_PART: f64 = 0.1;
 
@@ -40,6 +38,8 @@ pub(super) struct Displacement<R> {
     /// A displacement of one cell in its direction \[cells\].
     pub(super) unit: [R; 2],
     pub(super) length_m: R,
+    /// Rise of the plane of the contacts over it \[m\].
+    pub(super) plane_m: R,
     pub(super) period_s: R,
     /// Distance travelled since the start \[cells\], and the side of a cell \[m\].
     pub(super) travelled: u32,
@@ -150,12 +150,7 @@ impl<R: Real> Sums<R> {
         let variance = ground.variance_m2 + position_m * position_m;
         let deviation = R::of(LEVEL_SLOPE) + slope;
         let deviation = deviation + ground.variance_m2.sqrt() / cell_m;
-        let part = if ground.is_below {
-            R::one()
-        } else {
-            R::of(BESIDE_PART)
-        };
-        let weight = part / (deviation * deviation * (R::one() + lifted * lifted));
+        let weight = R::one() / (deviation * deviation * (R::one() + lifted * lifted));
         self.weight += weight;
         self.rise_m += weight * (ground.height_m - follower.last_m - follower.increase_m);
         self.gap_m += weight * gap_m;
@@ -165,13 +160,13 @@ impl<R: Real> Sums<R> {
         }
     }
 
-    fn rise_m(&self, period_s: R) -> R {
-        let both = self.weight + self.unknown_weight;
-        let part = period_s / (period_s + R::of(SETTLES_S));
-        if both > R::zero() {
-            (self.rise_m + self.unknown_rise_m + part * self.gap_m) / both
+    /// If no wheel is on known ground, the ground continues as the plane of the contacts.
+    fn rise_m(&self, displacement: &Displacement<R>) -> R {
+        let part = displacement.period_s / (displacement.period_s + R::of(SETTLES_S));
+        if self.weight > R::zero() {
+            (self.rise_m + self.unknown_rise_m + part * self.gap_m) / (self.weight + self.unknown_weight)
         } else {
-            R::zero()
+            displacement.plane_m
         }
     }
 
@@ -216,7 +211,7 @@ pub(super) fn rise<R: Real, const N: usize>(
             wheel,
             travelled: displacement.travelled,
         };
-        let Some(ground) = grid.near(&follower.position, visit) else {
+        let Some(ground) = grid.below(&follower.position, visit) else {
             sums.add_unknown(follower, displacement.length_m);
             continue;
         };
@@ -229,7 +224,7 @@ pub(super) fn rise<R: Real, const N: usize>(
         sums.add_known(follower, &ground, slope, gap_m, displacement.cell_m);
     }
     Rise {
-        by_m: sums.rise_m(displacement.period_s),
+        by_m: sums.rise_m(displacement),
         support: sums.support(),
         ground_m,
     }

@@ -7,7 +7,7 @@ use crate::policy::Imu;
 use crate::scalar::{all_plausible, follow, is_plausible};
 
 /// Standard gravity \[m/s^2\].
-pub(super) const GRAVITY_M_S2: f64 = 9.81;
+const GRAVITY_M_S2: f64 = 9.81;
 /// Time constant of the averages of rates \[s\].
 pub(super) const RATES_S: f64 = 0.015;
 /// Largest number of readings in the mean of a bias: later readings replace the oldest ones exponentially.
@@ -18,6 +18,8 @@ const SLIP_M_S: f64 = 0.03;
 const BIAS_PART: f64 = 0.05;
 /// Largest rate of the base that is used \[rad/s\].
 const FASTEST_RAD_S: f64 = 50.0;
+/// Largest rate of a measured angle that is one of the base, and not a jump of the sensor \[rad/s\].
+const JUMP_RAD_S: f64 = 20.0;
 /// Largest sine of a lean.
 const LARGEST_SINE: f64 = 0.9;
 
@@ -30,16 +32,15 @@ pub(super) struct Lean<R> {
     attitude: Attitude<R>,
     pub(super) hinges_rad: [R; MAX_HINGES],
     pub(super) hinges_rad_s: [R; MAX_HINGES],
-    /// Biases: rates about x and y, specific force, roll and pitch, hinges.
+    /// Roll and pitch as they were read last; not finite if they never were.
+    read_rad: [R; 2],
+    /// Biases: rates about x and y, specific force, hinges.
     gyro_rad_s: [R; 2],
     force_m_s2: [R; 3],
-    lean_rad: [R; 2],
     hinge_rad: [R; MAX_HINGES],
     /// Velocity by the accelerometer beyond that by the wheels, forward and to the left, over some time.
     gained_m_s: [R; 2],
     count: u16,
-    /// Roll and pitch are measured.
-    measured: bool,
 }
 
 impl<R: Real> Lean<R> {
@@ -47,13 +48,12 @@ impl<R: Real> Lean<R> {
         attitude: Attitude::LEVEL,
         hinges_rad: [R::ZERO; MAX_HINGES],
         hinges_rad_s: [R::ZERO; MAX_HINGES],
+        read_rad: [R::ZERO; 2],
         gyro_rad_s: [R::ZERO; 2],
         force_m_s2: [R::ZERO; 3],
-        lean_rad: [R::ZERO; 2],
         hinge_rad: [R::ZERO; MAX_HINGES],
         gained_m_s: [R::ZERO; 2],
         count: 0,
-        measured: false,
     };
 
     pub(super) fn attitude(&self) -> &Attitude<R> {
@@ -70,7 +70,7 @@ impl<R: Real> Lean<R> {
             let [fx, fy, fz] = input.imu.specific_force_m_s2;
             average(&mut self.force_m_s2, [fx, fy, fz - R::of(GRAVITY_M_S2)], part);
             average(
-                &mut self.lean_rad,
+                &mut self.read_rad,
                 [input.imu.roll_rad, input.imu.pitch_rad],
                 part,
             );
@@ -105,12 +105,8 @@ impl<R: Real> Lean<R> {
         let [p, q, r] = [*p, *q, *r].map(|rate| known(rate, zero).limited(-most, most));
         follow(&mut attitude.nose_up_rad_s, -q, part);
         follow(&mut attitude.left_up_rad_s, p, part);
-        let (roll, pitch) = (imu.roll_rad - self.lean_rad[0], imu.pitch_rad - self.lean_rad[1]);
-        self.measured = all_plausible(&[roll, pitch]);
         if level {
             (attitude.nose_up_rad, attitude.left_up_rad) = (zero, zero);
-        } else if self.measured {
-            (attitude.nose_up_rad, attitude.left_up_rad) = (pitch, roll);
         } else {
             // Heights of the tips of x and y axis, which turn with the base.
             let ((x, cx), (y, cy)) = (
@@ -118,11 +114,19 @@ impl<R: Real> Lean<R> {
                 attitude.left_up_rad.sine_cosine(),
             );
             let up = (R::one() - x * x - y * y).limited(R::of(0.01), R::one()).sqrt();
-            attitude.nose_up_rad += (r * y - q * up) * period_s / cx;
-            attitude.left_up_rad += (p * up - r * x) * period_s / cy;
-            let most = R::of(LARGEST_SINE);
-            attitude.nose_up_rad = attitude.nose_up_rad.limited(-most, most);
-            attitude.left_up_rad = attitude.left_up_rad.limited(-most, most);
+            let turned = [(p * up - r * x) * period_s / cy, (r * y - q * up) * period_s / cx];
+            let most = (R::of(LARGEST_SINE), R::of(JUMP_RAD_S) * period_s);
+            let angles = [
+                (&mut attitude.left_up_rad, imu.roll_rad),
+                (&mut attitude.nose_up_rad, imu.pitch_rad),
+            ];
+            for (((lean, read), last), turned) in angles.into_iter().zip(&mut self.read_rad).zip(turned) {
+                let change = read - *last;
+                // Comparisons with NaN are false.
+                let by = if change.abs() <= most.1 { change } else { turned };
+                *last = if is_plausible(read) { read } else { *last + turned };
+                *lean = (*lean + by).limited(-most.0, most.0);
+            }
         }
         (imu.roll_rad, imu.pitch_rad) = (attitude.left_up_rad, attitude.nose_up_rad);
         let hinges = input
@@ -146,7 +150,7 @@ impl<R: Real> Lean<R> {
 
     /// A lean that is not measured approaches that by the accelerometer: in this period it gained velocity beyond the
     /// wheels'. A wrong lean lets the sum of it grow steadily; slip is more.
-    pub(super) fn correct(&mut self, gained_m_s: [R; 2], lean_s: R, period_s: R) {
+    pub(super) fn correct(&mut self, gained_m_s: [R; 2], even: R, lean_s: R, period_s: R) {
         if !all_plausible(&gained_m_s) {
             self.gained_m_s = [R::zero(); 2];
             return;
@@ -162,12 +166,10 @@ impl<R: Real> Lean<R> {
         ];
         for (((lean, bias, sign), sum), gained) in leans.into_iter().zip(&mut self.gained_m_s).zip(gained_m_s)
         {
-            *sum += gained - R::of(2.0) * rate * *sum * period_s;
-            if !self.measured {
-                let by_rad = trust(*sum) * *sum * rate * rate * period_s / R::of(GRAVITY_M_S2);
-                *lean = (*lean + by_rad).limited(-most, most);
-                *bias += sign * by_rad * rate * R::of(BIAS_PART);
-            }
+            *sum += even * gained - R::of(2.0) * rate * *sum * period_s;
+            let by_rad = even * trust(*sum) * *sum * rate * rate * period_s / R::of(GRAVITY_M_S2);
+            *lean = (*lean + by_rad).limited(-most, most);
+            *bias += sign * by_rad * rate * R::of(BIAS_PART);
         }
     }
 }

@@ -47,6 +47,8 @@ pub struct GroundOdometryState<R, const N: usize> {
     #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub(super) slope: [R; N],
     pub(super) ground_slope: [R; 2],
+    /// The latter, along the displacement.
+    pub(super) plane_slope: R,
     #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub(super) paths: [WheelPath<R>; N],
 }
@@ -105,6 +107,7 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
             ground_m: [nan; N],
             slope: [zero; N],
             ground_slope: [zero; 2],
+            plane_slope: zero,
             paths: [WheelPath::NONE; N],
         }
     }

@@ -22,8 +22,12 @@ const LARGEST_SLOPE: f64 = 2.0;
 const HINGE_PART: f64 = 0.2;
 /// Standard deviation of the position at which a wheel meets an edge \[m\].
 const EDGE_POSITION_M: f64 = 3e-3;
+/// Difference of slope between a wheel's path and the plane of the contacts at which the ground counts half as even.
+const UNEVEN_SLOPE: f64 = 0.05;
 /// Least speed that has a direction \[m/s\].
 const LEAST_SPEED_M_S: f64 = 1e-3;
+/// Standard deviation of a contact's height by the shape of the rollers \[m\].
+const SHAPE_M: f64 = 5e-4;
 /// Weight of a period in the mean heights of the contacts at the start.
 const MEAN_PART: f64 = 0.05;
 /// Margin of known ground around the wheels at the start \[cells\].
@@ -110,7 +114,7 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
                 (ax + twist.wz_rad_s * shown.vy_m_s) * period_s - (shown.vx_m_s - shown_before.vx_m_s),
                 (ay - twist.wz_rad_s * shown.vx_m_s) * period_s - (shown.vy_m_s - shown_before.vy_m_s),
             ];
-            state.lean.correct(gained, self.config.lean_s, period_s);
+            state.lean.correct(gained, R::one(), self.config.lean_s, period_s);
         }
         let mut result = GroundStep {
             edges: [None; N],
@@ -137,6 +141,16 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
         result.edges = self.edges(state, &period, &support);
         state.contact_m = period.wheels.contact_m;
         result
+    }
+
+    /// From 1 on a plane to 0 where the path of a wheel is steep relative to it: there the wheels slip.
+    fn evenness(&self, state: &GroundOdometryState<R, N>) -> R {
+        let mut steepest = R::zero();
+        for slope in &state.slope {
+            steepest = max((*slope - state.plane_slope).abs(), steepest);
+        }
+        let steep = steepest / R::of(UNEVEN_SLOPE);
+        R::one() / (R::one() + steep * steep)
     }
 
     /// Weight of a period in an average with this time constant.
@@ -212,7 +226,11 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
         let (sin, cos) = state.track.heading.total.sine_cosine();
         let (vx, vy) = (twist.vx_m_s, twist.vy_m_s);
         let per_speed = R::one() / max((vx * vx + vy * vy).sqrt(), R::of(LEAST_SPEED_M_S));
+        let [ahead, left] = state.ground_slope;
+        state.plane_slope = (ahead * vx + left * vy) * per_speed;
+        let plane_m = state.plane_slope * length_m;
         Displacement {
+            plane_m,
             unit: [
                 (cos * vx - sin * vy) * per_speed,
                 (sin * vx + cos * vy) * per_speed,
@@ -257,7 +275,8 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
         state.ground_m = rise.ground_m;
         state.ground_slope = period.wheels.slope();
         let support = state.height_error.update(rise.support, displacement.length_m);
-        state.height_error.variance_m2 = support.variance_m2 + self.lean_variance_m2(support.arm_m);
+        let shape = R::of(SHAPE_M * SHAPE_M);
+        state.height_error.variance_m2 = shape + support.variance_m2 + self.lean_variance_m2(support.arm_m);
         let length_m = displacement.length_m;
         for (i, follower) in followers.iter().enumerate() {
             let height_m = state.height_m.total + follower.height_m;
@@ -266,9 +285,15 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
                 wheel: i,
                 travelled: displacement.travelled,
             };
-            state
-                .grid
-                .record(&follower.position, height_m, variance_m2, visit);
+            // As wide as a wheel: later wheels do not follow exactly in its track.
+            let [ux, uy] = displacement.unit;
+            let [ahead, left] = state.ground_slope;
+            let aside_m = self.config.cell_m * (left * (cos * ux + sin * uy) - ahead * (cos * uy - sin * ux));
+            for sign in [R::zero(), R::one(), -R::one()] {
+                let position = follower.position.moved([-(sign * uy), sign * ux]);
+                let height_m = height_m + sign * aside_m;
+                state.grid.record(&position, height_m, variance_m2, visit);
+            }
             if length_m > R::zero() {
                 let slope = (rise.by_m + follower.increase_m) / length_m;
                 let largest = R::of(LARGEST_SLOPE);
@@ -289,7 +314,8 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
     fn contact_variance_m2(&self, wheels: &Wheels<R, N>, support: &Support<R>, wheel: usize) -> R {
         let [x, y, _] = wheels.places[wheel].centre_m;
         let [support_x, support_y] = support.arm_m;
-        let lean = self.lean_variance_m2([x - support_x, y - support_y]);
+        let shape = R::of(SHAPE_M * SHAPE_M);
+        let lean = shape + self.lean_variance_m2([x - support_x, y - support_y]);
         let hinge_rad = self.config.hinge_rad;
         if self.linkage.carrier(wheel) == 0 {
             return lean;
