@@ -150,8 +150,8 @@ impl<R: Real> Lean<R> {
 
     /// A lean that is not measured approaches that by the accelerometer: in this period it gained velocity beyond the
     /// wheels'. A wrong lean lets the sum of it grow steadily; slip is more.
-    pub(super) fn correct(&mut self, gained_m_s: [R; 2], even: R, lean_s: R, period_s: R) {
-        if !all_plausible(&gained_m_s) {
+    pub(super) fn correct(&mut self, gained_m_s: [R; 2], is_even: bool, lean_s: R, period_s: R) {
+        if !is_even || !all_plausible(&gained_m_s) {
             self.gained_m_s = [R::zero(); 2];
             return;
         }
@@ -166,8 +166,8 @@ impl<R: Real> Lean<R> {
         ];
         for (((lean, bias, sign), sum), gained) in leans.into_iter().zip(&mut self.gained_m_s).zip(gained_m_s)
         {
-            *sum += even * gained - R::of(2.0) * rate * *sum * period_s;
-            let by_rad = even * trust(*sum) * *sum * rate * rate * period_s / R::of(GRAVITY_M_S2);
+            *sum += gained - R::of(2.0) * rate * *sum * period_s;
+            let by_rad = trust(*sum) * *sum * rate * rate * period_s / R::of(GRAVITY_M_S2);
             *lean = (*lean + by_rad).limited(-most, most);
             *bias += sign * by_rad * rate * R::of(BIAS_PART);
         }

@@ -22,8 +22,8 @@ const LARGEST_SLOPE: f64 = 2.0;
 const HINGE_PART: f64 = 0.2;
 /// Standard deviation of the position at which a wheel meets an edge \[m\].
 const EDGE_POSITION_M: f64 = 3e-3;
-/// Difference of slope between a wheel's path and the plane of the contacts at which the ground counts half as even.
-const UNEVEN_SLOPE: f64 = 0.05;
+/// Difference of slope between a wheel's path and the plane of the contacts from which the wheel is on an edge.
+const UNEVEN_SLOPE: f64 = 0.2;
 /// Least speed that has a direction \[m/s\].
 const LEAST_SPEED_M_S: f64 = 1e-3;
 /// Standard deviation of a contact's height by the shape of the rollers \[m\].
@@ -114,7 +114,7 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
                 (ax + twist.wz_rad_s * shown.vy_m_s) * period_s - (shown.vx_m_s - shown_before.vx_m_s),
                 (ay - twist.wz_rad_s * shown.vx_m_s) * period_s - (shown.vy_m_s - shown_before.vy_m_s),
             ];
-            state.lean.correct(gained, R::one(), self.config.lean_s, period_s);
+            state.lean.correct(gained, self.is_even(state), self.config.lean_s, period_s);
         }
         let mut result = GroundStep {
             edges: [None; N],
@@ -143,14 +143,13 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
         result
     }
 
-    /// From 1 on a plane to 0 where the path of a wheel is steep relative to it: there the wheels slip.
-    fn evenness(&self, state: &GroundOdometryState<R, N>) -> R {
+    /// No wheel climbs or descends relative to the plane of the contacts: there wheels slip.
+    fn is_even(&self, state: &GroundOdometryState<R, N>) -> bool {
         let mut steepest = R::zero();
         for slope in &state.slope {
             steepest = max((*slope - state.plane_slope).abs(), steepest);
         }
-        let steep = steepest / R::of(UNEVEN_SLOPE);
-        R::one() / (R::one() + steep * steep)
+        steepest < R::of(UNEVEN_SLOPE)
     }
 
     /// Weight of a period in an average with this time constant.
