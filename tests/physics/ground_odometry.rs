@@ -172,11 +172,12 @@ fn drive<R: Real, const N: usize>(
     let layout = scenario.vehicle().layout().expect("as many wheels");
     let kinematics = Kinematics::<R, N>::new(&layout).expect("sound");
     let linkage = scenario.vehicle().linkage::<R, N>().expect("a tree");
-    let periods = if unit == Unit::Exact { 1 } else { PERIODS };
+    let bought: usize = std::env::var("PERIODS").map_or(PERIODS, |p| p.parse().unwrap());
+    let periods = if unit == Unit::Exact { 1 } else { bought };
     let period_s = R::of(scenario.period_s() * periods as f64);
     let mut estimator = EstimatorConfig::new(period_s);
     if unit != Unit::Exact {
-        estimator.gyro_rad_s = R::of(GYRO_RAD_S);
+        estimator.gyro_rad_s = R::of(1e-3) / period_s.sqrt();
     }
     let mut of_ground = GroundOdometryConfig::new();
     if let Ok(value) = std::env::var("LEAN_S") {

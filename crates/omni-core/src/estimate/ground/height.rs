@@ -7,6 +7,8 @@ use crate::Real;
 const LEVEL_SLOPE: f64 = 0.03;
 /// Standard deviation of the slope of unknown ground, relative to its slope so far \[m/m\].
 const UNKNOWN_SLOPE: f64 = 0.3;
+/// What the slope so far adds to it.
+const UNKNOWN_PART_OF_SLOPE: f64 = 3.0;
 /// Error of a wheel's position relative to the wheel that recorded the ground \[m\].
 const POSITION_M: f64 = 2e-3;
 /// Distance from the ground at which the weight of a wheel is half as large \[m\].
@@ -136,7 +138,7 @@ impl<R: Real> Sums<R> {
 
     /// Adds a wheel on unknown ground: the ground continues with its slope, unless the speed of the rim contradicts.
     fn add_unknown(&mut self, follower: &Follower<R>, length_m: R) {
-        let deviation = R::of(UNKNOWN_SLOPE) + follower.slope.abs() + follower.slope_by_rim;
+        let deviation = R::of(UNKNOWN_SLOPE) + R::of(UNKNOWN_PART_OF_SLOPE) * follower.slope.abs() + follower.slope_by_rim;
         let weight = R::one() / (deviation * deviation);
         self.unknown_weight += weight;
         self.unknown_rise_m += weight * (follower.slope * length_m - follower.increase_m);

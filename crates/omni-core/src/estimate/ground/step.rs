@@ -100,7 +100,7 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
             self.wheel(i)
                 .level(&wheels.places[i], input.wheels.rad_s[i], rise, &shown_before)
         });
-        let actuators: [R; N] = core::array::from_fn(|i| rolling[i].actuator_rad_s);
+        let actuators = Self::even_wheels(state, &rolling);
         let mut planar = EstimatorInput::with_imu(&actuators.into(), &imu, &input.command);
         let [ax, ay] = planar.acceleration_m_s2;
         let [excess_x, excess_y] = state.lean.excess_m_s2(self.config.lean_s);
@@ -114,7 +114,8 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
                 (ax + twist.wz_rad_s * shown.vy_m_s) * period_s - (shown.vx_m_s - shown_before.vx_m_s),
                 (ay - twist.wz_rad_s * shown.vx_m_s) * period_s - (shown.vy_m_s - shown_before.vy_m_s),
             ];
-            state.lean.correct(gained, self.is_even(state), self.config.lean_s, period_s);
+            let on_edge = (0..N).any(|i| Self::is_on_edge(state, i));
+            state.lean.correct(gained, !on_edge, self.config.lean_s, period_s);
         }
         let mut result = GroundStep {
             edges: [None; N],
@@ -143,13 +144,24 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
         result
     }
 
-    /// No wheel climbs or descends relative to the plane of the contacts: there wheels slip.
-    fn is_even(&self, state: &GroundOdometryState<R, N>) -> bool {
-        let mut steepest = R::zero();
-        for slope in &state.slope {
-            steepest = max((*slope - state.plane_slope).abs(), steepest);
+    /// The wheel climbs or descends relative to the plane of the contacts.
+    fn is_on_edge(state: &GroundOdometryState<R, N>, wheel: usize) -> bool {
+        let slope = state.slope.get(wheel).copied().unwrap_or(R::zero());
+        (slope - state.plane_slope).abs() > R::of(UNEVEN_SLOPE)
+    }
+
+    /// The readings, without those of wheels on an edge, which slip, if most of the wheels and at least three are on
+    /// even ground.
+    fn even_wheels(state: &GroundOdometryState<R, N>, rolling: &[LevelRolling<R>; N]) -> [R; N] {
+        let even = (0..N).filter(|i| !Self::is_on_edge(state, *i)).count();
+        let leaves_out = even >= 3 && 2 * even > N;
+        let mut actuators = rolling.map(|each| each.actuator_rad_s);
+        for (i, actuator) in actuators.iter_mut().enumerate() {
+            if leaves_out && Self::is_on_edge(state, i) {
+                *actuator = R::of(f64::NAN);
+            }
         }
-        steepest < R::of(UNEVEN_SLOPE)
+        actuators
     }
 
     /// Weight of a period in an average with this time constant.
