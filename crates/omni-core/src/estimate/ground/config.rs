@@ -18,7 +18,7 @@ use crate::{ConfigError, Real};
 #[repr(C)]
 #[non_exhaustive]
 pub struct GroundOdometryConfig<R> {
-    /// Error of roll and pitch that lasts for two seconds \[rad\], 1e-6 to 1; 0.0014. It is an error of the height, and
+    /// Error of roll and pitch that lasts for two seconds \[rad\], 1e-6 to 1; 0.0009. It is an error of the height, and
     /// of the level acceleration.
     pub attitude_rad: R,
     /// Noise of a hinge's angle \[rad\], 1e-6 to 1; 0.001.
@@ -56,7 +56,7 @@ impl<R: Real> GroundOdometryConfig<R> {
     #[must_use]
     pub fn new() -> Self {
         Self {
-            attitude_rad: R::of(1.4e-3),
+            attitude_rad: R::of(0.9e-3),
             hinge_rad: R::of(1e-3),
             level_m_s: R::of(0.015),
             lean_s: R::of(0.4),

@@ -181,8 +181,10 @@ impl<R: Real> WheelPath<R> {
     /// One period: the event of the wheel at an edge of at least `edge_m` \[m\].
     pub(super) fn step(&mut self, contact: &Contact<R>, edge_m: R) -> Option<EdgeEvent<R>> {
         let (height_m, distance_m) = (contact.height_m, contact.distance_m);
-        if !self.started {
+        // A path begins again where its height was not known.
+        if !self.started || !(height_m + distance_m).is_finite_real() {
             self.start(height_m);
+            self.started = (height_m + distance_m).is_finite_real();
             return None;
         }
         if let Some(passed) = &mut self.passed {

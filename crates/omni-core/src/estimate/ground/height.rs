@@ -13,8 +13,12 @@ const UNKNOWN_PART_OF_SLOPE: f64 = 3.0;
 const POSITION_M: f64 = 2e-3;
 /// Distance from the ground at which the weight of a wheel is half as large \[m\].
 const LIFTED_M: f64 = 0.006;
+/// Distance from the contact from which recorded ground is another one: a hole below the wheel, or another storey \[m\].
+const OTHER_GROUND_M: f64 = 0.1;
 /// Time constant of the height's approach to the known ground \[s\].
 const SETTLES_S: f64 = 0.2;
+/// Largest rate of rise \[m/s\].
+const FASTEST_M_S: f64 = 5.0;
 /// Standard deviation of the height of unknown ground, relative to the distance over it \[m/m\].
 const UNKNOWN_PART: f64 = 0.1;
 
@@ -165,11 +169,13 @@ impl<R: Real> Sums<R> {
     /// If no wheel is on known ground, the ground continues as the plane of the contacts.
     fn rise_m(&self, displacement: &Displacement<R>) -> R {
         let part = displacement.period_s / (displacement.period_s + R::of(SETTLES_S));
-        if self.weight > R::zero() {
+        let rise_m = if self.weight > R::zero() {
             (self.rise_m + self.unknown_rise_m + part * self.gap_m) / (self.weight + self.unknown_weight)
         } else {
             displacement.plane_m
-        }
+        };
+        let most_m = R::of(FASTEST_M_S) * displacement.period_s;
+        rise_m.limited(-most_m, most_m)
     }
 
     fn support(&self) -> Option<Support<R>> {
@@ -213,7 +219,14 @@ pub(super) fn rise<R: Real, const N: usize>(
             wheel,
             travelled: displacement.travelled,
         };
-        let Some(ground) = grid.below(&follower.position, visit) else {
+        if !follower.increase_m.is_finite_real() {
+            continue;
+        }
+        let known = grid.below(&follower.position, visit).map(|ground| {
+            let gap_m = ground.height_m - follower.height_m - height_m;
+            (ground, gap_m)
+        });
+        let Some((ground, gap_m)) = known.filter(|(_, gap_m)| gap_m.abs() < R::of(OTHER_GROUND_M)) else {
             sums.add_unknown(follower, displacement.length_m);
             continue;
         };
@@ -222,7 +235,6 @@ pub(super) fn rise<R: Real, const N: usize>(
             continue;
         }
         let slope = slope_at(grid, follower, &ground, displacement, visit);
-        let gap_m = ground.height_m - follower.height_m - height_m;
         sums.add_known(follower, &ground, slope, gap_m, displacement.cell_m);
     }
     Rise {

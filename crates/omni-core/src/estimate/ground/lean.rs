@@ -4,7 +4,7 @@ use super::input::GroundInput;
 use crate::Real;
 use crate::linkage::{Attitude, MAX_HINGES};
 use crate::policy::Imu;
-use crate::scalar::{all_plausible, follow, is_plausible};
+use crate::scalar::{all_plausible, follow, is_plausible, min};
 
 /// Standard gravity \[m/s^2\].
 const GRAVITY_M_S2: f64 = 9.81;
@@ -20,6 +20,8 @@ const BIAS_PART: f64 = 0.05;
 const FASTEST_RAD_S: f64 = 50.0;
 /// Largest rate of a measured angle that is one of the base, and not a jump of the sensor \[rad/s\].
 const JUMP_RAD_S: f64 = 20.0;
+/// Largest bias of a gyro \[rad/s\].
+const LARGEST_BIAS_RAD_S: f64 = 1.0;
 /// Largest sine of a lean.
 const LARGEST_SINE: f64 = 0.9;
 
@@ -30,6 +32,7 @@ const LARGEST_SINE: f64 = 0.9;
 pub(super) struct Lean<R> {
     /// Angles of nose and left side above the horizon, and the rates of the base about x and y, averaged.
     attitude: Attitude<R>,
+    /// NaN is an angle that is not known.
     pub(super) hinges_rad: [R; MAX_HINGES],
     pub(super) hinges_rad_s: [R; MAX_HINGES],
     /// Roll and pitch as they were read last; not finite if they never were.
@@ -41,6 +44,8 @@ pub(super) struct Lean<R> {
     /// Velocity by the accelerometer beyond that by the wheels, forward and to the left, over some time.
     gained_m_s: [R; 2],
     count: u16,
+    /// Gyros or angles have read how the base turned in the last period.
+    pub(super) is_known: bool,
 }
 
 impl<R: Real> Lean<R> {
@@ -54,6 +59,7 @@ impl<R: Real> Lean<R> {
         hinge_rad: [R::ZERO; MAX_HINGES],
         gained_m_s: [R::ZERO; 2],
         count: 0,
+        is_known: true,
     };
 
     pub(super) fn attitude(&self) -> &Attitude<R> {
@@ -102,6 +108,8 @@ impl<R: Real> Lean<R> {
         }
         let attitude = &mut self.attitude;
         let most = R::of(FASTEST_RAD_S);
+        let by_gyro = all_plausible(&[*p, *q]);
+        let mut is_known = true;
         let [p, q, r] = [*p, *q, *r].map(|rate| known(rate, zero).limited(-most, most));
         follow(&mut attitude.nose_up_rad_s, -q, part);
         follow(&mut attitude.left_up_rad_s, p, part);
@@ -123,11 +131,14 @@ impl<R: Real> Lean<R> {
             for (((lean, read), last), turned) in angles.into_iter().zip(&mut self.read_rad).zip(turned) {
                 let change = read - *last;
                 // Comparisons with NaN are false.
-                let by = if change.abs() <= most.1 { change } else { turned };
+                let is_read = change.abs() <= most.1;
+                let by = if is_read { change } else { turned };
+                is_known &= is_read || by_gyro;
                 *last = if is_plausible(read) { read } else { *last + turned };
                 *lean = (*lean + by).limited(-most.0, most.0);
             }
         }
+        self.is_known = is_known;
         (imu.roll_rad, imu.pitch_rad) = (attitude.left_up_rad, attitude.nose_up_rad);
         let hinges = input
             .hinges_rad
@@ -137,7 +148,8 @@ impl<R: Real> Lean<R> {
         for ((angle, rate), ((read, read_s), bias)) in
             self.hinges_rad.iter_mut().zip(&mut self.hinges_rad_s).zip(hinges)
         {
-            *angle = known(*read - bias, *angle);
+            let is_known = is_plausible(*read);
+            *angle = if is_known { *read - bias } else { R::of(f64::NAN) };
             follow(rate, known(*read_s, zero), part);
         }
         imu
@@ -157,6 +169,8 @@ impl<R: Real> Lean<R> {
         }
         let rate = R::one() / lean_s;
         let most = R::of(LARGEST_SINE);
+        // With a period as long as the time constant nothing is left of the sum before.
+        let part = min(R::of(2.0) * rate * period_s, R::one());
         let attitude = &mut self.attitude;
         let [p, q] = &mut self.gyro_rad_s;
         // A gyro bias about y lowers the nose.
@@ -166,10 +180,11 @@ impl<R: Real> Lean<R> {
         ];
         for (((lean, bias, sign), sum), gained) in leans.into_iter().zip(&mut self.gained_m_s).zip(gained_m_s)
         {
-            *sum += gained - R::of(2.0) * rate * *sum * period_s;
+            *sum += gained - part * *sum;
             let by_rad = trust(*sum) * *sum * rate * rate * period_s / R::of(GRAVITY_M_S2);
             *lean = (*lean + by_rad).limited(-most, most);
-            *bias += sign * by_rad * rate * R::of(BIAS_PART);
+            let corrected = *bias + sign * by_rad * rate * R::of(BIAS_PART);
+            *bias = corrected.limited(-R::of(LARGEST_BIAS_RAD_S), R::of(LARGEST_BIAS_RAD_S));
         }
     }
 }

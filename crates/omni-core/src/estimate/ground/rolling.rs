@@ -3,6 +3,7 @@
 use crate::Real;
 use crate::geometry::BodyTwist;
 use crate::linkage::{WheelPlace, cross, dot, turned};
+use crate::scalar::is_plausible;
 
 /// Below this speed the slope of the path is not determined by the velocity \[m/s\].
 const SLOW_M_S: f64 = 0.02;
@@ -81,8 +82,14 @@ impl<R: Real> RollingWheel<R> {
         let (ox, oy) = (vx - wz * py, vy + wz * px);
         let (even, even_across) = (ox * dx + oy * dy, oy * dx - ox * dy);
         let even_rim = level - along + even + tan * even_across;
+        let actuator_even_rad_s = even_rim / (self.radius_m * self.wheel_per_actuator);
         LevelRolling {
-            actuator_rad_s: even_rim / (self.radius_m * self.wheel_per_actuator),
+            // A wheel whose place is not known counts as one on even ground.
+            actuator_rad_s: if is_plausible(actuator_even_rad_s) {
+                actuator_even_rad_s
+            } else {
+                actuator_rad_s
+            },
             ground_m_s: ground2.sqrt(),
             excess_m_s: free.abs() - along.abs(),
         }

@@ -46,7 +46,7 @@ fn shown_by_wheels<R: Real, const N: usize>(state: &EstimatorState<R, N>) -> Bod
 /// The wheels in the level frame, by attitude and hinges.
 struct Wheels<R, const N: usize> {
     places: [WheelPlace<R>; N],
-    /// Heights of the contacts above the base's origin \[m\].
+    /// Heights of the contacts above the base's origin \[m\]; NaN if they are not known.
     contact_m: [R; N],
 }
 
@@ -176,23 +176,28 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
         let places = self
             .linkage
             .places(lean.attitude(), &lean.hinges_rad, &lean.hinges_rad_s);
-        let contact_m = core::array::from_fn(|i| places[i].centre_m[2] - self.radius_m[i]);
+        // An angle that is not known is NaN, and so are the places of the wheels that it carries.
+        let base = if lean.is_known { R::zero() } else { R::of(f64::NAN) };
+        let contact_m = core::array::from_fn(|i| base + places[i].centre_m[2] - self.radius_m[i]);
         Wheels { places, contact_m }
     }
 
     /// A period of a vehicle that stands and has not moved yet: the ground is level.
     fn stand(&self, state: &mut GroundOdometryState<R, N>, wheels: &Wheels<R, N>) {
         let part = if state.started { R::of(MEAN_PART) } else { R::one() };
-        let mut sum = R::zero();
-        for (i, contact) in wheels.contact_m.into_iter().enumerate() {
-            if state.started {
-                follow(&mut state.contact_m[i], contact, part);
+        let (mut sum, mut count) = (R::zero(), 0_u16);
+        for (mean, contact) in state.contact_m.iter_mut().zip(wheels.contact_m) {
+            if mean.is_finite_real() && contact.is_finite_real() {
+                follow(mean, contact, part);
             } else {
-                state.contact_m[i] = contact;
+                *mean = contact;
             }
-            sum += state.contact_m[i];
+            if mean.is_finite_real() {
+                sum += *mean;
+                count += 1;
+            }
         }
-        let height_m = -sum / R::of(N as f64);
+        let height_m = -sum / R::of(f64::from(count.max(1)));
         state.base_rise_m_s = R::zero();
         state.height_m = Sum::of(height_m);
         state.ground_m = state.contact_m.map(|contact| contact + height_m);
@@ -284,12 +289,17 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
         let rate = rise.by_m / displacement.period_s;
         follow(&mut state.base_rise_m_s, rate, self.part(BASE_RISE_S));
         state.ground_m = rise.ground_m;
-        state.ground_slope = period.wheels.slope();
+        if state.lean.is_known {
+            state.ground_slope = period.wheels.slope();
+        }
         let support = state.height_error.update(rise.support, displacement.length_m);
         let shape = R::of(SHAPE_M * SHAPE_M);
         state.height_error.variance_m2 = shape + support.variance_m2 + self.lean_variance_m2(support.arm_m);
         let length_m = displacement.length_m;
         for (i, follower) in followers.iter().enumerate() {
+            if !follower.increase_m.is_finite_real() {
+                continue;
+            }
             let height_m = state.height_m.total + follower.height_m;
             let variance_m2 = support.variance_m2 + self.contact_variance_m2(&period.wheels, &support, i);
             let visit = Visit {
@@ -369,9 +379,10 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
 impl<R: Real, const N: usize> Wheels<R, N> {
     /// Slopes of the plane with the least squared distance from the contacts, along the heading and to its left.
     fn slope(&self) -> [R; 2] {
-        let part = R::one() / R::of(N as f64);
+        let known = || (self.places.iter().zip(self.contact_m)).filter(|(_, height)| height.is_finite_real());
+        let part = R::one() / R::of(known().count().max(1) as f64);
         let mut mean = [R::zero(); 3];
-        for (place, height) in self.places.iter().zip(self.contact_m) {
+        for (place, height) in known() {
             let [x, y, _] = place.centre_m;
             for (mean, each) in mean.iter_mut().zip([x, y, height]) {
                 *mean += part * each;
@@ -380,7 +391,7 @@ impl<R: Real, const N: usize> Wheels<R, N> {
         // Wheels in one line do not determine the slope across it: it is 0.
         let least = R::of(1e-6);
         let (mut xx, mut xy, mut yy, mut xz, mut yz) = (least, R::zero(), least, R::zero(), R::zero());
-        for (place, height) in self.places.iter().zip(self.contact_m) {
+        for (place, height) in known() {
             let [x, y, _] = place.centre_m;
             let (x, y, z) = (x - mean[0], y - mean[1], height - mean[2]);
             xx += x * x;
