@@ -49,6 +49,8 @@ pub struct GroundOdometryState<R, const N: usize> {
     pub(super) ground_slope: [R; 2],
     /// The latter, along the displacement.
     pub(super) plane_slope: R,
+    /// Distance since a wheel was on an edge \[m\]; not beyond what matters.
+    pub(super) even_m: R,
     #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub(super) paths: [WheelPath<R>; N],
 }
@@ -108,6 +110,7 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
             slope: [zero; N],
             ground_slope: [zero; 2],
             plane_slope: zero,
+            even_m: R::one(),
             paths: [WheelPath::NONE; N],
         }
     }

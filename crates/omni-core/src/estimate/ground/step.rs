@@ -24,6 +24,8 @@ const HINGE_PART: f64 = 0.2;
 const EDGE_POSITION_M: f64 = 3e-3;
 /// Difference of slope between a wheel's path and the plane of the contacts from which the wheel is on an edge.
 const UNEVEN_SLOPE: f64 = 0.2;
+/// Distance after an edge over which wheels still slip \[m\].
+const EVEN_M: f64 = 0.025;
 /// Least speed that has a direction \[m/s\].
 const LEAST_SPEED_M_S: f64 = 1e-3;
 /// Standard deviation of a contact's height by the shape of the rollers \[m\].
@@ -114,8 +116,7 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
                 (ax + twist.wz_rad_s * shown.vy_m_s) * period_s - (shown.vx_m_s - shown_before.vx_m_s),
                 (ay - twist.wz_rad_s * shown.vx_m_s) * period_s - (shown.vy_m_s - shown_before.vy_m_s),
             ];
-            let on_edge = (0..N).any(|i| Self::is_on_edge(state, i));
-            state.lean.correct(gained, !on_edge, self.config.lean_s, period_s);
+            state.lean.correct(gained, state.even_m >= R::of(EVEN_M), self.config.lean_s, period_s);
         }
         let mut result = GroundStep {
             edges: [None; N],
@@ -296,6 +297,11 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
         let shape = R::of(SHAPE_M * SHAPE_M);
         state.height_error.variance_m2 = shape + support.variance_m2 + self.lean_variance_m2(support.arm_m);
         let length_m = displacement.length_m;
+        state.even_m = if (0..N).any(|i| Self::is_on_edge(state, i)) {
+            R::zero()
+        } else {
+            min(state.even_m + length_m, R::of(EVEN_M))
+        };
         for (i, follower) in followers.iter().enumerate() {
             if !follower.increase_m.is_finite_real() {
                 continue;
