@@ -142,7 +142,9 @@ impl<R: Real> Sums<R> {
 
     /// Adds a wheel on unknown ground: the ground continues with its slope, unless the speed of the rim contradicts.
     fn add_unknown(&mut self, follower: &Follower<R>, length_m: R) {
-        let deviation = R::of(UNKNOWN_SLOPE) + R::of(UNKNOWN_PART_OF_SLOPE) * follower.slope.abs() + follower.slope_by_rim;
+        let deviation = R::of(UNKNOWN_SLOPE)
+            + R::of(UNKNOWN_PART_OF_SLOPE) * follower.slope.abs()
+            + follower.slope_by_rim;
         let weight = R::one() / (deviation * deviation);
         self.unknown_weight += weight;
         self.unknown_rise_m += weight * (follower.slope * length_m - follower.increase_m);

@@ -49,7 +49,7 @@ pub struct GroundOdometryState<R, const N: usize> {
     pub(super) ground_slope: [R; 2],
     /// The latter, along the displacement.
     pub(super) plane_slope: R,
-    /// Distance since a wheel was on an edge \[m\]; not beyond what matters.
+    /// Distance since a wheel was on an edge or all slipped \[m\]; not beyond what matters.
     pub(super) even_m: R,
     #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
     pub(super) paths: [WheelPath<R>; N],

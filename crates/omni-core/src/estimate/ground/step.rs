@@ -24,7 +24,9 @@ const HINGE_PART: f64 = 0.2;
 const EDGE_POSITION_M: f64 = 3e-3;
 /// Difference of slope between a wheel's path and the plane of the contacts from which the wheel is on an edge.
 const UNEVEN_SLOPE: f64 = 0.2;
-/// Distance after an edge over which wheels still slip \[m\].
+/// Slip of all wheels that is no error of the lean \[m/s\].
+const SLIPS_M_S: f64 = 0.05;
+/// Distance after an edge or a slip over which wheels still slip \[m\].
 const EVEN_M: f64 = 0.025;
 /// Least speed that has a direction \[m/s\].
 const LEAST_SPEED_M_S: f64 = 1e-3;
@@ -116,7 +118,12 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
                 (ax + twist.wz_rad_s * shown.vy_m_s) * period_s - (shown.vx_m_s - shown_before.vx_m_s),
                 (ay - twist.wz_rad_s * shown.vx_m_s) * period_s - (shown.vy_m_s - shown_before.vy_m_s),
             ];
-            state.lean.correct(gained, state.even_m >= R::of(EVEN_M), self.config.lean_s, period_s);
+            state.lean.correct(
+                gained,
+                state.even_m >= R::of(EVEN_M),
+                self.config.lean_s,
+                period_s,
+            );
         }
         let mut result = GroundStep {
             edges: [None; N],
@@ -297,7 +304,9 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
         let shape = R::of(SHAPE_M * SHAPE_M);
         state.height_error.variance_m2 = shape + support.variance_m2 + self.lean_variance_m2(support.arm_m);
         let length_m = displacement.length_m;
-        state.even_m = if (0..N).any(|i| Self::is_on_edge(state, i)) {
+        let slip = state.planar.slip();
+        let slips = max(slip.vx_m_s.abs(), slip.vy_m_s.abs()) > R::of(SLIPS_M_S);
+        state.even_m = if slips || (0..N).any(|i| Self::is_on_edge(state, i)) {
             R::zero()
         } else {
             min(state.even_m + length_m, R::of(EVEN_M))
