@@ -155,11 +155,6 @@ impl<R: Real> Lean<R> {
         imu
     }
 
-    /// The lasting error of the level acceleration, by the velocity that it gained beyond the wheels' \[m/s^2\].
-    pub(super) fn excess_m_s2(&self, lean_s: R) -> [R; 2] {
-        self.gained_m_s.map(|sum| R::of(2.0) * trust(sum) * sum / lean_s)
-    }
-
     /// A lean that is not measured approaches that by the accelerometer: in this period it gained velocity beyond the
     /// wheels'. A wrong lean lets the sum of it grow steadily; slip is more.
     pub(super) fn correct(&mut self, gained_m_s: [R; 2], is_even: bool, lean_s: R, period_s: R) {

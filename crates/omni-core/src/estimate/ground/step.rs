@@ -105,10 +105,8 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
                 .level(&wheels.places[i], input.wheels.rad_s[i], rise, &shown_before)
         });
         let actuators = Self::even_wheels(state, &rolling);
-        let mut planar = EstimatorInput::with_imu(&actuators.into(), &imu, &input.command);
+        let planar = EstimatorInput::with_imu(&actuators.into(), &imu, &input.command);
         let [ax, ay] = planar.acceleration_m_s2;
-        let [excess_x, excess_y] = state.lean.excess_m_s2(self.config.lean_s);
-        planar.acceleration_m_s2 = [ax - excess_x, ay - excess_y];
         let step = self.estimator.step(&mut state.planar, &planar);
         state.standing = step.standing;
         let twist = state.planar.twist();
