@@ -2,6 +2,7 @@
 
 use super::grid::{GridPosition, GroundHeight, HeightGrid, Visit};
 use crate::Real;
+use crate::scalar::min;
 
 /// Slope that is added to that of the ground in a wheel's weight \[m/m\].
 const LEVEL_SLOPE: f64 = 0.03;
@@ -17,6 +18,8 @@ const LIFTED_M: f64 = 0.006;
 const OTHER_GROUND_M: f64 = 0.1;
 /// Time constant of the height's approach to the known ground \[s\].
 const SETTLES_S: f64 = 0.2;
+/// Distance over unknown ground after which the deviation of the height does not grow any more \[m\].
+const LONGEST_M: f64 = 1e6;
 /// Largest rate of rise \[m/s\].
 const FASTEST_M_S: f64 = 5.0;
 /// Standard deviation of the height of unknown ground, relative to the distance over it \[m/m\].
@@ -102,7 +105,7 @@ impl<R: Real> HeightError<R> {
             support
         } else {
             let before = R::of(UNKNOWN_PART) * self.unknown_m;
-            self.unknown_m += length_m;
+            self.unknown_m = min(self.unknown_m + length_m, R::of(LONGEST_M));
             let after = R::of(UNKNOWN_PART) * self.unknown_m;
             Support {
                 variance_m2: self.ground_m2 + after * after - before * before,

@@ -32,6 +32,8 @@ const EVEN_M: f64 = 0.025;
 const LEAST_SPEED_M_S: f64 = 1e-3;
 /// Standard deviation of a contact's height by the shape of the rollers \[m\].
 const SHAPE_M: f64 = 5e-4;
+/// Longest displacement of a period \[m\].
+const LONGEST_M: f64 = 1e3;
 /// Weight of a period in the mean heights of the contacts at the start.
 const MEAN_PART: f64 = 0.05;
 /// Margin of known ground around the wheels at the start \[cells\].
@@ -241,7 +243,7 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
         twist: &BodyTwist<R>,
     ) -> Displacement<R> {
         let cells_per_m = R::one() / self.config.cell_m;
-        let length_m = (by_m[0] * by_m[0] + by_m[1] * by_m[1]).sqrt();
+        let length_m = min((by_m[0] * by_m[0] + by_m[1] * by_m[1]).sqrt(), R::of(LONGEST_M));
         state.track.move_by(by_m, yaw_rad, cells_per_m);
         state.track.turn_by(turn);
         state.track.travel(length_m * cells_per_m);

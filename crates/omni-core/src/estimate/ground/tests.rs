@@ -6,7 +6,7 @@ use super::*;
 use crate::BodyTwist;
 use crate::Real;
 use crate::geometry::Wheel;
-use crate::linkage::CarriedWheel;
+use crate::linkage::{CarriedWheel, HingeGeometry};
 use crate::policy::Imu;
 
 const PERIOD_S: f64 = 0.005;
@@ -283,6 +283,156 @@ fn a_step_is_met_climbed_and_left_with_its_height_and_angle() {
     );
 }
 
+/// Rear wheels on the base, front wheels on a frame that turns about an axis across.
+fn hinged() -> GroundOdometry<f64, 4> {
+    let layout = four::<f64>();
+    let hinge = HingeGeometry {
+        parent: 0,
+        child: 1,
+        axis: [0.0, 1.0, 0.0],
+        anchor_m: [0.0, 0.0, 0.076],
+    };
+    let carried = |wheel: Wheel<f64>| {
+        let [x, y] = wheel.position_m;
+        CarriedWheel {
+            body: usize::from(x > 0.0),
+            centre_m: [x, y, wheel.radius_m],
+        }
+    };
+    let linkage = Linkage::new(&[hinge], &layout.wheels().map(carried)).expect("a tree");
+    let estimator = EstimatorConfig::new(PERIOD_S);
+    GroundOdometry::new(GroundOdometryConfig::new(), estimator, &layout, linkage).expect("valid")
+}
+
+#[test]
+fn wheels_behind_a_mute_hinge_have_no_height_and_still_count_for_the_place() {
+    let (odometry, layout) = (hinged(), four::<f64>());
+    let mut state = odometry.start();
+    let kinematics = Kinematics::new(&layout).expect("valid");
+    let command = BodyTwist {
+        vx_m_s: SPEED_M_S,
+        ..BodyTwist::ZERO
+    };
+    let mut imu = Imu::level();
+    for k in 0..1000 {
+        imu.specific_force_m_s2[0] = if k == 0 { SPEED_M_S / PERIOD_S } else { 0.0 };
+        let angle = if k < 100 { 0.0 } else { f64::NAN };
+        let input =
+            GroundInput::new(&kinematics.inverse(&command), &imu, &command).with_hinges(&[angle], &[0.0]);
+        assert!(odometry.step(&mut state, &input).taken);
+    }
+    let pose = state.pose();
+    // Wheels 0 and 1 are those in front.
+    assert!(pose.contact_m[0].is_nan() && pose.contact_m[1].is_nan());
+    assert!(pose.contact_m[2].abs() < 1e-9 && pose.position_m[2].abs() < 1e-9);
+    assert!((pose.position_m[0] - SPEED_M_S * PERIOD_S * 999.5).abs() < 1e-3);
+    // With no wheel to follow, a tenth of the distance.
+    assert!(state.height_variance_m2().sqrt() > 0.05);
+}
+
+#[test]
+fn without_any_sensor_of_the_lean_the_variance_of_the_height_grows() {
+    let (state, follows) = forward(&four(), |k, _, imu| {
+        if k > 200 {
+            *imu = Imu::silent();
+        }
+    });
+    assert!(!follows && state.height_variance_m2().sqrt() > 0.05);
+    assert!((state.pose().position_m[0] - DISTANCE_M).abs() < 1e-3);
+    // Gyros alone are enough.
+    let (state, follows) = forward(&four(), |_, _, imu| {
+        (imu.roll_rad, imu.pitch_rad) = (f64::NAN, f64::NAN);
+    });
+    assert!(follows && state.height_variance_m2().sqrt() < 2e-3);
+}
+
+#[test]
+fn an_attitude_that_jumps_is_not_a_lean() {
+    let (state, _) = forward(&four(), |k, _, imu| {
+        imu.pitch_rad = match k {
+            300..=310 => 1.0,      // for a moment
+            400..=450 => f64::NAN, // and missing
+            k if k > 600 => -0.3,  // started anew
+            _ => 0.0,
+        };
+    });
+    let pose = state.pose();
+    assert!(
+        pose.pitch_rad.abs() < 1e-9 && pose.position_m[2].abs() < 1e-9,
+        "{pose:?}"
+    );
+}
+
+#[test]
+fn a_measured_attitude_that_walks_away_does_not_lift_the_vehicle() {
+    // 10 mrad in 5 s: 7 mm of height, were it the lean.
+    let (state, _) = forward(&four(), |k, _, imu| imu.pitch_rad = 1e-5 * k as f64);
+    // A drift of w per second leaves an error of the lean of 2 w T: 1.6 mrad, and 1.46 m of that in height.
+    let [_, _, z] = state.pose().position_m;
+    assert!((z - 1.6e-3 * DISTANCE_M).abs() < 0.5e-3, "{z}");
+}
+
+#[test]
+fn whatever_is_read_the_state_stays_finite() {
+    let layout = WheelLayout::<f32, 4>::mecanum4(0.5, 0.4, 0.076).expect("valid");
+    let values = [
+        0.0,
+        1.0,
+        -1.0,
+        1e-30,
+        1e6,
+        -1e6,
+        1e30,
+        f32::MAX,
+        f32::NAN,
+        f32::INFINITY,
+        -f32::INFINITY,
+    ];
+    let mut bits = 1_u32;
+    let mut any = || {
+        bits = bits.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        values[(bits >> 16) as usize % values.len()]
+    };
+    for (period_s, lean_s) in [(0.005_f32, 0.4), (10.0, 0.01), (1e-6, 1000.0)] {
+        let carried = |wheel: Wheel<f32>| CarriedWheel {
+            body: 0,
+            centre_m: [wheel.position_m[0], wheel.position_m[1], 0.076],
+        };
+        let linkage = Linkage::new(&[], &layout.wheels().map(carried)).expect("a tree");
+        let mut config = GroundOdometryConfig::new();
+        config.lean_s = lean_s;
+        let mut estimator = EstimatorConfig::new(period_s);
+        estimator.slip_s = f32::max(estimator.slip_s, period_s);
+        let odometry = GroundOdometry::new(config, estimator, &layout, linkage).expect("valid");
+        let mut state = odometry.start();
+        for k in 0..3000 {
+            let imu = Imu {
+                roll_rad: any(),
+                pitch_rad: any(),
+                rate_rad_s: [any(), any(), any()],
+                specific_force_m_s2: [any(), any(), any()],
+            };
+            let command = BodyTwist {
+                vx_m_s: if k % 100 < 50 { 0.0 } else { 1.0 },
+                ..BodyTwist::ZERO
+            };
+            let wheels = [any(), any(), any(), any()];
+            _ = odometry.step(&mut state, &GroundInput::new(&wheels.into(), &imu, &command));
+            let pose = state.pose();
+            assert!(
+                pose.position_m.iter().all(|each| each.is_finite()),
+                "{k} {pose:?}"
+            );
+            assert!(pose.pitch_rad.abs() < 1.6 && pose.roll_rad.abs() < 1.6, "{k}");
+            let variance_m2 = state.height_variance_m2();
+            assert!(
+                variance_m2 >= 0.0 && variance_m2.is_finite(),
+                "{period_s} {k}: {variance_m2} {pose:?}"
+            );
+        }
+    }
+}
+
 #[test]
 fn a_configuration_out_of_range_is_rejected_by_name() {
     let layout = four::<f64>();
@@ -298,6 +448,23 @@ fn a_configuration_out_of_range_is_rejected_by_name() {
     config.cell_m = 0.0;
     let error = GroundOdometry::new(config, estimator, &layout, linkage).expect_err("out of range");
     assert_eq!(error.to_string(), "cell_m = 0, allowed: 0.001 to 10");
+    type Field = fn(&mut GroundOdometryConfig<f64>) -> &mut f64;
+    let fields: [(&str, Field); 6] = [
+        ("attitude_rad", |config| &mut config.attitude_rad),
+        ("hinge_rad", |config| &mut config.hinge_rad),
+        ("level_m_s", |config| &mut config.level_m_s),
+        ("lean_s", |config| &mut config.lean_s),
+        ("cell_m", |config| &mut config.cell_m),
+        ("edge_m", |config| &mut config.edge_m),
+    ];
+    for (name, field) in fields {
+        for value in [f64::NAN, -1.0, 1e9] {
+            let mut config = GroundOdometryConfig::new();
+            *field(&mut config) = value;
+            let error = GroundOdometry::new(config, estimator, &layout, linkage).expect_err("out of range");
+            assert_eq!(error.parameter, name);
+        }
+    }
     let error = GroundOdometry::new(
         GroundOdometryConfig::new(),
         EstimatorConfig::new(0.0),
