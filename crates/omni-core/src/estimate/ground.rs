@@ -34,13 +34,14 @@ pub use state::{GroundOdometryState, GroundPose};
 ///
 /// Each period
 ///
-/// 1. the lean of the base is the measured one, or else the integral of the gyros;
+/// 1. the lean of the base turns by what its measured angles change, or else by the gyros. Both drift. Velocity that
+///    the accelerometer gains steadily beyond the wheels is an error of the lean, which is corrected; not on edges, nor
+///    where all wheels slip;
 /// 2. the reading of each wheel is converted to that of a wheel on even ground: the centre of a wheel that climbs at
 ///    the rate h' moves by `sqrt(s^2 - h'^2)` over the ground while its rim moves by s;
-/// 3. the [`Estimator`] finds x, y, yaw and slip. Velocity that the accelerometer gains steadily beyond the wheels is
-///    an error of the lean, which is corrected; a sudden difference is slip;
+/// 3. the [`Estimator`] finds x, y, yaw and slip, without the wheels that are on an edge if most others are not;
 /// 4. wheels on ground of known height determine the height of the vehicle, those on even ground with the largest
-///    weight. If no wheel is on known ground, the ground is assumed to continue with its slope, and the standard
+///    weight. If no wheel is on known ground, the vehicle rises as the plane of its contacts, and the standard
 ///    deviation of the height grows by a tenth of the distance;
 /// 5. each wheel records the height of its contact in cells without a height, and the path of each wheel is searched
 ///    for edges.
@@ -49,10 +50,14 @@ pub use state::{GroundOdometryState, GroundPose};
 /// moves counts as level: the mean readings of roll, pitch, hinges and accelerometer are then biases. An error of 4
 /// mrad would be a false rise of 4 mm per metre.
 ///
-/// Limits: wheels that slip together by less than some 30 mm/s for long, as on an edge that is met at an angle, are
-/// taken for an error of the lean if roll and pitch are not measured. It is not a map. The grid has 512 cells; ground
-/// that has left them is unknown when the vehicle returns. With
-/// three wheels no wheel follows another, and the height is not determined.
+/// What is not known is NaN: the height of a wheel behind a hinge without a reading. Such wheels count as on even
+/// ground for the place, and for the height not at all. Without any reading of the lean nothing is followed.
+///
+/// Limits: it is meant for 100 to 200 Hz with the mean readings of each period; hinge angles of single readings each
+/// millisecond make a ramp 6 mm too low. It is not a map: of the 512 cells the oldest are replaced, and ground that has
+/// left them is unknown when the vehicle returns. With three wheels no wheel follows another, and in directions in which
+/// no wheel does the height is only that of the plane. Slip along an edge that is met at an angle is not seen.
+/// docs/estimate.md has the measured accuracy.
 ///
 /// ```
 /// use omni_core::estimate::{EstimatorConfig, GroundInput, GroundOdometry, GroundOdometryConfig};
@@ -157,8 +162,7 @@ pub struct GroundStep<R, const N: usize> {
 }
 
 impl<R: Real, const N: usize> GroundOdometry<R, N> {
-    /// For a vehicle with this layout of wheels and this linkage, in the same order. The estimator assumes at least the
-    /// noise of an accelerometer on a base whose lean is off by [`GroundOdometryConfig::attitude_rad`].
+    /// For a vehicle with this layout of wheels and this linkage, in the same order.
     ///
     /// # Errors
     /// The field of a configuration that is out of range, by its name.

@@ -22,8 +22,7 @@ use crate::policy::Imu;
 pub struct GroundInput<R, const N: usize> {
     /// Velocities of the actuators \[rad/s\].
     pub wheels: WheelVelocities<R, N>,
-    /// Gyros, accelerometer, and roll and pitch of the base. If roll or pitch is NaN, the lean follows from the gyros
-    /// and, in the long run, from the accelerometer.
+    /// Gyros, accelerometer, and roll and pitch of the base. Where roll or pitch is NaN, the gyros turn the lean.
     pub imu: Imu<R>,
     /// Angles of the hinges \[rad\].
     pub hinges_rad: [R; MAX_HINGES],

@@ -74,7 +74,7 @@ pub struct GroundPose<R, const N: usize> {
     pub pitch_rad: R,
     /// Heading, counter-clockwise, in (-pi, pi] \[rad\].
     pub yaw_rad: R,
-    /// Height of each wheel's contact in the world \[m\]; NaN before the first step.
+    /// Height of each wheel's contact in the world \[m\]; NaN where it is not known, and before the first step.
     pub contact_m: [R; N],
     /// Slope of the plane with the least squared distance from the contacts \[m/m\]: along the heading and to its
     /// left.
