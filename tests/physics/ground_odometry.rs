@@ -1,10 +1,10 @@
 //! Odometry in three dimensions of `omni-core` on the plant: position, height and edges compared with the simulation,
 //! and with odometry by the wheels alone.
 //!
-//! Sensors as bought, five readings at 1 kHz averaged to one at 200 Hz: gyros with an angular random walk of 1 mrad per
-//! root of s and a bias, an accelerometer with noise and a bias, roll and pitch with a bias that walk away by 1 mrad per
-//! root of s, encoders with noise, hinges with noise and a bias. The vehicle stands for four seconds, then drives at
-//! 0.3 m/s for nine. Settings were found on seeds below 400.
+//! Sensors as bought, five readings at 1 kHz averaged to one at 200 Hz: gyros with an angular random walk of 1 mrad
+//! per root of s and a bias, an accelerometer with noise and a bias, roll and pitch with a bias that walk away by
+//! 1 mrad per root of s, encoders with noise, hinges with noise and a bias. The vehicle stands for four seconds, then
+//! drives at 0.3 m/s for nine. Settings were found on seeds below 400.
 
 use omni_core::estimate::{
     EdgeEvent, EdgeKind, EstimatorConfig, GroundInput, GroundOdometry, GroundOdometryConfig, Odometry,

@@ -54,9 +54,9 @@ pub use state::{GroundOdometryState, GroundPose};
 /// ground for the place, and for the height not at all. Without any reading of the lean nothing is followed.
 ///
 /// Limits: it is meant for 100 to 200 Hz with the mean readings of each period; hinge angles of single readings each
-/// millisecond make a ramp 6 mm too low. It is not a map: of the 512 cells the oldest are replaced, and ground that has
-/// left them is unknown when the vehicle returns. With three wheels no wheel follows another, and in directions in which
-/// no wheel does the height is only that of the plane. Slip along an edge that is met at an angle is not seen.
+/// millisecond make a ramp 6 mm too low. It is not a map: of the 512 cells the oldest are replaced, and ground that
+/// has left them is unknown when the vehicle returns. With three wheels no wheel follows another, and in directions in
+/// which no wheel does the height is only that of the plane. Slip along an edge that is met at an angle is not seen.
 /// docs/estimate.md has the measured accuracy.
 ///
 /// ```

@@ -14,7 +14,7 @@ const UNKNOWN_PART_OF_SLOPE: f64 = 3.0;
 const POSITION_M: f64 = 2e-3;
 /// Distance from the ground at which the weight of a wheel is half as large \[m\].
 const LIFTED_M: f64 = 0.006;
-/// Distance from the contact from which recorded ground is another one: a hole below the wheel, or another storey \[m\].
+/// Distance from the contact from which recorded ground is another one, a hole or another storey \[m\].
 const OTHER_GROUND_M: f64 = 0.1;
 /// Time constant of the height's approach to the known ground \[s\].
 const SETTLES_S: f64 = 0.2;
