@@ -6,6 +6,7 @@
 //! 1 mrad per root of s, encoders with noise, hinges with noise and a bias. The vehicle stands for four seconds, then
 //! drives at 0.3 m/s for nine. Settings were found on seeds below 400.
 
+use Unit::{AsBought, Exact, NoAttitude};
 use omni_core::estimate::{
     EdgeEvent, EdgeKind, EstimatorConfig, GroundInput, GroundOdometry, GroundOdometryConfig, Odometry,
     OdometryState, PoseCovariance,
@@ -17,8 +18,6 @@ use omni_sim::config::{Override, Scenario};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
 use std::ops::Range;
-
-use Unit::{AsBought, Exact, NoAttitude};
 
 const PERIODS: usize = 5;
 const STANDS_S: f64 = 4.0;
@@ -53,43 +52,39 @@ struct Ground {
     edge_m: Option<f64>,
 }
 
+const fn ground(
+    name: &'static str,
+    scenario: &'static str,
+    keys: &'static [&'static str],
+    edge_m: Option<f64>,
+) -> Ground {
+    Ground {
+        name,
+        scenario,
+        keys,
+        edge_m,
+    }
+}
+
+const ICE: &str = "friction_patch=[{ x_m = [-0.5, 1.0], y_m = [-5.0, 5.0], friction = 0.05 }]";
+const STAIRS: [&str; 3] = ["terrain.tread_m=0.9", "terrain.count=2", "terrain.friction=0.7"];
 const GROUNDS: [Ground; 6] = [
-    Ground {
-        name: "flat",
-        scenario: "flat",
-        keys: &[],
-        edge_m: None,
-    },
-    Ground {
-        name: "ice",
-        scenario: "ice",
-        keys: &["friction_patch=[{ x_m = [-0.5, 1.0], y_m = [-5.0, 5.0], friction = 0.05 }]"],
-        edge_m: None,
-    },
-    Ground {
-        name: "step",
-        scenario: "step",
-        keys: &["terrain.height_m=0.03"],
-        edge_m: Some(0.03),
-    },
-    Ground {
-        name: "stairs",
-        scenario: "stairs",
-        keys: &["terrain.tread_m=0.9", "terrain.count=2", "terrain.friction=0.7"],
-        edge_m: Some(0.03),
-    },
-    Ground {
-        name: "ramp",
-        scenario: "ramp",
-        keys: &["terrain.slope_rad=0.15", "terrain.length_m=1.5"],
-        edge_m: None,
-    },
-    Ground {
-        name: "bumps",
-        scenario: "bumps",
-        keys: &["terrain.height_m=0.015", "terrain.width_m=0.03"],
-        edge_m: Some(0.015),
-    },
+    ground("flat", "flat", &[], None),
+    ground("ice", "ice", &[ICE], None),
+    ground("step", "step", &["terrain.height_m=0.03"], Some(0.03)),
+    ground("stairs", "stairs", &STAIRS, Some(0.03)),
+    ground(
+        "ramp",
+        "ramp",
+        &["terrain.slope_rad=0.15", "terrain.length_m=1.5"],
+        None,
+    ),
+    ground(
+        "bumps",
+        "bumps",
+        &["terrain.height_m=0.015", "terrain.width_m=0.03"],
+        Some(0.015),
+    ),
 ];
 
 /// Result of a drive.
@@ -550,11 +545,7 @@ fn exact_sensors_each_millisecond_end_where_plain_odometry_would_on_flat_ground_
 #[ignore = "480 drives; make test-full"]
 fn over_24_seeds_every_ground() {
     let seeds = 600..624;
-    for name in ["step", "stairs", "ramp", "bumps"] {
-        let edges = [1, 2, 0, 6][["step", "stairs", "ramp", "bumps"]
-            .iter()
-            .position(|n| *n == name)
-            .unwrap_or(0)];
+    for (name, edges) in [("step", 1), ("stairs", 2), ("ramp", 0), ("bumps", 6)] {
         follows::<f64, 7>(name, "chugo7", edges, seeds.clone());
         follows::<f64, 4>(name, "mecanum4", edges, seeds.clone());
         follows::<f64, 6>(name, "rocker_bogie6", edges, seeds.clone());

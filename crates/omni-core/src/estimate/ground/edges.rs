@@ -73,7 +73,7 @@ pub struct EdgeEvent<R> {
     /// Position of the wheel's centre in the world when it met the edge \[m\].
     pub place_m: [R; 2],
     /// Direction of the edge's normal in the world, on the side to which the vehicle travels, and its standard
-    /// deviation \[rad\]. None for the first wheel that passes over the edge.
+    /// deviation \[rad\]. None for the first wheel that passes over the edge, and where no wheel follows known ground.
     pub angle: Option<[R; 2]>,
 }
 

@@ -28,6 +28,8 @@ const UNEVEN_SLOPE: f64 = 0.2;
 const SLIPS_M_S: f64 = 0.05;
 /// Distance after an edge or a slip over which wheels still slip \[m\].
 const EVEN_M: f64 = 0.025;
+/// Standard deviation of the vehicle's rise while a wheel passes over an edge and none follows known ground \[m\].
+const UNKNOWN_RISE_M: f64 = 0.01;
 /// Least speed that has a direction \[m/s\].
 const LEAST_SPEED_M_S: f64 = 1e-3;
 /// Standard deviation of a contact's height by the shape of the rollers \[m\].
@@ -147,7 +149,7 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
         };
         let (support, follows) = self.rise(state, &period);
         result.follows = follows;
-        result.edges = self.edges(state, &period, &support);
+        result.edges = self.edges(state, &period, follows, &support);
         state.contact_m = period.wheels.contact_m;
         result
     }
@@ -364,11 +366,13 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
         &self,
         state: &mut GroundOdometryState<R, N>,
         period: &Period<R, N>,
+        follows: bool,
         support: &Support<R>,
     ) -> [Option<EdgeEvent<R>>; N] {
         let pose = state.planar.pose();
         let (sin, cos) = pose.yaw_rad.sine_cosine();
         let mut events = [None; N];
+        let unknown_m = if follows { R::zero() } else { R::of(UNKNOWN_RISE_M) };
         for i in 0..N {
             let [x, y, _] = period.wheels.places[i].centre_m;
             let contact = Contact {
@@ -376,14 +380,14 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
                 height_m: state.height_m.total + period.wheels.contact_m[i],
                 distance_m: period.rolling[i].ground_m_s * self.estimator.period_s(),
                 place_m: [pose.x_m + cos * x - sin * y, pose.y_m + sin * x + cos * y],
-                variance_m2: self.contact_variance_m2(&period.wheels, support, i),
+                variance_m2: unknown_m * unknown_m + self.contact_variance_m2(&period.wheels, support, i),
             };
             events[i] = state.paths[i].step(&contact, self.config.edge_m);
         }
         let (vx, vy) = (period.twist.vx_m_s, period.twist.vy_m_s);
         let travel = [cos * vx - sin * vy, sin * vx + cos * vy];
         for event in events.iter_mut().flatten() {
-            if event.kind != EdgeKind::Met {
+            if follows && event.kind != EdgeKind::Met {
                 event.angle = edge_normal(&state.paths, event, travel, R::of(EDGE_POSITION_M));
             }
         }
