@@ -278,7 +278,7 @@ fn drive<R: Real, const N: usize>(
             off[2],
             yaw,
         ];
-        if (k - stands) % (100 / periods) == 0 && k > stands + 500 / periods {
+        if (k - stands).is_multiple_of(100 / periods) && k > stands + 500 / periods {
             let variance = state.height_variance_m2().as_f64();
             let covariance = state
                 .planar()
