@@ -13,6 +13,7 @@ mod failing_parts;
 mod figures;
 mod flat_ground;
 mod gear_friction;
+mod ground_odometry;
 mod imperfections;
 mod limited;
 mod motor_bench;

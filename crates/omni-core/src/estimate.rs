@@ -6,12 +6,17 @@
 mod covariance;
 mod encoder;
 pub(crate) mod estimator;
+mod ground;
 mod odometry;
 mod velocity;
 
 pub use covariance::{CovarianceGrowth, OdometryNoise, PoseCovariance};
 pub use encoder::{CounterState, Encoder, EncoderConfig, EncoderCounter, EncoderState};
 pub use estimator::{Estimator, EstimatorConfig, EstimatorInput, EstimatorState, EstimatorStep};
+pub use ground::{
+    EdgeEvent, EdgeKind, GroundInput, GroundOdometry, GroundOdometryConfig, GroundOdometryState, GroundPose,
+    GroundStep,
+};
 pub use odometry::{Odometry, OdometryState, OdometryStep};
 #[doc(hidden)]
 pub use velocity::VelocityLaw;

@@ -2,6 +2,7 @@
 
 use crate::ConfigError;
 use crate::drive::{Drive, DriveConfig, Expectation, FaultConfig, TractionDrive};
+use crate::estimate::{EstimatorConfig, GroundOdometry, GroundOdometryConfig};
 use crate::geometry::{Kinematics, WheelLayout, WheelVelocities};
 use crate::linkage::{CarriedWheel, Linkage};
 use crate::loops::{Coordination, PidConfig, PidGains, WheelControlConfig};
@@ -140,4 +141,19 @@ pub fn path_limits() -> Result<PathLimits<f64, 4>, ConfigError> {
 /// Trajectories of this vehicle on the wheels of [`layout`].
 pub fn planner() -> Result<TrajectoryPlanner<f64, 4>, ConfigError> {
     TrajectoryPlanner::new(&Kinematics::new(&layout()?)?, path_limits()?)
+}
+
+/// Ground odometry of the vehicle of [`layout`], each 5 ms.
+pub fn ground_odometry() -> Result<GroundOdometry<f64, 4>, ConfigError> {
+    let wheel = |[x, y]: [f64; 2]| CarriedWheel {
+        body: 0,
+        centre_m: [x, y, 0.1],
+    };
+    let linkage = Linkage::new(&[], &PLACES_M.map(wheel))?;
+    GroundOdometry::new(
+        GroundOdometryConfig::new(),
+        EstimatorConfig::new(5e-3),
+        &layout()?,
+        linkage,
+    )
 }

@@ -5,9 +5,11 @@
 //! on the base measure both.
 
 mod motion;
+mod place;
 mod tree;
 
 pub use motion::LinkageMotion;
+pub(crate) use place::{WheelPlace, cross, dot, turned};
 #[doc(hidden)]
 pub use tree::Joint;
 pub use tree::{Attitude, CarriedWheel, HingeGeometry, Linkage, MAX_HINGES, rolled_speed};

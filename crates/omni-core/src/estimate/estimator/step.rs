@@ -67,6 +67,11 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         })
     }
 
+    /// Time between steps \[s\].
+    pub(in crate::estimate) fn period_s(&self) -> R {
+        self.config.period_s
+    }
+
     /// At the origin, facing +x, known exactly, at rest; the biases are unknown.
     ///
     /// ```
