@@ -222,9 +222,10 @@ fn by_the_estimate_a_path_waits_for_seconds_at_a_wall_and_by_odometry_it_does_no
             let off = |axis: &str| end(&format!("path_estimated_{axis}")) - end(&format!("pose_{axis}"));
             (off("x_m").hypot(off("y_m")), end("path_waited_s"))
         });
-        // Its wheels spin for 17 s. What the rest has shown of the accelerometer's bias fades, and after some seconds a
-        // vehicle that stands and one that drives with a bias look the same.
-        assert!(estimate.1 > 3.5, "{estimate:?}");
+        // Its wheels spin for 17 s. A slip of 0.3 m/s holds for R^(1/2) / q^(1/2) = 5 s with R = 2 slip_s 0.3^2 and
+        // q = 2 * 16 slip_s 0.014^2, of a bias that walks: then a vehicle that stands and one that drives with
+        // another bias look the same. Half of it, because the slip begins below that.
+        assert!(estimate.1 > 2.5, "{estimate:?}");
         assert!(odometry.0 > 1.0 && odometry.1 == 0.0, "{odometry:?}");
     }
 }

@@ -45,8 +45,8 @@ pub fn wheel_count_refused(count: usize) -> ConfigError {
 }
 
 impl Scenario {
-    /// An estimator of pose and velocity for the scenario's vehicle, in the scalar `R`, with the noise of its sensors, at
-    /// least that of [`EstimatorConfig::new`].
+    /// An estimator of pose and velocity for the scenario's vehicle, in the scalar `R`, with the noise of its
+    /// sensors, at least that of [`EstimatorConfig::new`].
     ///
     /// # Errors
     /// [`Error::Key`] if the control period is longer than 0.3 s, or if `N` is not the number of wheels.

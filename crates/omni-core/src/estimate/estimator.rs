@@ -79,11 +79,12 @@ enum Standstill {
 /// What the accelerometer reads then is its bias, or a lean that is not measured. The gyro's bias is estimated only at
 /// rest: a wheel's slip in a turn is one-sided, and would be mistaken for it.
 ///
-/// The accelerometer's bias walks, because attitudes wander. It is followed while driving by a filter of two states for
-/// each direction, which takes the wheels for the vehicle with a slip of 2 cm/s, or as much as there is, that lasts
-/// half a second: a slip comes and goes, a bias stays. As far as it is unknown it adds to the noise of the velocity, with
-/// four of its deviations, so that none is taken for a slip that lasts. Friction takes a vehicle that slides towards the
-/// velocity of its wheels; if it moves away from that for half a second, nothing is known of the bias any more.
+/// The accelerometer's bias walks, because attitudes wander. It is followed while driving by a filter of two states
+/// for each direction, which takes the wheels for the vehicle with a slip of 2 cm/s, or as much as there is, that
+/// lasts half a second: a slip comes and goes, a bias stays. As far as it is unknown it adds to the noise of the
+/// velocity, with four of its deviations, so that none is taken for a slip that lasts. Friction takes a vehicle
+/// that slides towards the velocity of its wheels; if it moves away from that for half a second, nothing is known
+/// of the bias any more.
 ///
 /// Limits: a bias that is off by b m/s^2 is b t m/s of error while all wheels slip for t seconds. A vehicle that slides
 /// down a slope with braked wheels, or is pushed, is taken for one that rolls.

@@ -37,8 +37,8 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         state.accelerometer_bias_variance = known + walk * walk * dt;
     }
 
-    /// The bias follows from the velocity of the wheels. One that no bias explains is a slip that has come or gone: what
-    /// is compared starts anew.
+    /// The bias follows from the velocity of the wheels. One that no bias explains is a slip that has come or gone:
+    /// what is compared starts anew.
     pub(super) fn compare(&self, state: &mut EstimatorState<R, N>, wheels: [R; 2]) {
         let [sx, sy, _] = state.slip;
         let slips = R::of(SLIPS_M_S * SLIPS_M_S) + sx * sx + sy * sy;
@@ -63,8 +63,8 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         state.rolling = rolling;
     }
 
-    /// Friction takes a vehicle that slides towards the velocity of its wheels. One that goes away from it for long does
-    /// not slide: its accelerometer is off by more than was known.
+    /// Friction takes a vehicle that slides towards the velocity of its wheels. One that goes away from it for long
+    /// does not slide: its accelerometer is off by more than was known.
     pub(super) fn doubt(&self, state: &mut EstimatorState<R, N>, acceleration: [R; 2]) {
         let ([vx, vy], [sx, sy, _], [_, ax, ay]) = (state.velocity, state.slip, state.quiet);
         let (least, slip) = (R::of(MOVES_M_S * MOVES_M_S), sx * sx + sy * sy);
