@@ -95,7 +95,7 @@ fn configurations_begin_with_the_values_that_they_state() {
         (f64::INFINITY, AntiWindup::None)
     );
     let estimator = EstimatorConfig::<f32>::new(1e-3);
-    assert_eq!((estimator.wheel_rad_s, estimator.slip_s), (0.1, 0.15));
+    assert_eq!((estimator.wheel_rad_s, estimator.slip_s), (0.1, 0.2));
     let limits = examples::path_limits().expect("valid");
     assert_eq!((limits.fastest.vx_m_s, limits.share), (f64::INFINITY, 0.9));
     assert_eq!(SupervisorConfig::traction_runup(1e-3_f64).retry.slow_retries, 1);

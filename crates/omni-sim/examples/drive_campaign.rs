@@ -188,7 +188,8 @@ pub fn judge(scenario: &Scenario, trace: &Trace) -> Found {
         // A silent encoder says nothing, and what follows from its reading is not known.
         let may_be_none = ["measured_rad_s", "disturbed_ratio"]
             .iter()
-            .any(|signal| name.ends_with(signal));
+            .any(|signal| name.ends_with(signal))
+            || name.starts_with("sensed_increment_rad");
         found.broken[0] |= !may_be_none && trace.column_at(index).iter().any(|value| !value.is_finite());
     }
     found.broken[1] = beyond_limits(scenario, trace);

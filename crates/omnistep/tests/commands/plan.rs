@@ -48,9 +48,9 @@ fn a_route_over_stairs_is_driven_to_its_end() {
         .unwrap();
     let outcome: serde_json::Value = serde_json::from_slice(&run.stdout).unwrap();
     assert_eq!(outcome["verdict"], "climbed", "{outcome}");
-    // Within 5 cm of the goal; the plan says 12.1 s, which has no acceleration in it.
+    // Within 5 cm of the goal; the plan says 12.1 s, without acceleration, after 3 s of rest.
     let arrived_s = outcome["arrived_s"].as_f64().unwrap();
-    assert!((12.0..16.0).contains(&arrived_s), "{arrived_s}");
+    assert!((15.1..18.0).contains(&arrived_s), "{arrived_s}");
 }
 
 #[test]
