@@ -1226,8 +1226,8 @@ typedef struct {
   // Deviation of the accelerometer's bias at the start, or of what a lean adds that is not measured [m/s^2], 1e-6
   // to 1000; 0.05.
   float accelerometer_bias_m_s2;
-  // Random walk of it [m/s^2 per root of s], 1e-9 to 1000; 0.01: an attitude that levels the readings and wanders by 1
-  // mrad per root of s.
+  // Random walk of it [m/s^2 per root of s], 1e-9 to 1000; 0.01: an attitude that levels the readings and
+  // wanders by 1 mrad per root of s.
   float accelerometer_bias_walk_m_s2_per_sqrt_s;
   // Slip of the whole vehicle that goes unnoticed while its wheels agree [m/s], 1e-6 to 1000; 0.001.
   float slip_m_s;
@@ -1266,11 +1266,12 @@ typedef struct {
 // What the accelerometer reads then is its bias, or a lean that is not measured. The gyro's bias is estimated only at
 // rest: a wheel's slip in a turn is one-sided, and would be mistaken for it.
 //
-// The accelerometer's bias walks, because attitudes wander. It is followed while driving by a filter of two states for
-// each direction, which takes the wheels for the vehicle with a slip of 2 cm/s, or as much as there is, that lasts half
-// a second: a slip comes and goes, a bias stays. As far as it is unknown it adds to the noise of the velocity, with four
-// of its deviations, so that none is taken for a slip that lasts. Friction takes a vehicle that slides towards the
-// velocity of its wheels; if it moves away from that for half a second, nothing is known of the bias any more.
+// The accelerometer's bias walks, because attitudes wander. It is followed while driving by a filter of two states
+// for each direction, which takes the wheels for the vehicle with a slip of 2 cm/s, or as much as there is, that
+// lasts half a second: a slip comes and goes, a bias stays. As far as it is unknown it adds to the noise of the
+// velocity, with four of its deviations, so that none is taken for a slip that lasts. Friction takes a vehicle
+// that slides towards the velocity of its wheels; if it moves away from that for half a second, nothing is known
+// of the bias any more.
 //
 // Limits: a bias that is off by b m/s^2 is b t m/s of error while all wheels slip for t seconds. A vehicle that slides
 // down a slope with braked wheels, or is pushed, is taken for one that rolls.
@@ -1696,11 +1697,12 @@ typedef struct {
 // What the accelerometer reads then is its bias, or a lean that is not measured. The gyro's bias is estimated only at
 // rest: a wheel's slip in a turn is one-sided, and would be mistaken for it.
 //
-// The accelerometer's bias walks, because attitudes wander. It is followed while driving by a filter of two states for
-// each direction, which takes the wheels for the vehicle with a slip of 2 cm/s, or as much as there is, that lasts half
-// a second: a slip comes and goes, a bias stays. As far as it is unknown it adds to the noise of the velocity, with four
-// of its deviations, so that none is taken for a slip that lasts. Friction takes a vehicle that slides towards the
-// velocity of its wheels; if it moves away from that for half a second, nothing is known of the bias any more.
+// The accelerometer's bias walks, because attitudes wander. It is followed while driving by a filter of two states
+// for each direction, which takes the wheels for the vehicle with a slip of 2 cm/s, or as much as there is, that
+// lasts half a second: a slip comes and goes, a bias stays. As far as it is unknown it adds to the noise of the
+// velocity, with four of its deviations, so that none is taken for a slip that lasts. Friction takes a vehicle
+// that slides towards the velocity of its wheels; if it moves away from that for half a second, nothing is known
+// of the bias any more.
 //
 // Limits: a bias that is off by b m/s^2 is b t m/s of error while all wheels slip for t seconds. A vehicle that slides
 // down a slope with braked wheels, or is pushed, is taken for one that rolls.
@@ -2087,11 +2089,12 @@ typedef struct {
 // What the accelerometer reads then is its bias, or a lean that is not measured. The gyro's bias is estimated only at
 // rest: a wheel's slip in a turn is one-sided, and would be mistaken for it.
 //
-// The accelerometer's bias walks, because attitudes wander. It is followed while driving by a filter of two states for
-// each direction, which takes the wheels for the vehicle with a slip of 2 cm/s, or as much as there is, that lasts half
-// a second: a slip comes and goes, a bias stays. As far as it is unknown it adds to the noise of the velocity, with four
-// of its deviations, so that none is taken for a slip that lasts. Friction takes a vehicle that slides towards the
-// velocity of its wheels; if it moves away from that for half a second, nothing is known of the bias any more.
+// The accelerometer's bias walks, because attitudes wander. It is followed while driving by a filter of two states
+// for each direction, which takes the wheels for the vehicle with a slip of 2 cm/s, or as much as there is, that
+// lasts half a second: a slip comes and goes, a bias stays. As far as it is unknown it adds to the noise of the
+// velocity, with four of its deviations, so that none is taken for a slip that lasts. Friction takes a vehicle
+// that slides towards the velocity of its wheels; if it moves away from that for half a second, nothing is known
+// of the bias any more.
 //
 // Limits: a bias that is off by b m/s^2 is b t m/s of error while all wheels slip for t seconds. A vehicle that slides
 // down a slope with braked wheels, or is pushed, is taken for one that rolls.
@@ -2478,11 +2481,12 @@ typedef struct {
 // What the accelerometer reads then is its bias, or a lean that is not measured. The gyro's bias is estimated only at
 // rest: a wheel's slip in a turn is one-sided, and would be mistaken for it.
 //
-// The accelerometer's bias walks, because attitudes wander. It is followed while driving by a filter of two states for
-// each direction, which takes the wheels for the vehicle with a slip of 2 cm/s, or as much as there is, that lasts half
-// a second: a slip comes and goes, a bias stays. As far as it is unknown it adds to the noise of the velocity, with four
-// of its deviations, so that none is taken for a slip that lasts. Friction takes a vehicle that slides towards the
-// velocity of its wheels; if it moves away from that for half a second, nothing is known of the bias any more.
+// The accelerometer's bias walks, because attitudes wander. It is followed while driving by a filter of two states
+// for each direction, which takes the wheels for the vehicle with a slip of 2 cm/s, or as much as there is, that
+// lasts half a second: a slip comes and goes, a bias stays. As far as it is unknown it adds to the noise of the
+// velocity, with four of its deviations, so that none is taken for a slip that lasts. Friction takes a vehicle
+// that slides towards the velocity of its wheels; if it moves away from that for half a second, nothing is known
+// of the bias any more.
 //
 // Limits: a bias that is off by b m/s^2 is b t m/s of error while all wheels slip for t seconds. A vehicle that slides
 // down a slope with braked wheels, or is pushed, is taken for one that rolls.
@@ -2869,11 +2873,12 @@ typedef struct {
 // What the accelerometer reads then is its bias, or a lean that is not measured. The gyro's bias is estimated only at
 // rest: a wheel's slip in a turn is one-sided, and would be mistaken for it.
 //
-// The accelerometer's bias walks, because attitudes wander. It is followed while driving by a filter of two states for
-// each direction, which takes the wheels for the vehicle with a slip of 2 cm/s, or as much as there is, that lasts half
-// a second: a slip comes and goes, a bias stays. As far as it is unknown it adds to the noise of the velocity, with four
-// of its deviations, so that none is taken for a slip that lasts. Friction takes a vehicle that slides towards the
-// velocity of its wheels; if it moves away from that for half a second, nothing is known of the bias any more.
+// The accelerometer's bias walks, because attitudes wander. It is followed while driving by a filter of two states
+// for each direction, which takes the wheels for the vehicle with a slip of 2 cm/s, or as much as there is, that
+// lasts half a second: a slip comes and goes, a bias stays. As far as it is unknown it adds to the noise of the
+// velocity, with four of its deviations, so that none is taken for a slip that lasts. Friction takes a vehicle
+// that slides towards the velocity of its wheels; if it moves away from that for half a second, nothing is known
+// of the bias any more.
 //
 // Limits: a bias that is off by b m/s^2 is b t m/s of error while all wheels slip for t seconds. A vehicle that slides
 // down a slope with braked wheels, or is pushed, is taken for one that rolls.
@@ -3260,11 +3265,12 @@ typedef struct {
 // What the accelerometer reads then is its bias, or a lean that is not measured. The gyro's bias is estimated only at
 // rest: a wheel's slip in a turn is one-sided, and would be mistaken for it.
 //
-// The accelerometer's bias walks, because attitudes wander. It is followed while driving by a filter of two states for
-// each direction, which takes the wheels for the vehicle with a slip of 2 cm/s, or as much as there is, that lasts half
-// a second: a slip comes and goes, a bias stays. As far as it is unknown it adds to the noise of the velocity, with four
-// of its deviations, so that none is taken for a slip that lasts. Friction takes a vehicle that slides towards the
-// velocity of its wheels; if it moves away from that for half a second, nothing is known of the bias any more.
+// The accelerometer's bias walks, because attitudes wander. It is followed while driving by a filter of two states
+// for each direction, which takes the wheels for the vehicle with a slip of 2 cm/s, or as much as there is, that
+// lasts half a second: a slip comes and goes, a bias stays. As far as it is unknown it adds to the noise of the
+// velocity, with four of its deviations, so that none is taken for a slip that lasts. Friction takes a vehicle
+// that slides towards the velocity of its wheels; if it moves away from that for half a second, nothing is known
+// of the bias any more.
 //
 // Limits: a bias that is off by b m/s^2 is b t m/s of error while all wheels slip for t seconds. A vehicle that slides
 // down a slope with braked wheels, or is pushed, is taken for one that rolls.
