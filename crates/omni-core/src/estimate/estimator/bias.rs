@@ -1,6 +1,7 @@
 //! The accelerometer's bias while driving: what it says in seconds beyond what the wheels say.
 
 use super::rolling::{Rolling, SLIPS_M_S};
+use super::step::above_zero;
 use super::{Estimator, EstimatorState, Real};
 
 /// Squared deviations beyond which the wheels' velocity has slipped away.
@@ -56,8 +57,9 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         let [bx, by] = &mut state.accelerometer_bias;
         *bx += of_bias * x;
         *by += of_bias * y;
+        // Below 0 by rounding alone.
         let known = state.accelerometer_bias_variance - of_bias * rolling.with_bias;
-        state.accelerometer_bias_variance = known;
+        state.accelerometer_bias_variance = above_zero(known);
         rolling.variance *= noise * part;
         rolling.with_bias *= noise * part;
         state.rolling = rolling;

@@ -290,6 +290,7 @@ impl<R: Real, const N: usize> EstimatorState<R, N> {
 
     fn is_finite(&self) -> bool {
         let mut sum = self.x.total + self.y.total + self.yaw.total + self.bias + self.turning + self.restless;
+        sum += self.accelerometer_bias_variance + self.rolling.variance + self.rolling.with_bias;
         for value in self
             .velocity
             .iter()
