@@ -64,7 +64,12 @@ def recorded(seed, friction):
 
 def calibrated():
     """The estimator of a unit whose accelerometer has noise and no bias, as the recorded one."""
-    return omnistep.Estimator(kinematics=kinematics(), period_s=PERIOD_S, accelerometer_bias_m_s2=1e-4)
+    return omnistep.Estimator(
+        kinematics=kinematics(),
+        period_s=PERIOD_S,
+        accelerometer_bias_m_s2=1e-4,
+        accelerometer_bias_walk_m_s2_per_sqrt_s=1e-4,
+    )
 
 
 def ours(data):

@@ -1270,8 +1270,8 @@ typedef struct {
 // for each direction, which takes the wheels for the vehicle with a slip of 2 cm/s, or as much as there is, that
 // lasts half a second: a slip comes and goes, a bias stays. As far as it is unknown it adds to the noise of the
 // velocity, with four of its deviations, so that none is taken for a slip that lasts. Friction takes a vehicle
-// that slides towards the velocity of its wheels; if it moves away from that for half a second, nothing is known
-// of the bias any more.
+// that slides towards the velocity of its wheels, or wheels that hold it disagree with the others; if neither is
+// so for half a second, nothing is known of the bias any more.
 //
 // Limits: a bias that is off by b m/s^2 is b t m/s of error while all wheels slip for t seconds. A vehicle that slides
 // down a slope with braked wheels, or is pushed, is taken for one that rolls.
@@ -1701,8 +1701,8 @@ typedef struct {
 // for each direction, which takes the wheels for the vehicle with a slip of 2 cm/s, or as much as there is, that
 // lasts half a second: a slip comes and goes, a bias stays. As far as it is unknown it adds to the noise of the
 // velocity, with four of its deviations, so that none is taken for a slip that lasts. Friction takes a vehicle
-// that slides towards the velocity of its wheels; if it moves away from that for half a second, nothing is known
-// of the bias any more.
+// that slides towards the velocity of its wheels, or wheels that hold it disagree with the others; if neither is
+// so for half a second, nothing is known of the bias any more.
 //
 // Limits: a bias that is off by b m/s^2 is b t m/s of error while all wheels slip for t seconds. A vehicle that slides
 // down a slope with braked wheels, or is pushed, is taken for one that rolls.
@@ -2093,8 +2093,8 @@ typedef struct {
 // for each direction, which takes the wheels for the vehicle with a slip of 2 cm/s, or as much as there is, that
 // lasts half a second: a slip comes and goes, a bias stays. As far as it is unknown it adds to the noise of the
 // velocity, with four of its deviations, so that none is taken for a slip that lasts. Friction takes a vehicle
-// that slides towards the velocity of its wheels; if it moves away from that for half a second, nothing is known
-// of the bias any more.
+// that slides towards the velocity of its wheels, or wheels that hold it disagree with the others; if neither is
+// so for half a second, nothing is known of the bias any more.
 //
 // Limits: a bias that is off by b m/s^2 is b t m/s of error while all wheels slip for t seconds. A vehicle that slides
 // down a slope with braked wheels, or is pushed, is taken for one that rolls.
@@ -2485,8 +2485,8 @@ typedef struct {
 // for each direction, which takes the wheels for the vehicle with a slip of 2 cm/s, or as much as there is, that
 // lasts half a second: a slip comes and goes, a bias stays. As far as it is unknown it adds to the noise of the
 // velocity, with four of its deviations, so that none is taken for a slip that lasts. Friction takes a vehicle
-// that slides towards the velocity of its wheels; if it moves away from that for half a second, nothing is known
-// of the bias any more.
+// that slides towards the velocity of its wheels, or wheels that hold it disagree with the others; if neither is
+// so for half a second, nothing is known of the bias any more.
 //
 // Limits: a bias that is off by b m/s^2 is b t m/s of error while all wheels slip for t seconds. A vehicle that slides
 // down a slope with braked wheels, or is pushed, is taken for one that rolls.
@@ -2877,8 +2877,8 @@ typedef struct {
 // for each direction, which takes the wheels for the vehicle with a slip of 2 cm/s, or as much as there is, that
 // lasts half a second: a slip comes and goes, a bias stays. As far as it is unknown it adds to the noise of the
 // velocity, with four of its deviations, so that none is taken for a slip that lasts. Friction takes a vehicle
-// that slides towards the velocity of its wheels; if it moves away from that for half a second, nothing is known
-// of the bias any more.
+// that slides towards the velocity of its wheels, or wheels that hold it disagree with the others; if neither is
+// so for half a second, nothing is known of the bias any more.
 //
 // Limits: a bias that is off by b m/s^2 is b t m/s of error while all wheels slip for t seconds. A vehicle that slides
 // down a slope with braked wheels, or is pushed, is taken for one that rolls.
@@ -3269,8 +3269,8 @@ typedef struct {
 // for each direction, which takes the wheels for the vehicle with a slip of 2 cm/s, or as much as there is, that
 // lasts half a second: a slip comes and goes, a bias stays. As far as it is unknown it adds to the noise of the
 // velocity, with four of its deviations, so that none is taken for a slip that lasts. Friction takes a vehicle
-// that slides towards the velocity of its wheels; if it moves away from that for half a second, nothing is known
-// of the bias any more.
+// that slides towards the velocity of its wheels, or wheels that hold it disagree with the others; if neither is
+// so for half a second, nothing is known of the bias any more.
 //
 // Limits: a bias that is off by b m/s^2 is b t m/s of error while all wheels slip for t seconds. A vehicle that slides
 // down a slope with braked wheels, or is pushed, is taken for one that rolls.

@@ -83,8 +83,8 @@ enum Standstill {
 /// for each direction, which takes the wheels for the vehicle with a slip of 2 cm/s, or as much as there is, that
 /// lasts half a second: a slip comes and goes, a bias stays. As far as it is unknown it adds to the noise of the
 /// velocity, with four of its deviations, so that none is taken for a slip that lasts. Friction takes a vehicle
-/// that slides towards the velocity of its wheels; if it moves away from that for half a second, nothing is known
-/// of the bias any more.
+/// that slides towards the velocity of its wheels, or wheels that hold it disagree with the others; if neither is
+/// so for half a second, nothing is known of the bias any more.
 ///
 /// Limits: a bias that is off by b m/s^2 is b t m/s of error while all wheels slip for t seconds. A vehicle that slides
 /// down a slope with braked wheels, or is pushed, is taken for one that rolls.
@@ -156,8 +156,8 @@ pub struct EstimatorState<R, const N: usize> {
     accelerometer_bias: [R; 2],
     accelerometer_bias_variance: R,
     rolling: Rolling<R>,
-    /// For how long the velocity has moved away from that of the wheels \[s\].
-    away_s: R,
+    /// For how long the slip has not been one \[s\].
+    doubted_s: R,
     slip: [R; 3],
     covariance: Matrix<R>,
     /// Yaw rate of the period before, by the gyro or what stands for it, bias included.

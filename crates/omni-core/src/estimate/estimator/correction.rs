@@ -27,6 +27,7 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         let variances = self.variances(state, valid, &innovations, &body);
         let noise = self.gained(valid);
         let gained = [noise + self.biased(state, valid), noise];
+        let slip = state.slip;
         let [along, across] = self.widen(state, &variances, &body, gained);
         self.hold_against_none(state, along, across, moved);
         let rate = state.yaw_rate - state.bias;
@@ -54,7 +55,9 @@ impl<R: Real, const N: usize> Estimator<R, N> {
             nis += innovation * innovation / whole;
         }
         if let Some(acceleration) = valid.acceleration {
-            self.doubt(state, acceleration);
+            let [sx, sy, _] = slip;
+            let slides = R::of(2.0) * (self.config.slip_m_s * self.config.slip_m_s + sx * sx + sy * sy);
+            self.doubt(state, acceleration, along + across - slides);
         }
         nis
     }

@@ -44,7 +44,8 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         // The gyro's mean is as near to its bias as that is known: a vehicle that turns slowly would else teach it.
         let known = state.covariance.0[BIAS][BIAS] + part * config.gyro_rad_s * config.gyro_rad_s;
         let bias = config.accelerometer_bias_m_s2;
-        let push = config.still_m_s2 * config.still_m_s2 + R::of(16.0) * bias * bias;
+        let known_bias = min(state.accelerometer_bias_variance, R::of(4.0) * bias * bias);
+        let push = config.still_m_s2 * config.still_m_s2 + R::of(16.0) * known_bias;
         let limits = [R::of(16.0) * known, push, push];
         let mut quiet = input.commanded_rest && valid.count > 0 && state.turning <= calm;
         let pushed = config.still_m_s2 + bias;
@@ -142,8 +143,10 @@ impl<R: Real, const N: usize> Estimator<R, N> {
             let noise = config.accelerometer_m_s2 * config.accelerometer_m_s2;
             let known = state.accelerometer_bias_variance;
             let gain = known / (known + noise);
+            // A jolt is no bias.
+            let most = R::of(10.0) * (config.still_m_s2 + config.accelerometer_bias_m_s2);
             for (bias, beyond) in state.accelerometer_bias.iter_mut().zip(acceleration) {
-                *bias += gain * beyond;
+                *bias += gain * beyond.limited(-most, most);
             }
             let least = min(known, noise * part(config.period_s, FOLLOWS_S));
             let less = gain * noise;

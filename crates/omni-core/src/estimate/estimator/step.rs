@@ -6,6 +6,9 @@ use super::{
     is_plausible,
 };
 
+/// Acceleration beyond which a reading is none \[m/s^2\]: 100 g.
+const MOST_M_S2: f64 = 1000.0;
+
 /// Squared deviations of the accelerometer's bias that are not taken for a slip.
 const UNTAKEN: f64 = 16.0;
 
@@ -21,13 +24,13 @@ pub(super) struct ValidReadings<R, const N: usize> {
 impl<R: Real, const N: usize> ValidReadings<R, N> {
     pub(super) fn of(input: &EstimatorInput<R, N>, state: &EstimatorState<R, N>) -> Self {
         let wheels = input.wheels.rad_s.map(is_plausible);
-        let [ax, ay] = input.acceleration_m_s2;
+        let ([ax, ay], most) = (input.acceleration_m_s2, R::of(MOST_M_S2));
         let [bx, by] = state.accelerometer_bias;
         Self {
             count: wheels.iter().filter(|valid| **valid).count(),
             wheels,
             gyro: Some(input.yaw_rate_rad_s).filter(|rate| is_plausible(*rate)),
-            acceleration: (is_plausible(ax) && is_plausible(ay)).then_some([ax - bx, ay - by]),
+            acceleration: (ax.abs() <= most && ay.abs() <= most).then_some([ax - bx, ay - by]),
         }
     }
 }
@@ -97,7 +100,7 @@ impl<R: Real, const N: usize> Estimator<R, N> {
             accelerometer_bias_variance: self.config.accelerometer_bias_m_s2
                 * self.config.accelerometer_bias_m_s2,
             rolling: Rolling::at_rest(),
-            away_s: zero,
+            doubted_s: zero,
             slip: [zero; 3],
             covariance: Matrix::diagonal([
                 zero,
