@@ -9,9 +9,9 @@ const GONE: f64 = 25.0;
 /// For how long the wheels deviate from the vehicle's velocity by what passes for none \[s\].
 const SLIPS_S: f64 = 0.5;
 
-/// A vehicle moves and slips if it does at least this \[m/s\]; then friction takes it towards its wheels' velocity by at
-/// least this \[m/s^2\], if no such part of the slip's square is disagreement of the wheels. For how long it may be
-/// otherwise \[s\], and how much more than what is read the bias may then be \[m/s^2\].
+/// A vehicle moves and slips if it does at least this \[m/s\]; then friction takes it towards its wheels' velocity
+/// by at least this \[m/s^2\], if no such part of the slip's square is disagreement of the wheels. For how long it
+/// may be otherwise \[s\], and how much more than what is read the bias may then be \[m/s^2\].
 const MOVES_M_S: f64 = 0.03;
 const RUBS_M_S2: f64 = 0.05;
 const DISAGREES: f64 = 0.3;
@@ -96,9 +96,9 @@ mod tests {
     use crate::estimate::EstimatorInput;
     use crate::estimate::estimator::tests::{Random, filter, mecanum};
 
-    /// Drives 0.3 m/s ahead for a minute on ground where nothing slips, with an accelerometer that reads at a time, of an
-    /// acceleration ahead, what `reads` says; gives the largest error of the velocity \[m/s\], that of the last second, and of the bias
-    /// from 10 s on \[m/s^2\].
+    /// Drives 0.3 m/s ahead for a minute on ground where nothing slips, with an accelerometer that reads at a time,
+    /// of an acceleration ahead, what `reads` says; gives the largest error of the velocity \[m/s\], that of the
+    /// last second, and of the bias from 10 s on \[m/s^2\].
     fn drive(reads: impl Fn(f64, f64) -> [f64; 2]) -> [f64; 3] {
         let (estimator, kinematics, mut random) = (filter::<f64>(), mecanum::<f64>(), Random(7));
         let mut state = estimator.start();
