@@ -103,8 +103,8 @@ enum Standstill {
 ///     let mut input = EstimatorInput::new(&ahead);
 ///     input.yaw_rate_rad_s = 0.0;
 ///     input.acceleration_m_s2 = [if period == 0 { 500.0 } else { 0.0 }, 0.0]; // at once
-///     if period > 1000 {
-///         input.wheels.rad_s = [9.0; 4]; // all wheels spin: by them it were 0.9 m/s, and 1.4 m of way
+///     if period > 1600 {
+///         input.wheels.rad_s = [9.0; 4]; // all wheels spin: by them it were 0.9 m/s, and 1.16 m of way
 ///     }
 ///     estimator.step(&mut state, &input);
 /// }
