@@ -11,7 +11,9 @@ use omni_core::{BodyTwist, Kinematics, Real};
 use omni_sim::Simulation;
 use omni_sim::config::{Override, Scenario};
 use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{RngCore, SeedableRng};
+use rand_chacha::rand_core::SeedableRng;
+
+use crate::pose_errors::{nees, normal};
 
 const SEEDS: u64 = 24;
 /// Ends of the middle 95 % of a chi-square of 72, three numbers a pose and 24 poses, over 72: of the mean over a drive.
@@ -51,14 +53,6 @@ impl Unit {
             AsBought => 2.0 / 3.0,
         }
     }
-}
-
-/// A number of the standard normal distribution: twelve uniform ones.
-fn normal(rng: &mut ChaCha8Rng) -> f64 {
-    (0..12)
-        .map(|_| (rng.next_u64() >> 11) as f64 / (1_u64 << 53) as f64)
-        .sum::<f64>()
-        - 6.0
 }
 
 /// One and a half seconds of rest, the last half of which is held, then as fast as commanded at once, a stop, and
@@ -138,22 +132,6 @@ struct Came {
     /// That of odometry.
     odometry_m: f64,
     bias_rad_s: [f64; 2],
-}
-
-/// `e^T P^-1 e` by elimination.
-fn nees(mut p: [[f64; 3]; 3], mut e: [f64; 3]) -> f64 {
-    let mut sum = 0.0;
-    for i in 0..3 {
-        sum += e[i] * e[i] / p[i][i];
-        for j in i + 1..3 {
-            let factor = p[j][i] / p[i][i];
-            for k in i..3 {
-                p[j][k] -= factor * p[i][k];
-            }
-            e[j] -= factor * e[i];
-        }
-    }
-    sum
 }
 
 fn drive<R: Real, const N: usize>(drive: &Drive, unit: Unit, vehicle: &str, seed: u64) -> Came {

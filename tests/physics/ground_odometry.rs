@@ -16,8 +16,10 @@ use omni_core::{BodyTwist, Kinematics, Real};
 use omni_sim::Simulation;
 use omni_sim::config::{Override, Scenario};
 use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{RngCore, SeedableRng};
+use rand_chacha::rand_core::SeedableRng;
 use std::ops::Range;
+
+use crate::pose_errors::{nees, normal};
 
 const PERIODS: usize = 5;
 const STANDS_S: f64 = 4.0;
@@ -35,14 +37,6 @@ const HINGE_RAD: f64 = 1e-3;
 const HINGE_RAD_S: f64 = 0.05;
 /// Standard deviations of the biases: of gyros \[rad/s\], accelerometer \[m/s^2\], attitude and hinges \[rad\].
 const BIASES: [f64; 4] = [5e-3, 0.05, 4e-3, 3e-3];
-
-/// A number of the standard normal distribution, approximated by twelve uniform ones.
-fn normal(rng: &mut ChaCha8Rng) -> f64 {
-    (0..12)
-        .map(|_| (rng.next_u64() >> 11) as f64 / (1_u64 << 53) as f64)
-        .sum::<f64>()
-        - 6.0
-}
 
 /// Scenario, the keys of its ground, and the height of its edges \[m\]; none without edges.
 struct Ground {
@@ -103,22 +97,6 @@ struct Drive {
     angles_rad: Vec<f64>,
     /// The vehicle reached the end of the ground.
     is_across: bool,
-}
-
-/// `e^T P^-1 e` by elimination.
-fn nees(mut p: [[f64; 3]; 3], mut e: [f64; 3]) -> f64 {
-    let mut sum = 0.0;
-    for i in 0..3 {
-        sum += e[i] * e[i] / p[i][i];
-        for j in i + 1..3 {
-            let factor = p[j][i] / p[i][i];
-            for k in i..3 {
-                p[j][k] -= factor * p[i][k];
-            }
-            e[j] -= factor * e[i];
-        }
-    }
-    sum
 }
 
 /// What the sensors are.

@@ -22,6 +22,7 @@ mod odometry;
 mod other_vehicles;
 mod own_policy;
 mod paths;
+mod pose_errors;
 mod randomised_steps;
 mod rims;
 mod rocker_bogie;
