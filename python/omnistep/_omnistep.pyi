@@ -2781,6 +2781,9 @@ class Observation:
     @property
     def pitch_rad(self) -> float:
         """Angle of the base's x axis above the horizon [rad]: nose up is positive."""
+    @property
+    def climbed_m(self) -> float:
+        """Height of the edge that a wheel has climbed in this period, by ``odometry.kind = "ground"`` [m]; else 0."""
 
 @final
 class Sample:

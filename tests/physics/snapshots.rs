@@ -13,6 +13,7 @@ fn scenario() -> Scenario {
         "sensors={ encoder_counts = 8192, encoder_noise_rad_s = 0.05, delay_s = 0.002, gyro_noise_rad_s = 0.01 }",
         "actuators={ torque_lag_s = 0.005, voltage_sag = 0.1 }",
         "heading_hold={ gain_per_s = 2.0, limit_rad_s = 0.3 }",
+        "odometry.kind=ground",
         "perturbation.yaw_rad=0.02",
         "seed=7",
         r#"fault=[{ kind = "load_added", body = "front", mass_kg = 1.0, at_m = [0.1, 0.0, 0.2], from_s = 1.0 }]"#,

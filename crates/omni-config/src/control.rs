@@ -8,7 +8,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use toml::Value;
 
-use crate::ranges::{self, MAX_RETRIES, PART, Range, TRACKING_S, WINDUP_N_M, ZONE_RAD_S, within};
+use crate::ranges::{self, CLIMBS_M, MAX_RETRIES, PART, Range, TRACKING_S, WINDUP_N_M, ZONE_RAD_S, within};
 use crate::rest::Rest;
 use crate::suggestion::did_you_mean;
 
@@ -195,6 +195,12 @@ pub struct Control {
     )]
     #[garde(adapt(ranges), range(min = MAX_RETRIES.min, max = MAX_RETRIES.max))]
     pub max_retries: Option<u32>,
+    /// Highest edge that the vehicle climbs with `traction` and `traction_runup`, by its climb chart \[m\], 0.001 to 10.
+    /// Where a wheel has climbed a higher one, there is one retry at most. Edges are measured with
+    /// `odometry.kind = "ground"`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[garde(adapt(ranges), range(min = CLIMBS_M.min, max = CLIMBS_M.max))]
+    pub climbs_m: Option<f64>,
     /// Control period \[us\], a multiple of the physics step, 1 to 100 000; 1000 by default. A file has it in seconds.
     #[serde(
         rename = "period_s",
@@ -223,6 +229,7 @@ impl Default for Control {
             integral_zone_rad_s: None,
             proportional_limit_n_m: None,
             max_retries: None,
+            climbs_m: None,
             period_us: 1000,
             precision: Precision::default(),
             rest: Rest::default(),
@@ -327,16 +334,17 @@ pub fn policy_in_a_line(policy: &str) -> &'static str {
 }
 
 /// Keys that replace parts of a policy, in the order of its name.
-const PARTS: [&str; 6] = [
+const PARTS: [&str; 7] = [
     "saturation",
     "integral",
     "anti_windup",
     "integral_zone_rad_s",
     "proportional_limit_n_m",
-    RETRIES,
+    "max_retries",
+    "climbs_m",
 ];
-/// The only one that traction control has.
-const RETRIES: &str = "max_retries";
+/// Those of traction control, which has none of the others.
+const OF_TRACTION: [&str; 2] = ["max_retries", "climbs_m"];
 
 /// A key and what is wrong with it.
 type Refusal = (&'static str, String);
@@ -384,7 +392,12 @@ impl Control {
     /// The first key of the wheels' loops, which traction control lacks.
     pub(crate) fn part_of_loops(&self) -> Option<&'static str> {
         let mut keys = self.parts().into_iter().map(|(key, _)| key);
-        keys.find(|key| *key != RETRIES)
+        keys.find(|key| !OF_TRACTION.contains(key))
+    }
+
+    /// A key that only traction control has is set.
+    pub(crate) fn requires_traction(&self) -> bool {
+        self.parts().iter().any(|(key, _)| OF_TRACTION.contains(key))
     }
 
     /// Another preset, with nothing chosen instead of its parts.
@@ -448,7 +461,7 @@ impl Control {
     /// A key that the policy does not look at.
     pub(crate) fn refusal(&self) -> Option<Refusal> {
         let has_loops = self.traction().is_none();
-        let other = |(key, _): &Refusal| (*key == RETRIES) == has_loops;
+        let other = |(key, _): &Refusal| OF_TRACTION.contains(key) == has_loops;
         if let Some((key, value)) = self.parts().into_iter().find(other) {
             let policies = Coordination::<f64>::PRESETS.join(", ");
             let allowed = if has_loops {

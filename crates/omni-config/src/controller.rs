@@ -1,13 +1,12 @@
 //! A controller of omni-core, built from a file.
 
-use omni_core::estimate::{Estimator, EstimatorConfig};
 use omni_core::shaping::{AxisLimits, TwistLimiter, TwistLimits};
 use omni_core::{
     ConfigError, Controller, Coordination, Kinematics, PidConfig, Real, WheelControlConfig, WheelLayout,
 };
 
 use crate::control::known_policies;
-use crate::{Error, Scenario, Sensors, Vehicle};
+use crate::{Error, Scenario, Vehicle};
 
 /// Calls the generic function `$f` with the wheel count as its last parameter: the one place where
 /// a count that is known at run time becomes the const generic of omni-core. Vehicles have 3 to 8
@@ -45,48 +44,6 @@ pub fn wheel_count_refused(count: usize) -> ConfigError {
 }
 
 impl Scenario {
-    /// An estimator of pose and velocity for the scenario's vehicle, in the scalar `R`, with the noise of its
-    /// sensors, at least that of [`EstimatorConfig::new`].
-    ///
-    /// # Errors
-    /// [`Error::Key`] if the control period is longer than 0.3 s, or if `N` is not the number of wheels.
-    ///
-    /// ```
-    /// use omni_config::Scenario;
-    /// use omni_core::estimate::EstimatorInput;
-    /// use omni_core::WheelVelocities;
-    /// let estimator = Scenario::load("step", &[])?.estimator::<f32, 7>()?;
-    /// let mut state = estimator.start();
-    /// let step = estimator.step(&mut state, &EstimatorInput::new(&WheelVelocities::zero()));
-    /// assert_eq!((step.readings, state.pose().x_m), (7, 0.0));
-    /// # Ok::<(), omni_config::Error>(())
-    /// ```
-    pub fn estimator<R: Real, const N: usize>(&self) -> Result<Estimator<R, N>, Error> {
-        let mut config = EstimatorConfig::new(R::of(self.period_s()));
-        let Sensors {
-            encoder_noise_rad_s,
-            encoder_counts,
-            gyro_noise_rad_s,
-            accelerometer_noise_m_s2,
-            ..
-        } = self.sensors;
-        let wheel_rad_s = if encoder_counts > 0.0_f64 {
-            // What is counted in a period; `EstimatorConfig::wheel_rad_s` says why.
-            std::f64::consts::TAU / encoder_counts / (6.0 * self.period_s() * 0.05).sqrt()
-        } else {
-            encoder_noise_rad_s
-        };
-        for (assumed, noise) in [
-            (&mut config.wheel_rad_s, wheel_rad_s),
-            (&mut config.gyro_rad_s, gyro_noise_rad_s),
-            (&mut config.accelerometer_m_s2, accelerometer_noise_m_s2),
-        ] {
-            *assumed = R::of(assumed.as_f64().max(noise.min(1000.0)));
-        }
-        let build = || Estimator::new(config, &Kinematics::new(&self.vehicle().layout()?)?);
-        build().map_err(|error| self.vehicle().refuse(&error))
-    }
-
     /// The controller of the scenario's vehicle, in the scalar `R`, whatever precision the scenario names.
     ///
     /// # Errors

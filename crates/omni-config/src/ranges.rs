@@ -80,6 +80,8 @@ pub(crate) const BLEED_S: Range = range(0.0, 10.0);
 /// Of a whole.
 pub(crate) const PART: Range = range(0.0, 1.0);
 pub(crate) const MAX_RETRIES: Range = range(0.0, 100.0);
+/// The least that omni-core takes, and the highest step.
+pub(crate) const CLIMBS_M: Range = range(1e-3, 10.0);
 /// Largest integral and proportional terms.
 pub(crate) const WINDUP_N_M: Range = range(0.0, 1e6);
 /// Integral zones.

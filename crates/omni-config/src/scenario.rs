@@ -26,6 +26,7 @@ use crate::key_place::with_place;
 use crate::load::{Source, check_version, read};
 use crate::log_rates::LogRates;
 use crate::microseconds::seconds;
+use crate::odometry::Odometry;
 use crate::override_key::Override;
 use crate::physics::{Engine, Physics};
 #[cfg(feature = "schema")]
@@ -114,6 +115,10 @@ pub struct Scenario {
     #[serde(default)]
     #[garde(dive)]
     pub sensors: Sensors,
+    /// The pose that the run's odometry gives; by the wheels, in the plane, by default.
+    #[serde(default)]
+    #[garde(dive)]
+    pub odometry: Odometry,
     /// Imperfections of the actuators.
     #[serde(default)]
     #[garde(dive)]

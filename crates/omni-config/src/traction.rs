@@ -185,6 +185,9 @@ impl Scenario {
         if let Some(retries) = self.control.max_retries {
             config.retry.retries = u16::try_from(retries).unwrap_or(u16::MAX);
         }
+        if let Some(climbs_m) = self.control.climbs_m {
+            config.climbs_m = R::of(climbs_m);
+        }
         if let Some(times) = self.weight_thrust() {
             config.weight_thrust = R::of(times);
         }

@@ -91,6 +91,9 @@ pub struct Readings<'a, R> {
     pub hinges_rad_s: &'a [R],
     /// The inertial measurement unit.
     pub imu: Imu<R>,
+    /// Height of the edge that a wheel has climbed in this period \[m\], by
+    /// [`GroundOdometry`](crate::estimate::GroundOdometry); 0 if none has.
+    pub climbed_m: R,
 }
 
 impl<'a, R: Real> Readings<'a, R> {
@@ -105,6 +108,7 @@ impl<'a, R: Real> Readings<'a, R> {
             hinges_rad: &[],
             hinges_rad_s: &[],
             imu: Imu::level(),
+            climbed_m: R::zero(),
         }
     }
 }

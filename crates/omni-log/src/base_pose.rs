@@ -2,11 +2,10 @@
 
 use omni_core::BodyTwist;
 use omni_sim::observation::Observation;
+use omni_sim::{GroundReport, Period};
 
 use crate::ros2::{Header, Odometry, Pose, PoseWithCovariance, TwistWithCovariance};
-#[cfg(feature = "ros2")]
-use crate::rotation::after;
-use crate::rotation::{about, rotate};
+use crate::rotation::{about, after, rotate};
 use crate::urdf::{BASE_LINK, ODOM_LINK, WORLD_LINK};
 
 /// A place \[m\] and a turn in a frame, the turn a unit quaternion x, y, z, w.
@@ -27,14 +26,22 @@ pub(crate) fn chained((at, turn): BasePose, (then, by): BasePose) -> BasePose {
     ([0, 1, 2].map(|k| at[k] + there[k]), after(turn, by))
 }
 
-/// The base by odometry: on the plane.
-pub(crate) fn by_odometry(seen: &Observation) -> BasePose {
+/// The base by odometry: on the plane, or in three dimensions.
+pub(crate) fn by_odometry(seen: &Observation, ground: Option<&GroundReport>) -> BasePose {
     let pose = &seen.odometry.pose;
-    ([pose.x_m, pose.y_m, 0.0], about([0.0, 0.0, 1.0], pose.yaw_rad))
+    let heading = about([0.0, 0.0, 1.0], pose.yaw_rad);
+    let Some(ground) = ground else {
+        return ([pose.x_m, pose.y_m, 0.0], heading);
+    };
+    // Nose up is negative about y. The y axis, turned by r about x, is at asin(cos(pitch) sin(r)) above the horizon.
+    let (pitch, roll) = (ground.pitch_rad, ground.roll_rad);
+    let about_x = libm::asin((libm::sin(roll) / libm::cos(pitch)).clamp(-1.0, 1.0));
+    let leans = after(about([0.0, 1.0, 0.0], -pitch), about([1.0, 0.0, 0.0], about_x));
+    ([pose.x_m, pose.y_m, ground.z_m], after(heading, leans))
 }
 
-/// What odometry on the plane says nothing of \[m^2, rad^2\]: height, roll and pitch have a
-/// variance that outweighs none of another sensor.
+/// What odometry says nothing of \[m^2, rad^2\]: on the plane height, roll and pitch have a variance that outweighs none
+/// of another sensor, and so do roll and pitch in three dimensions, whose deviations it does not know.
 const UNKNOWN: f64 = 1e6;
 
 /// Covariance of a pose or twist for which none is known. A 0 would say that it is exact, and a
@@ -58,9 +65,13 @@ fn planar_covariance(known: &[[f64; 3]; 3]) -> [[f64; 6]; 6] {
 }
 
 /// What the wheels say, and how well the twist is known, if it is.
-pub(crate) fn odometry(seen: &Observation, twist_covariance: Option<[[f64; 3]; 3]>) -> Odometry {
-    let (at, turn) = by_odometry(seen);
-    let covariance = planar_covariance(&seen.odometry.covariance);
+pub(crate) fn odometry(period: &Period, twist_covariance: Option<[[f64; 3]; 3]>) -> Odometry {
+    let (seen, ground) = (&period.observed, period.control.report.ground.as_ref());
+    let (at, turn) = by_odometry(seen, ground);
+    let mut covariance = planar_covariance(&seen.odometry.covariance);
+    if let Some(ground) = ground {
+        covariance[2][2] = ground.std_z_m * ground.std_z_m;
+    }
     let twist = twist_covariance.as_ref();
     let twist = twist.map_or_else(unknown_covariance, planar_covariance);
     located(
@@ -107,7 +118,7 @@ mod tests {
     use omni_sim::Simulation;
 
     /// After 0.8 s of a bend to the left, started with another heading.
-    fn seen() -> Observation {
+    fn period() -> Period {
         let overrides = [
             Override::new("command.wz_rad_s", 0.5),
             Override::new("start.heading_rad", 0.7),
@@ -117,13 +128,14 @@ mod tests {
         for _ in 0..800 {
             simulation.step(&simulation.scenario_command()).expect("finite");
         }
-        simulation.observation().clone()
+        simulation.period().clone()
     }
 
     #[test]
     fn a_covariance_is_where_ros_looks_for_it_and_says_what_the_plane_does_not() {
-        let seen = seen();
-        let covariance = odometry(&seen, None).pose.covariance;
+        let period = period();
+        let seen = &period.observed;
+        let covariance = odometry(&period, None).pose.covariance;
         let flat = covariance.as_flattened();
         let [[xx, xy, xw], [_, yy, yw], [_, _, ww]] = seen.odometry.covariance;
         for (places, expected) in [
@@ -139,20 +151,21 @@ mod tests {
             assert!(expected != 0.0, "{places:?}: the bend couples all of them");
         }
         assert_eq!(flat.iter().filter(|value| **value == 0.0).count(), 36 - 12);
-        assert_eq!(ground_truth(&seen).pose.covariance, [[0.0; 6]; 6]);
-        assert_eq!(ground_truth(&seen).twist.covariance, [[0.0; 6]; 6]);
+        assert_eq!(ground_truth(seen).pose.covariance, [[0.0; 6]; 6]);
+        assert_eq!(ground_truth(seen).twist.covariance, [[0.0; 6]; 6]);
         // Of the twist in the same places; all of it unknown if it is not determined.
-        let known = odometry(&seen, Some(seen.odometry.covariance));
+        let known = odometry(&period, Some(seen.odometry.covariance));
         assert_eq!(known.twist.covariance, covariance);
-        let diagonal = |k: usize| odometry(&seen, None).twist.covariance[k][k];
+        let diagonal = |k: usize| odometry(&period, None).twist.covariance[k][k];
         assert!((0..6).all(|k| diagonal(k) == 1e6));
     }
 
     #[test]
     fn from_the_frame_of_odometry_the_base_is_where_odometry_has_it() {
-        let seen = seen();
-        let (origin, turn) = inverse(by_odometry(&seen));
-        let message = odometry(&seen, None);
+        let period = period();
+        let seen = &period.observed;
+        let (origin, turn) = inverse(by_odometry(seen, None));
+        let message = odometry(&period, None);
         let (at, heading) = (message.pose.pose.position, message.pose.pose.orientation);
         // The base's pose there takes that frame's origin, as the base sees it, to the origin.
         let back = rotate([heading.x, heading.y, heading.z, heading.w], origin);
@@ -161,7 +174,41 @@ mod tests {
         }
         assert_eq!((turn[2], turn[3]), (-heading.z, heading.w));
         assert_eq!([at.x, at.y], [seen.odometry.pose.x_m, seen.odometry.pose.y_m]);
-        let frames = [message.header.frame_id, ground_truth(&seen).header.frame_id];
+        let frames = [message.header.frame_id, ground_truth(seen).header.frame_id];
         assert_eq!(frames, ["odom", "world"]);
+    }
+
+    #[test]
+    fn in_three_dimensions_the_base_by_odometry_is_where_it_is_on_a_ramp() {
+        let overrides = [
+            Override::new("vehicle", "mecanum4"),
+            Override::new("odometry.kind", "ground"),
+            Override::new("physics.engine", "articulated"),
+            Override::new("command.start_s", 0.5),
+            Override::new("start.heading_rad", 0.3),
+            Override::new("terrain.slope_rad", 0.15),
+        ];
+        let scenario = Scenario::load("ramp", &overrides).expect("built-in");
+        let mut simulation = Simulation::new(&scenario).expect("valid");
+        for _ in 0..6000 {
+            simulation.step(&simulation.scenario_command()).expect("finite");
+        }
+        let truth = simulation.observation().pose;
+        assert!(truth.position_m[2] > 0.05, "it is on the ramp: {truth:?}");
+        let message = odometry(simulation.period(), None);
+        let (at, turn) = (message.pose.pose.position, message.pose.pose.orientation);
+        // A hundredth of the way, and for the attitude a tenth of the slope: on the edge of the ramp it sways.
+        for (is, expected) in [at.x, at.y, at.z].into_iter().zip(truth.position_m) {
+            assert!((is - expected).abs() < 0.02, "{is} {expected}");
+        }
+        let up = |turn: [f64; 4]| rotate(turn, [0.0, 0.0, 1.0]);
+        for (is, expected) in up([turn.x, turn.y, turn.z, turn.w])
+            .into_iter()
+            .zip(up(truth.rotation_xyzw))
+        {
+            assert!((is - expected).abs() < 0.015, "{is} {expected}");
+        }
+        let deviation_m = message.pose.covariance[2][2].sqrt();
+        assert!((1e-4..0.05).contains(&deviation_m), "{deviation_m}");
     }
 }

@@ -10,13 +10,14 @@
 //! | `/odom` | `nav_msgs/msg/Odometry` | 50 Hz: odometry, with its covariance |
 //! | `/ground_truth/odom` | `nav_msgs/msg/Odometry` | as `/odom`: the true pose and twist |
 //! | `/cmd_vel` | `geometry_msgs/msg/TwistStamped` | 50 Hz |
-//! | `/markers` | `visualization_msgs/msg/MarkerArray` | 50 Hz: an arrow a wheel for the ground's force, 1 m for 200 N |
+//! | `/markers` | `visualization_msgs/msg/MarkerArray` | 50 Hz: an arrow a wheel for the ground's force, 1 m for 200 N; at once: an arrow for an edge that odometry in three dimensions found, as high as the edge |
 //! | `/robot_description`, `/terrain/robot_description` | `std_msgs/msg/String` | once: URDF of vehicle and ground |
 
 use omni_config::Scenario;
+use omni_core::estimate::{EdgeEvent, EdgeKind};
 use omni_sim::controller::{AnyController, ControlSample};
 use omni_sim::observation::Observation;
-use omni_sim::{Period, ReportColumns, WheelSignal};
+use omni_sim::{GroundReport, Period, ReportColumns, WheelSignal};
 
 use crate::base_pose;
 use crate::message_rates::Rates;
@@ -28,7 +29,8 @@ use crate::topic;
 use crate::tree::{Placement, Roots, transforms};
 use crate::twist_covariance::TwistCovariance;
 use crate::urdf::{
-    BASE_LINK, JointInterface, WORLD_LINK, ground_urdf, ros2_control_urdf, vehicle_urdf, wheel_link,
+    BASE_LINK, JointInterface, ODOM_LINK, WORLD_LINK, ground_urdf, ros2_control_urdf, vehicle_urdf,
+    wheel_link,
 };
 
 /// Length of the arrow of a force \[m/N\].
@@ -61,6 +63,8 @@ pub(crate) struct Messages {
     /// Hinges and wheels are among the frames.
     joint_frames: bool,
     twist_covariance: TwistCovariance,
+    /// Edges shown.
+    edges: i32,
 }
 
 impl Messages {
@@ -87,6 +91,7 @@ impl Messages {
             rates,
             roots,
             joint_frames: true,
+            edges: 0,
             policy: controller.policy().into(),
             report: controller.columns().clone(),
             scenario: scenario.clone(),
@@ -145,7 +150,7 @@ impl Messages {
             }
         }
         if self.rates.tf.due(time) {
-            sink.send(topic::TF, time, &self.transforms(seen))?;
+            sink.send(topic::TF, time, &self.transforms(period))?;
         }
         if self.rates.joint_states.due(time) {
             sink.send(topic::JOINT_STATES, time, &self.joints(sample, seen))?;
@@ -154,7 +159,7 @@ impl Messages {
             sink.send(
                 topic::ODOM,
                 time,
-                &base_pose::odometry(seen, self.twist_covariance.of(period)),
+                &base_pose::odometry(period, self.twist_covariance.of(period)),
             )?;
             sink.send(topic::GROUND_TRUTH, time, &base_pose::ground_truth(seen))?;
         }
@@ -165,10 +170,45 @@ impl Messages {
             };
             sink.send(topic::CMD_VEL, time, &command)?;
         }
+        let mut markers = Vec::new();
+        if self.rates.markers.period_s().is_some() {
+            let edges = period.control.report.ground.iter().flat_map(GroundReport::edges);
+            let edges = edges.filter(|edge| edge.kind != EdgeKind::Met);
+            markers.extend(edges.filter_map(|edge| self.edge(period, edge)));
+        }
         if self.rates.markers.due(time) {
-            sink.send(topic::MARKERS, time, &forces(seen))?;
+            markers.extend(forces(seen));
+        }
+        if !markers.is_empty() {
+            sink.send(topic::MARKERS, time, &MarkerArray { markers })?;
         }
         Ok(())
+    }
+
+    /// An arrow from the ground before an edge to that beyond it, up or down; none if neither is known.
+    fn edge(&mut self, period: &Period, edge: &EdgeEvent<f64>) -> Option<Marker> {
+        let ground = period.control.report.ground.as_ref()?;
+        let beyond_m = ground.wheels.get(edge.wheel)?.z_m;
+        let [x, y] = edge.place_m;
+        let ends = [beyond_m - edge.height_m, beyond_m].map(|z| [x, y, z]);
+        self.edges = self.edges.wrapping_add(1);
+        let is_known = ends.iter().flatten().all(|each| each.is_finite());
+        is_known.then(|| Marker {
+            header: Header::new(period.observed.time_ns, ODOM_LINK),
+            ns: "edges".into(),
+            id: self.edges,
+            kind: Marker::ARROW,
+            action: Marker::ADD,
+            scale: [0.01, 0.02, 0.01].into(),
+            color: ColorRgba {
+                r: 0.9,
+                g: 0.4,
+                b: 0.1,
+                a: 1.0,
+            },
+            points: ends.map(Into::into).into(),
+            ..Marker::default()
+        })
     }
 
     /// Integrates the measured velocities over a control period; part of [`Messages::push`]. A
@@ -212,8 +252,9 @@ impl Messages {
         }
     }
 
-    /// The frames that observation and wheels amount to.
-    pub(crate) fn transforms(&self, seen: &Observation) -> TfMessage {
+    /// The frames that observation, odometry and wheels amount to.
+    pub(crate) fn transforms(&self, period: &Period) -> TfMessage {
+        let (seen, ground) = (&period.observed, period.control.report.ground.as_ref());
         let (hinges, wheels) = if self.joint_frames {
             (&seen.hinges[..], &self.wheel_angles[..])
         } else {
@@ -221,7 +262,7 @@ impl Messages {
         };
         let placement = Placement {
             base: (seen.pose.position_m, seen.pose.rotation_xyzw),
-            odometry: base_pose::by_odometry(seen),
+            odometry: base_pose::by_odometry(seen, ground),
             hinges_rad: &mut hinges.iter().map(|hinge| hinge.angle_rad),
             wheels_rad: wheels,
         };
@@ -262,7 +303,7 @@ impl Messages {
 }
 
 /// An arrow from each wheel's point of contact along the total force; none in the air.
-fn forces(seen: &Observation) -> MarkerArray {
+fn forces(seen: &Observation) -> impl Iterator<Item = Marker> + '_ {
     let arrow = |(id, wheel): (usize, &omni_sim::observation::WheelObservation)| {
         let [from, force] = [wheel.contact_m, wheel.force_n];
         let end = [0, 1, 2].map(|k| from[k] + ARROW_M_PER_N * force[k]);
@@ -287,9 +328,7 @@ fn forces(seen: &Observation) -> MarkerArray {
             ..Marker::default()
         }
     };
-    MarkerArray {
-        markers: seen.wheels.iter().enumerate().map(arrow).collect(),
-    }
+    seen.wheels.iter().enumerate().map(arrow)
 }
 
 #[cfg(test)]
@@ -312,7 +351,7 @@ mod tests {
             "the front row is on its way up: {:?}",
             seen.hinges
         );
-        let tf = Messages::new(&scenario, simulation.controller()).transforms(seen);
+        let tf = Messages::new(&scenario, simulation.controller()).transforms(simulation.period());
         let place = |frame: &str| {
             let (mut at, mut frame) = ([0.0; 3], frame.to_owned());
             while frame != WORLD_LINK {
@@ -357,7 +396,7 @@ mod tests {
         ] {
             let rates = Rates::of_log(&scenario.log, 1_000_000);
             let all = Messages::at_rates(&scenario, simulation.controller(), rates, roots);
-            let sent = |messages: &Messages| messages.transforms(simulation.observation()).transforms;
+            let sent = |messages: &Messages| messages.transforms(simulation.period()).transforms;
             let whole = sent(&all);
             let alone = sent(&all.without_joint_frames());
             let names: Vec<_> = alone

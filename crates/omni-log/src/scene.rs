@@ -348,7 +348,7 @@ pub(crate) fn state(messages: &Messages, simulation: &Simulation) -> State {
         asked: sample.asked.to_array().map(|value| value as f32),
         twist: seen.twist.to_array().map(|value| value as f32),
         common_factor: sample.common_factor as f32,
-        poses: in_the_world(&messages.transforms(seen).transforms),
+        poses: in_the_world(&messages.transforms(simulation.period()).transforms),
         wheels: wheels.collect(),
     }
 }
@@ -413,7 +413,7 @@ mod tests {
         let controller = AnyController::new(&scenario).expect("its controller");
         let messages = Messages::new(&scenario, &controller);
         let simulation = Simulation::new(&scenario).expect("a simulation");
-        let sent = messages.transforms(simulation.observation()).transforms;
+        let sent = messages.transforms(simulation.period()).transforms;
         let picture = scene(&scenario).picture;
         assert!(sent.iter().map(|link| &link.child_frame_id).eq(&picture.frames));
         assert_eq!(picture.frames.len(), 2 + 2 + 7);

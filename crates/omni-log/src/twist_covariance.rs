@@ -80,8 +80,12 @@ impl TwistCovariance {
     }
 
     /// `J diag(variances) J^T`, J being the forward map: rows and columns vx, vy \[m/s\] and wz \[rad/s\].
-    /// None if the readings do not determine the motion.
+    /// None if the readings do not determine the motion. Odometry in three dimensions has its own.
     pub(crate) fn of(&mut self, period: &Period) -> Option<[[f64; 3]; 3]> {
+        let estimated = period.observed.odometry.twist_covariance;
+        if estimated.is_some() {
+            return estimated;
+        }
         let (mut read, mut excluded) = ([0.0; MOST_WHEELS], [false; MOST_WHEELS]);
         let drive = period.control.report.drive.as_ref();
         let velocities = period.sensed.wheels_rad_s.iter().take(MOST_WHEELS);

@@ -14,6 +14,7 @@ struct Scalars {
     new_command: bool,
     roll_rad: f64,
     pitch_rad: f64,
+    climbed_m: f64,
 }
 
 /// Inputs of a controller of your own in a control period: sensors, its own torques, its command.
@@ -100,6 +101,7 @@ impl Observation {
             new_command: readings.new_command,
             roll_rad: readings.imu.roll_rad,
             pitch_rad: readings.imu.pitch_rad,
+            climbed_m: readings.climbed_m,
         };
         let mut numbers = self.numbers.bind(py).try_readwrite()?;
         let command = readings.command.to_array();
@@ -150,6 +152,12 @@ impl Observation {
     #[getter]
     fn pitch_rad(&self) -> f64 {
         self.now.lock().pitch_rad
+    }
+
+    /// Height of the edge that a wheel has climbed in this period, by ``odometry.kind = "ground"`` [m]; else 0.
+    #[getter]
+    fn climbed_m(&self) -> f64 {
+        self.now.lock().climbed_m
     }
 
     fn __reduce__(&self) -> PyResult<()> {

@@ -11,7 +11,7 @@ mod qemu;
 use omni_config::for_wheel_count;
 use omni_core::{BodyTwist, Policy, Readings};
 
-use crate::config::{self, Precision, Scenario};
+use crate::config::{self, OdometryKind, Precision, Scenario};
 pub use crate::control_sample::ControlSample;
 use crate::error::unknown;
 pub use crate::link_counters::LinkCounters;
@@ -241,11 +241,14 @@ impl AnyController {
 
 /// Report columns of a run of this scenario with this controller.
 fn columns(scenario: &Scenario, control: &dyn ControlLaw) -> ReportColumns {
-    let columns = control.columns();
-    match scenario.command.path {
-        Some(_) => columns.following_a_path(),
-        None => columns,
+    let mut columns = control.columns();
+    if scenario.odometry.kind == OdometryKind::Ground {
+        columns = columns.with_ground(scenario.vehicle());
     }
+    if scenario.command.path.is_some() {
+        columns = columns.following_a_path();
+    }
+    columns
 }
 
 /// At the other end of a link, traction control runs only inside a drive.

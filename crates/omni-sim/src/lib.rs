@@ -7,6 +7,7 @@ pub mod controller;
 mod error;
 mod following;
 pub mod ground;
+mod ground_odometry;
 mod history;
 pub mod learn;
 mod link_counters;
@@ -42,7 +43,9 @@ pub use motors_on_dampers::{ByWheel, MOTOR_BENCH_POLICIES, MotorBenchTrace, run_
 pub use observation::OdometryEstimate;
 pub use outcome::{Better, BodyName, LimitedBy, Metric, Outcome, Verdict};
 pub use period::Period;
-pub use report::{DriveReport, DriveWheel, Report, ReportColumns, TractionReport, TractionWheel};
+pub use report::{
+    DriveReport, DriveWheel, GroundReport, GroundWheel, Report, ReportColumns, TractionReport, TractionWheel,
+};
 pub use run::{Run, control_periods, run};
 pub use sensed::Sensed;
 pub use simulation::Simulation;

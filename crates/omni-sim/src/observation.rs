@@ -131,6 +131,8 @@ pub struct OdometryEstimate {
     pub twist: BodyTwist<f64>,
     /// Covariance of the pose: rows and columns x, y, yaw, world axes \[m^2, m rad, rad^2\]. 0 at the start.
     pub covariance: [[f64; 3]; 3],
+    /// Covariance of the twist: vx, vy \[m/s\] and wz \[rad/s\]; none of odometry by the wheels alone.
+    pub twist_covariance: Option<[[f64; 3]; 3]>,
 }
 
 impl Default for OdometryEstimate {
@@ -139,6 +141,7 @@ impl Default for OdometryEstimate {
             pose: PlanarPose::origin(),
             twist: BodyTwist::ZERO,
             covariance: [[0.0; 3]; 3],
+            twist_covariance: None,
         }
     }
 }

@@ -6,9 +6,11 @@ use omni_core::geometry::{BodyDisplacement, PlanarPose, WheelAngles};
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
-use crate::config::{self, DriveNoise, Scenario, Vehicle, WheelMaps};
+use crate::config::{self, DriveNoise, OdometryKind, Scenario, Vehicle, WheelMaps};
 use crate::control_sample::ControlSample;
-use crate::observation::OdometryEstimate;
+use crate::ground_odometry::{self, GroundOdometer};
+use crate::observation::{OdometryEstimate, Pose3};
+use crate::report::GroundReport;
 use crate::sensed::Sensed;
 
 /// A vehicle of fewer wheels has columns of zeros, so that how many there are does not matter.
@@ -40,6 +42,7 @@ pub(crate) struct State {
     /// motion, and how fast it was or may be.
     drift: [f64; 2],
     drift_speed: [f64; 2],
+    ground: Option<ground_odometry::State>,
 }
 
 /// The odometry of a vehicle, with its state.
@@ -59,12 +62,14 @@ pub(crate) struct Odometer {
     drive: bool,
     /// None if too few wheels determine the motion.
     maps: Option<WheelMaps>,
+    /// Of odometry in three dimensions.
+    ground: Option<GroundOdometer>,
     state: State,
 }
 
 impl Odometer {
     /// Of a scenario whose vehicle starts at a true pose.
-    pub(crate) fn new(scenario: &Scenario, start: PlanarPose<f64>) -> Result<Self, Error> {
+    pub(crate) fn new(scenario: &Scenario, start: &Pose3) -> Result<Self, Error> {
         let refuse = |error: omni_core::ConfigError| config::Error::Key {
             file: format!("scenario {}", scenario.name),
             key: error.parameter.into(),
@@ -91,6 +96,11 @@ impl Odometer {
         let [ahead, aside, about] = scenario.vehicle().top_speeds()?;
         let period_s = scenario.period_s();
         let excluded = [false; WHEELS];
+        let ground = match scenario.odometry.kind {
+            OdometryKind::Planar => None,
+            OdometryKind::Ground => Some(GroundOdometer::new(scenario, start)?),
+        };
+        let start = start.planar();
         let mut reckoned = OdometryState::new();
         reckoned.reset(&start);
         Ok(Self {
@@ -104,6 +114,7 @@ impl Odometer {
             window: (WINDOW_S / period_s).round().max(1.0) as u32,
             start,
             drive: scenario.drive.is_some(),
+            ground,
             state: State {
                 from: reckoned.pose(),
                 reckoned,
@@ -114,13 +125,30 @@ impl Odometer {
                 excluded,
                 drift: [0.0; 2],
                 drift_speed: [0.0; 2],
+                ground: None,
             },
         })
     }
 
-    /// The encoders were read at the end of a period. A drive that has not read them yet keeps its pose.
-    pub(crate) fn read(&mut self, sensed: &Sensed) {
-        if !self.drive {
+    /// The sensors were read at the end of a period of a controller. A drive that has not read them yet keeps its pose.
+    pub(crate) fn read(&mut self, control: &ControlSample, sensed: &Sensed) {
+        if let Some(ground) = &mut self.ground {
+            if ground.step(control, sensed) {
+                let planar = ground.planar();
+                self.state.reckoned.reset(&planar.pose);
+                (self.state.twist, self.state.covariance) = (planar.twist, planar.covariance);
+            } else {
+                let BodyTwist {
+                    vx_m_s,
+                    vy_m_s,
+                    wz_rad_s,
+                } = self.state.twist;
+                let [dx_m, dy_m, dyaw_rad] = [vx_m_s, vy_m_s, wz_rad_s].map(|speed| speed * self.period_s);
+                let displacement = BodyDisplacement { dx_m, dy_m, dyaw_rad };
+                self.odometry
+                    .step_displacement(&mut self.state.reckoned, &displacement);
+            }
+        } else if !self.drive {
             let velocities = sensed.wheels_rad_s.iter().copied();
             self.turn(velocities.zip(sensed.increments_rad.iter().copied()), |_| false);
         }
@@ -128,7 +156,7 @@ impl Odometer {
 
     /// The controller did its step: where it is a drive, its own pose counts, and which wheels it excludes.
     pub(crate) fn stepped(&mut self, sample: &ControlSample) {
-        let Some(drive) = &sample.report.drive else {
+        let (Some(drive), None) = (&sample.report.drive, &self.ground) else {
             return;
         };
         let excluded = |wheel: usize| drive.wheels.get(wheel).is_some_and(|wheel| wheel.excluded);
@@ -243,15 +271,35 @@ impl Odometer {
             pose: self.state.reckoned.pose(),
             twist: self.state.twist,
             covariance: *self.state.covariance.matrix(),
+            twist_covariance: self
+                .ground
+                .as_ref()
+                .map(|ground| ground.planar().twist_covariance),
         }
     }
 
-    pub(crate) fn state(&self) -> &State {
-        &self.state
+    /// What it knows besides, in three dimensions.
+    pub(crate) fn ground(&self) -> Option<&GroundReport> {
+        self.ground.as_ref().map(GroundOdometer::report)
     }
 
-    pub(crate) fn restore(&mut self, state: State) {
+    pub(crate) fn state(&self) -> State {
+        let ground = self.ground.as_ref().map(GroundOdometer::state);
+        State {
+            ground,
+            ..self.state.clone()
+        }
+    }
+
+    /// Goes on from what another one remembered; false where that was of another kind.
+    pub(crate) fn restore(&mut self, mut state: State) -> bool {
+        let ground = state.ground.take();
         self.maps = self.vehicle.wheel_maps(&state.excluded).ok().flatten();
         self.state = state;
+        match (&mut self.ground, &ground) {
+            (Some(own), Some(state)) => own.restore(state),
+            (None, None) => true,
+            _ => false,
+        }
     }
 }

@@ -1,5 +1,7 @@
 //! A controller's report besides the wheels' signals, and its columns in traces and logs.
 
+mod ground;
+
 use omni_core::DriveMode;
 use omni_core::drive::Fault;
 use omni_core::geometry::PlanarPose;
@@ -8,6 +10,7 @@ use omni_core::traction::{SupervisorMode, TractionLoops};
 use serde::{Deserialize, Serialize};
 
 use crate::config::Vehicle;
+pub use ground::{GroundReport, GroundWheel};
 
 /// A controller's report in one control period besides its wheels' signals; parts that the controller lacks are absent.
 /// Of a period that no controller had a part in nothing is.
@@ -19,6 +22,8 @@ pub struct Report {
     pub traction: Option<TractionReport>,
     /// Of a controller of one's own, in the order of its names; NaN if one is not known.
     pub own: Vec<f64>,
+    /// Of odometry in three dimensions.
+    pub ground: Option<GroundReport>,
     /// Of the path that is followed.
     pub path: Option<PathReport>,
 }
@@ -83,6 +88,8 @@ pub struct TractionReport {
     pub row_retries: u16,
     /// Times that it backed off for another try since the start.
     pub retries: u32,
+    /// Height of the highest edge that a wheel has climbed since the obstacle began \[m\]; 0 if none is known.
+    pub edge_m: f64,
     /// Heading error \[rad\], counter-clockwise positive.
     pub heading_rad: f64,
     /// The gyro's zero \[rad/s\].
@@ -118,7 +125,7 @@ const DRIVE: [&str; 9] = [
 ];
 const DRIVE_WHEEL: [&str; 3] = ["drive_fault", "drive_excluded", "drive_brake"];
 /// Columns of traction control; then for each signal of [`TRACTION_WHEEL`] one per wheel.
-const TRACTION: [&str; 13] = [
+const TRACTION: [&str; 14] = [
     "traction_factor",
     "traction_speed_m_s",
     "traction_target_m_s",
@@ -128,6 +135,7 @@ const TRACTION: [&str; 13] = [
     "traction_mode",
     "traction_row_retries",
     "traction_retries",
+    "traction_edge_m",
     "traction_heading_rad",
     "traction_gyro_zero_rad_s",
     "traction_loops",
@@ -144,6 +152,10 @@ const PATH: [&str; 7] = [
     "path_estimated_y_m",
     "path_estimated_yaw_rad",
 ];
+
+fn wheel_names(vehicle: &Vehicle) -> Vec<String> {
+    vehicle.wheel.iter().map(|wheel| wheel.name.clone()).collect()
+}
 
 /// By their numbers in columns, 0 first.
 const MODES: [DriveMode; 4] = [
@@ -268,6 +280,7 @@ impl TractionReport {
             number(&SUPERVISOR, &self.mode),
             f64::from(self.row_retries),
             f64::from(self.retries),
+            self.edge_m,
             self.heading_rad,
             self.gyro_zero_rad_s,
             number(&LOOPS, &self.loops),
@@ -290,6 +303,7 @@ impl TractionReport {
             mode,
             row_retries,
             retries,
+            edge_m,
             heading_rad,
             gyro_zero_rad_s,
             loops,
@@ -311,6 +325,7 @@ impl TractionReport {
             mode: value(&SUPERVISOR, mode)?,
             row_retries: whole(row_retries, u16::MAX.into())? as u16,
             retries: whole(retries, u32::MAX)?,
+            edge_m,
             heading_rad,
             gyro_zero_rad_s,
             loops: value(&LOOPS, loops)?,
@@ -341,6 +356,7 @@ pub struct ReportColumns {
     drive: bool,
     traction: bool,
     own: usize,
+    ground: bool,
     path: bool,
 }
 
@@ -348,43 +364,66 @@ impl ReportColumns {
     /// Of a controller of one's own: the names of its signals.
     #[must_use]
     pub fn own(names: Vec<String>) -> Self {
-        Self::new(Vec::new(), [false; 2], names, false)
+        Self::new(Vec::new(), [false; 2], names, [false; 2])
     }
 
     /// Of a vehicle's drive, its traction control, or both.
     pub(crate) fn built_in(vehicle: &Vehicle, drive: bool, traction: bool) -> Self {
-        let wheels = vehicle.wheel.iter().map(|wheel| wheel.name.clone());
-        Self::new(wheels.collect(), [drive, traction], Vec::new(), false)
+        Self::new(wheel_names(vehicle), [drive, traction], Vec::new(), [false; 2])
+    }
+
+    /// The same, and those of odometry in three dimensions.
+    pub(crate) fn with_ground(self, vehicle: &Vehicle) -> Self {
+        let own = self.own_names();
+        Self::new(
+            wheel_names(vehicle),
+            [self.drive, self.traction],
+            own,
+            [true, self.path],
+        )
     }
 
     /// The same, and where a path wants the vehicle.
     pub(crate) fn following_a_path(self) -> Self {
-        let own = self.names[self.names.len() - self.own..].to_vec();
-        Self::new(self.wheels, [self.drive, self.traction], own, true)
+        let own = self.own_names();
+        Self::new(self.wheels, [self.drive, self.traction], own, [self.ground, true])
     }
 
-    fn new(wheels: Vec<String>, [drive, traction]: [bool; 2], own: Vec<String>, path: bool) -> Self {
-        let mut names = Vec::new();
-        for (there, common, of_wheels) in [
-            (drive, DRIVE.as_slice(), DRIVE_WHEEL.as_slice()),
-            (traction, TRACTION.as_slice(), TRACTION_WHEEL.as_slice()),
-        ] {
-            if there {
-                names.extend(common.iter().map(|name| (*name).to_owned()));
-                for signal in of_wheels {
-                    names.extend(wheels.iter().map(|wheel| format!("{signal}_{wheel}")));
-                }
+    fn own_names(&self) -> Vec<String> {
+        let [drive, traction, own, _] = self.lengths();
+        self.names[drive + traction..][..own].to_vec()
+    }
+
+    fn new(
+        wheels: Vec<String>,
+        [drive, traction]: [bool; 2],
+        own: Vec<String>,
+        [ground, path]: [bool; 2],
+    ) -> Self {
+        let of = |common: &[&str], of_wheels: &[&str]| {
+            let mut names: Vec<_> = common.iter().map(|name| (*name).to_owned()).collect();
+            for signal in of_wheels {
+                names.extend(wheels.iter().map(|wheel| format!("{signal}_{wheel}")));
             }
-        }
+            names
+        };
         let count = own.len();
-        names.extend(own);
-        names.extend(PATH.iter().filter(|_| path).map(|name| (*name).to_owned()));
+        let parts = [
+            (drive, of(&DRIVE, &DRIVE_WHEEL)),
+            (traction, of(&TRACTION, &TRACTION_WHEEL)),
+            (true, own),
+            (ground, of(&ground::GROUND, &ground::GROUND_WHEEL)),
+            (path, of(&PATH, &[])),
+        ];
+        let names = parts.into_iter().filter(|(there, _)| *there);
+        let names = names.flat_map(|(_, names)| names).collect();
         Self {
             names,
             wheels,
             drive,
             traction,
             own: count,
+            ground,
             path,
         }
     }
@@ -399,16 +438,26 @@ impl ReportColumns {
                 .filter_map(|name| name.strip_prefix(signal)?.strip_prefix('_'));
             wheels.map(str::to_owned).collect()
         };
-        let (drive, traction) = (of_wheels(DRIVE_WHEEL[0]), of_wheels(TRACTION_WHEEL[0]));
-        let parts = [!drive.is_empty(), !traction.is_empty()];
-        let wheels = if parts[0] { drive } else { traction };
+        let signals = [DRIVE_WHEEL[0], TRACTION_WHEEL[0], ground::GROUND_WHEEL[0]];
+        let [drive, traction, ground] = signals.map(of_wheels);
+        let is_there = [&drive, &traction, &ground].map(|wheels| !wheels.is_empty());
+        let [has_drive, has_traction, has_ground] = is_there;
         let path = names.ends_with(&PATH.map(str::to_owned));
-        let built_in = Self::new(wheels, parts, Vec::new(), path);
-        if built_in.names == names {
-            built_in
+        let wheels = [drive, traction, ground]
+            .into_iter()
+            .find(|wheels| !wheels.is_empty());
+        let wheels = wheels.unwrap_or_default();
+        let parts = [has_drive, has_traction];
+        // The names that are left over are those of a custom controller.
+        let built_in = Self::new(wheels.clone(), parts, Vec::new(), [has_ground, path]);
+        let own = names.len().saturating_sub(built_in.names.len());
+        let [drive, traction, ..] = built_in.lengths();
+        let own = names.iter().skip(drive + traction).take(own).cloned().collect();
+        let all = Self::new(wheels, parts, own, [has_ground, path]);
+        if all.names == names {
+            all
         } else {
-            let own = &names[..names.len() - if path { PATH.len() } else { 0 }];
-            Self::new(Vec::new(), [false; 2], own.to_vec(), path)
+            Self::own(names.to_vec())
         }
     }
 
@@ -429,8 +478,9 @@ impl ReportColumns {
         self.path
     }
 
-    /// Numbers of each part that is there: of the drive, of traction control, of a controller of one's own.
-    fn lengths(&self) -> [usize; 3] {
+    /// Numbers of each part that is there: of the drive, of traction control, of a controller of one's own, of odometry
+    /// in three dimensions.
+    fn lengths(&self) -> [usize; 4] {
         let wheels = self.wheels.len();
         let of =
             |there: bool, common: usize, of_wheel: usize| if there { common + of_wheel * wheels } else { 0 };
@@ -438,6 +488,7 @@ impl ReportColumns {
             of(self.drive, DRIVE.len(), DRIVE_WHEEL.len()),
             of(self.traction, TRACTION.len(), TRACTION_WHEEL.len()),
             self.own,
+            of(self.ground, ground::GROUND.len(), ground::GROUND_WHEEL.len()),
         ]
     }
 
@@ -446,7 +497,9 @@ impl ReportColumns {
     pub fn values(&self, report: &Report) -> Vec<f64> {
         let drive = report.drive.as_ref().map(DriveReport::values);
         let traction = report.traction.as_ref().map(TractionReport::values);
-        let parts = [drive.as_deref(), traction.as_deref(), Some(report.own.as_slice())];
+        let own = Some(report.own.as_slice());
+        let ground = report.ground.as_ref().map(GroundReport::values);
+        let parts = [drive.as_deref(), traction.as_deref(), own, ground.as_deref()];
         let mut values = Vec::with_capacity(self.names.len());
         for (length, part) in self.lengths().into_iter().zip(parts) {
             let end = values.len() + length;
@@ -469,10 +522,11 @@ impl ReportColumns {
         if values.len() != self.names.len() {
             return None;
         }
-        let [drive, traction, own] = self.lengths();
+        let [drive, traction, own, ground] = self.lengths();
         let (of_drive, rest) = values.split_at(drive);
         let (of_traction, rest) = rest.split_at(traction);
-        let (own, path) = rest.split_at(own);
+        let (own, rest) = rest.split_at(own);
+        let (ground, path) = rest.split_at(ground);
         let wheels = self.wheels.len();
         let path = path
             .first_chunk::<7>()
@@ -481,6 +535,7 @@ impl ReportColumns {
             drive: DriveReport::from_values(of_drive, wheels),
             traction: TractionReport::from_values(of_traction, wheels),
             own: own.to_vec(),
+            ground: GroundReport::from_values(ground, wheels),
             path: path.map(|[x_m, y_m, yaw_rad, waited_s, estimated @ ..]| PathReport {
                 pose: pose([*x_m, *y_m, *yaw_rad]),
                 waited_s: *waited_s,
@@ -491,97 +546,4 @@ impl ReportColumns {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn report() -> Report {
-        let wheel = |fault| DriveWheel {
-            fault,
-            excluded: fault.is_some(),
-            brake: false,
-        };
-        Report {
-            drive: Some(DriveReport {
-                mode: DriveMode::SafeStop,
-                motion_known: true,
-                command: Some(CommandStatus::TimedOut),
-                pose: pose([1.0, -2.0, 0.5]),
-                deviations: None,
-                wheels: vec![wheel(None), wheel(Some(Fault::Lost))],
-            }),
-            traction: Some(TractionReport {
-                factor: 0.5,
-                speed_m_s: 0.1,
-                target_m_s: 0.2,
-                thrust_n_m: 0.3,
-                speed_wheel: Some(1),
-                row: 2,
-                mode: SupervisorMode::GaveUp,
-                row_retries: 3,
-                retries: 4,
-                heading_rad: 0.4,
-                gyro_zero_rad_s: -0.1,
-                loops: TractionLoops::Fallback,
-                drift_m_s: 0.0,
-                wheels: [1.0, 2.0]
-                    .map(|slip_rad_s| TractionWheel {
-                        slip_rad_s,
-                        contact_n_m: -1.0,
-                    })
-                    .into(),
-            }),
-            own: Vec::new(),
-            path: Some(PathReport {
-                pose: pose([3.0, 4.0, 5.0]),
-                waited_s: 6.0,
-                estimated: pose([3.1, 4.1, 5.1]),
-            }),
-        }
-    }
-
-    fn columns() -> ReportColumns {
-        ReportColumns::new(vec!["a".into(), "b".into()], [true; 2], Vec::new(), true)
-    }
-
-    #[test]
-    fn a_report_comes_back_from_its_columns_and_the_columns_from_their_names() {
-        let (columns, report) = (columns(), report());
-        let values = columns.values(&report);
-        assert_eq!(values.len(), columns.names().len());
-        let at = |name: &str| values[columns.names().iter().position(|each| each == name).expect(name)];
-        assert_eq!(
-            (at("drive_mode"), at("drive_fault_b"), at("traction_mode")),
-            (2.0, 5.0, 3.0)
-        );
-        assert_eq!(
-            (
-                at("traction_speed_wheel"),
-                at("traction_slip_rad_s_b"),
-                at("path_y_m")
-            ),
-            (2.0, 2.0, 4.0)
-        );
-        assert_eq!(columns.report(&values), Some(report));
-        assert_eq!(ReportColumns::named(columns.names()), columns);
-        let own = ReportColumns::own(vec!["effort_n_m".into()]);
-        assert_eq!(ReportColumns::named(own.names()), own);
-        assert_eq!(own.report(&[7.0]).map(|report| report.own), Some(vec![7.0]));
-    }
-
-    #[test]
-    fn numbers_that_stand_for_nothing_are_no_report() {
-        let columns = columns();
-        let nothing = columns
-            .report(&vec![f64::NAN; columns.names().len()])
-            .expect("as many");
-        assert_eq!(nothing, Report::default());
-        assert!(columns.values(&nothing).iter().all(|value| value.is_nan()));
-        let good = columns.values(&report());
-        for wrong in [4.0, 0.5, -1.0, f64::INFINITY, 1e300] {
-            let mut values = good.clone();
-            values[0] = wrong;
-            assert_eq!(columns.report(&values).expect("as many").drive, None, "{wrong}");
-        }
-        assert_eq!(columns.report(&good[1..]), None);
-    }
-}
+mod tests;

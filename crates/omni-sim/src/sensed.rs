@@ -8,7 +8,7 @@ use crate::config::Vehicle;
 
 /// Columns of gyro and inertial measurement unit; then [`WHEEL`] of each wheel, and for each signal of [`HINGE`] one
 /// per hinge.
-const BASE: [&str; 9] = [
+const BASE: [&str; 10] = [
     "gyro_rad_s",
     "sensed_roll_rate_rad_s",
     "sensed_pitch_rate_rad_s",
@@ -18,6 +18,7 @@ const BASE: [&str; 9] = [
     "sensed_specific_force_z_m_s2",
     "sensed_roll_rad",
     "sensed_pitch_rad",
+    "sensed_climbed_m",
 ];
 const WHEEL: &str = "sensed_increment_rad";
 const HINGE: [&str; 2] = ["sensed_angle_rad", "sensed_rate_rad_s"];
@@ -50,6 +51,8 @@ pub struct Sensed {
     pub gyro_rad_s: f64,
     /// The inertial measurement unit on the base.
     pub imu: Imu<f64>,
+    /// Height of the edge that a wheel has climbed in the period \[m\], by odometry in three dimensions; 0 if none has.
+    pub climbed_m: f64,
 }
 
 impl Sensed {
@@ -64,6 +67,7 @@ impl Sensed {
             hinges_rad_s: vec![0.0; hinges],
             gyro_rad_s: 0.0,
             imu: Imu::level(),
+            climbed_m: 0.0,
         }
     }
 
@@ -113,7 +117,7 @@ impl Sensed {
         std::iter::once(self.gyro_rad_s)
             .chain(imu.rate_rad_s)
             .chain(imu.specific_force_m_s2)
-            .chain([imu.roll_rad, imu.pitch_rad])
+            .chain([imu.roll_rad, imu.pitch_rad, self.climbed_m])
             .chain(self.increments_rad.iter().copied())
             .chain(self.hinges_rad.iter().chain(&self.hinges_rad_s).copied())
     }
@@ -124,7 +128,7 @@ impl Sensed {
         let places = std::iter::once(&mut self.gyro_rad_s)
             .chain(&mut imu.rate_rad_s)
             .chain(&mut imu.specific_force_m_s2)
-            .chain([&mut imu.roll_rad, &mut imu.pitch_rad])
+            .chain([&mut imu.roll_rad, &mut imu.pitch_rad, &mut self.climbed_m])
             .chain(&mut self.increments_rad)
             .chain(self.hinges_rad.iter_mut().chain(&mut self.hinges_rad_s));
         for (place, value) in places.zip(values) {
@@ -139,6 +143,7 @@ impl Sensed {
         readings.hinges_rad = &self.hinges_rad;
         readings.hinges_rad_s = &self.hinges_rad_s;
         readings.imu = self.imu;
+        readings.climbed_m = self.climbed_m;
         readings
     }
 }

@@ -89,9 +89,9 @@ impl Simulation {
         let mut observation = Observation::of(scenario.vehicle());
         world.observe(&mut observation);
         world.start_energy_balance(&mut observation);
-        let start = observation.pose.planar();
-        let following = Following::new(scenario, &start)?;
-        let odometer = Odometer::new(scenario, start)?;
+        let start = observation.pose;
+        let following = Following::new(scenario, &start.planar())?;
+        let odometer = Odometer::new(scenario, &start)?;
         let mut simulation = Self {
             world,
             sensing: Sensing::new(scenario),
@@ -117,8 +117,12 @@ impl Simulation {
         self.world.measure(&mut self.sensed.wheels_rad_s);
         self.sensing
             .read(self.world.angles_rad(), &self.period.observed, &mut self.sensed);
-        self.odometer.read(&self.sensed);
+        self.odometer.read(&self.period.control, &self.sensed);
         self.period.observed.odometry = self.odometer.estimate();
+        if let Some(ground) = self.odometer.ground() {
+            self.sensed.climbed_m = ground.climbed_m();
+            self.period.control.report.ground = Some(ground.clone());
+        }
         let time_s = self.world.time_ns() as f64 * 1e-9;
         if let Some(following) = &mut self.following {
             self.period.control.report.path = Some(following.advance(time_s, &self.period, &self.sensed));

@@ -9,7 +9,7 @@ use crate::odometry;
 use crate::{Error, Period, Sensed, Simulation, config::Scenario, sensing, state_bytes};
 
 /// The layout of the bytes below: another number, another layout.
-const FORMAT: u32 = 12;
+const FORMAT: u32 = 13;
 
 /// What comes first, so that a wrong file is named rather than misread.
 #[derive(PartialEq, Serialize, Deserialize)]
@@ -42,7 +42,7 @@ struct Saved<'a> {
     control: LoopState,
     period: &'a Period,
     sensed: &'a Sensed,
-    odometry: &'a odometry::State,
+    odometry: odometry::State,
     following: Option<following::State>,
 }
 
@@ -187,7 +187,9 @@ impl Simulation {
         }
         simulation.period = resumed.period;
         simulation.sensed = resumed.sensed;
-        simulation.odometer.restore(resumed.odometry);
+        if !simulation.odometer.restore(resumed.odometry) {
+            return Err(refuse("it is damaged: odometry of another kind"));
+        }
         let follows = match (&mut simulation.following, resumed.following) {
             (Some(following), Some(state)) => following.restore(&state),
             (None, None) => true,

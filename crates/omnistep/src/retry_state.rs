@@ -11,6 +11,9 @@ pub(crate) struct RetryState {
     /// What traction control is at, and retries of the present row.
     mode: SupervisorMode,
     row_retries: u32,
+    /// Highest edge that a wheel has climbed, and the highest that the vehicle climbs \[m\].
+    edge_m: f64,
+    climbs_m: Option<f64>,
 }
 
 impl RetryState {
@@ -20,6 +23,8 @@ impl RetryState {
             most: scenario.max_retries().unwrap_or_default(),
             mode: SupervisorMode::Drive,
             row_retries: 0,
+            edge_m: 0.0,
+            climbs_m: scenario.control.climbs_m,
         }
     }
 
@@ -27,6 +32,7 @@ impl RetryState {
     pub(crate) fn look(&mut self, report: &Report) {
         if let Some(traction) = &report.traction {
             (self.mode, self.row_retries) = (traction.mode, traction.row_retries.into());
+            self.edge_m = traction.edge_m;
         }
     }
 
@@ -37,7 +43,11 @@ impl RetryState {
                 0 => "without a retry".to_owned(),
                 retries => format!("after retry {retries}"),
             };
-            return Some(format!("gave up {after}, and rests without torque"));
+            let beyond = self.climbs_m.filter(|climbs_m| self.edge_m > *climbs_m);
+            let edge = beyond.map_or_else(String::new, |climbs_m| {
+                format!(": edge {:.0} mm, chart {:.0}", 1e3 * self.edge_m, 1e3 * climbs_m)
+            });
+            return Some(format!("gave up {after}{edge}, and rests without torque"));
         }
         let retries = outcome.retries.filter(|retries| *retries > 0)?;
         let retries_left = self.mode != SupervisorMode::Drive || self.row_retries < self.most;

@@ -136,6 +136,8 @@ struct BodyReadings {
     bool hinges_received = false;
     /// The inertial measurement unit of the base; none if no reading arrived.
     std::optional<Imu> imu{};
+    /// Height of the edge that a wheel has climbed in this period [m]; 0 if none has, or if nothing measures it.
+    float climbed_m = 0.0f;
 };
 
 namespace detail {
@@ -173,6 +175,7 @@ template <std::size_t Wheels>
     if (bodies.imu) {
         read.imu = to_c(*bodies.imu);
     }
+    read.climbed_m = bodies.climbed_m;
     return read;
 }
 

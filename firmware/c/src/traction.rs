@@ -22,6 +22,8 @@ pub struct Bodies {
     pub hinges_rad_s: [f32; MAX_HINGES],
     /// Inertial measurement unit of the base; used only if `imu_received`.
     pub imu: Imu<f32>,
+    /// Height of the edge that a wheel has climbed in this period [m]; 0 if none has, or if nothing measures it.
+    pub climbed_m: f32,
     /// The hinges' readings arrived.
     pub hinges_received: bool,
     /// The unit's reading arrived.
@@ -40,6 +42,7 @@ impl Bodies {
         if self.imu_received {
             read.imu = self.imu;
         }
+        read.climbed_m = self.climbed_m;
         read
     }
 }

@@ -41,7 +41,7 @@ impl Scenario {
     #[must_use]
     pub fn for_firmware(&self) -> Self {
         let mut other = self.clone();
-        if other.auto_policy.take().is_some() && other.has_traction() && other.control.max_retries.is_none() {
+        if other.auto_policy.take().is_some() && other.has_traction() && !other.control.requires_traction() {
             other.control.policy = LOOPS.into();
         }
         other
@@ -91,7 +91,7 @@ impl Scenario {
         };
         match built {
             // The user who set it requires traction control.
-            Err(error) if self.control.max_retries.is_some() => Err(error),
+            Err(error) if self.control.requires_traction() => Err(error),
             Err(error) => {
                 self.choose(AutoPolicy::loops(format!(
                     "traction control is rejected: {error}"

@@ -59,6 +59,8 @@ pub struct BodyReadings<'a, R> {
     pub hinges_rad_s: &'a [R],
     /// Inertial measurement unit of the base.
     pub imu: Imu<R>,
+    /// Height of the edge that a wheel has climbed in this period \[m\]; 0 if none has, or if nothing measures it.
+    pub climbed_m: R,
 }
 
 impl<R: Real> BodyReadings<'_, R> {
@@ -75,6 +77,7 @@ impl<R: Real> BodyReadings<'_, R> {
             hinges_rad: &[],
             hinges_rad_s: &[],
             imu: Imu::silent(),
+            climbed_m: R::zero(),
         }
     }
 }
@@ -249,6 +252,7 @@ impl<R: Real, const N: usize> TractionDrive<R, N> {
                 let mut readings = Readings::new(*asked.twist, &wheels_rad_s);
                 (readings.hinges_rad, readings.hinges_rad_s, readings.imu) =
                     (body.hinges_rad, body.hinges_rad_s, body.imu);
+                readings.climbed_m = body.climbed_m;
                 let law = Supervised {
                     supervisor: Some(&self.supervisor),
                     traction: &self.traction,

@@ -22,6 +22,7 @@ use crate::constants::constant_struct;
 use crate::estimate::{Estimator, EstimatorConfig};
 use crate::geometry::{Kinematics, WheelLayout};
 use crate::linkage::Linkage;
+use crate::scalar::max;
 use crate::{ConfigError, Real};
 pub use config::GroundOdometryConfig;
 pub use edges::{EdgeEvent, EdgeKind};
@@ -159,6 +160,20 @@ pub struct GroundStep<R, const N: usize> {
     pub standing: bool,
     /// False if the result was not finite: nothing changed.
     pub taken: bool,
+}
+
+impl<R: Real, const N: usize> GroundStep<R, N> {
+    /// Height of the highest edge that a wheel has climbed in this period \[m\], for
+    /// [`Readings::climbed_m`](crate::policy::Readings::climbed_m); 0 if none has.
+    #[must_use]
+    pub fn climbed_m(&self) -> R {
+        let climbed = self
+            .edges
+            .iter()
+            .flatten()
+            .filter(|edge| edge.kind == EdgeKind::Climbed);
+        climbed.fold(R::zero(), |most, edge| max(most, edge.height_m))
+    }
 }
 
 impl<R: Real, const N: usize> GroundOdometry<R, N> {

@@ -257,6 +257,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
         };
         if state.level_s > config.level_s {
             (state.furthest, state.row_retries, state.later_rows_m_s) = (0, 0, zero);
+            state.edge_m = zero;
         }
     }
 
@@ -355,9 +356,10 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
         speed
     }
 
-    /// A retry of this row is left.
+    /// A retry of this row is left. On an edge that the vehicle does not climb there is one for all rows.
     fn has_retries(&self, state: &SupervisorState<R>) -> bool {
-        state.row_retries < self.config.retry.retries
+        let ends = state.edge_m > self.config.climbs_m && state.edge_retries > 0;
+        state.row_retries < self.config.retry.retries && !ends
     }
 
     /// The largest speed in a direction \[m/s\].

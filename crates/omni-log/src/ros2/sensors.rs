@@ -33,6 +33,8 @@ pub struct Sensors {
     pub roll_rad: f64,
     /// Angle of the x axis above the horizon \[rad\].
     pub pitch_rad: f64,
+    /// Height of the edge that a wheel has climbed in the period \[m\]; 0 if none has.
+    pub climbed_m: f64,
 }
 
 impl Sensors {
@@ -50,6 +52,7 @@ impl Sensors {
             specific_force_m_s2: vector(sensed.imu.specific_force_m_s2),
             roll_rad: sensed.imu.roll_rad,
             pitch_rad: sensed.imu.pitch_rad,
+            climbed_m: sensed.climbed_m,
         }
     }
 
@@ -78,6 +81,7 @@ impl Sensors {
         sensed.imu.rate_rad_s = array(&self.rate_rad_s);
         sensed.imu.specific_force_m_s2 = array(&self.specific_force_m_s2);
         (sensed.imu.roll_rad, sensed.imu.pitch_rad) = (self.roll_rad, self.pitch_rad);
+        sensed.climbed_m = self.climbed_m;
         Ok(sensed)
     }
 }

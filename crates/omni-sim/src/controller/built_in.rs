@@ -126,7 +126,7 @@ impl<L: CoreController<R, N>, R: Real, const N: usize> ControlLaw for BuiltIn<L,
         let mut converted = Readings::new(scalar(&readings.command), &wheels.rad_s);
         (converted.hinges_rad, converted.hinges_rad_s) = (hinges_rad, hinges_rad_s);
         converted.new_command = readings.new_command;
-        converted.imu = imu(&readings.imu);
+        (converted.imu, converted.climbed_m) = (imu(&readings.imu), R::of(readings.climbed_m));
         self.law.step(&converted, sample);
         Ok(())
     }
@@ -326,7 +326,7 @@ impl<R: Real + Serialize + DeserializeOwned, const N: usize> CoreController<R, N
         input.emergency = self.emergency;
         let mut body = BodyReadings::none();
         (body.hinges_rad, body.hinges_rad_s) = (readings.hinges_rad, readings.hinges_rad_s);
-        body.imu = readings.imu;
+        (body.imu, body.climbed_m) = (readings.imu, readings.climbed_m);
         let did = self.drive.step(&mut self.state, &input, &body);
         write_drive(&did.drive, &self.state.drive, sample);
         sample.report.traction = Some(traction_report(&did.traction, self.state.supervisor()));
@@ -396,6 +396,7 @@ fn traction_report<R: Real, const N: usize>(
         mode: supervisor.mode(),
         row_retries: supervisor.row_retries(),
         retries: supervisor.retries(),
+        edge_m: supervisor.edge_m().as_f64(),
         heading_rad: did.heading_rad.as_f64(),
         gyro_zero_rad_s: did.gyro_zero_rad_s.as_f64(),
         loops: did.loops,

@@ -112,7 +112,7 @@ pub(super) fn check_names(scenario: &Scenario, policy: &str, names: &[String]) -
         if names[..i].contains(name) {
             return refuse(name, "each name once");
         }
-        let reserved = ["wheel_", "drive_", "path_", "traction_"]
+        let reserved = ["wheel_", "drive_", "path_", "traction_", "odom_", "ground_"]
             .iter()
             .any(|prefix| name.starts_with(prefix));
         let of_wheels = scenario.vehicle().wheel.first().is_some_and(|wheel| {
@@ -123,7 +123,7 @@ pub(super) fn check_names(scenario: &Scenario, policy: &str, names: &[String]) -
         if taken || reserved || of_wheels {
             return refuse(
                 name,
-                "another name: reserved are the columns of every trace or log and names that begin with wheel_, drive_, path_ or traction_",
+                "another name: reserved are the columns of every trace or log and names that begin with wheel_, drive_, path_, traction_, odom_ or ground_",
             );
         }
     }
@@ -257,8 +257,9 @@ mod tests {
             (&[""], "a letter first"),
             (&["time_s"], "reserved are the columns"),
             (&["measured_rad_s"], "reserved are the columns"),
-            (&["drive_mode"], "path_ or traction_"),
-            (&["path_x_m"], "path_ or traction_"),
+            (&["drive_mode"], "odom_ or ground_"),
+            (&["path_x_m"], "odom_ or ground_"),
+            (&["odom_z_m"], "odom_ or ground_"),
             (&["wheel_3_p_n_m"], "reserved are the columns"),
             (&["asked_vx_m_s"], "reserved are the columns"),
         ] {

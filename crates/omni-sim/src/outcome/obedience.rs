@@ -311,6 +311,7 @@ mod tests {
             mode,
             row_retries: 0,
             retries,
+            edge_m: 0.0,
             heading_rad: 0.0,
             gyro_zero_rad_s: 0.0,
             loops: TractionLoops::Plain,

@@ -107,13 +107,16 @@ pub struct SupervisorConfig<R> {
     pub starting_s: R,
     /// All rows level for this long: the obstacle is behind \[s\], 0 to 100.
     pub level_s: R,
+    /// Highest edge that the vehicle climbs, by a climb chart \[m\], 0.001 to 100; 100 if no chart is known. Where a wheel
+    /// has climbed a higher one there is one retry at most.
+    pub climbs_m: R,
     /// Action if it is stuck.
     pub retry: RetrySchedule<R>,
 }
 
 constant_struct!(SupervisorConfig<R> {
     period_s: R, acceleration_m_s2: R, max_m_s: [R; 2], boost: [R; 2], height_m: R, boost_height_m: R, stuck_m_s: R, stuck_part: R, stuck_thrust: R, stuck_s: R,
-    weight_thrust: R, starting_s: R, level_s: R, retry: RetrySchedule<R>
+    weight_thrust: R, starting_s: R, level_s: R, climbs_m: R, retry: RetrySchedule<R>
 });
 
 impl<R: Real> SupervisorConfig<R> {
@@ -140,6 +143,7 @@ impl<R: Real> SupervisorConfig<R> {
             weight_thrust: of(2.5),
             starting_s: of(0.5),
             level_s: of(0.5),
+            climbs_m: of(100.0),
             retry: RetrySchedule {
                 retries: 8,
                 back_off_m_s: of(0.3),
@@ -251,7 +255,11 @@ impl<R: Real> SupervisorConfig<R> {
             "0 to 1",
         )?;
         each_within(
-            &[("stuck_s", self.stuck_s), ("run_up_s", retry.run_up_s)],
+            &[
+                ("stuck_s", self.stuck_s),
+                ("run_up_s", retry.run_up_s),
+                ("climbs_m", self.climbs_m),
+            ],
             &(1e-3..=100.0),
             "0.001 to 100",
         )?;

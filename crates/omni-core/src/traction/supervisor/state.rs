@@ -68,6 +68,9 @@ pub struct SupervisorState<R> {
     /// Speed of the last run-up, and of the last that succeeded, for later rows \[m/s\].
     pub(super) run_up_m_s: R,
     pub(super) later_rows_m_s: R,
+    /// Highest edge that a wheel has climbed on this way \[m\], and retries since.
+    pub(super) edge_m: R,
+    pub(super) edge_retries: u16,
 }
 
 impl<R: Real> Default for SupervisorState<R> {
@@ -99,6 +102,8 @@ impl<R: Real> SupervisorState<R> {
             begun: false,
             run_up_m_s: R::ZERO,
             later_rows_m_s: R::ZERO,
+            edge_m: R::ZERO,
+            edge_retries: 0,
         }
     }
 
@@ -124,6 +129,21 @@ impl<R: Real> SupervisorState<R> {
     #[must_use]
     pub fn row(&self) -> u16 {
         self.row
+    }
+
+    /// Height of the highest edge that a wheel has climbed since the obstacle began \[m\], by
+    /// [`Readings::climbed_m`](crate::policy::Readings::climbed_m); 0 if none is known. Beyond
+    /// [`SupervisorConfig::climbs_m`](super::SupervisorConfig::climbs_m) the vehicle gives up after one retry.
+    #[must_use]
+    pub fn edge_m(&self) -> R {
+        self.edge_m
+    }
+
+    /// A wheel has climbed an edge of this height \[m\]; 0 or NaN is none.
+    pub(in crate::traction) fn feel(&mut self, climbed_m: R) {
+        if climbed_m > self.edge_m {
+            (self.edge_m, self.edge_retries) = (climbed_m, 0);
+        }
     }
 
     /// Begins afresh: only the target, its direction and the number of retries stay.
@@ -153,6 +173,7 @@ impl<R: Real> SupervisorState<R> {
     pub(super) fn back_off(&mut self) {
         self.start(SupervisorMode::BackOff);
         self.row_retries += 1;
+        self.edge_retries = self.edge_retries.saturating_add(1);
         self.retries = self.retries.saturating_add(1);
     }
 

@@ -85,6 +85,42 @@ fn a_vehicle_that_gets_one_front_wheel_up_and_falls_back_gives_up_too() {
 }
 
 #[test]
+fn on_an_edge_beyond_what_the_vehicle_climbs_there_is_one_retry() {
+    let mut config = SupervisorConfig::traction(T);
+    config.climbs_m = 0.055;
+    let supervisor = supervisor(config);
+    let tried = |climbed_m: f64| {
+        let (mut memory, mut target_m_s) = (SupervisorState::new(), 0.0_f64);
+        let mut drive = |memory: &mut SupervisorState<f64>, heights, climbed_m, moves: bool, periods| {
+            for _ in 0..periods {
+                let speed = if moves { target_m_s } else { target_m_s.min(0.0) };
+                memory.feel(climbed_m);
+                target_m_s = supervisor.step(memory, &seen(heights, speed, 1.0)).speed_m_s;
+            }
+            (memory.retries(), memory.mode())
+        };
+        let of_first = drive(&mut memory, [0.0; 3], 0.0, false, 5000).0; // before its first row is up
+        let _ = drive(&mut memory, [climbed_m, 0.0, 0.0], climbed_m, true, 1);
+        let (retries, mode) = drive(&mut memory, [climbed_m, 0.0, 0.0], 0.0, false, 60_000);
+        assert_eq!((mode, memory.edge_m()), (SupervisorMode::GaveUp, climbed_m));
+        // Commanded to rest it forgets the edge.
+        let mut state = seen([0.0; 3], 0.0, 0.0);
+        preset().command(&mut state, &BodyTwist::ZERO);
+        let _ = supervisor.step(&mut memory, &state);
+        assert_eq!(memory.edge_m(), 0.0);
+        assert!(of_first > 0, "it was stuck");
+        retries - of_first
+    };
+    assert_eq!((tried(0.054), tried(0.056)), (8, 1));
+    // What is no height is none.
+    let mut memory = SupervisorState::<f64>::new();
+    for none in [f64::NAN, 0.0, -0.06] {
+        memory.feel(none);
+    }
+    assert_eq!(memory, SupervisorState::new());
+}
+
+#[test]
 fn once_all_rows_are_past_an_obstacle_the_next_one_has_all_tries_again() {
     let supervisor = supervisor(SupervisorConfig::traction(T));
     let mut memory = SupervisorState::new();
