@@ -196,8 +196,8 @@ pub enum PoseSource {
     /// reckoning with all encoders.
     #[default]
     Odometry,
-    /// [`omni_core::estimate::Estimator`]: encoders, gyro and accelerometer, also where wheels slip. The start is
-    /// known.
+    /// Odometry in three dimensions, [`omni_core::estimate::GroundOdometry`]: encoders, hinges, gyro and accelerometer,
+    /// also where wheels slip or climb. The start is known. [`Odometry`](crate::Odometry) says whether it is reported.
     Estimate,
     /// The true pose, which a real vehicle obtains only from an external measurement.
     Truth,

@@ -1,8 +1,10 @@
 //! Odometry in three dimensions of a run: the core's, by the mean readings of some control periods.
 
 use omni_core::BodyTwist;
-use omni_core::estimate::{GroundInput, GroundOdometry, GroundOdometryState, GroundStep, PoseCovariance};
-use omni_core::geometry::PlanarPose;
+use omni_core::estimate::{
+    GroundInput, GroundOdometry, GroundOdometryState, GroundStep, Odometry, OdometryState, PoseCovariance,
+};
+use omni_core::geometry::{BodyDisplacement, PlanarPose};
 use omni_core::policy::Imu;
 use serde::{Deserialize, Serialize};
 
@@ -29,7 +31,7 @@ pub(crate) struct State(Vec<u8>);
 
 /// An odometry whose number of wheels does not show.
 trait Follow: Send + Sync {
-    fn step(&mut self, control: &ControlSample, sensed: &Sensed) -> bool;
+    fn step(&mut self, control: &ControlSample, sensed: &Sensed);
     fn planar(&self) -> Planar;
     fn report(&self) -> &GroundReport;
     fn state(&self) -> Vec<u8>;
@@ -64,6 +66,8 @@ impl Mean {
 
 struct OfWheels<const N: usize> {
     odometry: GroundOdometry<f64, N>,
+    /// Goes on with the twist between steps.
+    between: Odometry<f64, 1>,
     period_s: f64,
     /// Control periods whose mean readings make a step, and the variance of the gyro's \[rad^2/s^2\].
     periods: u32,
@@ -74,6 +78,7 @@ struct OfWheels<const N: usize> {
 #[derive(Serialize, Deserialize)]
 struct Memory<const N: usize> {
     state: GroundOdometryState<f64, N>,
+    pose: OdometryState<f64, 1>,
     /// Of the wheels, of the inertial unit, and of angles and rates of the hinges.
     means: Vec<Mean>,
     gathered: u32,
@@ -116,7 +121,7 @@ impl<const N: usize> OfWheels<N> {
 }
 
 impl<const N: usize> Follow for OfWheels<N> {
-    fn step(&mut self, control: &ControlSample, sensed: &Sensed) -> bool {
+    fn step(&mut self, control: &ControlSample, sensed: &Sensed) {
         let drive = control.report.drive.as_ref();
         let excluded =
             |wheel: usize| drive.is_some_and(|drive| drive.wheels.get(wheel).is_some_and(|w| w.excluded));
@@ -135,16 +140,21 @@ impl<const N: usize> Follow for OfWheels<N> {
         }
         self.memory.gathered += 1;
         if self.memory.gathered < self.periods {
+            let twist = self.memory.state.planar().twist().to_array();
+            let [dx_m, dy_m, dyaw_rad] = twist.map(|speed| speed * period_s);
+            let displacement = BodyDisplacement { dx_m, dy_m, dyaw_rad };
+            self.between
+                .step_displacement(&mut self.memory.pose, &displacement);
             for wheel in &mut self.memory.report.wheels {
                 wheel.edge = None;
             }
-            return false;
+            return;
         }
         self.memory.gathered = 0;
         let input = self.input(&control.command);
         let step = self.odometry.step(&mut self.memory.state, &input);
+        self.memory.pose.reset(&self.memory.state.planar().pose());
         self.memory.report = self.report_of(&step);
-        true
     }
 
     fn planar(&self) -> Planar {
@@ -152,7 +162,7 @@ impl<const N: usize> Follow for OfWheels<N> {
         let [[xx, xy], [yx, yy]] = planar.velocity_covariance();
         let yaw = planar.gyro_bias_deviation_rad_s().powi(2) + self.gyro_variance;
         Planar {
-            pose: planar.pose(),
+            pose: self.memory.pose.pose(),
             covariance: planar.covariance(),
             twist: planar.twist(),
             twist_covariance: [[xx, xy, 0.0], [yx, yy, 0.0], [0.0, 0.0, yaw]],
@@ -174,10 +184,16 @@ impl<const N: usize> Follow for OfWheels<N> {
     }
 }
 
-fn of_wheels<const N: usize>(scenario: &Scenario, start: &Pose3) -> Result<GroundOdometer, config::Error> {
+fn of_wheels<const N: usize>(
+    scenario: &Scenario,
+    start: &Pose3,
+    between: &Odometry<f64, 1>,
+) -> Result<GroundOdometer, config::Error> {
     let (odometry, periods) = scenario.ground_odometry::<f64, N>()?;
     let mut state = odometry.start();
     let hinges = scenario.vehicle().hinge.len();
+    let mut pose = OdometryState::new();
+    pose.reset(&start.planar());
     let [.., height_m] = start.position_m;
     // Until the first readings: on the level.
     let wheel = GroundWheel {
@@ -187,11 +203,13 @@ fn of_wheels<const N: usize>(scenario: &Scenario, start: &Pose3) -> Result<Groun
     state.reset(&start.planar(), &PoseCovariance::default(), height_m);
     Ok(GroundOdometer(Box::new(OfWheels::<N> {
         odometry,
+        between: *between,
         period_s: scenario.period_s(),
         periods,
         gyro_variance: scenario.sensors.gyro_noise_rad_s.powi(2) / f64::from(periods),
         memory: Memory {
             state,
+            pose,
             means: vec![Mean::default(); N + 8 + 2 * hinges],
             gathered: 0,
             report: GroundReport {
@@ -206,8 +224,8 @@ fn of_wheels<const N: usize>(scenario: &Scenario, start: &Pose3) -> Result<Groun
 }
 
 impl GroundOdometer {
-    /// Of a scenario's vehicle, which knows the pose that it starts at.
-    pub(crate) fn new(scenario: &Scenario, start: &Pose3) -> Result<Self, Error> {
+    /// Of a scenario's vehicle, which knows the pose that it starts at; `between` steps goes on with the twist.
+    pub(crate) fn new(scenario: &Scenario, start: &Pose3, between: &Odometry<f64, 1>) -> Result<Self, Error> {
         let count = scenario.vehicle().wheel.len();
         let refuse = |count| {
             Err(config::Error::Key {
@@ -216,12 +234,12 @@ impl GroundOdometer {
                 message: config::wheel_count_refused(count).to_string(),
             })
         };
-        Ok(for_wheel_count!(count, of_wheels[](scenario, start), refuse)?)
+        Ok(for_wheel_count!(count, of_wheels[](scenario, start, between), refuse)?)
     }
 
-    /// A period of a controller ended, and the sensors were read; whether there is a new estimate.
-    pub(crate) fn step(&mut self, control: &ControlSample, sensed: &Sensed) -> bool {
-        self.0.step(control, sensed)
+    /// A period of a controller ended, and the sensors were read.
+    pub(crate) fn step(&mut self, control: &ControlSample, sensed: &Sensed) {
+        self.0.step(control, sensed);
     }
 
     /// Pose and twist in the plane.

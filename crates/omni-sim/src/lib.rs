@@ -11,7 +11,6 @@ mod ground_odometry;
 mod history;
 pub mod learn;
 mod link_counters;
-mod localization;
 mod motors_on_dampers;
 pub mod observation;
 mod odometry;

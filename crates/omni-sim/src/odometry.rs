@@ -6,7 +6,7 @@ use omni_core::geometry::{BodyDisplacement, PlanarPose, WheelAngles};
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
-use crate::config::{self, DriveNoise, OdometryKind, Scenario, Vehicle, WheelMaps};
+use crate::config::{self, DriveNoise, OdometryKind, PoseSource, Scenario, Vehicle, WheelMaps};
 use crate::control_sample::ControlSample;
 use crate::ground_odometry::{self, GroundOdometer};
 use crate::observation::{OdometryEstimate, Pose3};
@@ -62,8 +62,9 @@ pub(crate) struct Odometer {
     drive: bool,
     /// None if too few wheels determine the motion.
     maps: Option<WheelMaps>,
-    /// Of odometry in three dimensions.
+    /// Odometry in three dimensions, where the scenario uses it, and whether its pose is the one that is given.
     ground: Option<GroundOdometer>,
+    shows_ground: bool,
     state: State,
 }
 
@@ -96,9 +97,14 @@ impl Odometer {
         let [ahead, aside, about] = scenario.vehicle().top_speeds()?;
         let period_s = scenario.period_s();
         let excluded = [false; WHEELS];
-        let ground = match scenario.odometry.kind {
-            OdometryKind::Planar => None,
-            OdometryKind::Ground => Some(GroundOdometer::new(scenario, start)?),
+        let odometry = Odometry::new(scenario.period_s()).map_err(refuse)?;
+        let shows_ground = scenario.odometry.kind == OdometryKind::Ground;
+        let is_followed =
+            scenario.command.path.is_some() && scenario.command.follow.pose == PoseSource::Estimate;
+        let ground = if shows_ground || is_followed {
+            Some(GroundOdometer::new(scenario, start, &odometry)?)
+        } else {
+            None
         };
         let start = start.planar();
         let mut reckoned = OdometryState::new();
@@ -106,7 +112,7 @@ impl Odometer {
         Ok(Self {
             maps: scenario.vehicle().wheel_maps(&excluded).map_err(refuse)?,
             vehicle: scenario.vehicle().clone(),
-            odometry: Odometry::new(period_s).map_err(refuse)?,
+            odometry,
             growth: growth.map_err(refuse)?,
             residual_growth: residual_growth.map_err(refuse)?,
             top: [ahead.max(aside), about].map(|speed| speed.min(FASTEST)),
@@ -115,6 +121,7 @@ impl Odometer {
             start,
             drive: scenario.drive.is_some(),
             ground,
+            shows_ground,
             state: State {
                 from: reckoned.pose(),
                 reckoned,
@@ -133,21 +140,12 @@ impl Odometer {
     /// The sensors were read at the end of a period of a controller. A drive that has not read them yet keeps its pose.
     pub(crate) fn read(&mut self, control: &ControlSample, sensed: &Sensed) {
         if let Some(ground) = &mut self.ground {
-            if ground.step(control, sensed) {
-                let planar = ground.planar();
-                self.state.reckoned.reset(&planar.pose);
-                (self.state.twist, self.state.covariance) = (planar.twist, planar.covariance);
-            } else {
-                let BodyTwist {
-                    vx_m_s,
-                    vy_m_s,
-                    wz_rad_s,
-                } = self.state.twist;
-                let [dx_m, dy_m, dyaw_rad] = [vx_m_s, vy_m_s, wz_rad_s].map(|speed| speed * self.period_s);
-                let displacement = BodyDisplacement { dx_m, dy_m, dyaw_rad };
-                self.odometry
-                    .step_displacement(&mut self.state.reckoned, &displacement);
-            }
+            ground.step(control, sensed);
+        }
+        if let Some(ground) = self.shown() {
+            let planar = ground.planar();
+            self.state.reckoned.reset(&planar.pose);
+            (self.state.twist, self.state.covariance) = (planar.twist, planar.covariance);
         } else if !self.drive {
             let velocities = sensed.wheels_rad_s.iter().copied();
             self.turn(velocities.zip(sensed.increments_rad.iter().copied()), |_| false);
@@ -156,7 +154,7 @@ impl Odometer {
 
     /// The controller did its step: where it is a drive, its own pose counts, and which wheels it excludes.
     pub(crate) fn stepped(&mut self, sample: &ControlSample) {
-        let (Some(drive), None) = (&sample.report.drive, &self.ground) else {
+        let (Some(drive), None) = (&sample.report.drive, self.shown()) else {
             return;
         };
         let excluded = |wheel: usize| drive.wheels.get(wheel).is_some_and(|wheel| wheel.excluded);
@@ -271,16 +269,23 @@ impl Odometer {
             pose: self.state.reckoned.pose(),
             twist: self.state.twist,
             covariance: *self.state.covariance.matrix(),
-            twist_covariance: self
-                .ground
-                .as_ref()
-                .map(|ground| ground.planar().twist_covariance),
+            twist_covariance: self.shown().map(|ground| ground.planar().twist_covariance),
         }
+    }
+
+    /// Odometry in three dimensions, if its pose is the one that is given.
+    fn shown(&self) -> Option<&GroundOdometer> {
+        self.ground.as_ref().filter(|_| self.shows_ground)
     }
 
     /// What it knows besides, in three dimensions.
     pub(crate) fn ground(&self) -> Option<&GroundReport> {
-        self.ground.as_ref().map(GroundOdometer::report)
+        self.shown().map(GroundOdometer::report)
+    }
+
+    /// The pose by odometry in three dimensions, whether or not it is the one that is given; none if nothing uses it.
+    pub(crate) fn estimated_pose(&self) -> Option<PlanarPose<f64>> {
+        self.ground.as_ref().map(|ground| ground.planar().pose)
     }
 
     pub(crate) fn state(&self) -> State {

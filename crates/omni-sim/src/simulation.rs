@@ -125,7 +125,9 @@ impl Simulation {
         }
         let time_s = self.world.time_ns() as f64 * 1e-9;
         if let Some(following) = &mut self.following {
-            self.period.control.report.path = Some(following.advance(time_s, &self.period, &self.sensed));
+            let estimated = self.odometer.estimated_pose();
+            self.period.control.report.path =
+                Some(following.advance(time_s, &self.period.observed, estimated));
         }
     }
 

@@ -191,7 +191,10 @@ impl Simulation {
             return Err(refuse("it is damaged: odometry of another kind"));
         }
         let follows = match (&mut simulation.following, resumed.following) {
-            (Some(following), Some(state)) => following.restore(&state),
+            (Some(following), Some(state)) => {
+                following.restore(state);
+                true
+            }
             (None, None) => true,
             _ => false,
         };
