@@ -193,6 +193,7 @@ def _page(run: Any, scene: dict[str, Any], title: str) -> str:
         "poses": _packed(poses[kept]),
         "pushes": _packed(pushes[kept]),
         "slips": _packed(slips),
+        "edges": _scene.edges(run.trace),
     }
     player = (files("omnistep") / "assets" / "player.js").read_text(encoding="utf-8")
     return _PAGE.format(
@@ -254,6 +255,7 @@ const floats = (text) => new Float32Array(Uint8Array.from(atob(text), (c) => c.c
     player.show([{{
       poses: Array.from({{ length: data.frames }}, (_, frame) => part(poses, 7, row * data.frames + frame)),
       wheels: Array.from({{ length: wheels }}, wheel), path_m: path, path_points: row + 1,
+      edges: data.edges.filter(([at]) => at <= now + 1e-6).map(([, ...edge]) => edge),
     }}]);
     slider.value = String(now);
     byId("clock").textContent = `${{now.toFixed(2)}} s`;

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from omnistep._omnistep import Log
+from omnistep._omnistep import Log, Trace
 
 _Floats = NDArray[np.float64]
 
@@ -66,6 +66,21 @@ def pushes(log: Log, shown: dict[str, Any], placed: _Floats, parts: list[dict[st
         found[:, number, :3] = np.where(touches[:, None], force, 0.0)
         found[:, number, 3:] = nearest
     return found
+
+
+def edges(trace: Trace) -> list[list[float]]:
+    """Return the edges that odometry in three dimensions found: time [s], x, y, heights before and beyond [m]."""
+    found = []
+    for wheel in trace.wheel_names:
+        if f"ground_edge_{wheel}" not in trace:
+            continue
+        event, height, beyond, x, y = (
+            trace[f"ground_{name}_{wheel}"] for name in ("edge", "edge_height_m", "z_m", "edge_x_m", "edge_y_m")
+        )
+        rows = np.flatnonzero((event > 1) & np.isfinite(height + beyond + x + y))
+        columns = (trace["time_s"], x, y, beyond - height, beyond)
+        found.extend([round(float(column[row]), 6) for column in columns] for row in rows)
+    return sorted(found)
 
 
 def _nearest(points: _Floats, parts: list[dict[str, Any]]) -> _Floats:

@@ -297,6 +297,7 @@ def _run(log: Log) -> dict[str, Any]:
         "poses": _packed(poses),
         "frames": poses.shape[1],
         "pushes": _packed(pushes),
+        "edges": _scene.edges(log.trace),
         "above": _above(log),
         "scene": shown,
     }

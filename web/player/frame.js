@@ -118,7 +118,7 @@ export class Frame {
   }
 
   /** What the colours mean: runs (name and colour), the marks, whether forces are shown, and patches of the ground. */
-  setLegend(runs, look, { forces, patches }) {
+  setLegend(runs, look, { forces, edges, patches }) {
     const frictions = [...new Set(patches.map(({ friction }) => friction))].filter(Number.isFinite);
     const entry = (text, paint) => {
       const item = made("span", "", ""), swatch = made("i", "");
@@ -130,6 +130,7 @@ export class Frame {
       ...runs.map(({ name, colour }) => entry(name, { background: colour })),
       entry("wheel slip", { border: `3px solid ${look.alarm}`, borderRadius: "50%", width: "13px", height: "13px", boxSizing: "border-box" }),
       ...(forces ? [entry("ground force", { background: runs.length === 1 ? look.force : "currentColor", height: "3px" })] : []),
+      ...(edges ? [entry("edge that a wheel felt", { background: look.edge })] : []),
       ...(patches.length ? [entry(frictions.length ? `friction ${frictions.join(", ")}` : "another friction", { background: look.mark, opacity: 0.45 })] : []),
     );
   }

@@ -19,5 +19,5 @@ export const runColour = (index, dark) => RUN_COLOURS[index % RUN_COLOURS.length
 
 /** All other colours of the scene. */
 export const looks = (dark) => dark
-  ? { paper: "#14171b", ink: "#e6e9ee", low: "#1c2026", level: "#2f3339", high: "#6d6555", grid: "#7d8794", alarm: "#ff5a4f", force: "#6cb2ff", mark: "#6cb2ff", body: "#8c9aab", sun: 2.2, sky: 1.6 }
-  : { paper: "#ffffff", ink: "#1b1f24", low: "#cfd6de", level: "#eceae4", high: "#c9bda6", grid: "#8a8f98", alarm: "#d1201a", force: "#0a66c2", mark: "#0a66c2", body: "#55677c", sun: 1.7, sky: 2.0 };
+  ? { paper: "#14171b", ink: "#e6e9ee", low: "#1c2026", level: "#2f3339", high: "#6d6555", grid: "#7d8794", alarm: "#ff5a4f", force: "#6cb2ff", mark: "#6cb2ff", edge: "#ffb066", body: "#8c9aab", sun: 2.2, sky: 1.6 }
+  : { paper: "#ffffff", ink: "#1b1f24", low: "#cfd6de", level: "#eceae4", high: "#c9bda6", grid: "#8a8f98", alarm: "#d1201a", force: "#0a66c2", mark: "#0a66c2", edge: "#d9480f", body: "#55677c", sun: 1.7, sky: 2.0 };

@@ -33,7 +33,7 @@ const heading = ([, , , x, y, z, w]) => Math.atan2(2 * (w * z + x * y), 1 - 2 * 
 export class Player {
   #element; #frame; #views; #renderer; #canvas; #world; #sun; #sky; #ground; #vehicles = [];
   #shiftTurns = false; #beside = false; #offsets = [];
-  #scene; #states = []; #forces = false; #dark; #wanted = 0; #observer; #metresPerNewton = 0; #gone = false;
+  #scene; #states = []; #forces = false; #edges = false; #dark; #wanted = 0; #observer; #metresPerNewton = 0; #gone = false;
 
   /**
    * Fills an element, whose size it takes.
@@ -100,7 +100,7 @@ export class Player {
   setScene(scene) {
     this.#scene = scene = { runs: [{ name: scene.vehicle ?? "" }], ...scene };
     this.#states = [];
-    this.#forces = false;
+    this.#forces = this.#edges = false;
     if (!this.webgl) return;
     for (const part of [this.#ground?.object, ...this.#vehicles.map(({ object }) => object)]) {
       if (part) { this.#world.remove(part); dispose(part); }
@@ -124,8 +124,9 @@ export class Player {
     const another = states.length !== this.#states.length || states.some((state, k) => !state !== !this.#states[k]) || alone(states) !== alone(this.#states);
     this.#states = states;
     if (!this.webgl) return;
-    const forces = states.some((state) => state?.wheels?.some(({ push }) => push)), other = forces !== this.#forces;
-    this.#forces = forces;
+    const forces = states.some((state) => state?.wheels?.some(({ push }) => push)), edges = states.some((state) => state?.edges?.length > 0);
+    const other = forces !== this.#forces || edges !== this.#edges;
+    [this.#forces, this.#edges] = [forces, edges];
     const lead = states.find(Boolean);
     if (lead) {
       if (this.#beside) this.#putApart(lead);
@@ -242,7 +243,7 @@ export class Player {
   // The legend: the first states of a run may have no forces yet.
   #tell() {
     const runs = this.#shown.map((k) => ({ name: this.#scene.runs[k].name, colour: this.#colour(k) }));
-    this.#frame.setLegend(runs, looks(this.#dark), { forces: this.#forces, patches: this.#scene.patches ?? [] });
+    this.#frame.setLegend(runs, looks(this.#dark), { forces: this.#forces, edges: this.#edges, patches: this.#scene.patches ?? [] });
   }
 
   // Where the scene does not say it: by the load of the first state that has one.

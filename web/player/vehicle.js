@@ -145,6 +145,8 @@ export class Vehicle {
     for (const { group } of [...this.wheels, ...this.arrows]) this.object.add(group);
     this.line = new LineMaterial({ linewidth: 2.6, depthTest: false, transparent: true, opacity: 0.85 });
     this.path = null;
+    this.mark = new MeshBasicMaterial();
+    this.marks = [];
     // Which way is ahead.
     const tip = new BufferGeometry();
     tip.setAttribute("position", new BufferAttribute(new Float32Array([1, 0, 0, -0.6, 0.75, 0, -0.2, 0, 0, 1, 0, 0, -0.2, 0, 0, -0.6, -0.75, 0]), 3));
@@ -190,6 +192,7 @@ export class Vehicle {
     this.fill.color.set(alone ? look.body : colour);
     this.force.color.set(alone ? look.force : colour);
     this.line.color.set(colour);
+    this.mark.color.set(look.edge);
     this.ahead.material.color.set(colour);
     for (const { ring } of this.wheels) ring.material.color.set(look.alarm);
   }
@@ -211,6 +214,7 @@ export class Vehicle {
       this.#push(this.arrows[k], shown.push, metresPerNewton);
     });
     this.#way(state.path_m, state.path_points);
+    this.#edges(state.edges ?? []);
   }
 
   // Solid bodies, made with the first state: it has where the wheels are.
@@ -239,6 +243,26 @@ export class Vehicle {
     shaft.scale.set(thick, long - tip, thick);
     head.position.y = long - tip;
     head.scale.set(thick, tip, thick);
+  }
+
+  // Edges of the ground that a wheel climbed or left: a bar from the ground before to that beyond, and one across its upper end.
+  #edges(edges) {
+    while (this.marks.length < edges.length) {
+      const group = new Group(), bar = new Mesh(new BoxGeometry(1, 1, 1), this.mark), top = new Mesh(new BoxGeometry(1, 1, 1), this.mark);
+      group.add(bar, top);
+      this.object.add(group);
+      this.marks.push({ group, bar, top });
+    }
+    this.marks.forEach(({ group, bar, top }, k) => {
+      group.visible = k < edges.length;
+      if (!group.visible) return;
+      const [x, y, from, to] = edges[k], thick = 0.03 * this.reach;
+      group.position.set(x, y, Math.min(from, to));
+      bar.scale.set(thick, thick, Math.max(Math.abs(to - from), 1e-3));
+      bar.position.z = bar.scale.z / 2;
+      top.scale.set(0.4 * thick, 4 * thick, 0.4 * thick);
+      top.position.z = bar.scale.z;
+    });
   }
 
   #way(points, count = points ? points.length / 3 : 0) {

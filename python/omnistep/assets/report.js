@@ -56,6 +56,7 @@
         return { slip: Number.isFinite(slip) ? slip : 0, push: Math.hypot(push[0], push[1], push[2]) > 0 ? [push.slice(0, 3), push.slice(3)] : null };
       }),
       path_m: run.path, path_points: row + 1,
+      edges: run.edges.filter(([at]) => at <= time + 1e-6).map(([, ...edge]) => edge),
     };
   };
 
