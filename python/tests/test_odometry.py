@@ -226,3 +226,32 @@ def test_a_log_without_odometry_is_drawn_by_nothing_from_above(tmp_path):
         omnistep.plot.path(log)
     assert report._run(log)["above"] is None
     assert '"above":null' in report.page([log])
+
+
+def test_odometry_in_three_dimensions_is_in_the_log_as_other_readers_see_it_and_in_the_report(tmp_path):
+    path = tmp_path / "step.mcap"
+    overrides = {"odometry.kind": "ground", "physics.engine": "articulated", "physics.wheel_model": "rollers"}
+    overrides |= {"vehicle": "mecanum4", "terrain.height_m": 0.02, "duration_s": 5.0, "policy": "traction"}
+    policy = overrides.pop("policy")
+    trace = omnistep.run("step", policy=policy, overrides=overrides, mcap=path)
+    assert abs(trace["odom_z_m"][-1] - trace["pose_z_m"][-1]) < 0.003 < trace["pose_z_m"][-1]
+    with AnyReader([path]) as reader:
+        read = [
+            (connection.topic, reader.deserialize(raw, connection.msgtype))
+            for connection, _, raw in reader.messages()
+            if connection.topic in ("/odom", "/markers")
+        ]
+    last = [message for topic, message in read if topic == "/odom"][-1]
+    row = rows_of(trace, last.header.stamp.sec + 1e-9 * last.header.stamp.nanosec)
+    assert last.pose.pose.position.z == trace["odom_z_m"][row]
+    assert last.pose.covariance[14] == pytest.approx(trace["odom_std_z_m"][row] ** 2)
+    edges = [marker for topic, message in read if topic == "/markers" for marker in message.markers]
+    edges = [marker for marker in edges if marker.ns == "edges"]
+    heights = [marker.points[1].z - marker.points[0].z for marker in edges]
+    # As many as wheels, each with its own number, in the frame whose position they have.
+    assert len({marker.id for marker in edges}) == len(edges) == 4
+    assert {marker.header.frame_id for marker in edges} == {"odom"}
+    np.testing.assert_allclose(heights, 0.02, atol=0.003)
+    log = omnistep.read_mcap(path)
+    felt = report._run(log)["edges"]  # as the player of the report draws them
+    np.testing.assert_allclose([to - before for *_, before, to in felt], heights, atol=1e-6)

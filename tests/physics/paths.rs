@@ -224,8 +224,9 @@ fn by_the_estimate_a_path_waits_for_seconds_at_a_wall_and_by_odometry_it_does_no
         });
         // Its wheels spin for 17 s. A slip of 0.3 m/s holds for R^(1/2) / q^(1/2) = 5 s with R = 2 slip_s 0.3^2 and
         // q = 2 * 16 slip_s 0.014^2, of a bias that walks: then a vehicle that stands and one that drives with
-        // another bias look the same. Half of it, because the slip begins below that.
-        assert!(estimate.1 > 2.5, "{estimate:?}");
+        // another bias look the same. Half of it, because the slip begins below that, less the 0.5 s in which the
+        // reference gets away by the lag of 0.1 m and the path comes to rest.
+        assert!(estimate.1 > 2.0, "{estimate:?}");
         assert!(odometry.0 > 1.0 && odometry.1 == 0.0, "{odometry:?}");
     }
 }

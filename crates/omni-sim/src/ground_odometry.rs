@@ -223,9 +223,19 @@ fn of_wheels<const N: usize>(
     })))
 }
 
+/// Whether it is built in. A page that is loaded does without.
+const BUILT_IN: bool = cfg!(feature = "ground-odometry");
+
 impl GroundOdometer {
     /// Of a scenario's vehicle, which knows the pose that it starts at; `between` steps goes on with the twist.
     pub(crate) fn new(scenario: &Scenario, start: &Pose3, between: &Odometry<f64, 1>) -> Result<Self, Error> {
+        if !BUILT_IN {
+            return Err(Error::Config(config::Error::Key {
+                file: format!("scenario {}", scenario.name),
+                key: "odometry.kind".into(),
+                message: "\"ground\", allowed in this build: planar; nor follow.pose = \"estimate\"".into(),
+            }));
+        }
         let count = scenario.vehicle().wheel.len();
         let refuse = |count| {
             Err(config::Error::Key {

@@ -102,6 +102,33 @@ fn a_run_that_ends_between_two_retries_says_so() {
 }
 
 #[test]
+fn an_edge_beyond_the_chart_is_named_and_the_run_replays_bit_for_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut args = vec!["run", "step", "--quiet", "--policy", "traction"];
+    for key in [
+        "terrain.height_m=0.07",
+        "duration_s=16",
+        "control.climbs_m=0.055",
+        "odometry.kind=ground",
+        "physics.engine=articulated",
+        "physics.wheel_model=rollers",
+    ] {
+        args.extend(["--set", key]);
+    }
+    let shown = stdout(&omnistep(folder.path(), &args));
+    assert!(
+        shown.contains(": edge 70 mm, chart 55, and rests without torque\n"),
+        "{shown}"
+    );
+    let log = "out/step-traction+climbs_m=0.055-articulated.mcap";
+    let replayed = stdout(&omnistep(folder.path(), &["replay", log]));
+    assert!(
+        replayed.ends_with("16000 control periods, bit-identical\n"),
+        "{replayed}"
+    );
+}
+
+#[test]
 fn sensors_that_traction_control_lacks_are_said_in_every_run() {
     let folder = tempfile::tempdir().unwrap();
     let lacks = [
