@@ -964,6 +964,9 @@ typedef struct {
   float starting_s;
   // All rows level for this long: the obstacle is behind [s], 0 to 100.
   float level_s;
+  // Highest edge that the vehicle climbs, by a climb chart [m], 0.001 to 100; 100 if no chart is known. Where a wheel
+  // has climbed a higher one there is one retry at most.
+  float climbs_m;
   // Action if it is stuck.
   omni_retry_schedule retry;
 } omni_supervisor_config;
@@ -1138,7 +1141,7 @@ typedef struct {
 // State of a drive with traction control. Private.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[393];
+  uint32_t memory[395];
 } omni3_traction_drive_state;
 
 // What a step with traction control reports. Nothing in it is ever NaN.
@@ -1198,6 +1201,8 @@ typedef struct {
   float hinges_rad_s[OMNI_MAX_HINGES];
   // Inertial measurement unit of the base; used only if `imu_received`.
   omni_imu imu;
+  // Height of the edge that a wheel has climbed in this period [m]; 0 if none has, or if nothing measures it.
+  float climbed_m;
   // The hinges' readings arrived.
   bool hinges_received;
   // The unit's reading arrived.
@@ -1637,7 +1642,7 @@ typedef struct {
 // State of a drive with traction control. Private.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[445];
+  uint32_t memory[447];
 } omni4_traction_drive_state;
 
 // What a step with traction control reports. Nothing in it is ever NaN.
@@ -2029,7 +2034,7 @@ typedef struct {
 // State of a drive with traction control. Private.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[499];
+  uint32_t memory[501];
 } omni5_traction_drive_state;
 
 // What a step with traction control reports. Nothing in it is ever NaN.
@@ -2421,7 +2426,7 @@ typedef struct {
 // State of a drive with traction control. Private.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[552];
+  uint32_t memory[554];
 } omni6_traction_drive_state;
 
 // What a step with traction control reports. Nothing in it is ever NaN.
@@ -2813,7 +2818,7 @@ typedef struct {
 // State of a drive with traction control. Private.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[604];
+  uint32_t memory[606];
 } omni7_traction_drive_state;
 
 // What a step with traction control reports. Nothing in it is ever NaN.
@@ -3205,7 +3210,7 @@ typedef struct {
 // State of a drive with traction control. Private.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[656];
+  uint32_t memory[658];
 } omni8_traction_drive_state;
 
 // What a step with traction control reports. Nothing in it is ever NaN.
