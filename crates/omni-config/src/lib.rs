@@ -20,6 +20,7 @@ mod encoder_reading;
 mod encoder_velocity;
 mod encoding;
 mod error;
+mod estimators;
 mod fault;
 mod file;
 mod file_kind;

@@ -40,8 +40,8 @@ pub(crate) fn by_odometry(seen: &Observation, ground: Option<&GroundReport>) -> 
     ([pose.x_m, pose.y_m, ground.z_m], after(heading, leans))
 }
 
-/// What odometry says nothing of \[m^2, rad^2\]: on the plane height, roll and pitch have a variance that outweighs none
-/// of another sensor, and so do roll and pitch in three dimensions, whose deviations it does not know.
+/// What odometry says nothing of \[m^2, rad^2\]: on the plane height, roll and pitch have a variance that outweighs
+/// none of another sensor, and so do roll and pitch in three dimensions, whose deviations it does not know.
 const UNKNOWN: f64 = 1e6;
 
 /// Covariance of a pose or twist for which none is known. A 0 would say that it is exact, and a

@@ -41,8 +41,8 @@ impl Following {
         Ok(scenario.planned_path()?.map(|path| Self { path, state }))
     }
 
-    /// Goes on to a time \[s\], with what is seen then, and with the estimated pose if there is one: where the path wants
-    /// the vehicle.
+    /// Goes on to a time \[s\], with what is seen then, and with the estimated pose if there is one: where the path
+    /// wants the vehicle.
     pub(crate) fn advance(
         &mut self,
         time_s: f64,

@@ -1,6 +1,7 @@
 //! A controller's report besides the wheels' signals, and its columns in traces and logs.
 
 mod ground;
+mod numbers;
 
 use omni_core::DriveMode;
 use omni_core::drive::Fault;
@@ -11,6 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::config::Vehicle;
 pub use ground::{GroundReport, GroundWheel};
+use numbers::{number, value, whole};
 
 /// A controller's report in one control period besides its wheels' signals; parts that the controller lacks are absent.
 /// Of a period that no controller had a part in nothing is.
@@ -191,25 +193,6 @@ const LOOPS: [TractionLoops; 3] = [
     TractionLoops::Fallback,
 ];
 const FLAGS: [bool; 2] = [false, true];
-
-/// The number of a value in a column; NaN if it has none.
-fn number<T: PartialEq>(all: &[T], value: &T) -> f64 {
-    all.iter()
-        .position(|each| each == value)
-        .map_or(f64::NAN, |at| at as f64)
-}
-
-/// The value of a number in a column.
-fn value<T: Copy>(all: &[T], number: f64) -> Option<T> {
-    let whole = number as usize;
-    all.get(whole).copied().filter(|_| whole as f64 == number)
-}
-
-/// A whole number in a column, up to `most`.
-fn whole(number: f64, most: u32) -> Option<u32> {
-    let fits = number.fract() == 0.0 && (0.0..=f64::from(most)).contains(&number);
-    fits.then_some(number as u32)
-}
 
 fn pose([x_m, y_m, yaw_rad]: [f64; 3]) -> PlanarPose<f64> {
     PlanarPose { x_m, y_m, yaw_rad }

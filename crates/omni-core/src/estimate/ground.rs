@@ -165,6 +165,20 @@ pub struct GroundStep<R, const N: usize> {
 impl<R: Real, const N: usize> GroundStep<R, N> {
     /// Height of the highest edge that a wheel has climbed in this period \[m\], for
     /// [`Readings::climbed_m`](crate::policy::Readings::climbed_m); 0 if none has.
+    ///
+    /// ```
+    /// # let odometry = omni_core::examples::ground_odometry()?;
+    /// use omni_core::BodyTwist;
+    /// use omni_core::drive::BodyReadings;
+    /// use omni_core::estimate::GroundInput;
+    /// use omni_core::policy::Imu;
+    /// let input = GroundInput::new(&[0.0; 4].into(), &Imu::level(), &BodyTwist::ZERO);
+    /// let step = odometry.step(&mut odometry.start(), &input);
+    /// let mut bodies = BodyReadings::none(); // of a drive with traction control
+    /// bodies.climbed_m = step.climbed_m();
+    /// assert_eq!(bodies.climbed_m, 0.0); // it stands
+    /// # Ok::<(), omni_core::ConfigError>(())
+    /// ```
     #[must_use]
     pub fn climbed_m(&self) -> R {
         let climbed = self

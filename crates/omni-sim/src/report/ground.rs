@@ -3,7 +3,7 @@
 use omni_core::estimate::{EdgeEvent, EdgeKind};
 use serde::{Deserialize, Serialize};
 
-use super::{number, value};
+use super::numbers::{number, value};
 
 /// Columns of odometry in three dimensions; then for each signal of [`GROUND_WHEEL`] one per wheel.
 pub(super) const GROUND: [&str; 4] = ["odom_z_m", "odom_std_z_m", "odom_roll_rad", "odom_pitch_rad"];

@@ -107,8 +107,8 @@ pub struct SupervisorConfig<R> {
     pub starting_s: R,
     /// All rows level for this long: the obstacle is behind \[s\], 0 to 100.
     pub level_s: R,
-    /// Highest edge that the vehicle climbs, by a climb chart \[m\], 0.001 to 100; 100 if no chart is known. Where a wheel
-    /// has climbed a higher one there is one retry at most.
+    /// Highest edge that the vehicle climbs, by a climb chart \[m\], 0.001 to 100; 100 if no chart is known. Where a
+    /// wheel has climbed a higher one there is one retry at most.
     pub climbs_m: R,
     /// Action if it is stuck.
     pub retry: RetrySchedule<R>,

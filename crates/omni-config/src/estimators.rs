@@ -1,0 +1,80 @@
+//! The estimators of the core, with the noise of a scenario's sensors.
+
+use omni_core::estimate::{Estimator, EstimatorConfig, GroundOdometry, GroundOdometryConfig};
+use omni_core::{Kinematics, Real};
+
+use crate::{Error, Scenario, Sensors};
+
+/// Period of the odometry in three dimensions \[s\]: it takes the mean readings of so long.
+const GROUND_PERIOD_S: f64 = 0.005;
+
+impl Scenario {
+    /// An estimator of pose and velocity for the scenario's vehicle, in the scalar `R`, with the noise of its
+    /// sensors, at least that of [`EstimatorConfig::new`].
+    ///
+    /// # Errors
+    /// [`Error::Key`] if the control period is longer than 0.3 s, or if `N` is not the number of wheels.
+    ///
+    /// ```
+    /// use omni_config::Scenario;
+    /// use omni_core::estimate::EstimatorInput;
+    /// use omni_core::WheelVelocities;
+    /// let estimator = Scenario::load("step", &[])?.estimator::<f32, 7>()?;
+    /// let mut state = estimator.start();
+    /// let step = estimator.step(&mut state, &EstimatorInput::new(&WheelVelocities::zero()));
+    /// assert_eq!((step.readings, state.pose().x_m), (7, 0.0));
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    pub fn estimator<R: Real, const N: usize>(&self) -> Result<Estimator<R, N>, Error> {
+        let config = self.estimator_config(1);
+        let build = || Estimator::new(config, &Kinematics::new(&self.vehicle().layout()?)?);
+        build().map_err(|error| self.vehicle().refuse(&error))
+    }
+
+    /// Odometry in three dimensions for the scenario's vehicle, in the scalar `R`, with the noise of its sensors, and
+    /// the number of control periods whose mean readings it takes.
+    ///
+    /// # Errors
+    /// As [`Scenario::estimator`]; [`Error::Key`] for a vehicle of more than 8 hinges.
+    ///
+    /// ```
+    /// let (odometry, periods) = omni_config::Scenario::load("step", &[])?.ground_odometry::<f32, 7>()?;
+    /// assert_eq!((odometry.start().pose().position_m, periods), ([0.0; 3], 5)); // 200 Hz of 1 kHz
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    pub fn ground_odometry<R: Real, const N: usize>(&self) -> Result<(GroundOdometry<R, N>, u32), Error> {
+        let vehicle = self.vehicle();
+        let periods = (GROUND_PERIOD_S / self.period_s()).round().max(1.0) as u32;
+        let (config, linkage) = (self.estimator_config(periods), vehicle.linkage()?);
+        let build = || GroundOdometry::new(GroundOdometryConfig::new(), config, &vehicle.layout()?, linkage);
+        Ok((build().map_err(|error| vehicle.refuse(&error))?, periods))
+    }
+
+    /// For the mean readings of so many control periods.
+    fn estimator_config<R: Real>(&self, periods: u32) -> EstimatorConfig<R> {
+        let period_s = self.period_s() * f64::from(periods);
+        let mut config = EstimatorConfig::new(R::of(period_s));
+        let Sensors {
+            encoder_noise_rad_s,
+            encoder_counts,
+            gyro_noise_rad_s,
+            accelerometer_noise_m_s2,
+            ..
+        } = self.sensors;
+        let mean = f64::from(periods).sqrt().recip();
+        let wheel_rad_s = if encoder_counts > 0.0_f64 {
+            // What is counted in a period; `EstimatorConfig::wheel_rad_s` says why.
+            std::f64::consts::TAU / encoder_counts / (6.0 * period_s * 0.05).sqrt()
+        } else {
+            encoder_noise_rad_s * mean
+        };
+        for (assumed, noise) in [
+            (&mut config.wheel_rad_s, wheel_rad_s),
+            (&mut config.gyro_rad_s, gyro_noise_rad_s * mean),
+            (&mut config.accelerometer_m_s2, accelerometer_noise_m_s2 * mean),
+        ] {
+            *assumed = R::of(assumed.as_f64().max(noise.min(1000.0)));
+        }
+        config
+    }
+}
