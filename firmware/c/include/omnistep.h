@@ -964,8 +964,8 @@ typedef struct {
   float starting_s;
   // All rows level for this long: the obstacle is behind [s], 0 to 100.
   float level_s;
-  // Highest edge that the vehicle climbs, by a climb chart [m], 0.001 to 100; 100 if no chart is known. Where a wheel
-  // has climbed a higher one there is one retry at most.
+  // Highest edge that the vehicle climbs, by a climb chart [m], 0.001 to 100; 100 if no chart is known. Where a
+  // wheel has climbed a higher one there is one retry at most.
   float climbs_m;
   // Action if it is stuck.
   omni_retry_schedule retry;
