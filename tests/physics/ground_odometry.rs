@@ -655,6 +655,26 @@ fn a_run_reports_height_attitude_and_edges_and_its_pose_is_nearer_than_by_the_wh
     }
 }
 
+/// The jolt with which the simulation puts the vehicle on its wheels is in the only readings at rest.
+#[test]
+fn without_a_rest_no_single_reading_is_a_bias_whatever_the_control_period() {
+    for period_s in ["0.001", "0.0025", "0.005", "0.01"] {
+        let keys = [
+            format!("control.period_s={period_s}"),
+            "odometry.kind=ground".into(),
+            "physics.engine=articulated".into(),
+        ];
+        let keys = keys.map(|key| Override::parse(&key).expect("KEY=VALUE"));
+        let trace = omni_sim::run(&Scenario::load("flat", &keys).expect("valid")).expect("it runs");
+        let (height_m, pitch_rad) = (last(&trace, "odom_z_m"), last(&trace, "odom_pitch_rad"));
+        // A reading of 0.1 m/s^2 is 10 mrad, and a twentieth of it 0.5 mrad: 0.6 mm over the 1.2 m.
+        assert!(
+            height_m.abs() < 1e-3 && pitch_rad.abs() < 1e-3,
+            "{period_s} s: {height_m} m, {pitch_rad} rad"
+        );
+    }
+}
+
 #[test]
 fn an_edge_beyond_what_the_vehicle_climbs_ends_in_one_retry() {
     let run = |climbs: &str, seed: &str| {

@@ -196,8 +196,8 @@ pub struct Control {
     #[garde(adapt(ranges), range(min = MAX_RETRIES.min, max = MAX_RETRIES.max))]
     pub max_retries: Option<u32>,
     /// Highest edge that the vehicle climbs with `traction` and `traction_runup`, by its climb chart \[m\], 0.001 to
-    /// 10. Where a wheel has climbed a higher one, there is one retry at most. Edges are measured with
-    /// `odometry.kind = "ground"`.
+    /// 10. Where a wheel has climbed a higher one, there is one retry at most. Only with `odometry.kind = "ground"`,
+    /// which measures edges; a controller at the other end of a link does not get them.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[garde(adapt(ranges), range(min = CLIMBS_M.min, max = CLIMBS_M.max))]
     pub climbs_m: Option<f64>,

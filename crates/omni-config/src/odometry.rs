@@ -13,9 +13,9 @@ pub enum OdometryKind {
     /// In the plane: x, y and yaw by the encoders, or the pose of a `[drive]`.
     #[default]
     Planar,
-    /// In three dimensions, at 200 Hz: [`omni_core::estimate::GroundOdometry`], by encoders, hinges and inertial
-    /// measurement unit. It adds height, roll, pitch, heights of the wheels' contacts, and edges of the ground. Let
-    /// the vehicle stand for some seconds first.
+    /// In three dimensions, by the mean readings of some 5 ms of encoders, hinges and inertial measurement unit:
+    /// [`omni_core::estimate::GroundOdometry`]. It adds height, roll, pitch, heights of the wheels' contacts, and edges
+    /// of the ground. Let the vehicle stand for some seconds first.
     Ground,
 }
 

@@ -26,7 +26,7 @@ use crate::key_place::with_place;
 use crate::load::{Source, check_version, read};
 use crate::log_rates::LogRates;
 use crate::microseconds::seconds;
-use crate::odometry::Odometry;
+use crate::odometry::{Odometry, OdometryKind};
 use crate::override_key::Override;
 use crate::physics::{Engine, Physics};
 #[cfg(feature = "schema")]
@@ -377,6 +377,11 @@ impl Scenario {
         }
         if let Some((key, message)) = self.control.refusal() {
             return Err(source.refuse(format!("control.{key}"), message));
+        }
+        if let (Some(climbs_m), OdometryKind::Planar) = (self.control.climbs_m, self.odometry.kind) {
+            let message =
+                format!("{climbs_m}, allowed: only with odometry.kind = \"ground\", which measures edges");
+            return Err(source.refuse("control.climbs_m", message));
         }
         if let Some((key, message)) = self.drive.and_then(|drive| drive.refusal()) {
             return Err(source.refuse(format!("drive.{key}"), message));

@@ -179,34 +179,55 @@ mod tests {
     }
 
     #[test]
+    fn the_axes_of_a_base_that_leans_rise_by_its_angles_and_x_keeps_the_heading() {
+        let mut seen = Observation::default();
+        seen.odometry.pose.yaw_rad = 0.7;
+        let ground = GroundReport {
+            z_m: 0.3,
+            std_z_m: 0.01,
+            roll_rad: -0.4,
+            pitch_rad: 0.5,
+            wheels: Vec::new(),
+        };
+        let (at, turn) = by_odometry(&seen, Some(&ground));
+        let [x, y] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(|axis| rotate(turn, axis));
+        assert_eq!(at, [0.0, 0.0, 0.3]);
+        for (is, expected) in [
+            (x[2], 0.5_f64.sin()),
+            (y[2], -(0.4_f64.sin())),
+            (x[1].atan2(x[0]), 0.7),
+        ] {
+            assert!((is - expected).abs() < 1e-15, "{is} {expected}");
+        }
+    }
+
+    #[test]
     fn in_three_dimensions_the_base_by_odometry_is_where_it_is_on_a_ramp() {
         let overrides = [
-            Override::new("vehicle", "mecanum4"),
             Override::new("odometry.kind", "ground"),
             Override::new("physics.engine", "articulated"),
-            Override::new("command.start_s", 0.5),
-            Override::new("start.heading_rad", 0.3),
             Override::new("terrain.slope_rad", 0.15),
         ];
         let scenario = Scenario::load("ramp", &overrides).expect("built-in");
         let mut simulation = Simulation::new(&scenario).expect("valid");
-        for _ in 0..6000 {
+        for _ in 0..5000 {
             simulation.step(&simulation.scenario_command()).expect("finite");
         }
         let truth = simulation.observation().pose;
-        assert!(truth.position_m[2] > 0.05, "it is on the ramp: {truth:?}");
+        let up = |turn: [f64; 4]| rotate(turn, [0.0, 0.0, 1.0]);
+        let is_up = up(truth.rotation_xyzw);
+        assert!(
+            is_up[0] < -0.1 && truth.position_m[2] > 0.02,
+            "it is on the ramp: {truth:?}"
+        );
         let message = odometry(simulation.period(), None);
         let (at, turn) = (message.pose.pose.position, message.pose.pose.orientation);
-        // A hundredth of the way, and for the attitude a tenth of the slope: on the edge of the ramp it sways.
+        // The gate of the core's odometry on a ramp of 2.7 m: 10 mm. The attitude is exact but for 5 ms of delay.
         for (is, expected) in [at.x, at.y, at.z].into_iter().zip(truth.position_m) {
-            assert!((is - expected).abs() < 0.02, "{is} {expected}");
+            assert!((is - expected).abs() < 0.01, "{is} {expected}");
         }
-        let up = |turn: [f64; 4]| rotate(turn, [0.0, 0.0, 1.0]);
-        for (is, expected) in up([turn.x, turn.y, turn.z, turn.w])
-            .into_iter()
-            .zip(up(truth.rotation_xyzw))
-        {
-            assert!((is - expected).abs() < 0.015, "{is} {expected}");
+        for (is, expected) in up([turn.x, turn.y, turn.z, turn.w]).into_iter().zip(is_up) {
+            assert!((is - expected).abs() < 0.005, "{is} {expected}");
         }
         let deviation_m = message.pose.covariance[2][2].sqrt();
         assert!((1e-4..0.05).contains(&deviation_m), "{deviation_m}");

@@ -477,6 +477,9 @@ fn decode<M: RosMessage + DeserializeOwned>(data: &[u8]) -> Result<M, String> {
             "a message that is not a {} of this version of omnistep",
             M::TYPE
         )),
-        Err(error) => Err(format!("a message that is not a {}: {error}", M::TYPE)),
+        Err(error) => Err(format!(
+            "a message that is not a {} of this version of omnistep: {error}",
+            M::TYPE
+        )),
     }
 }

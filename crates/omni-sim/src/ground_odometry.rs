@@ -8,7 +8,7 @@ use omni_core::geometry::{BodyDisplacement, PlanarPose};
 use omni_core::policy::Imu;
 use serde::{Deserialize, Serialize};
 
-use crate::config::{self, Scenario, for_wheel_count};
+use crate::config::{self, OdometryKind, Scenario, for_wheel_count};
 use crate::control_sample::ControlSample;
 use crate::observation::Pose3;
 use crate::report::{GroundReport, GroundWheel};
@@ -22,7 +22,8 @@ pub(crate) struct Planar {
     pub(crate) pose: PlanarPose<f64>,
     pub(crate) covariance: PoseCovariance<f64>,
     pub(crate) twist: BodyTwist<f64>,
-    pub(crate) twist_covariance: [[f64; 3]; 3],
+    /// None if the yaw rate is the wheels'.
+    pub(crate) twist_covariance: Option<[[f64; 3]; 3]>,
 }
 
 /// What a snapshot keeps, as numbers.
@@ -82,6 +83,8 @@ struct Memory<const N: usize> {
     /// Of the wheels, of the inertial unit, and of angles and rates of the hinges.
     means: Vec<Mean>,
     gathered: u32,
+    /// The last readings had a yaw rate.
+    has_gyro: bool,
     report: GroundReport,
 }
 
@@ -152,6 +155,7 @@ impl<const N: usize> Follow for OfWheels<N> {
         }
         self.memory.gathered = 0;
         let input = self.input(&control.command);
+        self.memory.has_gyro = input.imu.rate_rad_s[2].is_finite();
         let step = self.odometry.step(&mut self.memory.state, &input);
         self.memory.pose.reset(&self.memory.state.planar().pose());
         self.memory.report = self.report_of(&step);
@@ -165,7 +169,10 @@ impl<const N: usize> Follow for OfWheels<N> {
             pose: self.memory.pose.pose(),
             covariance: planar.covariance(),
             twist: planar.twist(),
-            twist_covariance: [[xx, xy, 0.0], [yx, yy, 0.0], [0.0, 0.0, yaw]],
+            twist_covariance: self
+                .memory
+                .has_gyro
+                .then_some([[xx, xy, 0.0], [yx, yy, 0.0], [0.0, 0.0, yaw]]),
         }
     }
 
@@ -212,6 +219,7 @@ fn of_wheels<const N: usize>(
             pose,
             means: vec![Mean::default(); N + 8 + 2 * hinges],
             gathered: 0,
+            has_gyro: false,
             report: GroundReport {
                 z_m: height_m,
                 std_z_m: 0.0,
@@ -230,10 +238,17 @@ impl GroundOdometer {
     /// Of a scenario's vehicle, which knows the pose that it starts at; `between` steps goes on with the twist.
     pub(crate) fn new(scenario: &Scenario, start: &Pose3, between: &Odometry<f64, 1>) -> Result<Self, Error> {
         if !BUILT_IN {
+            let (key, message) = match scenario.odometry.kind {
+                OdometryKind::Ground => ("odometry.kind", "\"ground\", allowed in this build: planar"),
+                OdometryKind::Planar => (
+                    "command.follow.pose",
+                    "\"estimate\", allowed in this build: odometry, truth",
+                ),
+            };
             return Err(Error::Config(config::Error::Key {
                 file: format!("scenario {}", scenario.name),
-                key: "odometry.kind".into(),
-                message: "\"ground\", allowed in this build: planar; nor follow.pose = \"estimate\"".into(),
+                key: key.into(),
+                message: message.into(),
             }));
         }
         let count = scenario.vehicle().wheel.len();

@@ -269,7 +269,7 @@ impl Odometer {
             pose: self.state.reckoned.pose(),
             twist: self.state.twist,
             covariance: *self.state.covariance.matrix(),
-            twist_covariance: self.shown().map(|ground| ground.planar().twist_covariance),
+            twist_covariance: self.shown().and_then(|ground| ground.planar().twist_covariance),
         }
     }
 

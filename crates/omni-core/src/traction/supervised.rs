@@ -74,7 +74,10 @@ impl<R: Real, const N: usize> Supervised<'_, R, N> {
         sample: &mut TractionSample<R, N>,
     ) {
         self.traction.command(&mut state.traction, &readings.command);
-        state.supervisor.feel(readings.climbed_m);
+        if let Some(supervisor) = self.supervisor {
+            let climbs_m = supervisor.config().climbs_m;
+            state.supervisor.feel(readings.climbed_m, climbs_m);
+        }
         let target = match self.supervisor {
             None => TractionTarget::at(state.traction.commanded_m_s),
             Some(_) if self.stops => state.supervisor.stop(&state.traction),

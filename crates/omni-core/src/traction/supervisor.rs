@@ -33,6 +33,8 @@ const VAIN_WEIGHT: f64 = 0.2;
 const VAIN_PART: f64 = 0.5;
 const VAIN_S: f64 = 3.0;
 const VAIN_M: f64 = 0.3;
+/// An edge is past this way behind its last event, with all rows level \[m\].
+const PAST_EDGE_M: f64 = 0.3;
 /// One that has this part of its commanded speed is not stuck.
 const CREEPS_PART: f64 = 0.5;
 
@@ -116,7 +118,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
         let drop_m;
         (state.row, drop_m) = self.next_row(order, &traction.motion.height_m);
         let wanted = self.wanted_speed(state, commanded, drop_m);
-        self.progress(state, order);
+        self.progress(state, order, traction.speed_m_s);
         let most = self.max_speed(traction.direction);
         let speed = self.step_mode(state, traction, wanted, most);
         let mut target = TractionTarget::at(self.slewed(state, speed.limited(-most, most)));
@@ -238,7 +240,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
     /// Retries count for the furthest row so far: the retries of a row end once a row behind it climbs for the first
     /// time. All are over where every row is past the obstacle. A vehicle that falls back to level ground goes on
     /// counting, or it would try for ever. One that gave up rests although it is lifted, or slumps, onto another row.
-    fn progress(&self, state: &mut SupervisorState<R>, (axis, _): (usize, bool)) {
+    fn progress(&self, state: &mut SupervisorState<R>, (axis, _): (usize, bool), speed_m_s: R) {
         let (config, zero) = (&self.config, R::zero());
         if state.row > state.furthest && state.mode != SupervisorMode::GaveUp {
             state.furthest = state.row;
@@ -247,6 +249,13 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
             }
             state.row_retries = 0;
             state.start(SupervisorMode::Drive);
+        }
+        // The last wheel says that it is up a few centimetres behind the edge.
+        if state.edge_m > zero && state.row == 0 && state.mode == SupervisorMode::Drive {
+            state.past_edge_m += speed_m_s.abs() * config.period_s;
+        }
+        if state.past_edge_m > R::of(PAST_EDGE_M) {
+            state.edge_m = zero;
         }
         let all_climbed = state.furthest > 0 && state.furthest + 1 >= self.counts[axis];
         let past = all_climbed && state.row == 0 && state.mode == SupervisorMode::Drive;
@@ -257,7 +266,6 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
         };
         if state.level_s > config.level_s {
             (state.furthest, state.row_retries, state.later_rows_m_s) = (0, 0, zero);
-            state.edge_m = zero;
         }
     }
 

@@ -8,6 +8,9 @@ use crate::scalar::{all_plausible, follow, is_plausible, min};
 
 /// Standard gravity \[m/s^2\].
 const GRAVITY_M_S2: f64 = 9.81;
+/// Readings that a mean is as good as before the first: without a rest no single reading, as in the jolt of a start,
+/// is a bias.
+const PRIOR_READINGS: f64 = 20.0;
 /// Time constant of the averages of rates \[s\].
 pub(super) const RATES_S: f64 = 0.015;
 /// Largest number of readings in the mean of a bias: later readings replace the oldest ones exponentially.
@@ -69,7 +72,7 @@ impl<R: Real> Lean<R> {
     /// A period of a vehicle that stands: its mean rates are biases, and so are all readings if the ground is `level`.
     pub(super) fn stand<const N: usize>(&mut self, input: &GroundInput<R, N>, level: bool) {
         self.count = (self.count + 1).min(MOST_READINGS);
-        let part = R::one() / R::of(f64::from(self.count));
+        let part = R::one() / R::of(f64::from(self.count) + PRIOR_READINGS);
         let [p, q, _] = input.imu.rate_rad_s;
         average(&mut self.gyro_rad_s, [p, q], part);
         if level {

@@ -68,9 +68,11 @@ pub struct SupervisorState<R> {
     /// Speed of the last run-up, and of the last that succeeded, for later rows \[m/s\].
     pub(super) run_up_m_s: R,
     pub(super) later_rows_m_s: R,
-    /// Highest edge that a wheel has climbed on this way \[m\], and retries since.
+    /// Highest edge that a wheel has climbed on this way \[m\], retries since the first that the vehicle does not
+    /// climb, and the way driven with all rows level since the last \[m\].
     pub(super) edge_m: R,
     pub(super) edge_retries: u16,
+    pub(super) past_edge_m: R,
 }
 
 impl<R: Real> Default for SupervisorState<R> {
@@ -104,6 +106,7 @@ impl<R: Real> SupervisorState<R> {
             later_rows_m_s: R::ZERO,
             edge_m: R::ZERO,
             edge_retries: 0,
+            past_edge_m: R::ZERO,
         }
     }
 
@@ -139,10 +142,16 @@ impl<R: Real> SupervisorState<R> {
         self.edge_m
     }
 
-    /// A wheel has climbed an edge of this height \[m\]; 0 or NaN is none.
-    pub(in crate::traction) fn feel(&mut self, climbed_m: R) {
+    /// A wheel has climbed an edge of this height \[m\], 0 or NaN is none, of which the vehicle climbs `climbs_m`.
+    pub(in crate::traction) fn feel(&mut self, climbed_m: R, climbs_m: R) {
+        if climbed_m > R::zero() {
+            self.past_edge_m = R::zero();
+        }
         if climbed_m > self.edge_m {
-            (self.edge_m, self.edge_retries) = (climbed_m, 0);
+            if self.edge_m <= climbs_m {
+                self.edge_retries = 0;
+            }
+            self.edge_m = climbed_m;
         }
     }
 

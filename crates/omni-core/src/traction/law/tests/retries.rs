@@ -94,7 +94,7 @@ fn on_an_edge_beyond_what_the_vehicle_climbs_there_is_one_retry() {
         let mut drive = |memory: &mut SupervisorState<f64>, heights, climbed_m, moves: bool, periods| {
             for _ in 0..periods {
                 let speed = if moves { target_m_s } else { target_m_s.min(0.0) };
-                memory.feel(climbed_m);
+                memory.feel(climbed_m, 0.055);
                 target_m_s = supervisor.step(memory, &seen(heights, speed, 1.0)).speed_m_s;
             }
             (memory.retries(), memory.mode())
@@ -112,10 +112,26 @@ fn on_an_edge_beyond_what_the_vehicle_climbs_there_is_one_retry() {
         retries - of_first
     };
     assert_eq!((tried(0.054), tried(0.056)), (8, 1));
+    // That its next wheel finds the edge a little higher is no other edge. Past it, all is as before.
+    let mut memory = SupervisorState::<f64>::new();
+    memory.feel(0.060, 0.055);
+    memory.back_off();
+    memory.feel(0.0601, 0.055);
+    assert_eq!(memory.edge_retries, 1);
+    memory.start(SupervisorMode::Drive);
+    let mut periods = 0.0;
+    while memory.edge_m() > 0.0 {
+        let _ = supervisor.step(&mut memory, &seen([0.06; 3], 0.3, 0.1));
+        periods += 1.0;
+    }
+    assert!(
+        (periods * 0.3 * T - 0.3).abs() < 1e-3,
+        "30 cm at 0.3 m/s: {periods} periods"
+    );
     // What is no height is none.
     let mut memory = SupervisorState::<f64>::new();
     for none in [f64::NAN, 0.0, -0.06] {
-        memory.feel(none);
+        memory.feel(none, 0.055);
     }
     assert_eq!(memory, SupervisorState::new());
 }
