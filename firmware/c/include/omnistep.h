@@ -1141,7 +1141,7 @@ typedef struct {
 // State of a drive with traction control. Private.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[395];
+  uint32_t memory[396];
 } omni3_traction_drive_state;
 
 // What a step with traction control reports. Nothing in it is ever NaN.
@@ -1642,7 +1642,7 @@ typedef struct {
 // State of a drive with traction control. Private.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[447];
+  uint32_t memory[448];
 } omni4_traction_drive_state;
 
 // What a step with traction control reports. Nothing in it is ever NaN.
@@ -2034,7 +2034,7 @@ typedef struct {
 // State of a drive with traction control. Private.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[501];
+  uint32_t memory[502];
 } omni5_traction_drive_state;
 
 // What a step with traction control reports. Nothing in it is ever NaN.
@@ -2426,7 +2426,7 @@ typedef struct {
 // State of a drive with traction control. Private.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[554];
+  uint32_t memory[555];
 } omni6_traction_drive_state;
 
 // What a step with traction control reports. Nothing in it is ever NaN.
@@ -2818,7 +2818,7 @@ typedef struct {
 // State of a drive with traction control. Private.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[606];
+  uint32_t memory[607];
 } omni7_traction_drive_state;
 
 // What a step with traction control reports. Nothing in it is ever NaN.
@@ -3210,7 +3210,7 @@ typedef struct {
 // State of a drive with traction control. Private.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[658];
+  uint32_t memory[659];
 } omni8_traction_drive_state;
 
 // What a step with traction control reports. Nothing in it is ever NaN.
