@@ -70,7 +70,7 @@ def pushes(log: Log, shown: dict[str, Any], placed: _Floats, parts: list[dict[st
 
 def edges(trace: Trace) -> list[list[float]]:
     """Return the edges that odometry in three dimensions found: time [s], x, y, heights before and beyond [m]."""
-    found = []
+    found: list[list[float]] = []
     for wheel in trace.wheel_names:
         if f"ground_edge_{wheel}" not in trace:
             continue

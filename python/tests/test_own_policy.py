@@ -128,7 +128,7 @@ def test_a_policy_sees_what_the_trace_says_and_nothing_that_a_vehicle_has_not():
     public = {name for name in dir(omnistep.Observation) if not name.startswith("_")}
     assert public == {
         *("period", "time_s", "command", "new_command", "wheels_rad_s", "torques_n_m", "hinges_rad", "hinges_rad_s"),
-        *("rate_rad_s", "specific_force_m_s2", "roll_rad", "pitch_rad"),
+        *("rate_rad_s", "specific_force_m_s2", "roll_rad", "pitch_rad", "climbed_m"),
     }
 
 
