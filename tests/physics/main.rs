@@ -14,6 +14,7 @@ mod figures;
 mod flat_ground;
 mod gear_friction;
 mod ground_odometry;
+mod ground_odometry_runs;
 mod imperfections;
 mod limited;
 mod motor_bench;
