@@ -46,7 +46,9 @@ impl Scenario {
         let vehicle = self.vehicle();
         let periods = (GROUND_PERIOD_S / self.period_s()).round().max(1.0) as u32;
         let (config, linkage) = (self.estimator_config(periods), vehicle.linkage()?);
-        let build = || GroundOdometry::new(GroundOdometryConfig::new(), config, &vehicle.layout()?, linkage);
+        let mut ground = GroundOdometryConfig::new();
+        ground.mass_kg = R::of(vehicle.mass_kg());
+        let build = || GroundOdometry::new(ground, config, &vehicle.layout()?, linkage);
         Ok((build().map_err(|error| vehicle.refuse(&error))?, periods))
     }
 

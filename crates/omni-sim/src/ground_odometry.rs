@@ -80,7 +80,7 @@ struct OfWheels<const N: usize> {
 struct Memory<const N: usize> {
     state: GroundOdometryState<f64, N>,
     pose: OdometryState<f64, 1>,
-    /// Of the wheels, of the inertial unit, and of angles and rates of the hinges.
+    /// Of the wheels, of the inertial unit, of the torques, and of angles and rates of the hinges.
     means: Vec<Mean>,
     gathered: u32,
     /// The last readings had a yaw rate.
@@ -98,9 +98,12 @@ impl<const N: usize> OfWheels<N> {
         imu.rate_rad_s = [0; 3].map(|_| next());
         imu.specific_force_m_s2 = [0; 3].map(|_| next());
         (imu.roll_rad, imu.pitch_rad) = (next(), next());
+        let torques: [f64; N] = std::array::from_fn(|_| next());
         let hinges: Vec<f64> = means.collect();
         let (angles, rates) = hinges.split_at(hinges.len() / 2);
-        GroundInput::new(&wheels.into(), &imu, command).with_hinges(angles, rates)
+        GroundInput::new(&wheels.into(), &imu, command)
+            .with_torques(&torques.into())
+            .with_hinges(angles, rates)
     }
 
     fn report_of(&self, step: &GroundStep<f64, N>) -> GroundReport {
@@ -132,11 +135,16 @@ impl<const N: usize> Follow for OfWheels<N> {
         // A wheel whose reading the fault monitor rejects is left out.
         let wheels = sensed.increments_rad.iter().enumerate();
         let wheels = wheels.map(|(i, turned)| if excluded(i) { f64::NAN } else { turned / period_s });
+        // A motor whose windings are shorted brakes: its torque is not known.
+        let brakes = |wheel: usize| control.brake.get(wheel).copied().unwrap_or(false);
+        let torques = control.wheels.iter().enumerate();
+        let torques = torques.map(|(i, wheel)| if brakes(i) { f64::NAN } else { wheel.applied_n_m });
         let imu = &sensed.imu;
         let readings = wheels
             .chain(imu.rate_rad_s)
             .chain(imu.specific_force_m_s2)
             .chain([imu.roll_rad, imu.pitch_rad])
+            .chain(torques)
             .chain(sensed.hinges_rad.iter().chain(&sensed.hinges_rad_s).copied());
         for (mean, reading) in self.memory.means.iter_mut().zip(readings) {
             mean.add(reading);
@@ -217,7 +225,7 @@ fn of_wheels<const N: usize>(
         memory: Memory {
             state,
             pose,
-            means: vec![Mean::default(); N + 8 + 2 * hinges],
+            means: vec![Mean::default(); 2 * N + 8 + 2 * hinges],
             gathered: 0,
             has_gyro: false,
             report: GroundReport {

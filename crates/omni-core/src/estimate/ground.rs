@@ -14,6 +14,7 @@ mod grid;
 mod height;
 mod input;
 mod lean;
+mod push;
 mod rolling;
 mod state;
 mod step;

@@ -3,8 +3,11 @@
 use super::step::{ValidReadings, above_zero, min, part};
 use super::{
     AS_NOISE, BodyTwist, DISAGREEMENT_S, Estimator, EstimatorInput, EstimatorState, LEAST_REDUNDANCY, MOST,
-    QUIET, RESTLESS, Real, SIZE, SLIP, SLIP_Y, SUDDEN, VX, VY, WheelVelocities,
+    QUIET, RESTLESS, Real, Rolling, SIZE, SLIP, SLIP_Y, SUDDEN, VX, VY, WheelVelocities,
 };
+
+/// Standard deviation of the velocity of a vehicle that is held \[m/s\].
+const HELD_M_S: f64 = 0.02;
 
 impl<R: Real, const N: usize> Estimator<R, N> {
     /// Processes the wheels; returns the normalised innovation squared.
@@ -20,16 +23,25 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         }
         let innovations = self.innovations(state, input, valid);
         let body = self.kinematics.forward(&innovations).to_array();
-        if valid.acceleration.is_some() {
-            let ([vx, vy], [sx, sy, _]) = (state.velocity, state.slip);
-            self.compare(state, [vx + sx + body[0], vy + sy + body[1]]);
+        let held = input.held_along != [R::zero(); 2];
+        let ([vx, vy], [sx, sy, _]) = (state.velocity, state.slip);
+        let wheels = [vx + sx + body[0], vy + sy + body[1]];
+        if held {
+            // Wheels that turn while the vehicle is held show nothing of the accelerometer.
+            state.rolling = Rolling::at(wheels);
+        } else if valid.acceleration.is_some() {
+            self.compare(state, wheels);
         }
         let variances = self.variances(state, valid, &innovations, &body);
         let noise = self.gained(valid);
         let gained = [noise + self.biased(state, valid), noise];
         let slip = state.slip;
         let [along, across] = self.widen(state, &variances, &body, gained);
-        self.hold_against_none(state, along, across, moved);
+        if held {
+            self.hold(state, &input.held_along, moved);
+        } else {
+            self.hold_against_none(state, along, across, moved);
+        }
         let rate = state.yaw_rate - state.bias;
         let mut nis = R::zero();
         for (((row, reading), variance), valid) in self
@@ -164,6 +176,16 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         }
         let [along, across, _] = may_be;
         [along, across]
+    }
+
+    /// No velocity along this direction is one more reading, whose error lasts.
+    fn hold(&self, state: &mut EstimatorState<R, N>, [nx, ny]: &[R; 2], moved: &mut [R; SIZE]) {
+        let variance = R::of(2.0 * HELD_M_S * HELD_M_S) * self.config.slip_s / self.config.period_s;
+        let [vx, vy] = state.velocity;
+        let seen = state.covariance.0.map(|p| *nx * p[VX] + *ny * p[VY]);
+        let known = above_zero(*nx * seen[VX] + *ny * seen[VY]);
+        let gain = state.covariance.take(&seen, known + variance);
+        state.add(&gain, -(*nx * vx + *ny * vy), moved);
     }
 
     /// A slip of these variances that lasts for `slip_s` is none on average. In white noise that is a

@@ -23,6 +23,9 @@ pub struct EstimatorInput<R, const N: usize> {
     pub acceleration_m_s2: [R; 2],
     /// The command is rest: a vehicle that then stands still has no velocity.
     pub commanded_rest: bool,
+    /// Unit vector, forward and to the left, along which something holds the vehicle that its wheels push against: it
+    /// has no velocity along it, however fast they turn. Zeros for none.
+    pub held_along: [R; 2],
 }
 
 impl<R: Real, const N: usize> EstimatorInput<R, N> {
@@ -35,6 +38,7 @@ impl<R: Real, const N: usize> EstimatorInput<R, N> {
             yaw_rate_rad_s: nan,
             acceleration_m_s2: [nan; 2],
             commanded_rest: false,
+            held_along: [R::zero(); 2],
         }
     }
 

@@ -75,6 +75,11 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         self.config.period_s
     }
 
+    /// Inverse kinematic matrix of its vehicle.
+    pub(in crate::estimate) fn inverse_matrix(&self) -> &[[R; 3]; N] {
+        self.kinematics.inverse_matrix()
+    }
+
     /// At the origin, facing +x, known exactly, at rest; the biases are unknown.
     ///
     /// ```

@@ -34,6 +34,9 @@ pub struct GroundOdometryConfig<R> {
     pub cell_m: R,
     /// Least height of a reported edge \[m\], 0.001 to 10; 0.006.
     pub edge_m: R,
+    /// Mass of the vehicle \[kg\], 0 to 1e9; 0 is unknown. With it torques show a vehicle that an edge holds while all
+    /// its wheels turn.
+    pub mass_kg: R,
 }
 
 constant_struct!(GroundOdometryConfig<R> {
@@ -43,6 +46,7 @@ constant_struct!(GroundOdometryConfig<R> {
     lean_s: R,
     cell_m: R,
     edge_m: R,
+    mass_kg: R,
 });
 
 impl<R: Real> Default for GroundOdometryConfig<R> {
@@ -62,6 +66,7 @@ impl<R: Real> GroundOdometryConfig<R> {
             lean_s: R::of(0.4),
             cell_m: R::of(0.02),
             edge_m: R::of(6e-3),
+            mass_kg: R::zero(),
         }
     }
 
@@ -72,6 +77,7 @@ impl<R: Real> GroundOdometryConfig<R> {
         each_within(&[("lean_s", self.lean_s)], &(0.01..=1000.0), "0.01 to 1000")?;
         let lengths = [("cell_m", self.cell_m), ("edge_m", self.edge_m)];
         each_within(&lengths, &(1e-3..=10.0), "0.001 to 10")?;
+        each_within(&[("mass_kg", self.mass_kg)], &(0.0..=1e9), "0 to 1e9")?;
         Ok(self)
     }
 }

@@ -1,7 +1,7 @@
 //! Readings of one period for the ground odometry.
 
 use crate::Real;
-use crate::geometry::{BodyTwist, WheelVelocities};
+use crate::geometry::{BodyTwist, WheelTorques, WheelVelocities};
 use crate::linkage::MAX_HINGES;
 use crate::policy::Imu;
 
@@ -28,6 +28,9 @@ pub struct GroundInput<R, const N: usize> {
     pub hinges_rad: [R; MAX_HINGES],
     /// Their rates \[rad/s\].
     pub hinges_rad_s: [R; MAX_HINGES],
+    /// Torques of the actuators \[N m\], as commanded or measured: of wheels that push while the vehicle is held. NaN
+    /// where one is not known, as of a motor that brakes.
+    pub torques: WheelTorques<R, N>,
     /// The command: a vehicle that is commanded to rest and is quiet stands.
     pub command: BodyTwist<R>,
 }
@@ -42,8 +45,16 @@ impl<R: Real, const N: usize> GroundInput<R, N> {
             imu: *imu,
             hinges_rad: [nan; MAX_HINGES],
             hinges_rad_s: [nan; MAX_HINGES],
+            torques: [nan; N].into(),
             command: *command,
         }
+    }
+
+    /// With the torques of the actuators.
+    #[must_use]
+    pub fn with_torques(mut self, torques: &WheelTorques<R, N>) -> Self {
+        self.torques = *torques;
+        self
     }
 
     /// With the hinges' angles and rates, in the order of the linkage.

@@ -5,6 +5,7 @@ use super::edges::WheelPath;
 use super::grid::{HeightGrid, Track};
 use super::height::HeightError;
 use super::lean::Lean;
+use super::push::Push;
 use crate::Real;
 use crate::estimate::{EstimatorState, PoseCovariance};
 use crate::geometry::PlanarPose;
@@ -26,6 +27,7 @@ use crate::sum::Sum;
 pub struct GroundOdometryState<R, const N: usize> {
     pub(super) planar: EstimatorState<R, N>,
     pub(super) lean: Lean<R>,
+    pub(super) push: Push<R>,
     /// Height of the base's origin above the ground at the start, and the difference of the world's height.
     pub(super) height_m: Sum<R>,
     pub(super) offset_m: R,
@@ -96,6 +98,7 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
         GroundOdometryState {
             planar: self.estimator.start(),
             lean: Lean::LEVEL,
+            push: Push::NONE,
             height_m: Sum::of(zero),
             offset_m: zero,
             height_error: HeightError::none(),

@@ -10,6 +10,7 @@ use crate::Real;
 use crate::estimate::{EstimatorInput, EstimatorState};
 use crate::geometry::BodyTwist;
 use crate::linkage::WheelPlace;
+use crate::policy::Imu;
 use crate::scalar::{follow, is_plausible, max, min};
 use crate::sum::Sum;
 
@@ -109,7 +110,8 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
                 .level(&wheels.places[i], input.wheels.rad_s[i], rise, &shown_before)
         });
         let actuators = Self::even_wheels(state, &rolling);
-        let planar = EstimatorInput::with_imu(&actuators.into(), &imu, &input.command);
+        let mut planar = EstimatorInput::with_imu(&actuators.into(), &imu, &input.command);
+        planar.held_along = self.held_along(state, input, &imu, &wheels, &shown_before);
         let [ax, ay] = planar.acceleration_m_s2;
         let step = self.estimator.step(&mut state.planar, &planar);
         state.standing = step.standing;
@@ -152,6 +154,40 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
         result.edges = self.edges(state, &period, follows, &support);
         state.contact_m = period.wheels.contact_m;
         result
+    }
+
+    /// The direction in which something holds the vehicle that its wheels push against; zeros for none.
+    fn held_along(
+        &self,
+        state: &mut GroundOdometryState<R, N>,
+        input: &GroundInput<R, N>,
+        imu: &Imu<R>,
+        wheels: &Wheels<R, N>,
+        shown: &BodyTwist<R>,
+    ) -> [R; 2] {
+        let mut thrust = [R::zero(); 2];
+        for ([along, across, _], torque) in self.estimator.inverse_matrix().iter().zip(input.torques.n_m) {
+            thrust[0] += *along * torque / self.config.mass_kg;
+            thrust[1] += *across * torque / self.config.mass_kg;
+        }
+        let [fx, fy, _] = imu.specific_force_m_s2;
+        let rise = |most, place: &WheelPlace<R>| {
+            let [_, _, rises] = place.velocity_m_s;
+            max(
+                most,
+                if is_plausible(rises) {
+                    rises.abs()
+                } else {
+                    R::zero()
+                },
+            )
+        };
+        let rise = wheels.places.iter().fold(R::zero(), rise);
+        state.push.step(thrust, [fx, fy], rise, self.estimator.period_s());
+        let twist = state.planar.twist();
+        state
+            .push
+            .held_along([twist.vx_m_s, twist.vy_m_s], [shown.vx_m_s, shown.vy_m_s])
     }
 
     /// The wheel climbs or descends relative to the plane of the contacts.
