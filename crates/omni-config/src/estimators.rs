@@ -1,7 +1,7 @@
 //! The estimators of the core, with the noise of a scenario's sensors.
 
 use omni_core::estimate::{Estimator, EstimatorConfig, GroundOdometry, GroundOdometryConfig};
-use omni_core::{Kinematics, Real};
+use omni_core::{ConfigError, Kinematics, Real, WheelLayout};
 
 use crate::{Error, Scenario, Sensors};
 
@@ -27,7 +27,7 @@ impl Scenario {
     /// ```
     pub fn estimator<R: Real, const N: usize>(&self) -> Result<Estimator<R, N>, Error> {
         let config = self.estimator_config(1);
-        let build = || Estimator::new(config, &Kinematics::new(&self.vehicle().layout()?)?);
+        let build = || Estimator::new(config, &Kinematics::new(&self.rolling_layout()?)?);
         build().map_err(|error| self.vehicle().refuse(&error))
     }
 
@@ -48,8 +48,18 @@ impl Scenario {
         let (config, linkage) = (self.estimator_config(periods), vehicle.linkage()?);
         let mut ground = GroundOdometryConfig::new();
         ground.mass_kg = R::of(vehicle.mass_kg());
-        let build = || GroundOdometry::new(ground, config, &vehicle.layout()?, linkage);
+        let build = || GroundOdometry::new(ground, config, &self.rolling_layout()?, linkage);
         Ok((build().map_err(|error| vehicle.refuse(&error))?, periods))
+    }
+
+    /// The wheels as they roll: the mean angle of a mecanum wheel's rollers is larger than that of the lowest one.
+    fn rolling_layout<R: Real, const N: usize>(&self) -> Result<WheelLayout<R, N>, ConfigError> {
+        let wheels = *self.vehicle().layout()?.wheels();
+        let mut index = 0..N;
+        WheelLayout::new(wheels.map(|wheel| {
+            let rollers = index.next().and_then(|index| self.rollers(index));
+            rollers.map_or(wheel, |rollers| wheel.with_rollers(rollers.count as u32))
+        }))
     }
 
     /// For the mean readings of so many control periods.

@@ -3,8 +3,9 @@
 use super::step::{ValidReadings, above_zero, min, part};
 use super::{
     AS_NOISE, BodyTwist, DISAGREEMENT_S, Estimator, EstimatorInput, EstimatorState, LEAST_REDUNDANCY, MOST,
-    QUIET, RESTLESS, Real, Rolling, SIZE, SLIP, SLIP_Y, SUDDEN, VX, VY, WheelVelocities,
+    QUIET, RESTLESS, Real, SIZE, SLIP, SLIP_Y, SUDDEN, VX, VY, WheelVelocities,
 };
+use crate::scalar::max;
 
 /// Standard deviation of the velocity of a vehicle that is held \[m/s\].
 const HELD_M_S: f64 = 0.02;
@@ -23,13 +24,10 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         }
         let innovations = self.innovations(state, input, valid);
         let body = self.kinematics.forward(&innovations).to_array();
-        let held = input.held_along != [R::zero(); 2];
         let ([vx, vy], [sx, sy, _]) = (state.velocity, state.slip);
         let wheels = [vx + sx + body[0], vy + sy + body[1]];
-        if held {
-            // Wheels that turn while the vehicle is held show nothing of the accelerometer.
-            state.rolling = Rolling::at(wheels);
-        } else if valid.acceleration.is_some() {
+        if valid.acceleration.is_some() {
+            state.rolling.turn_along(&input.held_along, wheels);
             self.compare(state, wheels);
         }
         let variances = self.variances(state, valid, &innovations, &body);
@@ -37,10 +35,10 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         let gained = [noise + self.biased(state, valid), noise];
         let slip = state.slip;
         let [along, across] = self.widen(state, &variances, &body, gained);
-        if held {
-            self.hold(state, &input.held_along, moved);
-        } else {
+        if input.held_along == [R::zero(); 2] {
             self.hold_against_none(state, along, across, moved);
+        } else {
+            self.hold(state, &input.held_along, max(along, across), moved);
         }
         let rate = state.yaw_rate - state.bias;
         let mut nis = R::zero();
@@ -178,14 +176,22 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         [along, across]
     }
 
-    /// No velocity along this direction is one more reading, whose error lasts.
-    fn hold(&self, state: &mut EstimatorState<R, N>, [nx, ny]: &[R; 2], moved: &mut [R; SIZE]) {
-        let variance = R::of(2.0 * HELD_M_S * HELD_M_S) * self.config.slip_s / self.config.period_s;
-        let [vx, vy] = state.velocity;
-        let seen = state.covariance.0.map(|p| *nx * p[VX] + *ny * p[VY]);
-        let known = above_zero(*nx * seen[VX] + *ny * seen[VY]);
-        let gain = state.covariance.take(&seen, known + variance);
-        state.add(&gain, -(*nx * vx + *ny * vy), moved);
+    /// The vehicle is held along this direction: that is no velocity along it and, in the next period, no slip across
+    /// it, of the variance `slip`. One more reading each, whose error lasts.
+    fn hold(&self, state: &mut EstimatorState<R, N>, [nx, ny]: &[R; 2], slip: R, moved: &mut [R; SIZE]) {
+        let lasts = self.config.slip_s / self.config.period_s;
+        let ([vx, vy], [sx, sy, _]) = (state.velocity, state.slip);
+        state.sideways = !state.sideways;
+        let (axes, row, value, variance) = if state.sideways {
+            ([VX, VY], [*nx, *ny], [vx, vy], R::of(2.0 * HELD_M_S * HELD_M_S))
+        } else {
+            ([SLIP, SLIP_Y], [-*ny, *nx], [sx, sy], slip)
+        };
+        let read = |of: &[R; SIZE]| row[0] * of[axes[0]] + row[1] * of[axes[1]];
+        let seen = state.covariance.0.map(|p| read(&p));
+        let known = above_zero(read(&seen));
+        let gain = state.covariance.take(&seen, known + lasts * variance);
+        state.add(&gain, -(row[0] * value[0] + row[1] * value[1]), moved);
     }
 
     /// A slip of these variances that lasts for `slip_s` is none on average. In white noise that is a

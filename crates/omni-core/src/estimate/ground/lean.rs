@@ -4,7 +4,7 @@ use super::input::GroundInput;
 use crate::Real;
 use crate::linkage::{Attitude, MAX_HINGES};
 use crate::policy::Imu;
-use crate::scalar::{all_plausible, follow, is_plausible, min};
+use crate::scalar::{all_plausible, follow, is_plausible, max, min};
 
 /// Standard gravity \[m/s^2\].
 const GRAVITY_M_S2: f64 = 9.81;
@@ -19,6 +19,8 @@ const MOST_READINGS: u16 = 4000;
 const SLIP_M_S: f64 = 0.03;
 /// Rate at which a gyro's bias is corrected, relative to that of the lean.
 const BIAS_PART: f64 = 0.05;
+/// Change of the rate of the base that the averages do not follow, as when a wheel lands \[rad/s\].
+const JOLT_RAD_S: f64 = 0.3;
 /// Largest rate of the base that is used \[rad/s\].
 const FASTEST_RAD_S: f64 = 50.0;
 /// Largest rate of a measured angle that is one of the base, and not a jump of the sensor \[rad/s\].
@@ -49,6 +51,8 @@ pub(super) struct Lean<R> {
     count: u16,
     /// Gyros or angles have read how the base turned in the last period.
     pub(super) is_known: bool,
+    /// The base begins or ends to turn: the averaged rates are wrong.
+    pub(super) is_jolted: bool,
 }
 
 impl<R: Real> Lean<R> {
@@ -63,6 +67,7 @@ impl<R: Real> Lean<R> {
         gained_m_s: [R::ZERO; 2],
         count: 0,
         is_known: true,
+        is_jolted: false,
     };
 
     pub(super) fn attitude(&self) -> &Attitude<R> {
@@ -114,6 +119,11 @@ impl<R: Real> Lean<R> {
         let by_gyro = all_plausible(&[*p, *q]);
         let mut is_known = true;
         let [p, q, r] = [*p, *q, *r].map(|rate| known(rate, zero).limited(-most, most));
+        let changes = max(
+            (q + attitude.nose_up_rad_s).abs(),
+            (p - attitude.left_up_rad_s).abs(),
+        );
+        self.is_jolted = changes > R::of(JOLT_RAD_S);
         follow(&mut attitude.nose_up_rad_s, -q, part);
         follow(&mut attitude.left_up_rad_s, p, part);
         if level {

@@ -10,6 +10,8 @@ use crate::scalar::{all_plausible, follow, max};
 const PUSH_S: f64 = 0.1;
 /// Acceleration by the wheels' torques that something takes \[m/s^2\]: more than rolling friction and an uneven torque.
 const TAKEN_M_S2: f64 = 1.0;
+/// The same, from which the vehicle is held whatever it seems to do: no vehicle tows so much without slip.
+const HELD_M_S2: f64 = 3.0;
 /// Speed of the wheels along the push from which they turn \[m/s\]; part of it that the vehicle has at most.
 const TURNS_M_S: f64 = 0.05;
 const PART: f64 = 0.5;
@@ -58,7 +60,8 @@ impl<R: Real> Push<R> {
         let along = [x / taken, y / taken];
         let dot = |[vx, vy]: [R; 2]| along[0] * vx + along[1] * vy;
         let turns = max(dot(shown), R::of(TURNS_M_S));
-        if dot(shown) >= turns && dot(twist) < R::of(PART) * turns {
+        let is_stopped = taken > R::of(HELD_M_S2) || dot(twist) < R::of(PART) * turns;
+        if dot(shown) >= turns && is_stopped {
             along
         } else {
             none

@@ -197,13 +197,13 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
     }
 
     /// The readings, without those of wheels on an edge, which slip, if most of the wheels and at least three are on
-    /// even ground.
+    /// even ground. In a jolt none: the velocity of the base relative to its wheels is not known.
     fn even_wheels(state: &GroundOdometryState<R, N>, rolling: &[LevelRolling<R>; N]) -> [R; N] {
         let even = (0..N).filter(|i| !Self::is_on_edge(state, *i)).count();
         let leaves_out = even >= 3 && 2 * even > N;
         let mut actuators = rolling.map(|each| each.actuator_rad_s);
         for (i, actuator) in actuators.iter_mut().enumerate() {
-            if leaves_out && Self::is_on_edge(state, i) {
+            if state.lean.is_jolted || (leaves_out && Self::is_on_edge(state, i)) {
                 *actuator = R::of(f64::NAN);
             }
         }
