@@ -152,8 +152,10 @@ fn drive<R: Real, const N: usize>(
     if unit != Exact {
         estimator.gyro_rad_s = R::of(GYRO_RAD_PER_SQRT_S) / period_s.sqrt();
     }
-    let ground_odometry =
-        GroundOdometry::new(GroundOdometryConfig::new(), estimator, &layout, linkage).expect("valid");
+    let rolling = scenario.rolling_layout().expect("sound");
+    let mut config = GroundOdometryConfig::new();
+    config.mass_kg = R::of(scenario.vehicle().mass_kg());
+    let ground_odometry = GroundOdometry::new(config, estimator, &rolling, linkage).expect("valid");
     let odometry = Odometry::<R, N>::new(period_s).expect("valid");
     let (mut state, mut plain) = (Box::new(ground_odometry.start()), OdometryState::new());
     let mut simulation = Simulation::new(&scenario).expect("valid");
@@ -181,7 +183,7 @@ fn drive<R: Real, const N: usize>(
             assert!(state.reset(&pose, &PoseCovariance::default(), R::of(0.0)));
             plain.reset(&pose);
         }
-        let mut sums = (vec![0.0; N], [0.0; 3], [0.0; 3], vec![0.0; hinges]);
+        let mut sums = (vec![0.0; N], [0.0; 3], [0.0; 3], vec![0.0; hinges], [0.0; N]);
         for j in 0..periods {
             let time_s = (k as f64 + j as f64 / periods as f64) * period_s.as_f64() - STANDS_S;
             let part = (time_s / 0.3).clamp(0.0, 1.0);
@@ -200,6 +202,13 @@ fn drive<R: Real, const N: usize>(
             add(&mut sums.1, &sensed.imu.rate_rad_s);
             add(&mut sums.2, &sensed.imu.specific_force_m_s2);
             add(&mut sums.3, &sensed.hinges_rad_s);
+            let torques: Vec<_> = simulation
+                .sample()
+                .wheels
+                .iter()
+                .map(|wheel| wheel.applied_n_m)
+                .collect();
+            add(&mut sums.4, &torques);
         }
         let wheels: [R; N] = std::array::from_fn(|i| R::of(sums.0[i]));
         let sensed = simulation.sensed();
@@ -220,7 +229,9 @@ fn drive<R: Real, const N: usize>(
             vy_m_s: R::of(moving * vy_m_s),
             ..BodyTwist::ZERO
         };
-        let input = GroundInput::new(&wheels.into(), &imu, &command).with_hinges(&angles_now, &rates_now);
+        let input = GroundInput::new(&wheels.into(), &imu, &command)
+            .with_torques(&sums.4.map(R::of).into())
+            .with_hinges(&angles_now, &rates_now);
         let step = ground_odometry.step(&mut state, &input);
         if standing {
             continue;

@@ -1,5 +1,6 @@
 //! Odometry as an output of a run: where the wheels have the vehicle, how sure that is, and how far it is off.
 
+use omni_core::{BodyTwist, Kinematics};
 use omni_sim::config::{Override, Scenario};
 use omni_sim::{Simulation, Trace, run};
 
@@ -247,4 +248,51 @@ on_the_fast_engine! {
     a_wheel_without_a_reading_is_excluded,
     while_too_few_wheels_determine_the_motion_the_true_pose_stays_inside,
     a_snapshot_goes_on_with_the_odometry_it_had,
+}
+
+/// Way to the left of `mecanum4` with so many rollers a wheel, by odometry over the truth: with the angle of the lowest
+/// roller, and with that of all rollers in the mean.
+fn sideways(rollers: u32) -> [f64; 2] {
+    let keys = [
+        "vehicle=mecanum4",
+        &format!("vehicle.rollers.count={rollers}"),
+        "physics.engine=articulated",
+        "physics.wheel_model=rollers",
+        "control.policy=scale_references",
+    ];
+    let scenario = load("flat", &keys);
+    let layouts = [scenario.vehicle().layout(), scenario.rolling_layout()];
+    let maps = layouts.map(|layout| Kinematics::<f64, 4>::new(&layout.expect("four wheels")).expect("sound"));
+    let mut simulation = Simulation::new(&scenario).expect("valid");
+    let left = BodyTwist {
+        vy_m_s: 0.3,
+        ..BodyTwist::ZERO
+    };
+    let at = |simulation: &Simulation| simulation.observation().pose.position_m[1];
+    let (mut start_m, mut ways_m) = (0.0, [0.0; 2]);
+    for k in 0..7000 {
+        simulation.step(&left).expect("goes on");
+        if k == 999 {
+            start_m = at(&simulation);
+        }
+        let increments: [f64; 4] = std::array::from_fn(|wheel| simulation.sensed().increments_rad[wheel]);
+        if k > 999 {
+            for (way, map) in ways_m.iter_mut().zip(&maps) {
+                *way += map.displacement(&increments.into()).dy_m;
+            }
+        }
+    }
+    ways_m.map(|way| way / (at(&simulation) - start_m))
+}
+
+#[test]
+fn a_mecanum_vehicle_moves_sideways_by_less_than_the_angle_of_its_lowest_roller_says() {
+    for rollers in [9, 12, 15] {
+        let half = std::f64::consts::PI / f64::from(rollers);
+        let [lowest, mean] = sideways(rollers);
+        // To second order of the angle; the next one is a twentieth of that, and four wheels on different rollers creep.
+        let expected = half / half.sin();
+        assert!((lowest / expected - 1.0).abs() < 0.002, "{rollers}: {lowest}");
+        assert!((mean - 1.0).abs() < 0.002, "{rollers}: {mean}");
+    }
 }

@@ -52,8 +52,21 @@ impl Scenario {
         Ok((build().map_err(|error| vehicle.refuse(&error))?, periods))
     }
 
-    /// The wheels as they roll: the mean angle of a mecanum wheel's rollers is larger than that of the lowest one.
-    fn rolling_layout<R: Real, const N: usize>(&self) -> Result<WheelLayout<R, N>, ConfigError> {
+    /// The vehicle's wheels as they roll under the scenario's wheel model, for odometry: with
+    /// [`Wheel::with_rollers`](omni_core::geometry::Wheel::with_rollers).
+    ///
+    /// # Errors
+    /// If `N` is not the number of wheels.
+    ///
+    /// ```
+    /// use omni_config::{Override, Scenario};
+    /// let keys = [Override::new("vehicle", "mecanum4"), Override::new("physics.wheel_model", "rollers")];
+    /// let scenario = Scenario::load("flat", &keys)?;
+    /// let angle = scenario.rolling_layout::<f64, 4>().expect("four wheels").wheels()[0].roller_angle_rad;
+    /// assert!((angle.tan().abs() - 1.0206).abs() < 1e-4); // of 45 degrees, with nine rollers
+    /// # Ok::<(), omni_config::Error>(())
+    /// ```
+    pub fn rolling_layout<R: Real, const N: usize>(&self) -> Result<WheelLayout<R, N>, ConfigError> {
         let wheels = *self.vehicle().layout()?.wheels();
         let mut index = 0..N;
         WheelLayout::new(wheels.map(|wheel| {

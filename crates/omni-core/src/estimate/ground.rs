@@ -231,4 +231,6 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
 }
 
 #[cfg(test)]
+mod held_tests;
+#[cfg(test)]
 mod tests;

@@ -3,12 +3,14 @@
 use super::step::{ValidReadings, above_zero, min, part};
 use super::{
     AS_NOISE, BodyTwist, DISAGREEMENT_S, Estimator, EstimatorInput, EstimatorState, LEAST_REDUNDANCY, MOST,
-    QUIET, RESTLESS, Real, SIZE, SLIP, SLIP_Y, SUDDEN, VX, VY, WheelVelocities,
+    QUIET, RESTLESS, Real, Rolling, SIZE, SLIP, SLIP_Y, SUDDEN, VX, VY, WheelVelocities,
 };
 use crate::scalar::max;
 
 /// Standard deviation of the velocity of a vehicle that is held \[m/s\].
 const HELD_M_S: f64 = 0.02;
+/// How many times longer than elsewhere a vehicle slips along what holds it.
+const ALONG_EDGE: f64 = 10.0;
 
 impl<R: Real, const N: usize> Estimator<R, N> {
     /// Processes the wheels; returns the normalised innovation squared.
@@ -26,8 +28,11 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         let body = self.kinematics.forward(&innovations).to_array();
         let ([vx, vy], [sx, sy, _]) = (state.velocity, state.slip);
         let wheels = [vx + sx + body[0], vy + sy + body[1]];
-        if valid.acceleration.is_some() {
-            state.rolling.turn_along(&input.held_along, wheels);
+        let held = input.held_along != [R::zero(); 2];
+        if held {
+            // Wheels that turn while the vehicle is held show nothing of the accelerometer.
+            state.rolling = Rolling::at(wheels);
+        } else if valid.acceleration.is_some() {
             self.compare(state, wheels);
         }
         let variances = self.variances(state, valid, &innovations, &body);
@@ -35,10 +40,10 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         let gained = [noise + self.biased(state, valid), noise];
         let slip = state.slip;
         let [along, across] = self.widen(state, &variances, &body, gained);
-        if input.held_along == [R::zero(); 2] {
-            self.hold_against_none(state, along, across, moved);
-        } else {
+        if held {
             self.hold(state, &input.held_along, max(along, across), moved);
+        } else {
+            self.hold_against_none(state, along, across, moved);
         }
         let rate = state.yaw_rate - state.bias;
         let mut nis = R::zero();
@@ -177,7 +182,8 @@ impl<R: Real, const N: usize> Estimator<R, N> {
     }
 
     /// The vehicle is held along this direction: that is no velocity along it and, in the next period, no slip across
-    /// it, of the variance `slip`. One more reading each, whose error lasts.
+    /// it, of the variance `slip`. One more reading each, whose error lasts; a slip along an edge for long, because the
+    /// wheels turn all the time.
     fn hold(&self, state: &mut EstimatorState<R, N>, [nx, ny]: &[R; 2], slip: R, moved: &mut [R; SIZE]) {
         let lasts = self.config.slip_s / self.config.period_s;
         let ([vx, vy], [sx, sy, _]) = (state.velocity, state.slip);
@@ -185,7 +191,7 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         let (axes, row, value, variance) = if state.sideways {
             ([VX, VY], [*nx, *ny], [vx, vy], R::of(2.0 * HELD_M_S * HELD_M_S))
         } else {
-            ([SLIP, SLIP_Y], [-*ny, *nx], [sx, sy], slip)
+            ([SLIP, SLIP_Y], [-*ny, *nx], [sx, sy], R::of(ALONG_EDGE) * slip)
         };
         let read = |of: &[R; SIZE]| row[0] * of[axes[0]] + row[1] * of[axes[1]];
         let seen = state.covariance.0.map(|p| read(&p));

@@ -21,15 +21,6 @@ impl<R: Real> Rolling<R> {
         Self::at([R::zero(); 2])
     }
 
-    /// Along this unit vector it is the velocity of the wheels: those of a vehicle that is held turn, and show nothing
-    /// of the accelerometer.
-    pub(super) fn turn_along(&mut self, [nx, ny]: &[R; 2], wheels: [R; 2]) {
-        let [x, y] = &mut self.velocity;
-        let beyond = *nx * (wheels[0] - *x) + *ny * (wheels[1] - *y);
-        *x += *nx * beyond;
-        *y += *ny * beyond;
-    }
-
     pub(super) fn at(velocity: [R; 2]) -> Self {
         Self {
             velocity,

@@ -10,10 +10,10 @@ use crate::geometry::Wheel;
 use crate::linkage::{CarriedWheel, HingeGeometry};
 use crate::policy::Imu;
 
-const PERIOD_S: f64 = 0.005;
-const SPEED_M_S: f64 = 0.3;
+pub(super) const PERIOD_S: f64 = 0.005;
+pub(super) const SPEED_M_S: f64 = 0.3;
 
-fn rigid<R: Real, const N: usize>(layout: &WheelLayout<R, N>) -> GroundOdometry<R, N> {
+pub(super) fn rigid<R: Real, const N: usize>(layout: &WheelLayout<R, N>) -> GroundOdometry<R, N> {
     let carried = |wheel: Wheel<R>| {
         let [x, y] = wheel.position_m;
         CarriedWheel {
@@ -26,7 +26,7 @@ fn rigid<R: Real, const N: usize>(layout: &WheelLayout<R, N>) -> GroundOdometry<
     GroundOdometry::new(GroundOdometryConfig::new(), estimator, layout, linkage).expect("valid")
 }
 
-fn four<R: Real>() -> WheelLayout<R, 4> {
+pub(super) fn four<R: Real>() -> WheelLayout<R, 4> {
     WheelLayout::mecanum4(R::of(0.5), R::of(0.4), R::of(0.076)).expect("valid")
 }
 
