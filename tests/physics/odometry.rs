@@ -290,7 +290,8 @@ fn a_mecanum_vehicle_moves_sideways_by_less_than_the_angle_of_its_lowest_roller_
     for rollers in [9, 12, 15] {
         let half = std::f64::consts::PI / f64::from(rollers);
         let [lowest, mean] = sideways(rollers);
-        // To second order of the angle; the next one is a twentieth of that, and four wheels on different rollers creep.
+        // To second order of the angle; the next one is a twentieth of that, and four wheels on different rollers
+        // creep.
         let expected = half / half.sin();
         assert!((lowest / expected - 1.0).abs() < 0.002, "{rollers}: {lowest}");
         assert!((mean - 1.0).abs() < 0.002, "{rollers}: {mean}");

@@ -82,10 +82,10 @@ impl<R: Real> Wheel<R> {
         }
     }
 
-    /// The same mecanum wheel as it rolls with `count` rollers around its rim. A roller is at the roller angle only while
-    /// it is the lowest; until the next one carries, it turns by pi / count to both sides. Therefore the tangent of the
-    /// angle is larger in the mean, and the wheel moves less to the side per turn: by 2 % with nine rollers. For
-    /// odometry; fewer than 3 change nothing.
+    /// The same mecanum wheel as it rolls with `count` rollers around its rim. A roller is at the roller angle only
+    /// while it is the lowest; until the next one carries, it turns by pi / count to both sides. Therefore the tangent
+    /// of the angle is larger in the mean, and the wheel moves less to the side per turn: by 2 % with nine rollers.
+    /// For odometry; fewer than 3 change nothing.
     ///
     /// ```
     /// use omni_core::geometry::Wheel;

@@ -51,6 +51,16 @@ impl<R: Real, const N: usize> GroundInput<R, N> {
     }
 
     /// With the torques of the actuators.
+    ///
+    /// ```
+    /// use omni_core::BodyTwist;
+    /// use omni_core::estimate::GroundInput;
+    /// use omni_core::geometry::{WheelTorques, WheelVelocities};
+    /// use omni_core::policy::Imu;
+    /// let input = GroundInput::new(&WheelVelocities::<f32, 3>::zero(), &Imu::level(), &BodyTwist::ZERO);
+    /// assert!(input.torques.n_m[0].is_nan()); // not known
+    /// assert_eq!(input.with_torques(&WheelTorques { n_m: [0.5; 3] }).torques.n_m[0], 0.5);
+    /// ```
     #[must_use]
     pub fn with_torques(mut self, torques: &WheelTorques<R, N>) -> Self {
         self.torques = *torques;

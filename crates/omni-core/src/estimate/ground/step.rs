@@ -183,11 +183,11 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
             )
         };
         let rise = wheels.places.iter().fold(R::zero(), rise);
-        state.push.step(thrust, [fx, fy], rise, self.estimator.period_s());
         let twist = state.planar.twist();
+        let moves = [[twist.vx_m_s, twist.vy_m_s], [shown.vx_m_s, shown.vy_m_s]];
         state
             .push
-            .held_along([twist.vx_m_s, twist.vy_m_s], [shown.vx_m_s, shown.vy_m_s])
+            .step([thrust, [fx, fy]], rise, moves, self.estimator.period_s())
     }
 
     /// The wheel climbs or descends relative to the plane of the contacts.
