@@ -16,7 +16,7 @@ const TAKEN_M_S2: f64 = 1.0;
 const HELD_M_S2: f64 = 3.0;
 /// Speed from which the wheels turn \[m/s\]; part of it that the vehicle has lost speed with, and that it rolls with.
 const TURNS_M_S: f64 = 0.05;
-const LOST: f64 = 0.5;
+const LOST: f64 = 0.3;
 const ROLLS: f64 = 0.8;
 /// Rate at which a wheel that climbs rises at least \[m/s\].
 const RISES_M_S: f64 = 0.03;
