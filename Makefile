@@ -1,5 +1,5 @@
 # Each target is one line that calls a script; .ci/run calls the same.
-.PHONY: run test test-full bench lint coverage embedded aarch64 wasm instructions firmware viewers web ros2 docs playground supply-chain attack attack-long package dist archives semver study climb-charts cpp workflows
+.PHONY: run test test-full bench generated lint coverage embedded aarch64 wasm instructions firmware viewers web ros2 docs playground supply-chain attack attack-long package dist archives semver study climb-charts cpp workflows
 
 run:            ## the paper's experiment: every policy over the step
 	cargo run --release -- compare step
@@ -12,6 +12,9 @@ test-full:      ## test, then the long checks: ensembles and benchmarks
 
 bench:          ## ratios of control and simulation cost, and of what Python pays
 	scripts/bench.sh
+
+generated:      ## writes every committed file that is made from others: schemas, C header, tables, docstrings, player
+	scripts/generated.sh
 
 lint:           ## formatting and lints of Rust and Python
 	scripts/lint.sh

@@ -133,9 +133,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     if env::var_os("OMNISTEP_WRITE_HEADER").is_some() {
         fs::write(path, header)?;
     } else if fs::read_to_string(&path).ok().as_deref() != Some(&header) {
-        return Err(
-            format!("{HEADER} is not what the sources say: build once with OMNISTEP_WRITE_HEADER=1").into(),
-        );
+        return Err(format!("{HEADER} is not what the sources say: make generated").into());
     }
     Ok(())
 }

@@ -45,7 +45,7 @@ def main() -> int:
     written = TABLE.sub(lambda found: found[1] + table(ROOT / found[2], found[3].split()) + found[4], page)
     if "--check" in sys.argv[1:]:
         if written != page:
-            print("docs/design.md has old tables of files: python scripts/docs/design_tables.py writes them anew")
+            print("docs/design.md has old tables of files: make generated")
         return int(written != page)
     PAGE.write_text(written, encoding="utf-8")
     return 0

@@ -43,7 +43,7 @@ def main() -> int:
         if after == before:
             continue
         if "--check" in sys.argv[1:]:
-            print(f"{path.relative_to(ROOT)} has old signals: python scripts/docs/wheel_signals.py writes them anew")
+            print(f"{path.relative_to(ROOT)} has old signals: make generated")
             old = 1
         else:
             path.write_text(after, encoding="utf-8")

@@ -84,7 +84,7 @@ fn the_schemas_in_the_package_are_those_of_the_types() {
         }
         assert!(
             text == kind.schema(),
-            "{} files have another schema by now: run this test with OMNISTEP_WRITE_SCHEMAS=1",
+            "{} files have another schema by now: make generated",
             kind.name()
         );
     }

@@ -41,7 +41,8 @@ pub use state::{GroundOdometryState, GroundPose};
 ///    where all wheels slip;
 /// 2. the reading of each wheel is converted to that of a wheel on even ground: the centre of a wheel that climbs at
 ///    the rate h' moves by `sqrt(s^2 - h'^2)` over the ground while its rim moves by s;
-/// 3. the [`Estimator`] finds x, y, yaw and slip, without the wheels that are on an edge if most others are not;
+/// 3. the [`Estimator`] finds x, y, yaw and slip, without the wheels that are on an edge if most others are not, and
+///    without any wheel in a jolt of the base. Torques show an edge that holds the vehicle while all its wheels turn;
 /// 4. wheels on ground of known height determine the height of the vehicle, those on even ground with the largest
 ///    weight. If no wheel is on known ground, the vehicle rises as the plane of its contacts, and the standard
 ///    deviation of the height grows by a tenth of the distance;
