@@ -49,9 +49,14 @@ struct Mean {
 impl Mean {
     fn add(&mut self, reading: f64) {
         if reading.is_finite() {
-            self.sum += reading;
-            self.count += 1;
+            self.add_known(reading);
         }
+    }
+
+    /// NaN if one is missing.
+    fn add_known(&mut self, reading: f64) {
+        self.sum += reading;
+        self.count += 1;
     }
 
     /// NaN if none arrived.
@@ -146,8 +151,13 @@ impl<const N: usize> Follow for OfWheels<N> {
             .chain([imu.roll_rad, imu.pitch_rad])
             .chain(torques)
             .chain(sensed.hinges_rad.iter().chain(&sensed.hinges_rad_s).copied());
-        for (mean, reading) in self.memory.means.iter_mut().zip(readings) {
-            mean.add(reading);
+        let torques = N + 8..2 * N + 8;
+        for (i, (mean, reading)) in self.memory.means.iter_mut().zip(readings).enumerate() {
+            if torques.contains(&i) {
+                mean.add_known(reading);
+            } else {
+                mean.add(reading);
+            }
         }
         self.memory.gathered += 1;
         if self.memory.gathered < self.periods {

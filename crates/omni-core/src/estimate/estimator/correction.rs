@@ -69,7 +69,7 @@ impl<R: Real, const N: usize> Estimator<R, N> {
             state.add(&gain, innovation, moved);
             nis += innovation * innovation / whole;
         }
-        if let Some(acceleration) = valid.acceleration {
+        if let Some(acceleration) = valid.acceleration.filter(|_| !held) {
             let [sx, sy, _] = slip;
             let slides = R::of(2.0) * (self.config.slip_m_s * self.config.slip_m_s + sx * sx + sy * sy);
             self.doubt(state, acceleration, along + across - slides);

@@ -25,7 +25,7 @@ pub struct EstimatorInput<R, const N: usize> {
     pub commanded_rest: bool,
     /// Unit vector, forward and to the left, along which something holds the vehicle that its wheels push against: it
     /// has no velocity along it, however fast they turn. Zeros for none.
-    pub held_along: [R; 2],
+    pub(in crate::estimate) held_along: [R; 2],
 }
 
 impl<R: Real, const N: usize> EstimatorInput<R, N> {

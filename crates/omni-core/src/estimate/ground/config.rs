@@ -34,8 +34,8 @@ pub struct GroundOdometryConfig<R> {
     pub cell_m: R,
     /// Least height of a reported edge \[m\], 0.001 to 10; 0.006.
     pub edge_m: R,
-    /// Mass of the vehicle \[kg\], 0 to 1e9; 0 is unknown. With it torques show a vehicle that an edge holds while all
-    /// its wheels turn.
+    /// Mass of the vehicle with its load \[kg\], 0 to 1e9; 0 is unknown. With it torques show a vehicle that an edge
+    /// holds while all its wheels turn. Half of the true mass takes steep ramps for edges.
     pub mass_kg: R,
 }
 

@@ -19,8 +19,11 @@ const MOST_READINGS: u16 = 4000;
 const SLIP_M_S: f64 = 0.03;
 /// Rate at which a gyro's bias is corrected, relative to that of the lean.
 const BIAS_PART: f64 = 0.05;
-/// Change of the rate of the base that the averages do not follow, as when a wheel lands \[rad/s\].
+/// Change of the rate of the base that the averages do not follow, as when a wheel lands \[rad/s\]; for how long a jolt
+/// lasts at most \[s\], and part of the time. What trembles for longer is no jolt.
 const JOLT_RAD_S: f64 = 0.3;
+const JOLT_S: f64 = 0.1;
+const JOLT_PART: f64 = 0.15;
 /// Largest rate of the base that is used \[rad/s\].
 const FASTEST_RAD_S: f64 = 50.0;
 /// Largest rate of a measured angle that is one of the base, and not a jump of the sensor \[rad/s\].
@@ -53,6 +56,8 @@ pub(super) struct Lean<R> {
     pub(super) is_known: bool,
     /// The base begins or ends to turn: the averaged rates are wrong.
     pub(super) is_jolted: bool,
+    /// For how long it may last \[s\].
+    jolt_s: R,
 }
 
 impl<R: Real> Lean<R> {
@@ -68,6 +73,7 @@ impl<R: Real> Lean<R> {
         count: 0,
         is_known: true,
         is_jolted: false,
+        jolt_s: R::ZERO,
     };
 
     pub(super) fn attitude(&self) -> &Attitude<R> {
@@ -123,7 +129,14 @@ impl<R: Real> Lean<R> {
             (q + attitude.nose_up_rad_s).abs(),
             (p - attitude.left_up_rad_s).abs(),
         );
-        self.is_jolted = changes > R::of(JOLT_RAD_S);
+        let changes = by_gyro && !level && changes > R::of(JOLT_RAD_S);
+        self.is_jolted = changes && self.jolt_s > R::zero();
+        self.jolt_s += if changes {
+            -period_s
+        } else {
+            R::of(JOLT_PART) * period_s
+        };
+        self.jolt_s = self.jolt_s.limited(R::zero(), R::of(JOLT_S));
         follow(&mut attitude.nose_up_rad_s, -q, part);
         follow(&mut attitude.left_up_rad_s, p, part);
         if level {

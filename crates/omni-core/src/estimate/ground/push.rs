@@ -1,23 +1,30 @@
 //! A vehicle that pushes against something that holds it, such as an edge that it does not climb.
 //!
 //! All wheels may turn there for seconds. The accelerometer has seen the vehicle stop, but its bias hides that after a
-//! while. The torques do not: what pushes hard and neither accelerates nor rises is held.
+//! while. The torques do not: what pushes hard and neither accelerates nor rises is held. Torques alone do not show it,
+//! because gears, a load or a weak supply take them too: the accelerometer must have seen the stop.
 
 use crate::Real;
-use crate::scalar::{all_plausible, follow, max, min};
+use crate::scalar::{all_plausible, follow, max};
 
-/// Time constant of the averages, and of that of a vehicle that rolls freely \[s\].
+/// Time constant of the averages; of that of a vehicle that rolls; of the velocity by the accelerometer \[s\].
 const PUSH_S: f64 = 0.1;
-const FREE_S: f64 = 1.0;
-/// Acceleration by the wheels' torques that something takes, beyond what it takes of a vehicle that rolls freely, if the
-/// vehicle has lost speed \[m/s^2\].
+const ROLLS_S: f64 = 1.0;
+const GAINED_S: f64 = 0.5;
+/// Acceleration by the wheels' torques that something takes, beyond what it takes of a vehicle that rolls \[m/s^2\].
 const TAKEN_M_S2: f64 = 1.0;
-/// The same, from which the vehicle is held whatever it seems to do: no vehicle pulls so much without slip.
-const HELD_M_S2: f64 = 3.0;
-/// Speed from which the wheels turn \[m/s\]; part of it that the vehicle has lost speed with, and that it rolls with.
+/// Largest difference of torques and accelerometer in a period, and acceleration that is no reading \[m/s^2\].
+const MOST_M_S2: f64 = 20.0;
+const ABSURD_M_S2: f64 = 1000.0;
+/// Speed from which the wheels turn \[m/s\], and parts of it: that a stopped vehicle has lost, and least a speed; that
+/// a vehicle has at most which the wheels have left standing; that one has which rolls.
 const TURNS_M_S: f64 = 0.05;
-const LOST: f64 = 0.3;
+const LOST: f64 = 0.5;
+const LOST_M_S: f64 = 0.1;
+const STANDS: f64 = 0.3;
 const ROLLS: f64 = 0.8;
+/// For how long a vehicle is held whose stop was not seen \[s\]: an accelerometer that is dead sees no start either.
+const UNSEEN_S: f64 = 3.0;
 /// Rate at which a wheel that climbs rises at least \[m/s\].
 const RISES_M_S: f64 = 0.03;
 
@@ -30,10 +37,27 @@ pub(super) struct Push<R> {
     pub(super) taken_m_s2: [R; 2],
     /// Largest rate at which a wheel rises or sinks \[m/s\].
     rise_m_s: R,
-    /// What is taken along its way while the vehicle rolls freely, by gears or a load \[m/s^2\], and for how long it has
-    /// rolled; not beyond what matters \[s\].
-    free_m_s2: R,
-    free_s: R,
+    /// Velocity that the accelerometer has seen the vehicle gain of late \[m/s\].
+    gained_m_s: [R; 2],
+    /// What is taken along its way while the vehicle rolls, by gears or a load \[m/s^2\].
+    rolling_m_s2: R,
+    /// It has seen the vehicle stop, and not go on. For how long it may be held without \[s\].
+    stopped: bool,
+    unseen_s: R,
+}
+
+/// What a period shows of a push, in the axes of the base.
+pub(super) struct Pushing<R> {
+    /// Acceleration by the torques, and reading of the accelerometer \[m/s^2\].
+    pub(super) thrust_m_s2: [R; 2],
+    pub(super) force_m_s2: [R; 2],
+    /// The latter without gravity.
+    pub(super) acceleration_m_s2: [R; 2],
+    /// Largest rate at which a wheel rises or sinks \[m/s\].
+    pub(super) rise_m_s: R,
+    /// Velocity of the vehicle as it is estimated, and as its wheels show it \[m/s\].
+    pub(super) twist_m_s: [R; 2],
+    pub(super) shown_m_s: [R; 2],
 }
 
 fn dot<R: Real>([ax, ay]: [R; 2], [bx, by]: [R; 2]) -> R {
@@ -44,46 +68,58 @@ impl<R: Real> Push<R> {
     pub(super) const NONE: Self = Self {
         taken_m_s2: [R::ZERO; 2],
         rise_m_s: R::ZERO,
-        free_m_s2: R::ZERO,
-        free_s: R::ZERO,
+        gained_m_s: [R::ZERO; 2],
+        rolling_m_s2: R::ZERO,
+        stopped: false,
+        unseen_s: R::ZERO,
     };
 
-    /// A period with an acceleration by the torques of `thrust_m_s2`, this reading of the accelerometer and this rise of
-    /// a wheel. The vehicle moves by `twist` where its wheels show `shown` \[m/s\].
-    ///
-    /// Result: the direction in which it is held; zeros if it is not.
-    pub(super) fn step(
-        &mut self,
-        [thrust_m_s2, force_m_s2]: [[R; 2]; 2],
-        rise_m_s: R,
-        [twist, shown]: [[R; 2]; 2],
-        period_s: R,
-    ) -> [R; 2] {
+    /// A period; the direction in which the vehicle is held, zeros if it is not.
+    pub(super) fn step(&mut self, now: &Pushing<R>, period_s: R) -> [R; 2] {
         let none = [R::zero(); 2];
-        if !(all_plausible(&thrust_m_s2) && all_plausible(&force_m_s2)) {
-            *self = Self::NONE;
+        let accelerations = [now.force_m_s2, now.acceleration_m_s2];
+        let is_read =
+            |values: &[R; 2]| all_plausible(values) && dot(*values, *values).sqrt() < R::of(ABSURD_M_S2);
+        if !all_plausible(&now.thrust_m_s2) || !accelerations.iter().all(is_read) {
+            *self = Self {
+                rolling_m_s2: self.rolling_m_s2,
+                ..Self::NONE
+            };
             return none;
         }
         let part = |time_s: f64| period_s / (period_s + R::of(time_s));
-        for ((taken, thrust), force) in self.taken_m_s2.iter_mut().zip(thrust_m_s2).zip(force_m_s2) {
-            follow(taken, thrust - force, part(PUSH_S));
+        let most = R::of(MOST_M_S2);
+        for ((taken, thrust), force) in self
+            .taken_m_s2
+            .iter_mut()
+            .zip(now.thrust_m_s2)
+            .zip(now.force_m_s2)
+        {
+            follow(taken, (thrust - force).limited(-most, most), part(PUSH_S));
         }
-        follow(&mut self.rise_m_s, rise_m_s, part(PUSH_S));
+        follow(&mut self.rise_m_s, now.rise_m_s, part(PUSH_S));
+        for (gained, acceleration) in self.gained_m_s.iter_mut().zip(now.acceleration_m_s2) {
+            *gained += acceleration * period_s - part(GAINED_S) * *gained;
+        }
+        let shown = now.shown_m_s;
         let speed = dot(shown, shown).sqrt();
-        if speed > R::of(TURNS_M_S) && dot(twist, shown) > R::of(ROLLS) * speed * speed {
+        if speed > R::of(TURNS_M_S) && dot(now.twist_m_s, shown) > R::of(ROLLS) * speed * speed {
             let taken = dot(self.taken_m_s2, shown) / speed;
-            follow(&mut self.free_m_s2, taken, part(FREE_S));
-            self.free_s = min(self.free_s + period_s, R::of(FREE_S));
+            follow(&mut self.rolling_m_s2, taken, part(ROLLS_S));
         }
         let taken = dot(self.taken_m_s2, self.taken_m_s2).sqrt();
-        let beyond = taken - max(self.free_m_s2, R::zero());
-        if beyond < R::of(TAKEN_M_S2) || self.rise_m_s > R::of(RISES_M_S) {
+        let along = self.taken_m_s2.map(|each| each / max(taken, R::of(1e-6)));
+        let turns = dot(along, shown);
+        if taken - max(self.rolling_m_s2, R::zero()) < R::of(TAKEN_M_S2) || turns < R::of(TURNS_M_S) {
+            (self.stopped, self.unseen_s) = (false, R::of(UNSEEN_S));
             return none;
         }
-        let along = self.taken_m_s2.map(|each| each / taken);
-        let turns = dot(along, shown);
-        let is_held = beyond > R::of(HELD_M_S2) && self.free_s >= R::of(FREE_S);
-        if turns > R::of(TURNS_M_S) && (is_held || dot(along, twist) < R::of(LOST) * turns) {
+        let gained = dot(along, self.gained_m_s);
+        let lost = max(R::of(LOST) * turns, R::of(LOST_M_S));
+        self.stopped = gained <= -lost || (self.stopped && gained < lost);
+        self.unseen_s = max(self.unseen_s - period_s, R::zero());
+        let stands = dot(along, now.twist_m_s) < R::of(STANDS) * turns && self.unseen_s > R::zero();
+        if self.rise_m_s <= R::of(RISES_M_S) && (self.stopped || stands) {
             along
         } else {
             none

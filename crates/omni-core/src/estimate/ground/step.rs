@@ -4,6 +4,7 @@ use super::edges::{Contact, edge_normal};
 use super::grid::Visit;
 use super::height::{Displacement, Follower, Support, rise};
 use super::lean::RATES_S;
+use super::push::Pushing;
 use super::rolling::LevelRolling;
 use super::{EdgeEvent, EdgeKind, GroundInput, GroundOdometry, GroundOdometryState, GroundStep};
 use crate::Real;
@@ -111,8 +112,8 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
         });
         let actuators = Self::even_wheels(state, &rolling);
         let mut planar = EstimatorInput::with_imu(&actuators.into(), &imu, &input.command);
-        planar.held_along = self.held_along(state, input, &imu, &wheels, &shown_before);
         let [ax, ay] = planar.acceleration_m_s2;
+        planar.held_along = self.held_along(state, input, (&imu, [ax, ay]), &wheels, &shown_before);
         let step = self.estimator.step(&mut state.planar, &planar);
         state.standing = step.standing;
         let twist = state.planar.twist();
@@ -161,7 +162,7 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
         &self,
         state: &mut GroundOdometryState<R, N>,
         input: &GroundInput<R, N>,
-        imu: &Imu<R>,
+        (imu, acceleration_m_s2): (&Imu<R>, [R; 2]),
         wheels: &Wheels<R, N>,
         shown: &BodyTwist<R>,
     ) -> [R; 2] {
@@ -170,7 +171,6 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
             thrust[0] += *along * torque / self.config.mass_kg;
             thrust[1] += *across * torque / self.config.mass_kg;
         }
-        let [fx, fy, _] = imu.specific_force_m_s2;
         let rise = |most, place: &WheelPlace<R>| {
             let [_, _, rises] = place.velocity_m_s;
             max(
@@ -182,12 +182,17 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
                 },
             )
         };
-        let rise = wheels.places.iter().fold(R::zero(), rise);
+        let [fx, fy, _] = imu.specific_force_m_s2;
         let twist = state.planar.twist();
-        let moves = [[twist.vx_m_s, twist.vy_m_s], [shown.vx_m_s, shown.vy_m_s]];
-        state
-            .push
-            .step([thrust, [fx, fy]], rise, moves, self.estimator.period_s())
+        let pushing = Pushing {
+            thrust_m_s2: thrust,
+            force_m_s2: [fx, fy],
+            acceleration_m_s2,
+            rise_m_s: wheels.places.iter().fold(R::zero(), rise),
+            twist_m_s: [twist.vx_m_s, twist.vy_m_s],
+            shown_m_s: [shown.vx_m_s, shown.vy_m_s],
+        };
+        state.push.step(&pushing, self.estimator.period_s())
     }
 
     /// The wheel climbs or descends relative to the plane of the contacts.
