@@ -26,7 +26,7 @@ const ROLLS: f64 = 0.8;
 /// For how long a vehicle is held whose stop was not seen \[s\]: an accelerometer that is dead sees no start either.
 const UNSEEN_S: f64 = 3.0;
 /// Rate at which a wheel that climbs rises at least \[m/s\].
-const RISES_M_S: f64 = 0.03;
+const RISES_M_S: f64 = 0.012;
 
 /// What holds the vehicle, averaged.
 #[derive(Clone, Copy, Debug, PartialEq)]
