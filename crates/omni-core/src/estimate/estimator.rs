@@ -23,6 +23,7 @@ pub use config::EstimatorConfig;
 pub use input::EstimatorInput;
 use matrix::{BIAS, Matrix, Motion, SIZE, SLIP, SLIP_Y, VX, VY, X, Y, YAW};
 use rolling::Rolling;
+pub(in crate::estimate) use step::MOST_M_S2;
 
 /// Innovation squared over its variance from which on a slip has changed at once: three standard deviations.
 const SUDDEN: f64 = 9.0;

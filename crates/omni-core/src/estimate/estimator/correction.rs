@@ -1,11 +1,11 @@
 //! Correction of the estimate by the wheels, and the weight of each.
 
-use super::step::{ValidReadings, above_zero, min, part};
+use super::step::{ValidReadings, above_zero, part};
 use super::{
     AS_NOISE, BodyTwist, DISAGREEMENT_S, Estimator, EstimatorInput, EstimatorState, LEAST_REDUNDANCY, MOST,
     QUIET, RESTLESS, Real, Rolling, SIZE, SLIP, SLIP_Y, SUDDEN, VX, VY, WheelVelocities,
 };
-use crate::scalar::max;
+use crate::scalar::{max, min};
 
 /// Standard deviation of the velocity of a vehicle that is held \[m/s\].
 const HELD_M_S: f64 = 0.02;

@@ -1,10 +1,11 @@
 //! A vehicle that stands.
 
-use super::step::{ValidReadings, above_zero, min, part};
+use super::step::{ValidReadings, above_zero, part};
 use super::{
     BIAS, Estimator, EstimatorInput, EstimatorState, QUIET, Real, Rolling, SIZE, STANDING_M_S, STILL_S,
     Standstill, VX, VY, X, Y, YAW,
 };
+use crate::scalar::min;
 
 /// Time that everything has to be quiet before the pose is held \[s\].
 const HELD_S: f64 = 1.0;

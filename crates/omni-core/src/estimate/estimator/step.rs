@@ -5,9 +5,10 @@ use super::{
     Matrix, Motion, Real, Rolling, SIZE, SLIP, STANDING_M_S, Standstill, Sum, VX, VY, X, Y, YAW,
     is_plausible,
 };
+use crate::scalar::min;
 
 /// Acceleration beyond which a reading is none \[m/s^2\]: 100 g.
-const MOST_M_S2: f64 = 1000.0;
+pub(in crate::estimate) const MOST_M_S2: f64 = 1000.0;
 
 /// Squared deviations of the accelerometer's bias that are not taken for a slip.
 const UNTAKEN: f64 = 16.0;
@@ -33,10 +34,6 @@ impl<R: Real, const N: usize> ValidReadings<R, N> {
             acceleration: (ax.abs() <= most && ay.abs() <= most).then_some([ax - bx, ay - by]),
         }
     }
-}
-
-pub(super) fn min<R: Real>(a: R, b: R) -> R {
-    if a < b { a } else { b }
 }
 
 pub(super) fn above_zero<R: Real>(a: R) -> R {

@@ -5,6 +5,7 @@
 //! because gears, a load or a weak supply take them too: the accelerometer must have seen the stop.
 
 use crate::Real;
+use crate::estimate::estimator::MOST_M_S2;
 use crate::scalar::{all_plausible, follow, max};
 
 /// Time constant of the averages; of that of a vehicle that rolls; of the velocity by the accelerometer \[s\].
@@ -13,9 +14,8 @@ const ROLLS_S: f64 = 1.0;
 const GAINED_S: f64 = 0.5;
 /// Acceleration by the wheels' torques that something takes, beyond what it takes of a vehicle that rolls \[m/s^2\].
 const TAKEN_M_S2: f64 = 1.0;
-/// Largest difference of torques and accelerometer in a period, and acceleration that is no reading \[m/s^2\].
-const MOST_M_S2: f64 = 20.0;
-const ABSURD_M_S2: f64 = 1000.0;
+/// Largest difference of torques and accelerometer in a period \[m/s^2\].
+const DIFFERENCE_M_S2: f64 = 20.0;
 /// Speed from which the wheels turn \[m/s\], and parts of it: that a stopped vehicle has lost, and least a speed; that
 /// a vehicle has at most which the wheels have left standing; that one has which rolls.
 const TURNS_M_S: f64 = 0.05;
@@ -79,7 +79,7 @@ impl<R: Real> Push<R> {
         let none = [R::zero(); 2];
         let accelerations = [now.force_m_s2, now.acceleration_m_s2];
         let is_read =
-            |values: &[R; 2]| all_plausible(values) && dot(*values, *values).sqrt() < R::of(ABSURD_M_S2);
+            |values: &[R; 2]| all_plausible(values) && dot(*values, *values).sqrt() < R::of(MOST_M_S2);
         if !all_plausible(&now.thrust_m_s2) || !accelerations.iter().all(is_read) {
             *self = Self {
                 rolling_m_s2: self.rolling_m_s2,
@@ -88,7 +88,7 @@ impl<R: Real> Push<R> {
             return none;
         }
         let part = |time_s: f64| period_s / (period_s + R::of(time_s));
-        let most = R::of(MOST_M_S2);
+        let most = R::of(DIFFERENCE_M_S2);
         for ((taken, thrust), force) in self
             .taken_m_s2
             .iter_mut()

@@ -171,24 +171,14 @@ impl<R: Real, const N: usize> GroundOdometry<R, N> {
             thrust[0] += *along * torque / self.config.mass_kg;
             thrust[1] += *across * torque / self.config.mass_kg;
         }
-        let rise = |most, place: &WheelPlace<R>| {
-            let [_, _, rises] = place.velocity_m_s;
-            max(
-                most,
-                if is_plausible(rises) {
-                    rises.abs()
-                } else {
-                    R::zero()
-                },
-            )
-        };
+        let rates = wheels.places.iter().map(|place| place.velocity_m_s[2].abs());
         let [fx, fy, _] = imu.specific_force_m_s2;
         let twist = state.planar.twist();
         let pushing = Pushing {
             thrust_m_s2: thrust,
             force_m_s2: [fx, fy],
             acceleration_m_s2,
-            rise_m_s: wheels.places.iter().fold(R::zero(), rise),
+            rise_m_s: rates.filter(|rate| is_plausible(*rate)).fold(R::zero(), max),
             twist_m_s: [twist.vx_m_s, twist.vy_m_s],
             shown_m_s: [shown.vx_m_s, shown.vy_m_s],
         };
