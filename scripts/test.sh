@@ -14,6 +14,6 @@ done
 scripts/tools/venv.sh
 .venv/bin/python scripts/checks/documents.py --self-test
 .venv/bin/python scripts/checks/documents.py
-.venv/bin/python -m pytest --numprocesses auto --dist worksteal
+.venv/bin/python -m pytest --numprocesses auto --dist worksteal --durations 20
 # FIRMWARE=separate: by `make firmware`, as in .ci/run, where what is missing is a failure.
 [ "${FIRMWARE:-}" = separate ] || scripts/firmware.sh --if-possible

@@ -29,10 +29,8 @@ fn peak(trace: &Trace, column: &str) -> f64 {
 #[test]
 fn every_built_in_scenario_ends_on_its_level_with_energy_within_a_ten_thousandth() {
     on(Engine::Articulated, || ends_on_its_level(builtin_scenarios()));
-    // One of each kind of ground.
-    on(Engine::Rapier, || {
-        ends_on_its_level(["step", "ramp", "rough", "height_map"]);
-    });
+    // An edge of blocks and a field of heights; make test-full has all of them.
+    on(Engine::Rapier, || ends_on_its_level(["step", "rough"]));
 }
 
 #[test]
