@@ -1,12 +1,10 @@
 """Writes the tables of files in docs/design.md from the first line of each file.
 
-python scripts/docs/design_tables.py [--check]: with `--check` it writes nothing, and the exit code is 1 if a table is
-old.
-
 A marker names a folder, whose files are listed, and then files and folders below it that are listed too. A first line
 is one sentence: of a Rust file its first `//!`, of a Python file that of its docstring.
 """
 
+import argparse
 import re
 import sys
 from pathlib import Path
@@ -41,9 +39,12 @@ def table(folder: Path, more: list[str]) -> str:
 
 def main() -> int:
     """Write the page, or compare it; return the exit code."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--check", action="store_true", help="writes nothing; the exit code is 1 if a table is old")
+    arguments = parser.parse_args()
     page = PAGE.read_text(encoding="utf-8")
     written = TABLE.sub(lambda found: found[1] + table(ROOT / found[2], found[3].split()) + found[4], page)
-    if "--check" in sys.argv[1:]:
+    if arguments.check:
         if written != page:
             print("docs/design.md has old tables of files: make generated")
         return int(written != page)

@@ -1,10 +1,11 @@
 """Writes the tutorial as a notebook for Colab and Binder, made of docs/tutorial.md.
 
-python scripts/docs/notebook.py [FOLDER]: writes tutorial.ipynb and requirements.txt, by default into out/notebook. Each
-block of Python is a cell. The cell that installs takes the version of Cargo.toml from PyPI, and the links at the top
-lead to the branch `notebook` of the repository: both work once a release has been published.
+Writes tutorial.ipynb and requirements.txt. Each block of Python is a cell. The cell that installs takes the version of
+Cargo.toml from PyPI, and the links at the top lead to the branch `notebook` of the repository: both work once a release
+has been published.
 """
 
+import argparse
 import json
 import re
 import sys
@@ -66,9 +67,12 @@ def notebook(page: str, version: str, repository: str, site: str) -> dict:
 
 def main() -> int:
     """Write both files."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    default = ROOT / "out" / "notebook"
+    parser.add_argument("folder", nargs="?", type=Path, default=default, help="out/notebook by default")
+    folder: Path = parser.parse_args().folder
     package = tomllib.loads((ROOT / "Cargo.toml").read_text(encoding="utf-8"))["workspace"]["package"]
     urls = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["urls"]
-    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "out" / "notebook"
     folder.mkdir(parents=True, exist_ok=True)
     version, page = package["version"], PAGE.read_text(encoding="utf-8")
     made = notebook(page, version, package["repository"], urls["Documentation"])

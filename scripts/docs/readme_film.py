@@ -1,14 +1,12 @@
 """Draws docs/images/climb.gif, the film of the README: two runs on the same ground, one policy above the other.
 
-python scripts/docs/readme_film.py [OUT.gif]
-
 The runs are made anew. The player of web/player draws them in Chromium without a window, Pillow joins the pictures.
 Needs the package with its extra "plot" (which brings Pillow), Chromium and, in tests/viewers, what `npm ci` installs.
 """
 
+import argparse
 import json
 import subprocess
-import sys
 import tempfile
 from importlib.resources import files
 from pathlib import Path
@@ -127,4 +125,7 @@ def main(out: Path) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "docs" / "images" / "climb.gif")
+    parser = argparse.ArgumentParser(description=__doc__)
+    default = ROOT / "docs" / "images" / "climb.gif"
+    parser.add_argument("out", nargs="?", type=Path, default=default, help="docs/images/climb.gif by default")
+    main(parser.parse_args().out)

@@ -1,9 +1,9 @@
 """Writes what a wheel's signals are into the message's definition and the stub, from the table in wheel_signals.rs.
 
-python scripts/docs/wheel_signals.py [--check]: with `--check` it writes nothing, and the exit code is 1 if one is old.
-Either way it is 1 if docs/columns.md does not explain a signal.
+The exit code is 1 if docs/columns.md does not explain a signal.
 """
 
+import argparse
 import re
 import sys
 from pathlib import Path
@@ -31,6 +31,9 @@ def attribute(name: str, doc: str) -> str:
 
 def main() -> int:
     """Write both, or compare them; return the exit code."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--check", action="store_true", help="writes nothing; the exit code is 1 if one is old")
+    arguments = parser.parse_args()
     rows = ROW.findall(TABLE.read_text(encoding="utf-8"))
     fields = "".join(f"# {doc}\nfloat64 {name}\n" for doc, name, place in rows if place == "log")
     attributes = "".join(attribute(name, doc) for doc, name, _ in rows)
@@ -42,7 +45,7 @@ def main() -> int:
             sys.exit(f"{path.relative_to(ROOT)}: the signals stand in {found} places, allowed: 1")
         if after == before:
             continue
-        if "--check" in sys.argv[1:]:
+        if arguments.check:
             print(f"{path.relative_to(ROOT)} has old signals: make generated")
             old = 1
         else:
