@@ -60,6 +60,10 @@ enum Standstill {
 
 /// The filter for a vehicle with `N` wheels. Immutable; the changing state is in [`EstimatorState`].
 ///
+/// A reading of a wheel or of the gyro that differs from what is expected by more than it can change in a period is a
+/// jump of the sensor, and left out: for 10 ms or two periods, because what lasts is no jump, and for a seventh of the
+/// time.
+///
 /// State: place and yaw in the world; velocity of the origin along the vehicle's heading; the gyro's bias;
 /// and the slip of all wheels together, as a twist that they show beyond the vehicle's own. Each period
 ///
@@ -124,6 +128,8 @@ pub struct Estimator<R, const N: usize> {
     redundancy: [R; N],
     /// Mean squared lever of the wheels \[m^2\]: turning by 1 rad/s is as much as its root in m/s.
     lever_m2: R,
+    /// Change of a wheel's velocity in a period that is a jump of its encoder \[rad/s\].
+    jump_rad_s: R,
 }
 
 constant_struct!(Estimator<R, const N> {
@@ -132,6 +138,7 @@ constant_struct!(Estimator<R, const N> {
     shares: [[R; N]; 3],
     redundancy: [R; N],
     lever_m2: R,
+    jump_rad_s: R,
 });
 
 /// The filter's state: estimates and their covariance. Made by [`Estimator::start`].
@@ -159,6 +166,8 @@ pub struct EstimatorState<R, const N: usize> {
     rolling: Rolling<R>,
     /// For how long the slip has not been one \[s\].
     doubted_s: R,
+    /// For how long readings that jump are still left out: of wheels and gyro \[s\].
+    jumps_s: [R; 2],
     slip: [R; 3],
     covariance: Matrix<R>,
     /// Yaw rate of the period before, by the gyro or what stands for it, bias included.
@@ -370,6 +379,8 @@ impl<R: Real, const N: usize> EstimatorState<R, N> {
 
 #[cfg(test)]
 mod absurd_tests;
+#[cfg(test)]
+mod jump_tests;
 #[cfg(test)]
 mod standing_tests;
 #[cfg(test)]

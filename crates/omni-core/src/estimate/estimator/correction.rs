@@ -85,9 +85,7 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         input: &EstimatorInput<R, N>,
         valid: &ValidReadings<R, N>,
     ) -> WheelVelocities<R, N> {
-        let ([vx, vy], [sx, sy, sw]) = (state.velocity, state.slip);
-        let expected = BodyTwist::from_array([vx + sx, vy + sy, state.yaw_rate - state.bias + sw]);
-        let mut innovations = self.kinematics.inverse(&expected);
+        let mut innovations = self.kinematics.inverse(&state.expected_of_wheels());
         for ((innovation, reading), valid) in innovations
             .rad_s
             .iter_mut()

@@ -1,17 +1,29 @@
 //! One period of the filter.
 
 use super::{
-    BIAS, ConfigError, Estimator, EstimatorConfig, EstimatorInput, EstimatorState, EstimatorStep, Kinematics,
-    Matrix, Motion, Real, Rolling, SIZE, SLIP, STANDING_M_S, Standstill, Sum, VX, VY, X, Y, YAW,
+    BIAS, BodyTwist, ConfigError, Estimator, EstimatorConfig, EstimatorInput, EstimatorState, EstimatorStep,
+    Kinematics, Matrix, Motion, Real, Rolling, SIZE, SLIP, STANDING_M_S, Standstill, Sum, VX, VY, X, Y, YAW,
     is_plausible,
 };
-use crate::scalar::min;
+use crate::scalar::{max, min};
 
 /// Acceleration beyond which a reading is none \[m/s^2\]: 100 g.
 pub(in crate::estimate) const MOST_M_S2: f64 = 1000.0;
 
 /// Squared deviations of the accelerometer's bias that are not taken for a slip.
 const UNTAKEN: f64 = 16.0;
+
+/// Change of a wheel's velocity that no wheel has in a period: at its rim at once \[m/s\] and for as long as the period
+/// lasts \[m/s^2\], and deviations of its noise.
+const JUMP_M_S: f64 = 0.3;
+const JUMP_M_S2: f64 = 30.0;
+const JUMP_DEVIATIONS: f64 = 30.0;
+/// The same of the yaw rate \[rad/s\], \[rad/s^2\].
+const JUMP_RAD_S: f64 = 1.0;
+const JUMP_RAD_S2: f64 = 100.0;
+/// For how long jumps are left out \[s\], at least two periods, and in which part of the time: what lasts is no jump.
+const JUMPS_S: f64 = 0.01;
+const JUMPS_PART: f64 = 0.15;
 
 /// The valid readings of a period.
 pub(super) struct ValidReadings<R, const N: usize> {
@@ -36,6 +48,18 @@ impl<R: Real, const N: usize> ValidReadings<R, N> {
     }
 }
 
+/// A sensor jumps, or not: is it left out? `spare` is for how long it may be \[s\].
+fn is_left_out<R: Real>(spare: &mut R, jumps: bool, period_s: R) -> bool {
+    let left_out = jumps && *spare > R::zero();
+    *spare += if jumps {
+        -period_s
+    } else {
+        R::of(JUMPS_PART) * period_s
+    };
+    *spare = spare.limited(R::zero(), max(R::of(JUMPS_S), R::of(2.0) * period_s));
+    left_out
+}
+
 pub(super) fn above_zero<R: Real>(a: R) -> R {
     if a > R::zero() { a } else { R::zero() }
 }
@@ -57,9 +81,13 @@ impl<R: Real, const N: usize> Estimator<R, N> {
                 *sum += *a * *a;
             }
         }
-        let [x, y, w] = squares;
+        let ([x, y, w], config) = (squares, config.checked()?);
+        // Mean velocity of the wheels per velocity of the vehicle, in any direction.
+        let per_speed = ((x + y) / R::of(N as f64)).sqrt();
+        let jump_m_s = R::of(JUMP_M_S) + R::of(JUMP_M_S2) * config.period_s;
         Ok(Self {
-            config: config.checked()?,
+            config,
+            jump_rad_s: max(per_speed * jump_m_s, R::of(JUMP_DEVIATIONS) * config.wheel_rad_s),
             kinematics: *kinematics,
             shares: kinematics.forward_matrix().map(|row| row.map(|f| f * f)),
             redundancy: kinematics.redundancy(),
@@ -103,6 +131,7 @@ impl<R: Real, const N: usize> Estimator<R, N> {
                 * self.config.accelerometer_bias_m_s2,
             rolling: Rolling::at_rest(),
             doubted_s: zero,
+            jumps_s: [zero; 2],
             slip: [zero; 3],
             covariance: Matrix::diagonal([
                 zero,
@@ -144,8 +173,9 @@ impl<R: Real, const N: usize> Estimator<R, N> {
     /// # Ok::<(), omni_core::ConfigError>(())
     /// ```
     pub fn step(&self, state: &mut EstimatorState<R, N>, input: &EstimatorInput<R, N>) -> EstimatorStep<R> {
-        let valid = ValidReadings::of(input, state);
         let mut next = *state;
+        let mut valid = ValidReadings::of(input, state);
+        self.leave_out_jumps(&mut next, input, &mut valid);
         let standstill = self.standstill(&mut next, input, &valid);
         let (standing, held) = (standstill != Standstill::Moving, standstill == Standstill::Held);
         let mut nis = R::zero();
@@ -186,6 +216,38 @@ impl<R: Real, const N: usize> Estimator<R, N> {
             readings: if held { 0 } else { valid.count },
             standing,
             taken,
+        }
+    }
+
+    /// Readings that no vehicle can cause are none, unless they last.
+    fn leave_out_jumps(
+        &self,
+        state: &mut EstimatorState<R, N>,
+        input: &EstimatorInput<R, N>,
+        valid: &mut ValidReadings<R, N>,
+    ) {
+        let expected = self.kinematics.inverse(&state.expected_of_wheels());
+        let mut jumps = [false; N];
+        for (jumps, (reading, expected)) in jumps
+            .iter_mut()
+            .zip(input.wheels.rad_s.iter().zip(expected.rad_s))
+        {
+            *jumps = (*reading - expected).abs() > self.jump_rad_s;
+        }
+        let [of_wheels, of_gyro] = &mut state.jumps_s;
+        let dt = self.config.period_s;
+        if is_left_out(of_wheels, jumps.contains(&true), dt) {
+            for (valid, jumps) in valid.wheels.iter_mut().zip(jumps) {
+                *valid &= !jumps;
+            }
+            valid.count = valid.wheels.iter().filter(|valid| **valid).count();
+        }
+        let turns = R::of(JUMP_RAD_S) + R::of(JUMP_RAD_S2) * dt;
+        let turns = max(turns, R::of(JUMP_DEVIATIONS) * self.config.gyro_rad_s);
+        let rate = state.yaw_rate;
+        let jumps = valid.gyro.is_some_and(|gyro| (gyro - rate).abs() > turns);
+        if is_left_out(of_gyro, jumps, dt) {
+            valid.gyro = None;
         }
     }
 
@@ -291,6 +353,12 @@ impl<R: Real, const N: usize> EstimatorState<R, N> {
         for (slip, gain) in self.slip.iter_mut().zip(&gain[SLIP..]) {
             *slip += *gain * innovation;
         }
+    }
+
+    /// The motion that the wheels are expected to show together, slip included.
+    pub(super) fn expected_of_wheels(&self) -> BodyTwist<R> {
+        let ([vx, vy], [sx, sy, sw]) = (self.velocity, self.slip);
+        BodyTwist::from_array([vx + sx, vy + sy, self.yaw_rate - self.bias + sw])
     }
 
     fn is_finite(&self) -> bool {

@@ -165,6 +165,22 @@ fn a_wheel_without_reading_is_left_out() {
 }
 
 #[test]
+fn jumps_of_an_encoder_move_neither_place_nor_height() {
+    for size in [30.0, 3e4] {
+        let (state, _) = forward(&four(), |k, wheels, _| {
+            if k > 200 && k % 50 == 0 {
+                wheels[(k / 50) % 4] += size;
+            }
+        });
+        let [x, y, z] = state.pose().position_m;
+        assert!(
+            (x - DISTANCE_M).abs() < 1e-3 && y.abs() < 1e-3 && z.abs() < 1e-3,
+            "{size}: {x} {y} {z}"
+        );
+    }
+}
+
+#[test]
 fn with_an_accelerometer_a_slip_of_all_wheels_is_detected() {
     let spin = |k: usize, wheels: &mut [f64; 4]| {
         if (400..440).contains(&k) {
