@@ -1251,6 +1251,10 @@ typedef struct {
 
 // The filter for a vehicle with `N` wheels. Immutable; the changing state is in `EstimatorState`.
 //
+// A reading of a wheel or of the gyro that differs from what is expected by more than it can change in a period is a
+// jump of the sensor, and left out: for 10 ms or two periods, because what lasts is no jump, and for a seventh of the
+// time.
+//
 // State: place and yaw in the world; velocity of the origin along the vehicle's heading; the gyro's bias;
 // and the slip of all wheels together, as a twist that they show beyond the vehicle's own. Each period
 //
@@ -1288,12 +1292,14 @@ typedef struct {
   float redundancy[3];
   // Mean squared lever of the wheels [m^2]: turning by 1 rad/s is as much as its root in m/s.
   float lever_m2;
+  // Change of a wheel's velocity in a period that is a jump of its encoder [rad/s].
+  float jump_rad_s;
 } omni3_estimator;
 
 // State of an estimator. Private.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[112];
+  uint32_t memory[114];
 } omni3_estimator_state;
 
 // Standard deviations of the pose. All 0 if the drive has no noise.
@@ -1682,6 +1688,10 @@ typedef struct {
 
 // The filter for a vehicle with `N` wheels. Immutable; the changing state is in `EstimatorState`.
 //
+// A reading of a wheel or of the gyro that differs from what is expected by more than it can change in a period is a
+// jump of the sensor, and left out: for 10 ms or two periods, because what lasts is no jump, and for a seventh of the
+// time.
+//
 // State: place and yaw in the world; velocity of the origin along the vehicle's heading; the gyro's bias;
 // and the slip of all wheels together, as a twist that they show beyond the vehicle's own. Each period
 //
@@ -1719,12 +1729,14 @@ typedef struct {
   float redundancy[4];
   // Mean squared lever of the wheels [m^2]: turning by 1 rad/s is as much as its root in m/s.
   float lever_m2;
+  // Change of a wheel's velocity in a period that is a jump of its encoder [rad/s].
+  float jump_rad_s;
 } omni4_estimator;
 
 // State of an estimator. Private.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[113];
+  uint32_t memory[115];
 } omni4_estimator_state;
 
 // Readings of an estimator in a period. All zero: nothing is read.
@@ -2074,6 +2086,10 @@ typedef struct {
 
 // The filter for a vehicle with `N` wheels. Immutable; the changing state is in `EstimatorState`.
 //
+// A reading of a wheel or of the gyro that differs from what is expected by more than it can change in a period is a
+// jump of the sensor, and left out: for 10 ms or two periods, because what lasts is no jump, and for a seventh of the
+// time.
+//
 // State: place and yaw in the world; velocity of the origin along the vehicle's heading; the gyro's bias;
 // and the slip of all wheels together, as a twist that they show beyond the vehicle's own. Each period
 //
@@ -2111,12 +2127,14 @@ typedef struct {
   float redundancy[5];
   // Mean squared lever of the wheels [m^2]: turning by 1 rad/s is as much as its root in m/s.
   float lever_m2;
+  // Change of a wheel's velocity in a period that is a jump of its encoder [rad/s].
+  float jump_rad_s;
 } omni5_estimator;
 
 // State of an estimator. Private.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[114];
+  uint32_t memory[116];
 } omni5_estimator_state;
 
 // Readings of an estimator in a period. All zero: nothing is read.
@@ -2466,6 +2484,10 @@ typedef struct {
 
 // The filter for a vehicle with `N` wheels. Immutable; the changing state is in `EstimatorState`.
 //
+// A reading of a wheel or of the gyro that differs from what is expected by more than it can change in a period is a
+// jump of the sensor, and left out: for 10 ms or two periods, because what lasts is no jump, and for a seventh of the
+// time.
+//
 // State: place and yaw in the world; velocity of the origin along the vehicle's heading; the gyro's bias;
 // and the slip of all wheels together, as a twist that they show beyond the vehicle's own. Each period
 //
@@ -2503,12 +2525,14 @@ typedef struct {
   float redundancy[6];
   // Mean squared lever of the wheels [m^2]: turning by 1 rad/s is as much as its root in m/s.
   float lever_m2;
+  // Change of a wheel's velocity in a period that is a jump of its encoder [rad/s].
+  float jump_rad_s;
 } omni6_estimator;
 
 // State of an estimator. Private.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[115];
+  uint32_t memory[117];
 } omni6_estimator_state;
 
 // Readings of an estimator in a period. All zero: nothing is read.
@@ -2858,6 +2882,10 @@ typedef struct {
 
 // The filter for a vehicle with `N` wheels. Immutable; the changing state is in `EstimatorState`.
 //
+// A reading of a wheel or of the gyro that differs from what is expected by more than it can change in a period is a
+// jump of the sensor, and left out: for 10 ms or two periods, because what lasts is no jump, and for a seventh of the
+// time.
+//
 // State: place and yaw in the world; velocity of the origin along the vehicle's heading; the gyro's bias;
 // and the slip of all wheels together, as a twist that they show beyond the vehicle's own. Each period
 //
@@ -2895,12 +2923,14 @@ typedef struct {
   float redundancy[7];
   // Mean squared lever of the wheels [m^2]: turning by 1 rad/s is as much as its root in m/s.
   float lever_m2;
+  // Change of a wheel's velocity in a period that is a jump of its encoder [rad/s].
+  float jump_rad_s;
 } omni7_estimator;
 
 // State of an estimator. Private.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[116];
+  uint32_t memory[118];
 } omni7_estimator_state;
 
 // Readings of an estimator in a period. All zero: nothing is read.
@@ -3250,6 +3280,10 @@ typedef struct {
 
 // The filter for a vehicle with `N` wheels. Immutable; the changing state is in `EstimatorState`.
 //
+// A reading of a wheel or of the gyro that differs from what is expected by more than it can change in a period is a
+// jump of the sensor, and left out: for 10 ms or two periods, because what lasts is no jump, and for a seventh of the
+// time.
+//
 // State: place and yaw in the world; velocity of the origin along the vehicle's heading; the gyro's bias;
 // and the slip of all wheels together, as a twist that they show beyond the vehicle's own. Each period
 //
@@ -3287,12 +3321,14 @@ typedef struct {
   float redundancy[8];
   // Mean squared lever of the wheels [m^2]: turning by 1 rad/s is as much as its root in m/s.
   float lever_m2;
+  // Change of a wheel's velocity in a period that is a jump of its encoder [rad/s].
+  float jump_rad_s;
 } omni8_estimator;
 
 // State of an estimator. Private.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[117];
+  uint32_t memory[119];
 } omni8_estimator_state;
 
 // Readings of an estimator in a period. All zero: nothing is read.
