@@ -83,3 +83,30 @@ fn jumps_of_encoders_and_gyro_move_neither_four_wheels_nor_three() {
     let omni = WheelLayout::omni(0.2, 0.0, 0.05).expect("valid");
     moves_nothing(&Kinematics::<f64, 3>::new(&omni).expect("sound"));
 }
+
+#[test]
+fn counts_of_a_fast_loop_are_no_jumps() {
+    // A loop of 10 kHz that takes what its encoders count in a period: 0 for a dozen periods, and then 12 rad/s.
+    let (kinematics, period_s, count) = (mecanum::<f64>(), 1e-4_f64, core::f64::consts::TAU / 5120.0);
+    let mut config = EstimatorConfig::new(period_s);
+    config.wheel_rad_s = count / (6.0 * period_s * 0.05).sqrt();
+    let estimator = Estimator::new(config, &kinematics).expect("in range");
+    let mut state = estimator.start();
+    let (mut speed, mut x, mut before) = (0.0_f64, 0.0, [0.0; 4]);
+    for k in 0..20_000 {
+        let gains = (0.075 - speed).min(period_s);
+        speed += gains;
+        x += (speed - 0.5 * gains) * period_s;
+        let ahead = |vx_m_s| BodyTwist {
+            vx_m_s,
+            ..BodyTwist::ZERO
+        };
+        let angles = kinematics.inverse(&ahead(x)).rad_s;
+        let counted = angles.map(|angle| (angle / count).floor() * count);
+        let wheels: [f64; 4] = core::array::from_fn(|i| (counted[i] - before[i]) / period_s);
+        before = counted;
+        let mut input = EstimatorInput::new(&wheels.into());
+        input.yaw_rate_rad_s = 0.0;
+        assert_eq!(estimator.step(&mut state, &input).readings, 4, "{k}");
+    }
+}

@@ -18,6 +18,10 @@ const UNTAKEN: f64 = 16.0;
 const JUMP_M_S: f64 = 0.3;
 const JUMP_M_S2: f64 = 30.0;
 const JUMP_DEVIATIONS: f64 = 30.0;
+/// The noise of a wheel that counts is a count over `sqrt(period * COUNTED_S)`: a count and a half in a period is no
+/// jump.
+const COUNTED_S: f64 = 0.3;
+const COUNTS: f64 = 1.5;
 /// The same of the yaw rate \[rad/s\], \[rad/s^2\].
 const JUMP_RAD_S: f64 = 1.0;
 const JUMP_RAD_S2: f64 = 100.0;
@@ -85,9 +89,11 @@ impl<R: Real, const N: usize> Estimator<R, N> {
         // Mean velocity of the wheels per velocity of the vehicle, in any direction.
         let per_speed = ((x + y) / R::of(N as f64)).sqrt();
         let jump_m_s = R::of(JUMP_M_S) + R::of(JUMP_M_S2) * config.period_s;
+        let counts = R::of(COUNTS) * (R::of(COUNTED_S) / config.period_s).sqrt();
+        let deviations = max(counts, R::of(JUMP_DEVIATIONS));
         Ok(Self {
             config,
-            jump_rad_s: max(per_speed * jump_m_s, R::of(JUMP_DEVIATIONS) * config.wheel_rad_s),
+            jump_rad_s: max(per_speed * jump_m_s, deviations * config.wheel_rad_s),
             kinematics: *kinematics,
             shares: kinematics.forward_matrix().map(|row| row.map(|f| f * f)),
             redundancy: kinematics.redundancy(),
