@@ -29,7 +29,7 @@ from campaign import Campaign, Setting, faults, run
 TOP = Path(__file__).resolve().parents[2]
 
 
-def built() -> tuple[Path, Path]:
+def built(folder: Path) -> tuple[Path, Path]:
     """The command and the Rust campaign, as `make test` builds them: with overflow checks."""
     # A test of the command's package makes Cargo build the command, with the features that all tests share.
     profile = ["--release", "--config", "scripts/test_profile.toml"]
@@ -38,7 +38,9 @@ def built() -> tuple[Path, Path]:
     lines = subprocess.run(cargo, cwd=TOP, stdout=subprocess.PIPE, check=True, text=True).stdout.splitlines()
     made = [json.loads(line) for line in lines if '"executable":"' in line]
     paths = {item["target"]["name"]: Path(item["executable"]) for item in made}
-    return paths["omnistep"], paths["attack"]
+    # A copy, because other builds replace it.
+    folder.mkdir()
+    return Path(shutil.copy(paths["omnistep"], folder)), paths["attack"]
 
 
 def in_rust(setting: Setting, attack: Path) -> list[Campaign]:
@@ -74,7 +76,7 @@ def main() -> int:
     shutil.rmtree(keep, ignore_errors=True)
     work = keep / "work"
     work.mkdir(parents=True)
-    omnistep, attack = built()
+    omnistep, attack = built(work / "program")
     setting = Setting(omnistep, TOP, work, keep, arguments.seed, arguments.long)
     campaigns = {
         "rust": lambda: in_rust(setting, attack),
