@@ -7,16 +7,9 @@ use omni_sim::{Error, Simulation, Trace, Verdict, run};
 
 /// On the fast engine, unless the keys name the other one.
 fn scenario(name: &str, keys: &[&str]) -> Scenario {
-    let names_one = keys.iter().any(|key| key.starts_with("physics.engine="));
-    let engine = if names_one {
-        ""
-    } else {
-        "physics.engine=articulated"
-    };
-    let keys: Vec<_> = [engine]
+    let keys: Vec<_> = ["physics.engine=articulated"]
         .iter()
         .chain(keys)
-        .filter(|key| !key.is_empty())
         .map(|key| Override::parse(key).expect("KEY=VALUE"))
         .collect();
     Scenario::load(name, &keys).expect("valid")
