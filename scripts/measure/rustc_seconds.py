@@ -12,7 +12,7 @@ import resource
 import subprocess
 import sys
 
-code = subprocess.call(sys.argv[1:])
+code = subprocess.call(sys.argv[1:], close_fds=False)  # with the jobserver of cargo
 used = resource.getrusage(resource.RUSAGE_CHILDREN)
 if "--crate-name" in sys.argv:  # else cargo asks for the version
     name = sys.argv[sys.argv.index("--crate-name") + 1]
