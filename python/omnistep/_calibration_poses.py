@@ -5,7 +5,7 @@ from __future__ import annotations
 from cmath import rect
 from collections.abc import Sequence
 from itertools import pairwise
-from math import cos, remainder, sin, tau
+from math import cos, nan, remainder, sin, tau
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -93,11 +93,13 @@ class Recording:
         moving = sum(np.count_nonzero(np.diff(way)) for way in ways) * self._raster() * self.period_s
         #: Rotation of wheels in a piece [m], at the rim.
         self.piece_m = float(total / moving * PIECE_S)
-        self.pieces = [
-            Piece(self, stretch, begin, end)
+        cuts = [
+            (stretch, begin, end)
             for stretch, way in zip(self.stretches, ways, strict=True)
             for begin, end in self._cuts(stretch, way)
         ]
+        self.pieces = [Piece(self, index, *cut) for index, cut in enumerate(cuts)]
+        self._measured: tuple[float, list[list[float]]] = (nan, [])
         if len(self.pieces) < FEWEST:
             why = self._why_few(vehicle)
             raise ConfigError(
@@ -112,9 +114,21 @@ class Recording:
         return f"from {first:.4g} to {first + (len(self.log.measured) - 1) * self.period_s:.4g} s"
 
     def at(self, row: Any, delay_s: float) -> Floats:
-        """Measured pose of the plate at a row, (3,) or (T, 3), with a delayed clock."""
+        """Measured pose of the plate at rows, (T, 3) or (2, T, 3), with a delayed clock."""
         late = np.asarray(row) + delay_s / self.period_s
         return np.stack([np.interp(late, self.known, column) for column in self.poses.T], axis=-1)
+
+    def measured(self, delay_s: float) -> list[list[float]]:
+        """Measured motion of the plate in every piece, from its start and in the axes there: x, y [m], yaw [rad].
+
+        Kept for a fit, which asks for one delay many times.
+        """
+        if self._measured[0] != delay_s:
+            begin, end = self.at(np.array([piece.rows for piece in self.pieces]).T, delay_s)
+            dx, dy, dyaw = (end - begin).T
+            c, s = np.cos(begin[:, 2]), np.sin(begin[:, 2])
+            self._measured = delay_s, np.stack([c * dx + s * dy, c * dy - s * dx, dyaw], axis=-1).tolist()
+        return self._measured[1]
 
     def yaw_of_plate(self, kinematics: Kinematics) -> float:
         """Approximate yaw of the plate: the rotation from odometry of the pieces to the measured displacements."""
@@ -242,8 +256,8 @@ class Recording:
 class Piece:
     """A part of a recording: odometry from its start, and the pose at its end in the axes of that at its start."""
 
-    def __init__(self, recording: Recording, stretch: Stretch, begin: int, end: int) -> None:
-        self.recording, self.rows = recording, (stretch.first + begin, stretch.first + end)
+    def __init__(self, recording: Recording, index: int, stretch: Stretch, begin: int, end: int) -> None:
+        self.recording, self.index, self.rows = recording, index, (stretch.first + begin, stretch.first + end)
         times = [(recording.first + row) * recording.period_s for row in self.rows]
         self.where = f"{recording.where} from {times[0]:.1f} to {times[1]:.1f} s"
         positions = stretch.positions[begin : end + 1]
@@ -263,10 +277,8 @@ class Piece:
 
     def measured(self, delay_s: float) -> tuple[float, float, float]:
         """Measured final pose of the plate, relative to its start: x, y [m], yaw [rad]."""
-        begin, end = self.recording.at(self.rows, delay_s)
-        dx, dy, dyaw = end - begin
-        c, s = cos(begin[2]), sin(begin[2])
-        return c * dx + s * dy, c * dy - s * dx, dyaw
+        x, y, yaw = self.recording.measured(delay_s)[self.index]
+        return x, y, yaw
 
     def errors(self, kinematics: Kinematics, plate: Plate) -> tuple[list[float], list[float]]:
         """Odometry less the measurement: positions [m], headings [rad]."""

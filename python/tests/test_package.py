@@ -63,11 +63,6 @@ def test_the_stub_says_what_the_module_has():
     assert checked.returncode == 0, checked.stdout + checked.stderr
 
 
-def test_the_package_is_typed_strictly():
-    checked = command(sys.executable, "-m", "mypy", "--strict", "--cache-dir", "/dev/null", "-p", "omnistep")
-    assert checked.returncode == 0, checked.stdout + checked.stderr
-
-
 @pytest.mark.parametrize("policy", ["independent", "scale_torques", "scale_references", "shared_integral"])
 def test_a_log_opens_in_mcap_with_crcs_and_in_rosbags(policy, tmp_path):
     log = tmp_path / "run.mcap"
