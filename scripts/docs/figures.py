@@ -62,15 +62,25 @@ def wheel_fight() -> Axes:
 
 
 def climb_charts() -> Axes:
-    """Draw charts under traction: two that the tests of plans keep, and steps up of omni3, which take half a minute."""
+    """Draw charts: two that the tests of plans keep, and steps up of three more, which take two minutes."""
     kept = ROOT / "crates" / "omni-plan" / "tests" / "charts"
     chugo7, mecanum4 = (omnistep.ClimbChart.read(kept / f"{name}.toml") for name in ("chugo7", "mecanum4"))
-    omni3 = omnistep.climb_chart("omni3", policy="traction", edges=["step"])
-    polar = {"projection": "polar"}
-    _, axes = plt.subplots(2, 2, figsize=(7.8, 8.2), subplot_kw=polar, layout="constrained")
-    drawn = [(chugo7, "step"), (chugo7, "drop"), (omni3, "step"), (mecanum4, "step")]
+    omni3, rocker_bogie6 = (
+        omnistep.climb_chart(name, policy="traction", edges=["step"]) for name in ("omni3", "rocker_bogie6")
+    )
+    pid = omnistep.climb_chart("chugo7", policy="independent", edges=["step"])
+    drawn = [
+        (chugo7, "step"),
+        (pid, "step"),
+        (chugo7, "drop"),
+        (mecanum4, "step"),
+        (omni3, "step"),
+        (rocker_bogie6, "step"),
+    ]
+    _, axes = plt.subplots(3, 2, figsize=(7.8, 12.3), subplot_kw={"projection": "polar"}, layout="constrained")
     for ax, (chart, edge) in zip(axes.ravel(), drawn, strict=True):
         omnistep.plot.chart(chart, edge=edge, ax=ax).get_legend().remove()
+    axes[0, 1].set_title("chugo7, plain PID: step up [mm]", fontsize="large")
     return axes[0, 0]
 
 
