@@ -1,6 +1,6 @@
-"""Draws docs/images/control-step.png: the blocks of one control step, and what belongs to the robot.
+"""Draws the block diagrams of the overview: control-step.png and file-to-firmware.png in docs/images.
 
-python scripts/docs/block_diagram.py
+python scripts/docs/block_diagrams.py
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ ARROW = {"arrowstyle": "-|>", "color": RUBBER, "lw": 1.4, "shrinkA": 0, "shrinkB
 
 
 def box(axes: Axes, column: int, row: int, text: str, *, ours: bool = True, accent: bool = False) -> None:
-    """A block with its text: grey if it is part of the control step, white if it is the robot's."""
+    """A block with its text: grey if it is omnistep's, white if it is the user's."""
     x, y = COLUMNS[column], ROWS[row]
     axes.add_patch(
         FancyBboxPatch(
@@ -49,8 +49,8 @@ def label(axes: Axes, x: float, y: float, text: str) -> None:
     axes.text(x, y, text, ha="center", va="center", size=9.5, color=RUBBER, style="italic", linespacing=1.1)
 
 
-def main() -> None:
-    """Draw it."""
+def control_step() -> None:
+    """Draw the blocks of one control step, and what belongs to the robot."""
     figure, axes = plt.subplots(figsize=(8.6, 5.0), layout="constrained")
     low, middle, high = ROWS
     first, second, third, last = COLUMNS
@@ -103,5 +103,53 @@ def main() -> None:
     figure.savefig(ROOT / "docs/images/control-step.png", dpi=120)
 
 
+def file_to_firmware() -> None:
+    """Draw the way from a file to firmware, and from a robot's recording back to the file."""
+    figure, axes = plt.subplots(figsize=(8.6, 5.0), layout="constrained")
+    low, middle, high = ROWS
+    first, second, third, last = COLUMNS
+    half, tall = WIDE / 2, HIGH / 2
+    box(axes, 0, 2, "vehicle file,\nscenario file", ours=False, accent=True)
+    box(axes, 1, 2, "simulation")
+    box(axes, 2, 2, "log (MCAP)")
+    box(axes, 3, 2, "report, plots,\nany MCAP viewer")
+    box(axes, 1, 1, "constants\nin Rust or C")
+    box(axes, 2, 1, "your firmware\nwith omni-core", ours=False)
+    box(axes, 3, 1, "robot", ours=False)
+    box(axes, 3, 0, "recording\n(CSV, ROS bag)", ours=False)
+    box(axes, 2, 0, "log (MCAP)")
+    box(axes, 1, 0, "measured radii,\nmasses, friction")
+    across = (((first, second), high, "run"), ((second, third), high, ""), ((third, last), high, "report"))
+    across += (((second, third), middle, "build"), ((third, last), middle, "flash"))
+    for (left, right), row, name in across:
+        arrow(axes, (left + half, row), (right - half, row))
+        label(axes, (left + right) / 2, row + 0.22, name)
+    # From the file down to the constants.
+    axes.plot([first, first], [high - tall, middle], color=RUBBER, lw=1.4)
+    arrow(axes, (first, middle), (second - half, middle))
+    label(axes, (first + second) / 2 - 0.2, middle + 0.25, "export")
+    arrow(axes, (last, middle - tall), (last, low + tall))
+    for right, left, name in ((last, third, "import"), (third, second, "calibrate,\nidentify")):
+        arrow(axes, (right - half, low), (left + half, low))
+        label(axes, (left + right) / 2, low + (0.22 if name == "import" else 0.7), name)
+    # And back to the file.
+    edge = first - half + 0.3
+    axes.plot([second - half, edge], [low, low], color=RUBBER, lw=1.4)
+    arrow(axes, (edge, low), (edge, high - tall))
+    axes.text(
+        first - half,
+        low - 0.95,
+        "grey: from omnistep; white: yours; in italics: what you run",
+        ha="left",
+        va="center",
+        size=9.5,
+        color=RUBBER,
+    )
+    axes.set(xlim=(first - half - 0.1, last + half + 0.1), ylim=(low - 1.2, high + 1.0), aspect="equal")
+    axes.axis("off")
+    figure.savefig(ROOT / "docs/images/file-to-firmware.png", dpi=120)
+
+
 if __name__ == "__main__":
-    main()
+    control_step()
+    file_to_firmware()
