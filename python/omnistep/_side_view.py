@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 # Ground shown before the first wheel's centre and after the last one's [m].
 _MARGIN_M = 0.15
+# Room for the time above a vehicle, as a part of the picture's width.
+_LABEL = 0.05
 
 
 def span(run: Trace | Log) -> tuple[float, float]:
@@ -47,7 +49,8 @@ def draw(run: Trace | Log, *, every_s: float, ax: Axes | None, span: tuple[float
     middle = int(np.argmin(np.abs(x[0] - x[0].mean())))
     side = _one_a_row(x[0])
     drawings = rows[::3]
-    colours = plt.get_cmap("viridis")(np.linspace(0.0, 0.9, len(drawings)))
+    colours = plt.get_cmap("viridis")(np.linspace(0.0, 0.8, len(drawings)))
+    lines: list[tuple[float, int]] = []
     for row, colour in zip(drawings, colours, strict=True):
         for k in side:
             circle = plt.Circle((x[row, k], z[row, k]), trace.wheel_radius_m[k], facecolor=(*colour[:3], 0.12))
@@ -55,6 +58,21 @@ def draw(run: Trace | Log, *, every_s: float, ax: Axes | None, span: tuple[float
             ax.add_patch(circle)
         order = side[np.argsort(x[row, side])]
         ax.plot(x[row, order], z[row, order], color=colour, linewidth=2.5, solid_capstyle="round")
+        # A run that comes back has times above others: what is too near is one line higher.
+        here, line = float(x[row, side].mean()), 0
+        while any(line == other and abs(here - there) < _LABEL * (span[1] - span[0]) for there, other in lines):
+            line += 1
+        lines.append((here, line))
+        top = float(np.max(z[row, side] + trace.wheel_radius_m[side]))
+        ax.annotate(
+            f"{time[row]:.1f} s",
+            (here, top),
+            xytext=(0, 2 + 12 * line),
+            textcoords="offset points",
+            color=colour,
+            ha="center",
+            va="bottom",
+        )
     ax.plot(
         x[rows, middle],
         z[rows, middle],
@@ -72,7 +90,7 @@ def draw(run: Trace | Log, *, every_s: float, ax: Axes | None, span: tuple[float
     ax.set_ylabel("z [m]")
     ax.set_title(title(trace))
     ax.set_ylim(-0.03, float(z.max()) + 2.5 * float(trace.wheel_radius_m.max()))
-    ax.legend(loc="upper left", fontsize="small")
+    ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.2, fontsize="small", frameon=False)
     return ax
 
 

@@ -86,6 +86,8 @@ def test_a_side_view_marks_the_middle_joint_every_three_tenths(climb):
     assert len(points.get_xdata()) == 21  # 0 to 6 s
     np.testing.assert_array_equal(points.get_xdata()[1:], climb["wheel_4_x_m"][299::300])
     assert points.get_ydata()[-1] == pytest.approx(0.05 + 0.066, abs=1e-3)  # on the upper plane
+    # The vehicle is drawn at every third point, and says when.
+    assert [text.get_text() for text in ax.texts] == [f"{0.9 * k:.1f} s" for k in range(7)]
     with pytest.raises(ValueError, match="allowed: > 0"):
         omnistep.plot.side_view(climb, every_s=0.0)
 
@@ -104,7 +106,11 @@ def test_a_drive_aside_and_one_that_backs_off_at_a_step_have_a_side_view():
     assert omnistep.plot.side_view(omnistep.run("flat", overrides=aside))
     retries = omnistep.run("hard_step", policy="traction")
     assert (retries.outcome.retries or 0) > 0
-    assert omnistep.plot.side_view(retries)
+    ax = omnistep.plot.side_view(retries)
+    # It comes back to where it was: no two times are in one place.
+    ax.figure.canvas.draw()
+    boxes = [text.get_window_extent() for text in ax.texts]
+    assert len(boxes) > 5 and not any(one.overlaps(other) for k, one in enumerate(boxes) for other in boxes[:k])
 
 
 def test_wheels_draws_each_wheel_of_each_run_and_the_loads(wheel_runs):

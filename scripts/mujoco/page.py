@@ -28,7 +28,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
 IMAGES = Path(__file__).resolve().parents[2] / "docs" / "images"
-VEHICLES = {"omni3": 0.75, "mecanum4": 1.15, "chugo7": 1.25, "rocker_bogie6": 1.25}
+VEHICLES = {"omni3": 0.58, "mecanum4": 0.85, "chugo7": 0.98, "rocker_bogie6": 0.98}
 ELLIPSOID, CAPSULE, MESH = (mujoco.mjtGeom.mjGEOM_ELLIPSOID, mujoco.mjtGeom.mjGEOM_CAPSULE, mujoco.mjtGeom.mjGEOM_MESH)
 
 
@@ -45,7 +45,7 @@ def picture(vehicle: str, distance_m: float) -> None:
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     camera = mujoco.MjvCamera()
-    camera.lookat[:], camera.distance, camera.azimuth, camera.elevation = (0.0, 0.0, 0.07), distance_m, 130.0, -22.0
+    camera.lookat[:], camera.distance, camera.azimuth, camera.elevation = (0.0, 0.0, 0.07), distance_m, 130.0, -28.0
     with mujoco.Renderer(model, 600, 960) as renderer:
         renderer.update_scene(data, camera)
         plt.imsave(IMAGES / f"mujoco-{vehicle}.png", renderer.render())
