@@ -89,8 +89,10 @@ for vehicle in chugo7 mecanum4; do
     mkdir -p $c/$vehicle
     constants flat --set vehicle=$vehicle --set control.policy=scale_references --set drive.discretize=false >$c/$vehicle/constants.h
     link cost_$vehicle cost $c/$vehicle
+    mkdir -p $c/$vehicle/traction
+    constants firmware/scenarios/traction.toml --set vehicle=$vehicle >$c/$vehicle/traction/constants.h
+    link cost_traction_$vehicle cost_traction $c/$vehicle/traction
 done
-link cost_traction cost_traction
 # Every function of the library, linked: no panic; the report looks at its symbols.
 link every_function every_function
 ./qemu.sh mps2-an386 $c/every_function

@@ -192,7 +192,7 @@ def side_view(run: Trace | Log, *, every_s: float = 0.3, ax: Axes | None = None)
     """Draw the climb from the side: figure 9 (a) of the paper, or (b).
 
     White points with a rim in the policy's colour are the joint point on the middle wheel at every interval. The
-    vehicle is drawn at every third point, seen from its right, and lighter with time; it moves to the right. One wheel
+    vehicle is drawn at every third point with the time above, seen from its right; it moves to the right. One wheel
     of each row is shown, and the frames as lines between their axles.
 
     Args:

@@ -164,8 +164,9 @@ def main() -> None:
         if processor == "Cortex-M4F":
             for name in ("drive", "everything", "traction", "estimator", "path"):
                 figures |= run(machine, release / name)[0]
-            for name in ("cost_chugo7", "cost_mecanum4", "cost_traction"):
-                figures |= run(machine, FIRMWARE / "target" / "c" / name)[0]
+            for vehicle in ("chugo7", "mecanum4"):
+                for name in (f"cost_{vehicle}", f"cost_traction_{vehicle}"):
+                    figures |= run(machine, FIRMWARE / "target" / "c" / name)[0]
             for name in ("controller", "loop"):
                 images[name] = Image(release / name)
             for name in ("drive_loop", "c/example", "c/drive", "c/traction"):

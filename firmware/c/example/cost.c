@@ -2,10 +2,7 @@
 #include "constants.h" /* written by `omnistep export` of a scenario with a [drive] of defaults */
 #include "count.h"
 #include "hash.h"
-
-#define JOINED(count, name) omni##count##_##name
-#define NAMED(count, name) JOINED(count, name)
-#define C(name) NAMED(OMNI_WHEELS, name)
+#include "named.h"
 
 static C(state) state;
 static C(sample) sample;
