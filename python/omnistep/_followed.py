@@ -20,9 +20,9 @@ Integers = NDArray[np.int64]
 OVER_S = 0.1
 #: Wheels follow what is commanded later: a first-order lag of one of these [s], and so many parts.
 LAGS_S, LATE = (0.0, 0.1, 0.2, 0.4, 0.8), range(-1, 4)
-#: Clocks are tried up to so many parts late and early, with so many parts left; they differ if what is unlike becomes
-#: this part of it.
-CLOCKS, LEFT, UNLIKE = 20, 30, 0.5
+#: Clocks are tried up to so many parts late and early, with so many parts and this part of all variation left; they
+#: differ if what is unlike becomes this part of it.
+CLOCKS, LEFT, VARIES, UNLIKE = 20, 30, 0.5, 0.5
 #: A wheel is driven by this part of what drives the others, of duty cycles by so much; it stands if it turns less than
 #: the third, in so many parts in sequence.
 DRIVEN, DRIVEN_DUTY, STANDS, STANDING = 0.3, 0.2, 0.05, 30
@@ -158,7 +158,8 @@ def _one_way(follows: _Follows, what: str) -> str:
     ]
     (given_back, given_on), (back, on) = ways
     if given_back == 0.0 < given_on and min(back, on) > BEYOND:
-        return f"{what} turn no wheel backwards, but wheels turn both ways: a direction, or offset, is lacking"
+        turn = "turns" if what == "the command" else "turn"
+        return f"{what} {turn} no wheel backwards, but wheels turn both ways: a direction, or offset, is lacking"
     if back == 0.0 < on and min(given_back, given_on) > BEYOND:
         return f"no wheel turns backwards, but {what} would turn some: the wheels lack their direction"
     return ""
@@ -192,6 +193,7 @@ class _Follows:
     def otherwise(self) -> list[Reading]:
         """The readings with which wheels that do not follow what is commanded would."""
         rows, own = np.arange(len(self.alike)), np.diag(self.alike)
+        products = self.turned.T @ self.lagged
         found: list[tuple[float, Reading]] = []
         for each in readings(len(rows)):
             # With this reading, wheel k of the file is wheel order[k] of the map.
@@ -199,7 +201,9 @@ class _Follows:
             changed = each.changed & self.moving[list(each.order)]
             least = ALIKE if min(each.signs) < 0 else SURELY
             better = as_read[changed] > own[list(each.order)][changed] + GAIN
-            if changed.any() and (as_read[changed] > least).all() and better.all():
+            # On the whole, too: at a constant speed what is left without the means is noise.
+            whole = (products[list(each.order), rows] * each.signs)[changed]
+            if changed.any() and (as_read[changed] > least).all() and better.all() and (whole >= 0.0).all():
                 found.append((float(as_read[self.moving].mean()), each))
         best = max((score for score, _ in found), default=0.0)
         if best < own[self.moving].mean() + GAIN / 4:
@@ -281,6 +285,7 @@ def _follows(measured_rad_s: Floats, commanded: Floats, period_s: float) -> _Fol
         return None
     sizes = [np.sqrt(np.mean(each[known] ** 2, axis=0)) for each in (turned, commanded)]
     moving = (sizes[0] > max(SLOW * float(sizes[0].max()), STILL)) & (sizes[1] > SLOW * float(sizes[1].max()))
+    varies = _variation(turned[known][:, moving])
     found: list[Tried] = []
     for lag in LAGS_S:
         # A bridge at zero brakes its motor, or leaves it open, so that the wheel goes on.
@@ -290,6 +295,9 @@ def _follows(measured_rad_s: Floats, commanded: Floats, period_s: float) -> _Fol
             for late in range(-CLOCKS, CLOCKS + 1) if moving.any() else (0,):
                 of, what, _ = together(turned, lagged, late)
                 if late and len(of) < max(LEFT, known.sum() // 2):
+                    continue
+                # Without its start, a drive at a constant speed is noise, which is like anything.
+                if late and _variation(of[:, moving]) < VARIES * varies:
                     continue
                 score = float(np.abs(_alike(of, what, moving)).max(axis=1)[moving].mean()) if moving.any() else 0.0
                 found.append(Tried(score, late, (lagged,)))
@@ -314,6 +322,11 @@ def most_alike(tried: list[Tried], usual: range) -> tuple[Tried, bool]:
     differ = best.late not in usual and abs(best.alike) > SURELY
     differ = differ and 1.0 - best.alike**2 < UNLIKE * (1.0 - own.alike**2)
     return (best if differ else own), differ
+
+
+def _variation(of: Floats) -> float:
+    """Sum of squares around the means of columns."""
+    return float(((of - of.mean(axis=0)) ** 2).sum())
 
 
 def _alike(of: Floats, what: Floats, moving: Flags) -> Floats:

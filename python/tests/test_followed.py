@@ -99,6 +99,30 @@ def test_a_vehicle_that_stands_or_drives_ahead_alone_says_nothing_of_the_order()
     )
 
 
+@pytest.mark.parametrize("policy", ["independent", "traction"])
+@pytest.mark.parametrize("seconds", [4.0, 20.0])
+@pytest.mark.parametrize("counts", [0.0, 4096.0])
+def test_a_drive_straight_ahead_at_one_speed_is_not_doubtful(policy, seconds, counts):
+    # Without its start nothing is left of it but the loops' overshoot, which falls while the command stays.
+    straight = {
+        "vehicle": "mecanum4",
+        "physics.engine": "articulated",
+        "duration_s": seconds,
+        "command": {"vx_m_s": 0.3, "ramp_s": 0.3},
+        "control.period_s": 0.005,
+        "sensors.encoder_counts": counts,
+        "vehicle.motor.gear_friction_n_m": 0.1,
+    }
+    trace, vehicle = omnistep.run("flat", policy=policy, overrides=straight), omnistep.Vehicle("mecanum4")
+    measured = trace.wheels("measured_rad_s")
+    asked = np.stack([trace[f"command_{axis}"] for axis in ("vx_m_s", "vy_m_s", "wz_rad_s")], axis=1)
+    assert _followed.of_command(vehicle, measured, asked, 0.005) == []
+    (line,) = _followed.of_command(vehicle, -measured, asked, 0.005)
+    assert "all wheels" in line and ("opposite" in line or "reversed" in line)
+    (line,) = _followed.of_command(vehicle, measured * [1, -1, 1, 1], asked, 0.005)
+    assert "the command turns no wheel backwards, but wheels turn both ways" in line
+
+
 def driven(name, seed=0, speed=0.4):
     """A minute of a vehicle's twists, another one every two seconds; wheels late by 0.1 s with noise, gyro, duty."""
     vehicle, rng = omnistep.Vehicle(name), np.random.default_rng(seed)
