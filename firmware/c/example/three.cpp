@@ -25,6 +25,8 @@ extern "C" void every_period() {
         std::uint32_t counter;
         if (read_counter(i, &counter)) {
             input.measured_rad_s[i] = base->encoders[i].step(counter);
+        } else {
+            base->encoders[i].missed(); // a period too: the next velocity is right
         }
     }
     omni_twist arrived;
