@@ -31,6 +31,8 @@ _SERIES = {
     "disturbed": "disturbed_ratio",
     "load": "force_normal_n",
 }
+#: Series with peaks of single periods, which would be lost between the rows of the plots.
+_PEAKS = ("slip", "load")
 #: Standard deviations from the middle of an ellipse of odometry to its rim.
 _SIGMAS = 2.0
 #: Marks a gap of a line: farther away than any vehicle drives, and exact in single precision.
@@ -292,7 +294,7 @@ def _run(log: Log) -> dict[str, Any]:
         "end": float(time[-1]),
         "obstacle": _obstacle_s(log),
         "time": _packed(time[rows]),
-        "series": {name: _measured(trace.wheels(signal)[rows]) for name, signal in _SERIES.items()},
+        "series": {name: _measured(_shown(name, trace.wheels(signal), rows)) for name, signal in _SERIES.items()},
         "frameTime": _packed(log.frame_time_s),
         "poses": _packed(poses),
         "frames": poses.shape[1],
@@ -301,6 +303,14 @@ def _run(log: Log) -> dict[str, Any]:
         "above": _above(log),
         "scene": shown,
     }
+
+
+def _shown(name: str, values: NDArray[np.float64], rows: NDArray[np.intp]) -> NDArray[np.float64]:
+    """Return a signal at some rows; of one that peaks, what is largest from each row to the next."""
+    if name not in _PEAKS:
+        return np.asarray(values[rows])
+    high, low = np.fmax.reduceat(values, rows), np.fmin.reduceat(values, rows)
+    return np.where(np.abs(high) >= np.abs(low), high, low)
 
 
 def _above(log: Log) -> dict[str, Any] | None:

@@ -76,6 +76,18 @@ def test_a_report_shows_shared_settings_below_its_title_and_others_in_names_and_
     assert "<p>height 0.03 m, friction 0.5, torque limit 2 N.m, wheel model balls," in report.page(logs[:1])
 
 
+def test_plots_of_a_report_keep_peaks_of_single_periods(run):
+    trace, path = run
+    read = report._run(omnistep.read_mcap(path))
+    for name, signal in (("slip", "slip_ratio"), ("load", "force_normal_n")):
+        shown = np.frombuffer(base64.b64decode(read["series"][name]), "<f4").reshape(-1, 7)
+        # Climbs have peaks between two of the plot's rows, which are 20 ms apart.
+        assert len(shown) <= 102 < len(trace)
+        largest = np.nanmax(np.abs(trace.wheels(signal)), axis=0)
+        np.testing.assert_allclose(np.abs(shown).max(axis=0), largest, rtol=1e-6)
+        assert (np.abs(trace.wheels(signal)[::20]).max(axis=0) < 0.9 * largest).any(), signal
+
+
 def test_a_report_marks_runs_whose_balls_do_not_stand_for_the_wheels(tmp_path):
     logs = []
     # A vehicle with mecanum wheels meets a step with its rollers, the other one does not.

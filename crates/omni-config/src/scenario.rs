@@ -334,7 +334,7 @@ impl Scenario {
         Command::complete(&mut table);
         let whole = || Self::load("step", &[]).ok()?.to_toml().ok()?.parse().ok();
         let mut scenario: Self = read(source, table).map_err(|error| with_place(error, whole))?;
-        scenario.vehicle.assumed = vehicle.assumed;
+        scenario.vehicle = vehicle; // with what is in no file: assumptions
         scenario.wheel_model = scenario.wheel_model_here();
         scenario.choose_policy();
         scenario.check(source)?;

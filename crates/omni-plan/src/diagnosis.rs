@@ -131,6 +131,7 @@ impl Diagnosis<'_> {
             y_m: f64::midpoint(from[1], to[1]),
             height_m: rise_m.abs(),
             up,
+            charted: best.is_some(),
             allowed_m,
             side_deg,
             limit_m,

@@ -64,6 +64,8 @@ pub struct LackingEdge {
     pub height_m: f64,
     /// Is it a step up, on the way that lacks least?
     pub up: bool,
+    /// Does the chart have such steps of any side? If not, what follows is 0.
+    pub charted: bool,
     /// The most that may be planned with, of all sides \[m\].
     pub allowed_m: f64,
     /// The side that has it \[deg\].
@@ -77,13 +79,23 @@ pub struct LackingEdge {
 impl std::fmt::Display for LackingEdge {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let mm = |length_m: f64| (1e4 * length_m).round() / 10.0;
+        let (way, edge) = if self.up { ("up", "step") } else { ("down", "drop") };
         write!(
             f,
-            "edge at ({:.2}, {:.2}): {} mm {}, at most {} mm from {} ({} of {})",
+            "edge at ({:.2}, {:.2}): {} mm {way}",
             self.x_m,
             self.y_m,
-            mm(self.height_m),
-            if self.up { "up" } else { "down" },
+            mm(self.height_m)
+        )?;
+        if !self.charted {
+            return write!(
+                f,
+                ", and the chart has no steps {way} (omnistep chart --edge {edge})"
+            );
+        }
+        write!(
+            f,
+            ", at most {} mm from {} ({} of {})",
             mm(self.allowed_m),
             side_name(self.side_deg),
             self.margin,

@@ -46,7 +46,7 @@ const RINGS: isize = 3;
 /// assert!((route.crossings[0].height_m - 0.04).abs() < 1e-9);
 /// // And back it does not get: nothing is known of steps down.
 /// let error = planner.plan(&Pose::new(3.2, 1.5, 0.0), &Goal::place(0.8, 1.5)).unwrap_err();
-/// assert!(error.to_string().contains("40 mm down, at most 0 mm"));
+/// assert!(error.to_string().contains("40 mm down, and the chart has no steps down"));
 /// # Ok::<(), omni_plan::Error>(())
 /// ```
 #[derive(Debug)]

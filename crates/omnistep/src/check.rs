@@ -405,6 +405,10 @@ fn too_low(vehicle: &Vehicle, height_m: f64) -> Option<String> {
     })
 }
 
+/// Cosine of its rolling direction to the direction of travel, below which a wheel stands across it.
+#[cfg(feature = "climb-limits")]
+const ACROSS: f64 = 0.1;
+
 /// Requirements of a step of a height for a vehicle, as one of [`facts`]; requirements beyond its motors are doubtful.
 #[cfg(feature = "climb-limits")]
 fn on_step(
@@ -448,8 +452,21 @@ fn on_step(
                 needs.push(format!("{wheels} {torque:.2}"));
             }
             let needs = needs.join(", ");
+            let across: Vec<_> = vehicle
+                .wheel
+                .iter()
+                .filter(|wheel| wheel.rolling_direction[0].abs() < ACROSS)
+                .map(|wheel| wheel.name.as_str())
+                .collect();
+            let roller = match across[..] {
+                [] => String::new(),
+                _ => format!(
+                    "; wheel {} stands across and meets the edge with a roller, which this leaves out: use omnistep chart",
+                    across.join(", ")
+                ),
+            };
             return Ok(format!(
-                "\n  {:<8} {where_}, least torques at first contact [N.m]: {needs}; the motor has {has}",
+                "\n  {:<8} {where_}, least torques at first contact [N.m]: {needs}; the motor has {has}{roller}",
                 "step"
             ));
         }

@@ -29,7 +29,7 @@ pub enum Error {
     /// What the vehicle climbs is not known.
     #[cfg(feature = "plan")]
     #[error(
-        "{} does not exist, and says what {vehicle} climbs; omnistep chart makes it, or name another with --chart",
+        "there is no chart of {vehicle} under {policy}: {} does not exist; make it with omnistep chart VEHICLE --policy {policy}, or name another with --chart",
         file.display()
     )]
     NoChart {
@@ -37,6 +37,8 @@ pub enum Error {
         file: PathBuf,
         /// The vehicle.
         vehicle: String,
+        /// The scenario's policy.
+        policy: String,
     },
     /// Minimum torque and run-up of a climb.
     #[cfg(feature = "climb-limits")]

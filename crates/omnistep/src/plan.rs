@@ -139,6 +139,7 @@ pub(super) fn charted(scenario: &Scenario, file: Option<&Path>) -> Result<Chart,
             .ok_or_else(|| Error::NoChart {
                 file: usual(),
                 vehicle: vehicle.name.clone(),
+                policy: policy.clone(),
             })?,
     };
     let chart = crate::chart::read(&file)?;

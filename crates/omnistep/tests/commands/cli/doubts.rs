@@ -76,6 +76,35 @@ fn doubts_of_a_vehicle_are_lines_and_errors_with_strict() {
         "{warnings:?}"
     );
 
+    // With a geared rotor that the file states, none is, whether the vehicle is checked or a scenario that names it.
+    edited(
+        path,
+        "mecanum4",
+        &[
+            ("inertia_kg_m2 = 0.0035 ", "# "),
+            (
+                "[motor]",
+                "[motor]\nrotor_inertia_kg_m2 = 1e-5\ngear_ratio = 30.0",
+            ),
+        ],
+    );
+    assert_eq!(checked(path, &["--strict"]).1, Some(0));
+    let made = omnistep(
+        path,
+        &[
+            "new",
+            "scenario",
+            "mine",
+            "--template",
+            "flat",
+            "--vehicle",
+            "own.toml",
+        ],
+    );
+    assert!(made.status.success());
+    let said = omnistep(path, &["check", "--strict", "mine.toml"]);
+    assert!(said.status.success(), "{said:?}");
+
     // 2800 kg with motors of a toy, and no gains: the derived ones follow in seconds.
     let start = "[gains]";
     let text = {

@@ -6,6 +6,29 @@ use std::path::Path;
 use super::{omnistep, one_of_each, refused, rows, stderr, stdout};
 
 #[test]
+fn a_map_and_a_chart_are_named_with_the_command_that_reads_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let made = omnistep(
+        folder.path(),
+        &["new", "import-map", "m", "--vehicle", "mecanum4"],
+    );
+    assert!(made.status.success(), "{made:?}");
+    assert_eq!(
+        refused(folder.path(), &["check", "m.toml"]),
+        "error: m.toml: top level: this is a map, which omnistep import reads with --map, not a scenario file\n"
+    );
+    let chart = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../omni-plan/tests/charts/mecanum4.toml"
+    );
+    fs::copy(chart, folder.path().join("c.toml")).unwrap();
+    assert_eq!(
+        refused(folder.path(), &["run", "c.toml"]),
+        "error: c.toml: top level: this is a climb chart, which omnistep plan reads with --chart, not a scenario file\n"
+    );
+}
+
+#[test]
 fn a_file_of_another_kind_is_named_with_its_command() {
     let folder = one_of_each();
     for (args, expected) in [
