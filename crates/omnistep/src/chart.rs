@@ -74,7 +74,8 @@ pub(super) fn chart(args: &ChartArgs, out: &mut dyn Write) -> Result<(), Error> 
         String::new()
     };
     let seconds = start.elapsed().as_secs_f64();
-    print(out, &format!("{} cells{kept}; {seconds:.1} s\n", made.cell.len()))?;
+    let (count, s) = (made.cell.len(), if made.cell.len() == 1 { "" } else { "s" });
+    print(out, &format!("{count} cell{s}{kept}; {seconds:.1} s\n"))?;
     print_path(out, &file)
 }
 

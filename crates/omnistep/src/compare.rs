@@ -368,8 +368,13 @@ pub(super) fn headline_for(scenario: &Scenario, commanded: &str) -> String {
         some if some < wheels.len() => " on balls and rollers",
         _ => " on rollers",
     };
+    let blocks = match scenario.block.len() {
+        0 => String::new(),
+        1 => " with 1 block".into(),
+        count => format!(" with {count} blocks"),
+    };
     format!(
-        "{vehicle}{on} {}, friction {}, {commanded}, torque limit {torque} N.m",
+        "{vehicle}{on} {}{blocks}, friction {}, {commanded}, torque limit {torque} N.m",
         scenario.terrain.described(),
         scenario.terrain.friction(),
     )

@@ -129,7 +129,10 @@ fn check_says_from_which_sides_a_charted_vehicle_climbs_a_step() {
         let expected = format!("\n  chart    step of {height} m {line}");
         assert!(said.contains(&expected), "{said}");
         assert!(said.contains("(independent, friction 0.7, 0.3 m/s)"), "{said}");
-        assert!(said.contains("; wheel 1 stands across and meets the edge with a roller"), "{said}");
+        assert!(
+            said.contains("; wheel 1 stands across and meets the edge with a roller"),
+            "{said}"
+        );
         match warning {
             Some(warning) => assert!(warned.contains(warning), "{warned}"),
             None => assert!(!warned.contains("chart"), "{warned}"),
