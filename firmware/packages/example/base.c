@@ -22,6 +22,8 @@ void base_period(void) {
         input.received[i] = read_counter(i, &counter);
         if (input.received[i]) {
             omni_encoder_step(&OMNI_ENCODER, &encoders[i], counter, no_edge_time, &input.measured.rad_s[i]);
+        } else {
+            omni_encoder_missed(&OMNI_ENCODER, &encoders[i]); /* a period too: the next velocity is right */
         }
     }
     input.commanded = read_command(&input.command);
