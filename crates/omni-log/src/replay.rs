@@ -169,9 +169,13 @@ impl Inputs {
             return Ok(());
         }
         if scenario.has_traction() && !knows_the_body(sensed, &scenario.sensors) {
+            let (readings, with) = match scenario.vehicle().hinge.is_empty() {
+                true => ("gyro and attitude", "them ([gyro] and [attitude] of the map)"),
+                false => ("hinges and inertial measurement unit", "both"),
+            };
             let what = format!(
-                "no readings of hinges and inertial measurement unit, but {} needs them, allowed: a recording with both, or \
-                 a policy of wheel speed loops",
+                "no readings of {readings}, but {} needs them, allowed: a recording with {with}, or a policy of wheel speed \
+                 loops",
                 scenario.control.law()
             );
             return Err(LogError::lacks(path, what).into());
