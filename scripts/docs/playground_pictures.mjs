@@ -18,6 +18,8 @@ const browser = await launched();
 const tab = await browser.newPage({ viewport: { width: 800, height: 1200 }, colorScheme: "light" });
 await tab.goto(`http://127.0.0.1:${server.address().port}/`);
 await tab.waitForSelector("html[data-mode=ended]", { state: "attached", timeout: 120_000 });
+// How fast this machine draws is of no interest.
+await tab.addStyleTag({ content: "#drawing { display: none; }" });
 await tab.waitForTimeout(1000);
 const examples = await tab.locator("#examples").boundingBox();
 await tab.screenshot({ path: "docs/images/playground.png", clip: { x: 0, y: 0, width: 800, height: Math.ceil(examples.y + examples.height) + 8 } });
