@@ -236,12 +236,17 @@ impl Source {
     /// Refuses a table that clearly describes something else.
     pub(crate) fn expect(&self, wanted: FileKind, table: &Table) -> Result<(), Error> {
         let has = |keys: [&str; 2]| keys.iter().all(|key| table.contains_key(*key));
-        let other = match () {
-            () if has(["time", "wheels"]) => Some("a map, which omnistep import reads with --map"),
-            () if has(["cell", "start"]) => Some("a climb chart, which omnistep plan reads with --chart"),
-            () => None,
-        };
-        if let Some(other) = other {
+        let others = [
+            (
+                ["time", "wheels"],
+                "a map, which omnistep import reads with --map",
+            ),
+            (
+                ["cell", "start"],
+                "a climb chart, which omnistep plan reads with --chart",
+            ),
+        ];
+        if let Some((_, other)) = others.into_iter().find(|(keys, _)| has(*keys)) {
             return Err(self.refuse(
                 "top level",
                 format!("this is {other}, not {}", wanted.called(&self.file)),
