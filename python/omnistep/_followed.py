@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -285,20 +286,13 @@ def _follows(measured_rad_s: Floats, commanded: Floats, period_s: float) -> _Fol
         return None
     sizes = [np.sqrt(np.mean(each[known] ** 2, axis=0)) for each in (turned, commanded)]
     moving = (sizes[0] > max(SLOW * float(sizes[0].max()), STILL)) & (sizes[1] > SLOW * float(sizes[1].max()))
-    varies = _variation(turned[known][:, moving])
     found: list[Tried] = []
     for lag in LAGS_S:
         # A bridge at zero brakes its motor, or leaves it open, so that the wheel goes on.
         for coasts in (False, True):
             lagged = _lagged(np.nan_to_num(commanded), np.exp(-OVER_S / lag) if lag else 0.0, coasts)
             lagged[unknown] = np.nan
-            for late in range(-CLOCKS, CLOCKS + 1) if moving.any() else (0,):
-                of, what, _ = together(turned, lagged, late)
-                if late and len(of) < max(LEFT, known.sum() // 2):
-                    continue
-                # Without its start, a drive at a constant speed is noise, which is like anything.
-                if late and _variation(of[:, moving]) < VARIES * varies:
-                    continue
+            for late, of, what in with_clocks(turned, lagged, moving):
                 score = float(np.abs(_alike(of, what, moving)).max(axis=1)[moving].mean()) if moving.any() else 0.0
                 found.append(Tried(score, late, (lagged,)))
     best, differ = most_alike(found, LATE)
@@ -326,7 +320,7 @@ def most_alike(tried: list[Tried], usual: range) -> tuple[Tried, bool]:
 
 def _variation(of: Floats) -> float:
     """Sum of squares around the means of columns."""
-    return float(((of - of.mean(axis=0)) ** 2).sum())
+    return float(((of - of.mean(axis=0)) ** 2).sum()) if len(of) else 0.0
 
 
 def _alike(of: Floats, what: Floats, moving: Flags) -> Floats:
@@ -339,6 +333,20 @@ def _alike(of: Floats, what: Floats, moving: Flags) -> Floats:
 def parts(columns: Floats, period_s: float) -> Floats:
     """Means of columns over the compared parts of the time, NaN if one is unknown."""
     return means(columns, period_s, OVER_S)
+
+
+def with_clocks(of: Floats, what: Floats, moving: Flags) -> Iterator[tuple[int, Floats, Floats]]:
+    """Parts of two signals with every clock that is tried, by how late the first is; the smallest difference first.
+
+    Without its start, a drive at a constant speed is noise, which is like anything: a clock is tried only if enough
+    parts, and of the moving columns enough variation, are left.
+    """
+    own, _, _ = together(of, what, 0)
+    enough, varies = max(LEFT, len(own) // 2), VARIES * _variation(own[:, moving])
+    for late in sorted(range(-CLOCKS, CLOCKS + 1), key=abs):
+        first, second, _ = together(of, what, late)
+        if not late or (len(first) >= enough and _variation(first[:, moving]) >= varies):
+            yield late, first, second
 
 
 def together(of: Floats, what: Floats, late: int) -> tuple[Floats, Floats, Integers]:

@@ -7,9 +7,7 @@ from numpy.typing import NDArray
 
 from omnistep._followed import (
     ALSO,
-    CLOCKS,
     GAIN,
-    LEFT,
     MOST,
     OVER_S,
     SURELY,
@@ -19,6 +17,7 @@ from omnistep._followed import (
     parts,
     readings,
     together,
+    with_clocks,
 )
 from omnistep._omnistep import Kinematics, Vehicle
 from omnistep._plausibility import ALIKE, DISAGREE, STILL, unexplained
@@ -72,10 +71,7 @@ class _Yaw:
     def __init__(self, turning_rad_s: Floats, gyro_rad_s: Floats, period_s: float) -> None:
         wheels, self.gyro = (parts(each[:, None], period_s) for each in (turning_rad_s, gyro_rad_s))
         found: list[Tried] = []
-        for late in sorted(range(-CLOCKS, CLOCKS + 1), key=abs):
-            of, what, _ = together(self.gyro, wheels, late)
-            if late and len(of) < max(LEFT, len(found[0].signals[0]) // 2):
-                continue
+        for late, of, what in with_clocks(self.gyro, wheels, np.array([True])):
             of, what = (each[:, 0] - (np.mean(each) if len(each) else 0.0) for each in (of, what))
             sizes = float(np.sqrt(np.sum(of**2) * np.sum(what**2)))
             alike = float((of * what).sum()) / sizes if len(of) >= 10 and sizes > 0.0 else 0.0
