@@ -63,6 +63,11 @@ const until = async (tab, id, test_, what) => {
   }
   assert.fail(`not in time: ${what}, but ${found}`);
 };
+// Drives on until a test pauses it: what a scenario commands is over after some seconds, maybe before a busy machine looks.
+const drivesFor = async (tab, seconds) => {
+  await tab.keyboard.press("w");
+  await until(tab, "time", ([time]) => time > seconds, `${seconds} s of a drive`);
+};
 const rests = (tab) => until(tab, "ahead", ([is, asked]) => Math.abs(is) < 0.01 && asked === 0, "rest");
 // How many colours the scene's picture has.
 async function colours(tab) {
@@ -239,8 +244,7 @@ test("a bad address names what is allowed, also when it is the first", async () 
 
 test("what a field must not have is said below it, and no outcome of an earlier run stays", async () => {
   const { context, tab, complaints } = await opened("#scenario=step&policy=scale_torques");
-  await tab.locator("#run").click();
-  await until(tab, "time", ([time]) => time > 0.2, "a fifth of a second");
+  await drivesFor(tab, 0.2);
   await tab.locator("#run", { hasText: "Pause" }).click();
   await tab.locator("#outcome").waitFor();
   await tab.locator("#height").fill("30");
@@ -334,8 +338,7 @@ test("without a clipboard the command is selected", async () => {
 
 test("a log that is refused leaves the run as it is, and another run ends the log of the one before", async () => {
   const { context, tab, complaints } = await opened("#scenario=flat&policy=scale_torques", {}, spied);
-  await tab.locator("#run").click();
-  await until(tab, "time", ([time]) => time > 0.2, "a fifth of a second");
+  await drivesFor(tab, 0.2);
   await tab.locator("#run", { hasText: "Pause" }).click();
   await tab.locator("#outcome").waitFor();
   await tab.evaluate(() => { window.changed = (sent) => (sent.type === "log" ? { ...sent, which: 9 } : sent); });
@@ -374,11 +377,10 @@ test("a machine that is too slow is announced once", async () => {
   const { context, tab } = await opened("#scenario=flat&policy=scale_torques", {}, spied);
   await tab.evaluate(() => { window.slowly = true; });
   await watch(tab, "status");
-  await tab.locator("#run").click();
-  await until(tab, "time", ([time]) => time > 1, "a second");
+  await drivesFor(tab, 1);
   await tab.locator("#run", { hasText: "Pause" }).click();
   await tab.locator("#status", { hasText: "Paused." }).waitFor();
-  assert.deepEqual(await watched(tab, "status"), ["The command of the scenario drives.", "This machine is too slow: it simulates slower than real time.", "Paused."]);
+  assert.deepEqual(await watched(tab, "status"), ["You drive.", "This machine is too slow: it simulates slower than real time.", "Paused."]);
   await context.close();
 });
 
@@ -526,11 +528,11 @@ test("who wants no motion presses Run, and each of four links runs its example",
   }
   assert.equal(leads.size, 4);
   assert.ok([...leads].every((lead) => lead.match(/\.( |$)/g).length === 2), [...leads].join("\n"));
-  // The one that runs again when it is chosen again.
-  await tab.locator("#run", { hasText: "Pause" }).click();
-  await tab.locator("#run", { hasText: "Run" }).waitFor();
+  // The one that is there runs again when it is chosen again.
+  await tab.locator("#reset").click();
+  await tab.locator("html[data-mode=ready]").waitFor({ state: "attached" });
   await tab.locator("#examples [aria-current]").click();
-  await tab.locator("#run", { hasText: "Pause" }).waitFor();
+  await tab.locator("#run", { hasText: /Pause|Run again/ }).waitFor();
   assert.deepEqual([complaints, elsewhere], [[], []]);
   await context.close();
 });
@@ -571,8 +573,10 @@ test("a machine that draws slowly says so", async () => {
   const slowly = () => { window.requestAnimationFrame = (call) => setTimeout(() => call(performance.now()), 250); };
   const { context, tab } = await opened("#scenario=flat&policy=scale_torques", { viewport: { width: 400, height: 400 } }, slowly);
   assert.equal(await tab.locator("#drawing").textContent(), "");
+  await watch(tab, "status");
   await tab.locator("#run").click();
   await tab.locator("#drawing", { hasText: /^This machine draws slowly, [1-4] pictures? a second\./ }).waitFor();
+  assert.equal((await watched(tab, "status"))[0], "The command of the scenario drives.");
   await context.close();
 });
 
