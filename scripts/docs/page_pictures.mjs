@@ -12,7 +12,7 @@ const [folder = "docs/images"] = process.argv.slice(2);
 const [program, ...first] = (process.env.OMNISTEP ?? "omnistep").split(" ");
 const omnistep = (...args) => execFileSync(program, [...first, ...args], { stdio: ["ignore", "ignore", "inherit"] });
 const work = mkdtempSync(join(tmpdir(), "pages-"));
-const browser = await launched();
+const browser = await launched({ calm: false });
 
 // The page in light colours, of this size [px].
 async function opened(address, width, height) {

@@ -14,7 +14,7 @@ const server = createServer(async ({ url }, answer) => {
   answer.writeHead(bytes ? 200 : 404, { "content-type": TYPES[name.split(".").pop()] ?? "application/octet-stream" }).end(bytes);
 });
 await new Promise((done) => { server.listen(0, "127.0.0.1", done); });
-const browser = await launched();
+const browser = await launched({ calm: false });
 const tab = await browser.newPage({ viewport: { width: 800, height: 1200 }, colorScheme: "light" });
 await tab.goto(`http://127.0.0.1:${server.address().port}/`);
 await tab.waitForSelector("html[data-mode=ended]", { state: "attached", timeout: 120_000 });

@@ -4,7 +4,7 @@ import { pathToFileURL } from "node:url";
 import { launched } from "../../tests/viewers/browser.mjs";
 
 const [page, frames, width, height, folder] = process.argv.slice(2);
-const browser = await launched();
+const browser = await launched({ calm: false });
 const tab = await browser.newPage({ viewport: { width: Number(width), height: Number(height) } });
 tab.on("pageerror", (error) => { console.error(String(error)); process.exitCode = 1; });
 await tab.goto(pathToFileURL(page).href);

@@ -232,6 +232,49 @@ fn wheels_that_all_spin_at_an_edge_do_not_hide_that_a_mecanum_vehicle_is_stuck()
     }
 }
 
+/// Of two starts at a step, how many climb: a side of the vehicle leads \[degrees\], a height \[m\].
+fn climbs_by_side(vehicle: &str, policy: &str, side_deg: f64, height_m: f64) -> usize {
+    let (sin, cos) = side_deg.to_radians().sin_cos();
+    let climbed = |[x_m, off_deg]: &[f64; 2]| {
+        let keys = [
+            format!("vehicle={vehicle}"),
+            format!("control.policy={policy}"),
+            "physics.wheel_model=rollers".into(),
+            "command.frame=body".into(),
+            format!("command.vx_m_s={}", 0.3 * cos),
+            format!("command.vy_m_s={}", 0.3 * sin),
+            format!("start.heading_rad={}", (off_deg - side_deg).to_radians()),
+            format!("start.x_m={x_m}"),
+            format!("terrain.height_m={height_m}"),
+            "duration_s=25".into(),
+            "stop_when_done=true".into(),
+        ];
+        let keys: Vec<&str> = keys.iter().map(String::as_str).collect();
+        run(&scenario("step", &keys)).expect("runs").outcome().climbed
+    };
+    [[0.0, 0.0], [-0.0618, 3.0]]
+        .iter()
+        .filter(|start| climbed(start))
+        .count()
+}
+
+#[test]
+fn three_wheels_climb_what_their_own_loops_do_and_what_one_thrust_does() {
+    // A light one whose own loops take a second, and one that turns along the edge by them.
+    let lekiwi = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/crates/omnistep/assets/robots/lekiwi.toml"
+    );
+    for (vehicle, side_deg, height_m, plain) in [(lekiwi, 45.0, 0.008, 2), ("omni3", 60.0, 0.020, 0)] {
+        let climbs = |policy| climbs_by_side(vehicle, policy, side_deg, height_m);
+        assert_eq!(
+            [climbs("independent"), climbs("traction")],
+            [plain, 2],
+            "{vehicle}, side {side_deg}"
+        );
+    }
+}
+
 #[test]
 fn what_traction_control_does_on_purpose_at_a_crawl_is_no_verdict() {
     // Back off at 0.05 m/s for 5 s, and run up at four times the command.

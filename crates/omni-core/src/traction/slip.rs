@@ -50,6 +50,9 @@ impl<R: Real, const N: usize> Traction<R, N> {
                 let reference = if traction {
                     state.travel[i].rate_rad_m * state.speed_m_s
                         + self.turned_by(i) * asked.turn.reference_rad_s
+                } else if asked.target.trying {
+                    state.travel[i].rate_rad_m * state.target_m_s
+                        + self.turned_by(i) * asked.turn.reference_rad_s
                 } else {
                     state.reference_rad_s[i]
                 };

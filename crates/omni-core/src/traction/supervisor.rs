@@ -14,6 +14,11 @@ pub use state::{SupervisorMode, SupervisorState};
 
 /// Wheels that stand no further apart along the way are of one row \[m\].
 const ROW_M: f64 = 0.02;
+/// With fewer wheels none is to spare, and a wheel that slips cannot be told from one that drifts or turns: the first
+/// attempt and every other retry is by the wheels' own loops, those between by one thrust.
+const SPARE: usize = 4;
+/// By own loops a vehicle that has turned by so much off its heading slides along the edge \[rad\].
+const TURNED_RAD: f64 = 0.45;
 /// The vehicle squares up below this speed \[m/s\], above this part of the largest thrust.
 const SQUARES_M_S: f64 = 0.1;
 const SQUARES_PART: f64 = 0.7;
@@ -130,6 +135,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
         target.spin_gain = retry.spin_gain;
         target.spin_m_s = self.spin(state, traction.speed_m_s, hard);
         target.trying = matches!(state.mode, SupervisorMode::BackOff | SupervisorMode::RunUp);
+        target.own_loops = Self::by_own_loops(state);
         target.square_up = state.row == 0
             && state.mode == SupervisorMode::Drive
             && state.since_start_s > config.starting_s
@@ -306,11 +312,17 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
         let stuck = stuck && state.since_start_s > config.starting_s;
         state.stuck_s = SupervisorState::net_s(state.stuck_s, config.period_s, stuck);
         let in_vain = self.pushes_in_vain(state, traction);
-        if (state.stuck_s > config.stuck_s || in_vain) && self.has_retries(state) {
+        let turned = Self::by_own_loops(state) && traction.heading_rad.abs() > R::of(TURNED_RAD);
+        if (state.stuck_s > config.stuck_s || in_vain || turned) && self.has_retries(state) {
             state.back_off();
         } else if state.stuck_s > R::of(GIVES_UP_S) || in_vain {
             state.start(SupervisorMode::GaveUp);
         }
+    }
+
+    /// Is this attempt by the wheels' own loops?
+    fn by_own_loops(state: &SupervisorState<R>) -> bool {
+        N < SPARE && state.row_retries % 2 == 0
     }
 
     /// Backs off until the way, or the time for it, is over; returns the target speed.

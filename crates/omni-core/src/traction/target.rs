@@ -28,6 +28,8 @@ pub struct TractionTarget<R, const N: usize> {
     pub square_up: bool,
     /// Another try is on: it backs off, or runs up.
     pub trying: bool,
+    /// Every wheel keeps its own loop whatever it does.
+    pub own_loops: bool,
 }
 
 impl<R: Real, const N: usize> TractionTarget<R, N> {
@@ -46,6 +48,7 @@ impl<R: Real, const N: usize> TractionTarget<R, N> {
             spin_gain: R::zero(),
             square_up: false,
             trying: false,
+            own_loops: false,
         }
     }
 

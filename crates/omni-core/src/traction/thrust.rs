@@ -13,10 +13,11 @@ const HELD_UP_PART: f64 = 0.5;
 const HELD_UP_THRUST: f64 = 0.8;
 /// One that gains so much of its target within the time below is not.
 const GAINS_PART: f64 = 0.05;
-/// Time after which traction control takes over \[s\]. The second is of vehicles that do not see how their wheels rise:
-/// what plain loops climb is climbed by then.
+/// Time after which traction control takes over \[s\]. The others are of vehicles that do not see how their wheels rise:
+/// at least, and at most where plain loops take longer to come to their whole torque. What they climb is climbed by then.
 const HELD_UP_S: f64 = 0.15;
 const HELD_UP_BLIND_S: f64 = 0.3;
+const HELD_UP_LONGEST_S: f64 = 2.0;
 /// Slip that calls for traction control, in multiples of what is left alone.
 const SLIPS: f64 = 2.5;
 /// Traction control hands back after so long without a need \[s\], below this part of the largest
@@ -60,7 +61,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         speed_wheel: Option<usize>,
     ) {
         let zero = R::zero();
-        if state.is_resting() || !state.can_discern() {
+        if target.own_loops || state.is_resting() || !state.can_discern() {
             // Every wheel by its own loop.
             if state.loops == TractionLoops::Traction {
                 self.hand_back(state);
@@ -157,11 +158,11 @@ impl<R: Real, const N: usize> Traction<R, N> {
     /// Do slip, a climb, a vehicle that is held up or the target call for traction control?
     fn is_needed(&self, state: &TractionState<R, N>, target: &TractionTarget<R, N>, slip_m_s: R) -> bool {
         // What cannot see how its wheels rise takes a climb for slip: it helps only if the vehicle is held up.
-        let held_up_s = R::of(if state.reads_linkage {
-            HELD_UP_S
+        let held_up = if state.reads_linkage {
+            state.held_up_s > R::of(HELD_UP_S)
         } else {
-            HELD_UP_BLIND_S
-        });
+            state.held_up_s > R::of(HELD_UP_BLIND_S) && self.has_wound_up(state)
+        };
         let climbs = || {
             state
                 .motion
@@ -170,8 +171,16 @@ impl<R: Real, const N: usize> Traction<R, N> {
                 .any(|rise| rise.abs() > R::of(CLIMBS_M_S))
         };
         (state.reads_linkage && (slip_m_s > R::of(SLIPS) * self.times.free_m_s || climbs()))
-            || state.held_up_s > held_up_s
+            || held_up
             || target.is_special()
+    }
+
+    /// Have plain loops been held up for so long that they ask a wheel that stands for its whole torque?
+    fn has_wound_up(&self, state: &TractionState<R, N>) -> bool {
+        let [gain, integral] = self.times.own(&self.config, state.raw);
+        let rate = state.largest_rate_rad_m * state.target_m_s.abs();
+        state.held_up_s > R::of(HELD_UP_LONGEST_S)
+            || (gain + integral * state.held_up_s) * rate > state.largest_motor_n_m
     }
 
     /// Ends traction control that is not needed any more, or by which the wheels are off the speed.

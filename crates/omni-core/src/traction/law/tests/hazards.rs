@@ -172,6 +172,10 @@ fn the_higher_wheel_of_a_row_pushes_less_ahead_and_back() {
 }
 
 fn mecanum_base() -> Traction<f64, 4> {
+    mecanum_base_with([0.3, 2.0])
+}
+
+fn mecanum_base_with([kp, ki]: [f64; 2]) -> Traction<f64, 4> {
     let places = [[0.3, 0.2], [0.3, -0.2], [-0.3, 0.2], [-0.3, -0.2]];
     let mut wheels = wheels(places);
     for wheel in &mut wheels {
@@ -183,7 +187,25 @@ fn mecanum_base() -> Traction<f64, 4> {
     });
     let linkage = Linkage::new(&[], &carried).expect("a tree");
     let kinematics = Kinematics::new(&WheelLayout::mecanum4(0.6, 0.4, 0.1).expect("valid")).expect("valid");
-    Traction::new(kinematics, linkage, wheels, TractionConfig::traction(0.3, 2.0, T)).expect("valid")
+    Traction::new(kinematics, linkage, wheels, TractionConfig::traction(kp, ki, T)).expect("valid")
+}
+
+#[test]
+fn without_hinges_plain_loops_have_time_for_their_whole_torque() {
+    // (kp + ki t) 3 rad/s is the 2 N.m that a motor has: after 0.18, 0.92 and 6.3 s.
+    for (ki, takes_over_s) in [(2.0, 0.3), (0.4, 0.917), (0.058, 2.0)] {
+        let traction = mecanum_base_with([0.3, ki]);
+        let mut state = TractionState::new();
+        let held_s = (1..4000).find(|period| {
+            // Encoders that read the same while they push would be mute.
+            let read = [1e-6 * f64::from(period % 2); 4];
+            let _ = traction.step(&mut state, &level(AHEAD, &read), &TractionTarget::at(0.3));
+            state.loops == TractionLoops::Traction
+        });
+        let held_s = held_s.map_or(f64::INFINITY, |periods| f64::from(periods) * T);
+        // The speed's filter, and a period.
+        assert!((held_s - takes_over_s).abs() < 5e-3, "{held_s}, {takes_over_s} s");
+    }
 }
 
 #[test]

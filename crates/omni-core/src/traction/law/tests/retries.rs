@@ -425,3 +425,90 @@ fn one_that_pushes_too_hard_for_its_slope_for_long_is_stuck_whatever_its_wheels_
         None
     );
 }
+
+/// Three wheels at 120 degrees, going at so many m/s with so much thrust and this error of the heading.
+fn three(speed_m_s: f64, thrust: f64, heading_rad: f64) -> TractionState<f64, 3> {
+    let (traction, mut state) = (three_wheels(), TractionState::new());
+    traction.command(&mut state, &AHEAD);
+    (state.speed_m_s, state.heading_rad) = (speed_m_s, heading_rad);
+    (state.thrust_n_m, state.largest_motor_n_m) = (thrust * LIMIT_N_M, LIMIT_N_M);
+    state
+}
+
+const THREE_PLACES: [[f64; 2]; 3] = [[0.18, 0.0], [-0.09, 0.156], [-0.09, -0.156]];
+
+fn three_wheels() -> Traction<f64, 3> {
+    let carried = THREE_PLACES.map(|[x, y]| CarriedWheel {
+        body: 0,
+        centre_m: [x, y, 0.05],
+    });
+    let kinematics = Kinematics::new(&WheelLayout::omni(0.18, 0.0, 0.05).expect("valid")).expect("valid");
+    let linkage = Linkage::new(&[], &carried).expect("a tree");
+    Traction::new(
+        kinematics,
+        linkage,
+        wheels(THREE_PLACES),
+        TractionConfig::traction(0.3, 2.0, T),
+    )
+    .expect("valid")
+}
+
+#[test]
+fn three_wheels_try_their_own_loops_and_one_thrust_in_turn() {
+    let supervisor = Supervisor::new(&THREE_PLACES, SupervisorConfig::traction(T)).expect("valid");
+    let (mut memory, mut by_own) = (SupervisorState::new(), Vec::new());
+    let mut speed = 0.0_f64;
+    for _ in 0..12_000 {
+        // It follows its target backwards at once, and never moves ahead.
+        let target = supervisor.step(&mut memory, &three(speed.min(0.0), 1.0, 0.0));
+        speed = target.speed_m_s;
+        if memory.row_retries() as usize == by_own.len() {
+            by_own.push(target.own_loops);
+        }
+    }
+    assert_eq!(&by_own[..4], [true, false, true, false]);
+    // With a wheel to spare it is always one thrust.
+    let seven = super::supervisor(SupervisorConfig::traction(T));
+    assert!(
+        !seven
+            .step(&mut SupervisorState::new(), &seen([0.0; 3], 0.0, 1.0))
+            .own_loops
+    );
+}
+
+#[test]
+fn three_wheels_that_turn_along_an_edge_by_their_own_loops_try_one_thrust() {
+    for (heading_rad, mode) in [(0.44, SupervisorMode::Drive), (-0.46, SupervisorMode::BackOff)] {
+        let supervisor = Supervisor::new(&THREE_PLACES, SupervisorConfig::traction(T)).expect("valid");
+        let mut memory = SupervisorState::new();
+        // It moves, and is not stuck.
+        for _ in 0..10 {
+            let _ = supervisor.step(&mut memory, &three(0.2, 0.5, heading_rad));
+        }
+        assert_eq!(memory.mode(), mode, "{heading_rad}");
+    }
+}
+
+#[test]
+fn own_loops_of_a_try_follow_its_target_and_give_way_to_no_slip() {
+    let traction = three_wheels();
+    let mut state = TractionState::new();
+    let mut target = TractionTarget::at(-0.2);
+    (target.trying, target.own_loops) = (true, true);
+    let rolls = traction.kinematics().inverse(&AHEAD).rad_s; // rates of 0.3 m/s
+    for period in 0..1000 {
+        // Held up, and a wheel that spins.
+        let read = [0.0, 1e-6 * f64::from(period % 2), 20.0];
+        let sample = traction.step(&mut state, &level(AHEAD, &read), &target);
+        assert_eq!(sample.loops, TractionLoops::Plain);
+        if period == 0 {
+            for i in 0..2 {
+                let wanted = 0.3 * rolls[i] * (-0.2 / 0.3);
+                assert!(
+                    (sample.wheels.requested.n_m[i] - wanted).abs() < 1e-5,
+                    "wheel {i}"
+                );
+            }
+        }
+    }
+}
