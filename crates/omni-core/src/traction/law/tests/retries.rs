@@ -497,12 +497,16 @@ fn own_loops_of_a_try_follow_its_target_and_give_way_to_no_slip() {
     (target.trying, target.own_loops) = (true, true);
     let rolls = traction.kinematics().inverse(&AHEAD).rad_s; // rates of 0.3 m/s
     for period in 0..1000 {
-        // Held up, and a wheel that spins.
-        let read = [0.0, 1e-6 * f64::from(period % 2), 20.0];
+        // Held up, and a wheel begins to spin.
+        let read = [
+            0.0,
+            1e-6 * f64::from(period % 2),
+            if period > 0 { 20.0 } else { 0.0 },
+        ];
         let sample = traction.step(&mut state, &level(AHEAD, &read), &target);
         assert_eq!(sample.loops, TractionLoops::Plain);
         if period == 0 {
-            for i in 0..2 {
+            for i in 0..3 {
                 let wanted = 0.3 * rolls[i] * (-0.2 / 0.3);
                 assert!(
                     (sample.wheels.requested.n_m[i] - wanted).abs() < 1e-5,
