@@ -322,7 +322,7 @@ impl<R: Real, const N: usize> Supervisor<R, N> {
 
     /// Is this attempt by the wheels' own loops?
     fn by_own_loops(state: &SupervisorState<R>) -> bool {
-        N < SPARE && state.row_retries % 2 == 0
+        N < SPARE && state.row_retries.is_multiple_of(2)
     }
 
     /// Backs off until the way, or the time for it, is over; returns the target speed.
