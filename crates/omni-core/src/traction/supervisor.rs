@@ -14,8 +14,8 @@ pub use state::{SupervisorMode, SupervisorState};
 
 /// Wheels that stand no further apart along the way are of one row \[m\].
 const ROW_M: f64 = 0.02;
-/// With fewer wheels none is to spare, and a wheel that slips cannot be told from one that drifts or turns: the first
-/// attempt and every other retry is by the wheels' own loops, those between by one thrust.
+/// With fewer wheels none is to spare, and a wheel that slips looks like one of a vehicle that drifts or turns: the
+/// first attempt and every other retry is by the wheels' own loops, those between by one thrust.
 const SPARE: usize = 4;
 /// By own loops a vehicle that has turned by so much off its heading slides along the edge \[rad\].
 const TURNED_RAD: f64 = 0.45;

@@ -13,8 +13,9 @@ const HELD_UP_PART: f64 = 0.5;
 const HELD_UP_THRUST: f64 = 0.8;
 /// One that gains so much of its target within the time below is not.
 const GAINS_PART: f64 = 0.05;
-/// Time after which traction control takes over \[s\]. The others are of vehicles that do not see how their wheels rise:
-/// at least, and at most where plain loops take longer to come to their whole torque. What they climb is climbed by then.
+/// Time after which traction control takes over \[s\]. The others are of vehicles that do not see how their wheels
+/// rise: the least, and the longest where plain loops take that to come to their whole torque. What they climb is
+/// climbed by then.
 const HELD_UP_S: f64 = 0.15;
 const HELD_UP_BLIND_S: f64 = 0.3;
 const HELD_UP_LONGEST_S: f64 = 2.0;
