@@ -48,8 +48,8 @@ _BEYOND_BALLS = (
 )
 #: Runs that are shown when the page is opened; the others are chosen by hand.
 _SHOWN = 2
-#: Height above or below its start from which a vehicle is on an obstacle [m]: it settles by less.
-_RISE_M = 0.01
+#: Height above or below its start from which a vehicle is on an obstacle [m]: it settles by a tenth of a millimetre.
+_RISE_M = 0.002
 #: Length of an even share of the vehicle's weight as an arrow, over the vehicle's reach.
 _SHARE_LONG = 0.35
 

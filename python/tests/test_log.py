@@ -51,6 +51,18 @@ def test_a_report_of_several_scenarios_names_all_in_its_title_and_each_run_s(tmp
     assert f"<h1>{title}</h1>" in report.page([*logs, moon])
 
 
+def test_a_report_opens_where_a_low_step_is_half_climbed_and_at_the_start_on_level_ground(tmp_path):
+    keys = {"physics.engine": "articulated", "terrain.height_m": 0.005, "duration_s": 4.0}
+    omnistep.run("step", overrides=keys, mcap=tmp_path / "step.mcap")
+    log = omnistep.read_mcap(tmp_path / "step.mcap")
+    at_s = report._run(log)["obstacle"]
+    middle_m = np.interp(at_s, log.frame_time_s, log.frames["base_link"][:, 0])
+    assert abs(middle_m - 0.7) < 0.3, "the middle of the vehicle is within half its length of the edge"
+    omnistep.run("flat", overrides={"physics.engine": "articulated", "duration_s": 1.0}, mcap=tmp_path / "flat.mcap")
+    log = omnistep.read_mcap(tmp_path / "flat.mcap")
+    assert report._run(log)["obstacle"] == log.frame_time_s[0]
+
+
 def test_a_report_shows_shared_settings_below_its_title_and_others_in_names_and_rows(tmp_path):
     logs = []
     for vehicle, height, name in (("chugo7", 0.03, "a"), ("chugo7", 0.05, "b"), ("mecanum4", 0.05, "c")):
