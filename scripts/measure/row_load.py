@@ -42,7 +42,7 @@ def main() -> None:
         bars = [[abs(cell["climbed"] - cell[end]) for cell in line] for end in ("climbed_low", "climbed_high")]
         ax.errorbar(shares, rates, bars, color=colour, marker="o", ms=4, lw=1.2, capsize=3, label=f"mu {friction}")
     ax.set(
-        xlabel="share of the front row's load on its crosswise wheel, at rest", ylabel="part of 24 starts that climbed"
+        xlabel="share of the front row's load on its transverse wheel, at rest", ylabel="part of 24 starts that climbed"
     )
     ax.set_ylim(-0.03, 1.03)
     ax.grid(alpha=0.3)
