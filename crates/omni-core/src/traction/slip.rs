@@ -47,15 +47,15 @@ impl<R: Real, const N: usize> Traction<R, N> {
                 state.wheels[i].integral_n_m = R::zero();
                 torque
             } else {
-                let reference = if traction {
-                    state.travel[i].rate_rad_m * state.speed_m_s
-                        + self.turned_by(i) * asked.turn.reference_rad_s
-                } else if asked.target.trying {
-                    state.travel[i].rate_rad_m * state.target_m_s
-                        + self.turned_by(i) * asked.turn.reference_rad_s
-                } else {
-                    state.reference_rad_s[i]
+                // A vehicle whose speed is not trusted follows its command, whatever is tried.
+                let along_m_s = match state.loops {
+                    TractionLoops::Traction => Some(state.speed_m_s),
+                    TractionLoops::Plain if asked.target.trying => Some(state.target_m_s),
+                    _ => None,
                 };
+                let reference = along_m_s.map_or(state.reference_rad_s[i], |along_m_s| {
+                    state.travel[i].rate_rad_m * along_m_s + self.turned_by(i) * asked.turn.reference_rad_s
+                });
                 self.own_loop(state, i, reference - rate, sample)
             };
             let (lower, upper) = (sample.wheels.range.lower_n_m[i], sample.wheels.range.upper_n_m[i]);

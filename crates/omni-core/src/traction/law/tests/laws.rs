@@ -154,6 +154,16 @@ fn an_implausible_speed_ends_in_plain_loops_until_the_command_rests() {
         let sample = traction.step(&mut state, &level(AHEAD, &ahead), &TractionTarget::at(0.3));
         assert_eq!(sample.loops, TractionLoops::Fallback);
     }
+    // No try by a speed that is not trusted: it would back off without an end.
+    let mut tries = TractionTarget::at(-0.3);
+    tries.trying = true;
+    let [tried, driven] = [tries, TractionTarget::at(0.3)].map(|target| {
+        traction
+            .step(&mut state.clone(), &level(AHEAD, &ahead), &target)
+            .wheels
+            .requested
+    });
+    assert_eq!(tried, driven);
     let sample = traction.step(
         &mut state,
         &level(BodyTwist::ZERO, &[0.0; 7]),
