@@ -1,5 +1,6 @@
 """Pause and another start of a run, asked for as the middlewares of Cyclone DDS and of Fast DDS ask."""
 
+import itertools
 import time
 import types
 from dataclasses import dataclass
@@ -84,6 +85,11 @@ def test_a_pause_stops_the_time_and_it_goes_on_from_there(cyclone, run, header):
     assert stamps == sorted(stamps)
 
 
+def first_of_another_run(samples: list) -> list:
+    """The first sample that is older than the one before it, once there is one: at most one sample."""
+    return [after for before, after in itertools.pairwise(samples) if stamp_ns(after) < stamp_ns(before)]
+
+
 @pytest.mark.parametrize("header", [HEADER, {}], ids=["cyclone", "fast"])
 def test_a_reset_begins_the_run_anew(cyclone, run, header):
     clock = cyclone.read("/clock", "rosgraph_msgs/msg/Clock")
@@ -92,16 +98,13 @@ def test_a_reset_begins_the_run_anew(cyclone, run, header):
     joints = cyclone.read("/joint_states", "sensor_msgs/msg/JointState")
     one = run("flat")
     reset = Client(cyclone, "/omnistep/reset", "Empty", header)
-    until(lambda: truth.samples and truth.samples[-1].pose.pose.position.x > 0.1, "a drive of 0.1 m")
+    until(lambda: truth.samples and truth.samples[-1].pose.pose.position.x > 0.2, "a drive of 0.2 m")
     reset.call(0)
-    until(lambda: stamp_ns(clock.samples[-1]) < stamp_ns(clock.samples[0]), "the time to go back")
-    back = next(k for k in range(1, len(clock.samples)) if stamp_ns(clock.samples[k]) < stamp_ns(clock.samples[k - 1]))
-    begin_ns = stamp_ns(clock.samples[back])
-    assert begin_ns < 200_000_000  # messages may be lost on a machine that stands still
-    for topic in (truth, odom, joints):
-        until(lambda topic=topic: stamp_ns(topic.samples[-1]) < 1_000_000_000, f"the beginning on {topic.topic}")
-    assert min(sample.pose.pose.position.x for sample in truth.samples[-3:]) < 0.1
-    assert abs(odom.samples[-1].pose.pose.position.x - truth.samples[-1].pose.pose.position.x) < 0.05
+    for topic in (clock, truth, odom, joints):
+        (begun,) = until(lambda topic=topic: first_of_another_run(topic.samples), f"another run on {topic.topic}")
+        assert stamp_ns(begun) < 200_000_000  # messages may be lost on a machine that stands still
+        if topic in (truth, odom):
+            assert begun.pose.pose.position.x < 0.1
     # It drives again, by its scenario, because no command came.
     count = len(truth.samples)
     until(lambda: truth.samples[-1].pose.pose.position.x > 0.1 and len(truth.samples) > count, "the same drive")
