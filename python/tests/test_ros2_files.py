@@ -57,8 +57,9 @@ def test_rviz_shows_topics_of_a_run_in_its_frames(topics):
         "/ground_truth/odom": "Volatile",
         "/plan": "Transient Local",
     }
-    (goal,) = (tool for tool in manager["Tools"] if tool["Class"] == "rviz_default_plugins/SetGoal")
-    assert topics[goal["Topic"]["Value"]] == "geometry_msgs/msg/PoseStamped"
+    for kind, expected in [("SetGoal", "PoseStamped"), ("SetInitialPose", "PoseWithCovarianceStamped")]:
+        (tool,) = (tool for tool in manager["Tools"] if tool["Class"] == f"rviz_default_plugins/{kind}")
+        assert topics[tool["Topic"]["Value"]] == f"geometry_msgs/msg/{expected}"
     assert manager["Global Options"]["Fixed Frame"] == "odom"
     assert set(below(manager, "Target Frame")) == {"base_link"}
     assert all(name.startswith("rviz_default_plugins/") for name in below(manager["Displays"], "Class"))

@@ -3,6 +3,7 @@
 Only `omnistep_msgs` is taken from this repository: no other package defines it.
 """
 
+import math
 import types
 from dataclasses import dataclass
 from functools import cache
@@ -79,6 +80,14 @@ def twist_stamped(vx: float = 0.0, vy: float = 0.0, wz: float = 0.0) -> object:
     """The same with a header; its stamp is 0, as of a sender without a clock."""
     header = Header(stamp=Time(sec=0, nanosec=0), frame_id="base_link")
     return TwistStamped(header=header, twist=twist(vx, vy, wz))
+
+
+def pose(x: float, y: float, yaw: float = 0.0) -> object:
+    """A pose on the plane [m, rad]."""
+    return message("geometry_msgs/msg/Pose")(
+        position=message("geometry_msgs/msg/Point")(x=x, y=y, z=0.0),
+        orientation=message("geometry_msgs/msg/Quaternion")(x=0.0, y=0.0, z=math.sin(yaw / 2), w=math.cos(yaw / 2)),
+    )
 
 
 def stamp_ns(sample: object) -> int:

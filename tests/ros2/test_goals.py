@@ -4,7 +4,7 @@ import math
 from pathlib import Path
 
 import pytest
-from messages import Header, Time, message, stamp_ns, twist
+from messages import Header, Time, message, pose, stamp_ns, twist
 from peers import until
 
 CHART = Path(__file__).parents[2] / "crates/omni-plan/tests/charts/chugo7.toml"
@@ -13,11 +13,7 @@ PoseStamped = message("geometry_msgs/msg/PoseStamped")
 
 def goal(x: float, y: float, yaw: float = 0.0, frame: str = "map") -> object:
     """What RViz sends for a click."""
-    pose = message("geometry_msgs/msg/Pose")(
-        position=message("geometry_msgs/msg/Point")(x=x, y=y, z=0.0),
-        orientation=message("geometry_msgs/msg/Quaternion")(x=0.0, y=0.0, z=math.sin(yaw / 2), w=math.cos(yaw / 2)),
-    )
-    return PoseStamped(header=Header(stamp=Time(sec=0, nanosec=0), frame_id=frame), pose=pose)
+    return PoseStamped(header=Header(stamp=Time(sec=0, nanosec=0), frame_id=frame), pose=pose(x, y, yaw))
 
 
 @pytest.fixture
@@ -60,7 +56,7 @@ def test_a_goal_behind_a_step_is_planned_published_and_reached(vehicle):
     assert plan.header.frame_id == "map"
     # Ten a second of a way of some ten seconds.
     assert len(plan.poses) > 50, vehicle.run.said
-    ends = [(pose.pose.position.x, pose.pose.position.y) for pose in (plan.poses[0], plan.poses[-1])]
+    ends = [(one.pose.position.x, one.pose.position.y) for one in (plan.poses[0], plan.poses[-1])]
     assert ends[0] == pytest.approx((0.0, 0.0), abs=0.02)
     assert ends[1] == pytest.approx((2.5, 0.3), abs=0.01)  # as far as odometry is off at the start
 

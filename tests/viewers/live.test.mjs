@@ -239,9 +239,12 @@ test("a service begins the run anew for every client, and one that does not exis
     client.socket.send(Buffer.concat([header, Buffer.from("json{}")]));
   };
   await client.subscribe("/ground_truth/odom");
+  await client.subscribe("/markers");
   const odom = () => client.of("/ground_truth/odom");
   await client.until(() => odom().length > 0 && odom().at(-1).message.pose.pose.position.x > 0.1, "a drive of 0.1 m");
   call(services[0].id, 7);
+  const isDeleteAll = ({ message }) => message.markers.some(({ action }) => action === 3);
+  await client.until(() => client.of("/markers").some(isDeleteAll), "the marks of the run before to go");
   await client.until(() => odom().at(-1).time < odom()[0].time || odom().at(-1).message.pose.pose.position.x < 0.05, "the start");
   // It follows its scenario again, because no command came.
   await client.until(() => odom().at(-1).message.pose.pose.position.x > 0.1, "the same drive");

@@ -47,11 +47,13 @@ use crate::{Error, RunLog};
 const SLOWEST: f64 = 1e-3;
 /// Time between two looks for the first client, and at whether to go on.
 const LOOK: Duration = Duration::from_millis(20);
+/// Time between two looks at a clock that is followed, whose messages come every 10 ms.
+const LOOK_AT_CLOCK: Duration = Duration::from_millis(1);
 
 /// Runs a scenario in step with the clock, serves it on 127.0.0.1 and sends it to ROS 2, as [`Live`] says.
 /// `opened` is called with where it is before the first period; `warn`, on any thread and at most 62
 /// times, of connections and commands that were rejected; `watch` is called after every control period with the part
-/// done (0 if there is no end), every 20 ms while the run waits for the clock, and, without a simulation, while it
+/// done (0 if there is no end), at least every 20 ms while the run waits for the clock, and, without a simulation, while it
 /// waits for the first client: where it breaks the run ends with the metrics so far, its error ends the run. A run that
 /// is more than 0.5 s behind the clock continues from its present time.
 ///
@@ -65,7 +67,9 @@ const LOOK: Duration = Duration::from_millis(20);
 /// ROS 2 nodes in the same domain publish `geometry_msgs/msg/Twist` or `TwistStamped` on `/cmd_vel`; with
 /// [`Ros2::joints`] they publish `sensor_msgs/msg/JointState` on `/joint_commands` instead. The service
 /// `/omnistep/pause` stops the time. Without a log, and without viewers that may only watch, `/omnistep/reset` begins
-/// the run anew; it is a service of the port, too, with [`Live::allow_control`]. The outcome is that of the last start.
+/// the run anew, and so does a pose on `/initialpose`, with the vehicle there; the reset is a service of the port, too,
+/// with [`Live::allow_control`]. A run with [`Ros2::follow_clock`] has none of the three: it waits and begins anew with
+/// the clock of another. The outcome is that of the last start.
 ///
 /// From the first command on the vehicle follows these, not the scenario. 0.5 s on the clock after
 /// the last of them, or when the client goes or publishes no longer, the command is rest until
@@ -116,10 +120,14 @@ pub fn run_live<E: From<omni_sim::Error> + From<Error>>(
     }
     outlets.describe();
     let mut going = Going::new(scenario, live, outlets.controls.clone());
+    let controls = outlets.controls.clone();
     let outlets = RefCell::new(outlets);
+    // The scenario of this start: others may place the vehicle.
+    let mut placed = None;
     let ended = loop {
-        let steer = |simulation: &mut Simulation| outlets.borrow_mut().command(scenario, simulation);
-        let run = Run::new(scenario).controller(controller).command(steer);
+        let begun = placed.as_ref().unwrap_or(scenario);
+        let steer = |simulation: &mut Simulation| outlets.borrow_mut().command(begun, simulation);
+        let run = Run::new(begun).controller(controller).command(steer);
         let run = run.until(|simulation| {
             outlets.borrow_mut().push(simulation)?;
             going.wait(simulation, |part| watch(Some(simulation), part))
@@ -128,7 +136,11 @@ pub fn run_live<E: From<omni_sim::Error> + From<Error>>(
         if !matches!(ended, Ok((_, None))) || !going.take_start_again() {
             break ended;
         }
-        controller = match outlets.borrow_mut().start_again(scenario) {
+        placed = controls.take_placed();
+        controller = match outlets
+            .borrow_mut()
+            .start_again(placed.as_ref().unwrap_or(scenario))
+        {
             Ok(controller) => controller,
             Err(error) => break Err(error.into()),
         };
@@ -211,6 +223,16 @@ impl<'a> Going<'a> {
             if self.controls.is_paused() {
                 self.pacer.hold(time_s, now);
                 std::thread::sleep(LOOK);
+                continue;
+            }
+            if self.live.follows_clock() {
+                match self.controls.clock_ns() {
+                    // A run that has no clock yet has not begun.
+                    0 => self.start = now,
+                    clock_ns if simulation.time_ns() <= clock_ns => return Ok(ControlFlow::Continue(())),
+                    _ => {}
+                }
+                std::thread::sleep(LOOK_AT_CLOCK);
                 continue;
             }
             match self.pacer.wait(time_s, now) {

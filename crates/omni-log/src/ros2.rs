@@ -11,8 +11,8 @@ mod sensors;
 use byteorder::LittleEndian;
 pub use diagnostics::{DiagnosticArray, DiagnosticStatus, KeyValue};
 pub use geometry::{
-    Header, Point, Pose, PoseStamped, PoseWithCovariance, Quaternion, Time, Transform, TransformStamped,
-    Twist, TwistStamped, TwistWithCovariance, Vector3,
+    Header, Point, Pose, PoseStamped, PoseWithCovariance, PoseWithCovarianceStamped, Quaternion, Time,
+    Transform, TransformStamped, Twist, TwistStamped, TwistWithCovariance, Vector3,
 };
 pub use inertial::{Clock, Imu};
 use omni_sim::{LOGGED_SIGNALS, WheelSignal};
@@ -101,6 +101,8 @@ ros_messages! {
     Odometry => "nav_msgs/msg/Odometry", "Odometry.msg",
         |m| vec![&mut m.header.frame_id, &mut m.child_frame_id];
     PoseStamped => "geometry_msgs/msg/PoseStamped", "PoseStamped.msg", |m| vec![&mut m.header.frame_id];
+    PoseWithCovarianceStamped => "geometry_msgs/msg/PoseWithCovarianceStamped",
+        "PoseWithCovarianceStamped.msg", |m| vec![&mut m.header.frame_id];
     Path => "nav_msgs/msg/Path", "Path.msg", |m| {
         let poses = m.poses.iter_mut().map(|pose| &mut pose.header.frame_id);
         std::iter::once(&mut m.header.frame_id).chain(poses).collect()
@@ -193,7 +195,7 @@ pub struct Marker {
     pub id: i32,
     /// Kind of shape: [`Marker::ARROW`].
     pub kind: i32,
-    /// [`Marker::ADD`] or [`Marker::DELETE`].
+    /// [`Marker::ADD`], [`Marker::DELETE`] or [`Marker::DELETE_ALL`].
     pub action: i32,
     /// Where it is.
     pub pose: Pose,
@@ -225,6 +227,8 @@ impl Marker {
     pub const ADD: i32 = 0;
     /// Takes it away.
     pub const DELETE: i32 = 2;
+    /// Takes all away, of every group.
+    pub const DELETE_ALL: i32 = 3;
 }
 
 /// `visualization_msgs/msg/MarkerArray`: shapes to draw.

@@ -32,6 +32,8 @@ pub const DIAGNOSTICS: &str = "/diagnostics";
 pub const IMU: &str = "/imu";
 /// Where to go; live on ROS 2 alone.
 pub const GOAL_POSE: &str = "/goal_pose";
+/// Where the vehicle is to be placed; live on ROS 2 alone.
+pub const INITIAL_POSE: &str = "/initialpose";
 /// The way to the goal; live on ROS 2 alone.
 pub const PLAN: &str = "/plan";
 /// Commands of the wheels by a foreign controller; live on ROS 2 alone.

@@ -387,6 +387,10 @@ pub(crate) struct Ros2Args {
     /// 100 Hz for clock and imu, 50 Hz for odom, tf, joint_states and vehicle_state, 1 Hz for diagnostics.
     #[arg(long = "topic-rate", value_name = "TOPIC=HZ", requires = "ros2")]
     pub(crate) topic_rates: Vec<String>,
+    /// Keeps step with /clock of another run or simulator in the domain instead of publishing it, so that several
+    /// vehicles have one time. Waits until it comes; starts again when it does.
+    #[arg(long, requires = "ros2", conflicts_with = "real_time_factor")]
+    pub(crate) follow_clock: bool,
     /// Also publishes the frame map, like a localisation without error.
     #[arg(long, requires = "ros2")]
     pub(crate) publish_map_frame: bool,

@@ -21,6 +21,7 @@ pub(super) fn ros2(args: Ros2Args) -> Result<Ros2, Error> {
     let mut ros2 = Ros2::from_domain_id(domain.as_deref())?;
     ros2.namespace = args.namespace;
     ros2.frame_prefix = args.frame_prefix;
+    ros2.follow_clock = args.follow_clock;
     ros2.publish_map_frame = args.publish_map_frame;
     ros2.tf = match args.tf {
         TfChoice::All => TfFrames::All,
@@ -105,8 +106,10 @@ pub(super) fn announce(domain: u16, live: &Live) {
     let driven = joints.map_or_else(String::new, |interface| {
         format!(", driven by {} on joint_commands", interface.name())
     });
+    let follows = live.ros2.as_ref().is_some_and(|ros2| ros2.follow_clock);
+    let clock = if follows { ", in step with /clock" } else { "" };
     say(&format!(
-        "publishing on ROS 2, domain {domain} (DDS){driven}; Ctrl-C ends it"
+        "publishing on ROS 2, domain {domain} (DDS){driven}{clock}; Ctrl-C ends it"
     ));
     for (name, hides) in [
         ("ROS_LOCALHOST_ONLY", &["1"][..]),

@@ -76,6 +76,14 @@ impl Live {
         }
     }
 
+    /// Does another run say what time it is?
+    pub(super) fn follows_clock(&self) -> bool {
+        #[cfg(feature = "ros2")]
+        return self.ros2.as_ref().is_some_and(|ros2| ros2.follow_clock);
+        #[cfg(not(feature = "ros2"))]
+        false
+    }
+
     /// A run on ROS 2, as fast as the clock, without a port for viewers: it starts at once and goes
     /// on until it is stopped.
     ///

@@ -1,20 +1,24 @@
 //! The run as a ROS 2 node over DDS, without a ROS installation; the only modules that name ros2-client.
 
+mod clock;
 mod commands;
 mod diagnostics;
+mod frames;
 mod goals;
 mod joints;
 mod listener;
 mod node;
 mod options;
 mod payload;
+mod placement;
 mod services;
 
 use std::sync::Arc;
 
 use diagnostics::Diagnostics;
+use frames::{Frames, Poses};
 pub use goals::GoalPlanner;
-use goals::{Goals, Navigator, Poses, Wanted};
+use goals::{Goals, Navigator, Wanted};
 pub(super) use joints::JointCommands;
 use listener::Listener;
 use node::Node;
@@ -24,6 +28,7 @@ use omni_sim::Simulation;
 use omni_sim::controller::AnyController;
 use options::ExtraRates;
 pub use options::{Ros2, TfFrames};
+use placement::Placement;
 
 use super::controls::Controls;
 use super::requests::Requests;
@@ -96,6 +101,7 @@ pub(super) struct OnRos {
     imu: Pace,
     diagnostics: Diagnostics,
     namespace: String,
+    frames: Arc<Frames>,
     /// Of `--chart`.
     navigator: Option<Navigator>,
 }
@@ -112,10 +118,11 @@ impl OnRos {
         let (rates, extra) = ros2.rates()?;
         ros2.check_goals()?;
         let prefix = ros2.frame_prefix()?;
+        let frames = Arc::new(Frames::new(prefix));
         let goals = ros2
             .goals
             .clone()
-            .map(|planner| Arc::new(Goals::new(planner, prefix)));
+            .map(|planner| Arc::new(Goals::new(planner, frames.clone())));
         let namespace = ros2.namespace()?;
         let (mut node, context) = node::join(ros2.domain, &namespace)?;
         let warn = node::with_rosout(&node, &namespace, warn);
@@ -128,7 +135,26 @@ impl OnRos {
                 let goals = goals.clone();
                 listeners.push(commands::take_goals(&mut node, &namespace, goals, warn.clone())?);
             }
+            let (controls, can_start_again) = &asked.controls;
+            if ros2.follow_clock {
+                // When it waits and begins anew is another's to say.
+                listeners.push(clock::follow(&mut node, asked.controls.clone(), warn.clone())?);
+                return Ok(listeners);
+            }
             listeners.push(services::offer(&mut node, &namespace, asked.controls.clone())?);
+            if *can_start_again {
+                let placement = Placement {
+                    scenario: scenario.clone(),
+                    frames: frames.clone(),
+                    controls: controls.clone(),
+                };
+                listeners.push(commands::take_places(
+                    &mut node,
+                    &namespace,
+                    placement,
+                    warn.clone(),
+                )?);
+            }
             Ok(listeners)
         };
         let listeners = listen().map_err(|reason| ros2.failed(reason))?;
@@ -155,6 +181,7 @@ impl OnRos {
             diagnostics: Diagnostics::new(scenario, &namespace, extra.diagnostics),
             namespace,
             navigator: goals.map(Navigator::new),
+            frames,
             _listeners: listeners,
             warn,
         })
@@ -162,6 +189,8 @@ impl OnRos {
 
     /// The run begins anew: what was sent last is of another.
     pub(super) fn start_again(&mut self, scenario: &Scenario, controller: &AnyController) {
+        self.frames.set(None);
+        let is_elsewhere = scenario.start != self.messages.scenario().start;
         self.messages = self.start.messages(scenario, controller);
         let ExtraRates {
             clock,
@@ -175,6 +204,10 @@ impl OnRos {
             // The last one is kept for later readers.
             let _ = self.node.send(topic::PLAN, 0, &Path::none());
         }
+        if is_elsewhere {
+            // Only the ground around the start is described.
+            self.describe();
+        }
     }
 
     /// The twist of the drive to the last goal, if one goes on. A command of others that came after the goal ends it.
@@ -184,11 +217,7 @@ impl OnRos {
         requests: &Requests,
     ) -> Option<BodyTwist<f64>> {
         let navigator = self.navigator.as_mut()?;
-        let seen = simulation.observation();
-        let poses = Poses {
-            in_map: seen.pose.planar(),
-            by_odometry: seen.odometry.pose,
-        };
+        let poses = poses(simulation);
         let time_ns = simulation.time_ns();
         match navigator.step(time_ns, poses, requests.commanded()) {
             Wanted::Nothing => None,
@@ -241,6 +270,7 @@ impl OnRos {
     /// The messages of a control period, the time before what happened then.
     pub(super) fn push(&mut self, simulation: &Simulation) {
         let time_ns = simulation.time_ns();
+        self.frames.set(Some(poses(simulation)));
         if self.clock.due(time_ns) {
             let clock = Time::from_ns(time_ns);
             let _ = self.node.send(topic::CLOCK, time_ns, &Clock { clock });
@@ -252,6 +282,15 @@ impl OnRos {
             let _ = self.node.send(topic::DIAGNOSTICS, time_ns, &diagnostics);
         }
         let _ = self.messages.push(simulation.period(), &mut self.node);
+    }
+}
+
+/// Where the vehicle is.
+fn poses(simulation: &Simulation) -> Poses {
+    let seen = simulation.observation();
+    Poses {
+        in_map: seen.pose.planar(),
+        by_odometry: seen.odometry.pose,
     }
 }
 

@@ -16,8 +16,8 @@ use super::warn::Warn;
 use crate::Error;
 use crate::messages::{Messages, Sink};
 use crate::ros2::{
-    self, JointState, MarkerArray, Odometry, RosMessage, Sensors, StringMessage, TfMessage, TwistStamped,
-    VehicleState,
+    self, JointState, Marker, MarkerArray, Odometry, RosMessage, Sensors, StringMessage, TfMessage,
+    TwistStamped, VehicleState,
 };
 use crate::topic;
 
@@ -104,9 +104,20 @@ impl Viewers {
         self.messages.set_scenario(scenario);
     }
 
-    /// The run begins anew: wheels and odometry of the messages, too.
+    /// The run begins anew: wheels and odometry of the messages, too, and what was marked on the ground is gone.
     pub(super) fn start_again(&mut self, scenario: &Scenario, controller: &AnyController) {
+        let is_elsewhere = scenario.start != self.messages.scenario().start;
         self.messages = Messages::new(scenario, controller);
+        let none = Marker {
+            action: Marker::DELETE_ALL,
+            ..Marker::default()
+        };
+        let markers = vec![none];
+        let _ = self.served.send(topic::MARKERS, 0, &MarkerArray { markers });
+        if is_elsewhere {
+            // Only the ground around the start is described.
+            self.describe();
+        }
     }
 
     /// Informs all that a command ended by itself.

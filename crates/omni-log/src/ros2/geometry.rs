@@ -22,6 +22,17 @@ impl Time {
             nanosec,
         }
     }
+
+    /// The same after the start \[ns\]; what is before it is the start.
+    ///
+    /// ```
+    /// use omni_log::ros2::Time;
+    /// assert_eq!(Time::from_ns(5_000_000_007).to_ns(), 5_000_000_007);
+    /// ```
+    #[must_use]
+    pub fn to_ns(self) -> u64 {
+        u64::try_from(self.sec).map_or(0, |sec| sec * 1_000_000_000 + u64::from(self.nanosec))
+    }
 }
 
 /// `std_msgs/msg/Header`: when and in which frame.
@@ -179,6 +190,15 @@ pub struct PoseWithCovariance {
     pub pose: Pose,
     /// Covariance, rows and columns x, y, z \[m\], then about x, y, z \[rad\]; 1e6 is unknown.
     pub covariance: [[f64; 6]; 6],
+}
+
+/// `geometry_msgs/msg/PoseWithCovarianceStamped`: the same with its time and frame.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PoseWithCovarianceStamped {
+    /// Time, and the frame of the pose.
+    pub header: Header,
+    /// The pose.
+    pub pose: PoseWithCovariance,
 }
 
 /// `geometry_msgs/msg/TwistWithCovariance`: a twist and how well it is known.

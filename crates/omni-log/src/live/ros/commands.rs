@@ -13,9 +13,10 @@ use super::joints::JointCommands;
 use super::listener::{Listener, MOST};
 use super::node::absolute;
 use super::payload::{Whole, reliable, type_name};
+use super::placement::Placement;
 use crate::live::requests::{ClientId, Requests};
 use crate::live::warn::Warn;
-use crate::ros2::{JointState, PoseStamped, RosMessage, Twist, TwistStamped};
+use crate::ros2::{JointState, PoseStamped, PoseWithCovarianceStamped, RosMessage, Twist, TwistStamped};
 use crate::topic;
 
 /// Lines about rejected messages, in a run.
@@ -66,6 +67,22 @@ pub(super) fn take_goals(
     let (name, types) = ((namespace, topic::GOAL_POSE), [PoseStamped::TYPE]);
     take(node, name, (&types, true), warn, move |bytes| {
         goals.take(&decoded(bytes)?)
+    })
+}
+
+/// Takes poses to place the vehicle at.
+pub(super) fn take_places(
+    node: &mut Node,
+    namespace: &str,
+    placement: Placement,
+    warn: Warn,
+) -> Result<Listener, String> {
+    let (name, types) = (
+        (namespace, topic::INITIAL_POSE),
+        [PoseWithCovarianceStamped::TYPE],
+    );
+    take(node, name, (&types, true), warn, move |bytes| {
+        placement.take(&decoded(bytes)?)
     })
 }
 
@@ -127,7 +144,7 @@ fn twist(bytes: &[u8]) -> Result<[f64; 3], String> {
     Ok([twist.linear.x, twist.linear.y, twist.angular.z])
 }
 
-fn decoded<M: RosMessage + serde::de::DeserializeOwned>(bytes: &[u8]) -> Result<M, String> {
+pub(super) fn decoded<M: RosMessage + serde::de::DeserializeOwned>(bytes: &[u8]) -> Result<M, String> {
     let decoded = cdr_encoding::from_bytes::<M, LittleEndian>(bytes);
     decoded
         .map(|(message, _)| message)

@@ -8,16 +8,15 @@ use omni_core::BodyTwist;
 use omni_core::geometry::PlanarPose;
 use omni_core::path::ProgressState;
 
+use super::frames::{Frames, Poses};
 use crate::ros2::{Header, Path, Point, Pose, PoseStamped};
-use crate::urdf::{MAP_LINK, ODOM_LINK};
+use crate::urdf::MAP_LINK;
 
 /// Farthest goal from the vehicle \[m\]: it is planned in three seconds, for which the end of a run may wait.
 const FARTHEST_M: f64 = 50.0;
 /// As far as a vehicle may be from the beginning of its way \[m\]: from farther it would be driven there over ground
 /// that is not planned.
 const MOVED_M: f64 = 0.15;
-/// The norm of an attitude's quaternion is 1 within this: clients round.
-const NORM_WITHIN: f64 = 0.01;
 /// Times between the poses of a published plan \[s\].
 const SPACING_S: f64 = 0.1;
 
@@ -46,8 +45,7 @@ impl std::fmt::Debug for GoalPlanner {
 /// What the thread that receives goals and the run exchange.
 pub(super) struct Goals {
     planner: GoalPlanner,
-    /// Name of the frame of odometry.
-    odom: String,
+    frames: Arc<Frames>,
     exchange: Mutex<Exchange>,
 }
 
@@ -55,8 +53,6 @@ pub(super) struct Goals {
 struct Exchange {
     /// How often the run began anew: what was planned for an earlier one is none of the next.
     run: u64,
-    /// Where the vehicle is in the map and by odometry; none before its first period.
-    poses: Option<Poses>,
     /// What the last goal led to.
     planned: Option<Planned>,
 }
@@ -70,33 +66,12 @@ pub(super) struct Planned {
     pub(super) message: Path,
 }
 
-/// The vehicle's pose.
-#[derive(Clone, Copy)]
-pub(super) struct Poses {
-    pub(super) in_map: PlanarPose<f64>,
-    pub(super) by_odometry: PlanarPose<f64>,
-}
-
-impl Poses {
-    /// A pose in the frame of odometry as the map has it.
-    fn to_map(self, pose: &PlanarPose<f64>) -> PlanarPose<f64> {
-        let turn = self.in_map.yaw_rad - self.by_odometry.yaw_rad;
-        let (sin, cos) = turn.sin_cos();
-        let (x_m, y_m) = (pose.x_m - self.by_odometry.x_m, pose.y_m - self.by_odometry.y_m);
-        PlanarPose {
-            x_m: self.in_map.x_m + cos * x_m - sin * y_m,
-            y_m: self.in_map.y_m + sin * x_m + cos * y_m,
-            yaw_rad: pose.yaw_rad + turn,
-        }
-    }
-}
-
 impl Goals {
-    /// With what stands before the names of frames.
-    pub(super) fn new(planner: GoalPlanner, prefix: &str) -> Self {
+    /// In these frames.
+    pub(super) fn new(planner: GoalPlanner, frames: Arc<Frames>) -> Self {
         Self {
             planner,
-            odom: format!("{prefix}{ODOM_LINK}"),
+            frames,
             exchange: Mutex::default(),
         }
     }
@@ -109,24 +84,9 @@ impl Goals {
     /// Plans the way to a goal from where the vehicle is, or says why not: then nothing changes.
     pub(super) fn take(&self, goal: &PoseStamped) -> Result<(), String> {
         let came = Instant::now();
-        let pose = planar(goal)?;
-        let (run, poses) = {
-            let exchange = self.exchange();
-            (exchange.run, exchange.poses)
-        };
-        let Some(poses) = poses else {
-            return Err("the run has not begun".into());
-        };
-        let to = match goal.header.frame_id.trim_start_matches('/') {
-            MAP_LINK => pose,
-            odom if odom == self.odom => poses.to_map(&pose),
-            frame => {
-                return Err(format!(
-                    "a goal in the frame {frame:?}, allowed: {MAP_LINK}, {}",
-                    self.odom
-                ));
-            }
-        };
+        let run = self.exchange().run;
+        let poses = self.frames.poses()?;
+        let to = self.frames.in_map(&goal.header, &goal.pose)?;
         let from = &poses.in_map;
         // Numbers that are none are not within it either.
         if !(0.0..=FARTHEST_M).contains(&distance_m(from, &to)) {
@@ -142,10 +102,8 @@ impl Goals {
         if exchange.run != run {
             return Err(refuse("the run began anew while the way was planned".into()));
         }
-        if exchange
-            .poses
-            .is_none_or(|now| distance_m(&now.in_map, from) > MOVED_M)
-        {
+        let moved = |now: Poses| distance_m(&now.in_map, from) > MOVED_M;
+        if self.frames.poses().map_or(true, moved) {
             return Err(refuse(
                 "the vehicle moved on while the way was planned; send the goal again when it stands".into(),
             ));
@@ -154,11 +112,9 @@ impl Goals {
         Ok(())
     }
 
-    /// The vehicle is there now. What the last goal led to, if it came since the last time.
-    fn exchange_with(&self, poses: Poses) -> Option<Planned> {
-        let mut exchange = self.exchange();
-        exchange.poses = Some(poses);
-        exchange.planned.take()
+    /// What the last goal led to, if it came since the last time.
+    fn take_planned(&self) -> Option<Planned> {
+        self.exchange().planned.take()
     }
 
     /// The run begins anew: what was asked of the one before is over.
@@ -173,23 +129,6 @@ impl Goals {
 
 fn distance_m(one: &PlanarPose<f64>, other: &PlanarPose<f64>) -> f64 {
     (one.x_m - other.x_m).hypot(one.y_m - other.y_m)
-}
-
-/// The goal in the plane of its frame.
-fn planar(goal: &PoseStamped) -> Result<PlanarPose<f64>, String> {
-    let Pose {
-        position: at,
-        orientation: q,
-    } = goal.pose;
-    let norm = (q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w).sqrt();
-    if !(1.0 - NORM_WITHIN..=1.0 + NORM_WITHIN).contains(&norm) {
-        return Err(format!("orientation: a quaternion of norm {norm}, allowed: 1"));
-    }
-    Ok(PlanarPose {
-        x_m: at.x,
-        y_m: at.y,
-        yaw_rad: (2.0 * (q.w * q.z + q.x * q.y)).atan2(1.0 - 2.0 * (q.y * q.y + q.z * q.z)),
-    })
 }
 
 /// The drive to a goal.
@@ -234,7 +173,7 @@ impl Navigator {
     pub(super) fn step(&mut self, time_ns: u64, poses: Poses, commanded: Option<Instant>) -> Wanted {
         let time_s = time_ns as f64 * 1e-9;
         let is_later = |came: Instant| commanded.is_some_and(|command| command > came);
-        let planned = self.goals.exchange_with(poses);
+        let planned = self.goals.take_planned();
         if let Some(Planned { path, came, message }) = planned.filter(|planned| !is_later(planned.came)) {
             self.drive = Some(Drive {
                 path,
@@ -333,25 +272,9 @@ mod tests {
     const LEVEL: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
 
     #[test]
-    fn what_is_no_goal_is_refused_by_its_part() {
-        let half = std::f64::consts::FRAC_1_SQRT_2;
-        let turned = planar(&goal("map", [1.0, -2.0], [0.0, 0.0, half, half])).expect("a goal");
-        assert!((turned.yaw_rad - std::f64::consts::FRAC_PI_2).abs() < 1e-12);
-        for (wrong, part) in [
-            (goal("map", [1.0, 0.0], [0.0; 4]), "norm 0, allowed: 1"),
-            (
-                goal("map", [1.0, 0.0], [f64::INFINITY; 4]),
-                "norm inf, allowed: 1",
-            ),
-        ] {
-            let said = planar(&wrong).expect_err(part);
-            assert!(said.contains(part), "{said}");
-        }
-    }
-
-    #[test]
     fn a_goal_is_planned_published_and_driven_to_until_others_command() {
-        let goals = Arc::new(Goals::new(planner(), "robot1/"));
+        let frames = Arc::new(Frames::new("robot1/"));
+        let goals = Arc::new(Goals::new(planner(), frames.clone()));
         let mut navigator = Navigator::new(goals.clone());
         let ahead = goal("map", [2.0, 0.0], LEVEL);
         assert_eq!(goals.take(&ahead), Err("the run has not begun".into()));
@@ -359,6 +282,7 @@ mod tests {
             in_map: PlanarPose::origin(),
             by_odometry: PlanarPose::origin(),
         };
+        frames.set(Some(origin));
         let before = Instant::now();
         assert!(matches!(navigator.step(0, origin, None), Wanted::Nothing));
         assert_eq!(goals.take(&ahead), Ok(()));
@@ -377,7 +301,7 @@ mod tests {
         let said = goals.take(&goal("odom", [1.0, 0.0], LEVEL));
         assert_eq!(
             said,
-            Err("a goal in the frame \"odom\", allowed: map, robot1/odom".into())
+            Err("a pose in the frame \"odom\", allowed: map, robot1/odom".into())
         );
         for far in [50.1, f64::NAN, f64::INFINITY] {
             let said = goals.take(&goal("map", [0.0, far], LEVEL)).expect_err("too far");
@@ -410,6 +334,7 @@ mod tests {
             },
             ..origin
         };
+        frames.set(Some(poses));
         assert!(matches!(
             navigator.step(1_006_000_000, poses, after),
             Wanted::Nothing
@@ -429,7 +354,7 @@ mod tests {
 
     #[test]
     fn a_way_is_not_driven_that_was_planned_for_another_run_or_from_another_place() {
-        type Happens = Box<dyn Fn(&Goals) + Send + Sync>;
+        type Happens = Box<dyn Fn(&Goals, &Frames) + Send + Sync>;
         let away = |x_m| Poses {
             in_map: PlanarPose {
                 x_m,
@@ -440,23 +365,25 @@ mod tests {
         // What happens while the way is planned.
         let cases: [(Happens, &str); 3] = [
             (
-                Box::new(Goals::forget),
+                Box::new(|goals, _| goals.forget()),
                 "the run began anew while the way was planned",
             ),
             (
-                Box::new(move |goals| drop(goals.exchange_with(away(0.2)))),
+                Box::new(move |_, frames| frames.set(Some(away(0.2)))),
                 "the vehicle moved on while the way was planned",
             ),
-            (Box::new(move |goals| drop(goals.exchange_with(away(0.1)))), ""),
+            (Box::new(move |_, frames| frames.set(Some(away(0.1)))), ""),
         ];
         for (happens, why) in cases {
+            let frames = Arc::new(Frames::new(""));
+            frames.set(Some(away(0.0)));
             let goals = Arc::new_cyclic(|this: &std::sync::Weak<Goals>| {
-                let (this, plan) = (this.clone(), planner());
+                let (this, plan, of_the_plan) = (this.clone(), planner(), frames.clone());
                 let planner = GoalPlanner::new(move |from, to| {
-                    happens(&this.upgrade().expect("there"));
+                    happens(&this.upgrade().expect("there"), &of_the_plan);
                     (plan.0)(from, to)
                 });
-                Goals::new(planner, "")
+                Goals::new(planner, frames.clone())
             });
             let mut navigator = Navigator::new(goals.clone());
             navigator.step(0, away(0.0), None);

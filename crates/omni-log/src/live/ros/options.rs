@@ -34,6 +34,8 @@ pub struct Ros2 {
     pub topic_rates: Vec<(String, f64)>,
     /// Sends the frame `map`, too, which is the world: as a localisation without error would.
     pub publish_map_frame: bool,
+    /// Keeps step with `/clock` of another run or simulator in the domain, instead of publishing it.
+    pub follow_clock: bool,
     /// Which frames it sends.
     pub tf: TfFrames,
     /// The wheels are driven one by one, by messages on `/joint_commands`; none: the vehicle by messages on `/cmd_vel`.
@@ -88,6 +90,7 @@ impl Ros2 {
             frame_prefix: String::new(),
             topic_rates: Vec::new(),
             publish_map_frame: false,
+            follow_clock: false,
             tf: TfFrames::default(),
             joints: None,
             goals: None,
@@ -179,6 +182,9 @@ impl Ros2 {
             }
             usual[3].1 = 0.0;
         }
+        if self.follow_clock {
+            usual[0].1 = 0.0;
+        }
         if self.joints.is_some() {
             usual[4].1 = JOINTS_HZ;
         }
@@ -191,6 +197,10 @@ impl Ros2 {
                     "one of the topics clock, imu, vehicle_state, tf, joint_states, odom, diagnostics",
                 ));
             };
+            if known.0 == topic::CLOCK && self.follow_clock && *rate != 0.0 {
+                let allowed = "0 with --follow-clock";
+                return Err(refused("--topic-rate", &format!("{name}={rate}"), allowed));
+            }
             if known.0 == topic::TF && self.tf == TfFrames::None && *rate != 0.0 {
                 let allowed = "0 with --tf none";
                 return Err(refused("--topic-rate", &format!("{name}={rate}"), allowed));
@@ -329,6 +339,23 @@ mod tests {
         assert_eq!(
             said(of(&[], true).rates()),
             "--publish-map-frame = true, allowed: only with --tf all and odom, which send frames"
+        );
+    }
+
+    #[test]
+    fn who_follows_a_clock_publishes_none() {
+        let of = |rates: &[(&str, f64)]| Ros2 {
+            topic_rates: rates.iter().map(|(name, rate)| ((*name).into(), *rate)).collect(),
+            follow_clock: true,
+            ..Ros2::new(0)
+        };
+        for rates in [&[][..], &[("clock", 0.0), ("odom", 10.0)]] {
+            let mut extra = of(rates).rates().expect("no clock").1;
+            assert!(!extra.clock.due(0));
+        }
+        assert_eq!(
+            said(of(&[("clock", 100.0)]).rates()),
+            "--topic-rate = clock=100, allowed: 0 with --follow-clock"
         );
     }
 
