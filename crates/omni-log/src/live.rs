@@ -50,12 +50,12 @@ const LOOK: Duration = Duration::from_millis(20);
 /// Time between two looks at a clock that is followed, whose messages come every 10 ms.
 const LOOK_AT_CLOCK: Duration = Duration::from_millis(1);
 
-/// Runs a scenario in step with the clock, serves it on 127.0.0.1 and sends it to ROS 2, as [`Live`] says.
-/// `opened` is called with where it is before the first period; `warn`, on any thread and at most 62
-/// times, of connections and commands that were rejected; `watch` is called after every control period with the part
-/// done (0 if there is no end), at least every 20 ms while the run waits for the clock, and, without a simulation, while it
-/// waits for the first client: where it breaks the run ends with the metrics so far, its error ends the run. A run that
-/// is more than 0.5 s behind the clock continues from its present time.
+/// Runs a scenario in step with the clock, serves it on 127.0.0.1 and sends it to ROS 2, as [`Live`] says. `opened` is
+/// called with where it is before the first period; `warn`, on any thread, of connections and
+/// commands that were rejected; `watch` is called after every control period with the part done (0 if there is no end),
+/// at least every 20 ms while the run waits for the clock, and, without a simulation, while it waits for the first
+/// client: where it breaks the run ends with the metrics so far, its error ends the run. A run that is more than 0.5 s
+/// behind the clock continues from its present time.
 ///
 /// Connections come from programs that send no `Origin` and from pages of Foxglove, of Lichtblick, of this machine
 /// and of [`Live::origins`]; their `Host` is this machine. Others are rejected with status 403 and a reason. A

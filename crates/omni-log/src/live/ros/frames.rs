@@ -31,7 +31,7 @@ impl Poses {
     }
 }
 
-/// Where the vehicle is, and with it the frame of its odometry.
+/// The place of the vehicle, and with it the frame of its odometry.
 pub(super) struct Frames {
     /// Name of the frame of odometry.
     odom: String,
@@ -53,7 +53,7 @@ impl Frames {
         *self.poses.lock().unwrap_or_else(PoisonError::into_inner) = poses;
     }
 
-    /// Where the vehicle is, or that it is not known.
+    /// The place of the vehicle, or that it is not known.
     pub(super) fn poses(&self) -> Result<Poses, String> {
         let poses = *self.poses.lock().unwrap_or_else(PoisonError::into_inner);
         poses.ok_or_else(|| "the run has not begun".into())
