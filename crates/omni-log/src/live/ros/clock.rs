@@ -24,7 +24,7 @@ struct Followed {
     controls: Arc<Controls>,
     can_start_again: bool,
     /// When the last message came, and whether its silence was said since.
-    heard: Instant,
+    last_message: Instant,
     silence_said: bool,
 }
 
@@ -33,14 +33,14 @@ impl Followed {
         Self {
             controls,
             can_start_again,
-            heard: now,
+            last_message: now,
             silence_said: false,
         }
     }
 
     /// A message says that time \[ns\]. A line about it, if there is one to say.
     fn take(&mut self, time_ns: u64, now: Instant) -> Option<&'static str> {
-        (self.heard, self.silence_said) = (now, false);
+        (self.last_message, self.silence_said) = (now, false);
         let last_ns = self.controls.clock_ns();
         if time_ns > last_ns {
             self.controls.set_clock_ns(time_ns);
@@ -61,7 +61,7 @@ impl Followed {
 
     /// No message has come since. A line, once.
     fn silent(&mut self, now: Instant) -> Option<&'static str> {
-        if self.silence_said || now.saturating_duration_since(self.heard) < SILENT {
+        if self.silence_said || now.saturating_duration_since(self.last_message) < SILENT {
             return None;
         }
         self.silence_said = true;
@@ -132,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn a_silent_clock_is_said_once_until_it_is_heard_again() {
+    fn a_silent_clock_is_said_once_until_its_next_message() {
         let (controls, start) = (Arc::<Controls>::default(), Instant::now());
         let mut followed = Followed::new(controls, true, start);
         let after = |seconds| start + Duration::from_secs(seconds);
