@@ -3,6 +3,7 @@
 Only `omnistep_msgs` is taken from this repository: no other package defines it.
 """
 
+import itertools
 import math
 import types
 from dataclasses import dataclass
@@ -96,3 +97,8 @@ def stamp_ns(sample: object) -> int:
         sample = sample.transforms[0]
     stamp = sample.clock if hasattr(sample, "clock") else sample.header.stamp
     return stamp.sec * 1_000_000_000 + stamp.nanosec
+
+
+def first_of_another_run(samples: list) -> list:
+    """The first sample that is older than the one before it, once there is one: at most one sample."""
+    return [after for before, after in itertools.pairwise(samples) if stamp_ns(after) < stamp_ns(before)]

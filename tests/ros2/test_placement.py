@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from messages import Header, Time, message, pose, stamp_ns
+from messages import Header, Time, first_of_another_run, message, pose, stamp_ns
 from peers import until
 
 TYPE = "geometry_msgs/msg/PoseWithCovarianceStamped"
@@ -35,8 +35,9 @@ def test_the_run_begins_anew_where_the_vehicle_is_placed(cyclone, run):
     stamps = [stamp_ns(sample) for sample in truth.samples]
     assert stamps == sorted(stamps), "nothing began anew"
     places.write(place(-1.5, 0.4, 0.2))
-    until(lambda: stamp_ns(truth.samples[-1]) < stamp_ns(truth.samples[-2]), "another run")
-    assert planar(truth.samples[-1]) == pytest.approx((-1.5, 0.4, 0.2), abs=0.03)  # 0.1 s at 0.3 m/s
+    (begun,) = until(lambda: first_of_another_run(truth.samples), "another run")
+    assert stamp_ns(begun) < 200_000_000  # messages may be lost on a machine that stands still
+    assert planar(begun) == pytest.approx((-1.5, 0.4, 0.2), abs=0.03)  # 0.1 s at 0.3 m/s
     assert one.stop() == 0, one.said
 
 

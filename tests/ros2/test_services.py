@@ -1,6 +1,5 @@
 """Pause and another start of a run, asked for as the middlewares of Cyclone DDS and of Fast DDS ask."""
 
-import itertools
 import time
 import types
 from dataclasses import dataclass
@@ -11,7 +10,7 @@ from cyclonedds.idl import types as idl
 from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
-from messages import stamp_ns
+from messages import first_of_another_run, stamp_ns
 from peers import Cyclone, qos, until
 
 # Cyclone's middleware has the client and the request's number in the message; that of Fast DDS outside.
@@ -85,11 +84,6 @@ def test_a_pause_stops_the_time_and_it_goes_on_from_there(cyclone, run, header):
     assert stamps == sorted(stamps)
 
 
-def first_of_another_run(samples: list) -> list:
-    """The first sample that is older than the one before it, once there is one: at most one sample."""
-    return [after for before, after in itertools.pairwise(samples) if stamp_ns(after) < stamp_ns(before)]
-
-
 @pytest.mark.parametrize("header", [HEADER, {}], ids=["cyclone", "fast"])
 def test_a_reset_begins_the_run_anew(cyclone, run, header):
     clock = cyclone.read("/clock", "rosgraph_msgs/msg/Clock")
@@ -105,6 +99,7 @@ def test_a_reset_begins_the_run_anew(cyclone, run, header):
         assert stamp_ns(begun) < 200_000_000  # messages may be lost on a machine that stands still
         if topic in (truth, odom):
             assert begun.pose.pose.position.x < 0.1
+    assert abs(odom.samples[-1].pose.pose.position.x - truth.samples[-1].pose.pose.position.x) < 0.05
     # It drives again, by its scenario, because no command came.
     count = len(truth.samples)
     until(lambda: truth.samples[-1].pose.pose.position.x > 0.1 and len(truth.samples) > count, "the same drive")
