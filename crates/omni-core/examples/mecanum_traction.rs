@@ -117,8 +117,9 @@ fn main() -> Result<(), ConfigError> {
     let step = |state: &mut _, imu| every_period(&drive, state, [Some(0.0); 4], Some(ahead), imu);
     let first = step(&mut state, Some(Imu::level()));
     assert_eq!(first.traction.loops, TractionLoops::Plain);
+    // Plain loops first have the time in which they would push with all that the motors have.
     let mut pushed = first;
-    for _ in 0..600 {
+    for _ in 0..900 {
         pushed = step(&mut state, Some(Imu::level()));
     }
     println!("held up: {:?} N.m", pushed.drive.wheels.applied.n_m);
