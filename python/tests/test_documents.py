@@ -283,6 +283,12 @@ def test_pieces_of_the_program_of_four_mecanum_wheels_are_its_own():
             assert piece in program, page.name
             shown += 1
     assert shown == 3
+    page = (ROOT / "docs" / "mecanum-in-20-minutes.md").read_text()
+    shown_in_c = re.findall(r"```c title=\"mecanum.c\"\n(.*?)```", page, re.DOTALL)
+    assert shown_in_c == [(ROOT / "firmware/c/example/mecanum.c").read_text()]
+    scenario = re.findall(r"```toml title=\"control.toml\"\n(.*?)```", page, re.DOTALL)
+    of_the_image = tomllib.loads((ROOT / "firmware/scenarios/mecanum.toml").read_text())
+    assert tomllib.loads(scenario[0]) | {"name": "mecanum", "vehicle": "mecanum4"} == of_the_image
 
 
 def test_the_first_program_in_cpp_is_the_one_that_is_built_and_run():

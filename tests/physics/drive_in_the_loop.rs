@@ -316,6 +316,59 @@ fn a_second_dead_encoder_is_found_where_the_first_took_the_redundancy() {
     }
 }
 
+/// Encoders of one plug or one supply fail together, and what is left of them may agree: two of four mecanum wheels on
+/// a diagonal do not see the vehicle go along it.
+fn encoders_that_die_together_end_in_a_safe_stop() {
+    let every = |vehicle: &str| {
+        load(
+            "flat",
+            &[Override::parse(&format!("vehicle={vehicle}")).expect("KEY=VALUE")],
+        )
+    };
+    for (vehicle, dead) in [
+        ("mecanum4", &["front_left", "rear_right"][..]),
+        ("mecanum4", &[]),
+        ("chugo7", &[]),
+        ("rocker_bogie6", &[]),
+    ] {
+        let flat = every(vehicle).expect("valid");
+        let all: Vec<_> = flat.vehicle().wheel.iter().map(|wheel| &*wheel.name).collect();
+        let dead = if dead.is_empty() { &all[..] } else { dead };
+        let faults: Vec<_> = dead
+            .iter()
+            .map(|wheel| format!("{{kind='encoder_dead',wheel='{wheel}',from_s=1.5}}"))
+            .collect();
+        // The accelerometer sees it at once. Without it two seconds of half the stall torque do, and before that up to
+        // 0.8 s until the integral asks for so much.
+        for (policy, within_s) in [("traction", 0.5), ("scale_references", 2.9)] {
+            let keys = [
+                format!("vehicle={vehicle}"),
+                format!("control.policy={policy}"),
+                format!("fault=[{}]", faults.join(",")),
+                "sensors.encoder_counts=4096".to_owned(),
+                "duration_s=8".to_owned(),
+            ];
+            let keys: Vec<_> = keys.iter().map(|key| &**key).collect();
+            let trace = run(&scenario(&keys)).expect("runs");
+            let stopped = column(&trace, "time_s")[first(&trace, "drive_mode", 2.0)];
+            let case = format!("{vehicle}, {policy}, {dead:?}: stopped at {stopped} s");
+            assert!((1.5..1.5 + within_s).contains(&stopped), "{case}");
+            let speed_m_s =
+                |row: usize| column(&trace, "twist_vx_m_s")[row].hypot(column(&trace, "twist_vy_m_s")[row]);
+            let last = trace.rows() - 1;
+            for (i, wheel) in all.iter().enumerate() {
+                let shorted = column(&trace, &format!("drive_brake_{wheel}"))[last];
+                let applied_n_m = trace.wheel("applied_n_m", i).expect("a signal")[last];
+                assert_eq!((shorted, applied_n_m), (1.0, 0.0), "{case}, {wheel}");
+            }
+            // Shorted motors stop the vehicle; those of `chugo7` have no back-EMF in its file.
+            if vehicle != "chugo7" {
+                assert!(speed_m_s(last) < 0.02, "{case}, {} m/s", speed_m_s(last));
+            }
+        }
+    }
+}
+
 fn a_drive_without_a_table_of_faults_finds_a_dead_encoder_on_every_vehicle() {
     for (vehicle, wheel) in [
         ("chugo7", "5"),
@@ -410,6 +463,7 @@ on_the_fast_engine! {
     dead_and_toggling_encoders_are_found_on_every_vehicle,
     a_dead_encoder_is_found_at_a_crawl_where_the_others_show_less_than_stuck_rad_s,
     a_second_dead_encoder_is_found_where_the_first_took_the_redundancy,
+    encoders_that_die_together_end_in_a_safe_stop,
     a_drive_without_a_table_of_faults_finds_a_dead_encoder_on_every_vehicle,
     a_reading_frozen_near_its_reference_is_found_on_three_wheels_by_a_hard_pull,
     coarse_encoders_read_slowly_make_no_sound_wheel_faulty,

@@ -66,20 +66,12 @@ fn traction_drive() -> Result<TractionDrive<f32, 4>, ConfigError> {
     TractionDrive::new(Drive::new(config)?, supervisor, traction)
 }
 
-/// Reading of a gyro and an accelerometer that are mounted along the base's axes: x forward, y left, z up.
-fn imu(before: &Imu<f32>, gyro_deg_s: [f32; 3], accelerometer_g: [f32; 3]) -> Imu<f32> {
-    let mut imu = Imu::level();
+/// Takes in a gyro and an accelerometer that are mounted along the base's axes: x forward, y left, z up. False if they
+/// cannot be used.
+fn read_unit(imu: &mut Imu<f32>, gyro_deg_s: [f32; 3], accelerometer_g: [f32; 3]) -> bool {
     imu.rate_rad_s = gyro_deg_s.map(f32::to_radians);
     imu.specific_force_m_s2 = accelerometer_g.map(|g| 9.81 * g);
-    // The gyro turns the angles; within seconds the accelerometer corrects its drift.
-    let angle = |before_rad: f32, rate_rad_s: f32, up: f32| {
-        let turned_rad = before_rad + rate_rad_s * PERIOD_S;
-        turned_rad + PERIOD_S / 2.0 * (up.clamp(-1.0, 1.0).asin() - turned_rad)
-    };
-    // A positive rate about y lowers the nose, one about x raises the left side.
-    imu.pitch_rad = angle(before.pitch_rad, -imu.rate_rad_s[1], accelerometer_g[0]);
-    imu.roll_rad = angle(before.roll_rad, imu.rate_rad_s[0], accelerometer_g[1]);
-    imu
+    imu.update_angles(PERIOD_S)
 }
 
 /// Every period; `None` for what did not arrive.
@@ -99,13 +91,14 @@ fn every_period(
 }
 
 fn main() -> Result<(), ConfigError> {
-    // Nose up by 30 degrees: the accelerometer reads half of g along x. After 10 s, with a gyro that drifts:
-    let mut tilted = Imu::level();
+    // Nose up by 30 degrees: the accelerometer reads half of g along x. After 10 s, with a gyro whose zero is off:
+    let mut tilted = Imu::silent();
     for _ in 0..10_000 {
-        tilted = imu(&tilted, [0.0, 0.1, 0.0], [0.5, 0.0, 0.866]);
+        assert!(read_unit(&mut tilted, [0.0, 0.1, 0.0], [0.5, 0.0, 0.866]));
     }
     assert!((tilted.pitch_rad - 30_f32.to_radians()).abs() < 0.01);
     assert_eq!(tilted.roll_rad, 0.0);
+    assert!(!read_unit(&mut tilted, [f32::NAN; 3], [0.5, 0.0, 0.866]));
 
     // The front wheels stand at a step: every wheel reads 0.
     let drive = traction_drive()?;

@@ -5,6 +5,15 @@
 
 use crate::Real;
 use crate::geometry::BodyTwist;
+use crate::scalar::all_plausible;
+
+/// Standard gravity \[m/s^2\], and how far from it a specific force is no direction of gravity any more.
+pub(crate) const GRAVITY_M_S2: f64 = 9.81;
+const UNLIKE_GRAVITY_M_S2: f64 = 1.5;
+/// Time constant with which an accelerometer corrects the angles of a gyro \[s\].
+const ATTITUDE_S: f64 = 2.0;
+/// Largest angle of [`Imu::update_angles`] \[rad\]: no vehicle of these leans further.
+const LARGEST_LEAN_RAD: f64 = 0.9;
 
 /// Readings of an inertial measurement unit on the base, in the base's axes: x forward, y left, z up.
 ///
@@ -62,6 +71,65 @@ impl<R: Real> Imu<R> {
             pitch_rad: nan,
         }
     }
+
+    /// Follows [`roll_rad`](Self::roll_rad) and [`pitch_rad`](Self::pitch_rad) by the rates and the specific force that
+    /// were read in this period, for a unit that does not compute angles itself. False, and the angles stay, if one of
+    /// the readings is no number, or the first force is far from 1 g: then pass [`silent`](Self::silent) in this period.
+    ///
+    /// The gyro turns the angles, and the accelerometer corrects them with a time constant of 2 s, as long as it reads
+    /// nearly 1 g. From [`silent`](Self::silent) the first reading gives the angles at once.
+    ///
+    /// ```
+    /// let mut imu = omni_core::policy::Imu::<f32>::silent();
+    /// imu.rate_rad_s = [0.0, -0.1, 0.0]; // the nose rises
+    /// imu.specific_force_m_s2 = [4.905, 0.0, 8.496]; // half of g along x: nose up by 30 degrees
+    /// assert!(imu.update_angles(0.001));
+    /// assert!((imu.pitch_rad - 30_f32.to_radians()).abs() < 1e-3 && imu.roll_rad == 0.0);
+    /// ```
+    pub fn update_angles(&mut self, period_s: R) -> bool {
+        let [fx, fy, fz] = self.specific_force_m_s2;
+        let [p, q, r] = self.rate_rad_s;
+        if !all_plausible(&[fx, fy, fz, p, q, r, period_s]) {
+            return false;
+        }
+        let begins = !all_plausible(&[self.roll_rad, self.pitch_rad]);
+        let force_m_s2 = (fx * fx + fy * fy + fz * fz).sqrt();
+        let known = (force_m_s2 - R::of(GRAVITY_M_S2)).abs() < R::of(UNLIKE_GRAVITY_M_S2);
+        let (roll_rad, pitch_rad);
+        if begins {
+            if !known {
+                return false;
+            }
+            roll_rad = fy.atan2((fx * fx + fz * fz).sqrt());
+            pitch_rad = fx.atan2((fy * fy + fz * fz).sqrt());
+        } else {
+            let by = turned(self.roll_rad, self.pitch_rad, self.rate_rad_s, period_s);
+            let ((y, cy), (x, cx)) = (self.roll_rad.sine_cosine(), self.pitch_rad.sine_cosine());
+            // In free fall nothing is read, and in a jolt something else.
+            let read = if known {
+                [fy / force_m_s2, fx / force_m_s2]
+            } else {
+                [y, x]
+            };
+            let part = period_s / R::of(ATTITUDE_S);
+            roll_rad = self.roll_rad + by[0] + part * (read[0] - y) / cy;
+            pitch_rad = self.pitch_rad + by[1] + part * (read[1] - x) / cx;
+        }
+        let most = R::of(LARGEST_LEAN_RAD);
+        self.roll_rad = roll_rad.limited(-most, most);
+        self.pitch_rad = pitch_rad.limited(-most, most);
+        true
+    }
+}
+
+/// By how much roll and pitch change in a period in which the base turns at these rates about its own axes \[rad\].
+#[inline]
+pub(crate) fn turned<R: Real>(roll_rad: R, pitch_rad: R, rate_rad_s: [R; 3], period_s: R) -> [R; 2] {
+    let [p, q, r] = rate_rad_s;
+    // Heights of the tips of x and y axis, which turn with the base.
+    let ((x, cx), (y, cy)) = (pitch_rad.sine_cosine(), roll_rad.sine_cosine());
+    let up = (R::one() - x * x - y * y).limited(R::of(0.01), R::one()).sqrt();
+    [(p * up - r * x) * period_s / cy, (r * y - q * up) * period_s / cx]
 }
 
 /// All that a controller may use in one control period: the vehicle's sensors, its own torques, its command.
@@ -185,3 +253,6 @@ pub trait Policy<R> {
     /// Writes these signals, as they are after the last step.
     fn signals(&self, _values: &mut [R]) {}
 }
+
+#[cfg(test)]
+mod tests;

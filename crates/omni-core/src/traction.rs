@@ -29,6 +29,7 @@ mod supervised;
 mod supervisor;
 mod target;
 mod thrust;
+mod unseen;
 
 #[doc(hidden)]
 pub use config::TractionTimes;

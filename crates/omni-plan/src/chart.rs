@@ -212,6 +212,13 @@ impl Chart {
             .map_or(0.0, |limit| table.allowed_m(limit, margin))
     }
 
+    /// The least friction of all of its ground.
+    pub(crate) fn least_friction(&self) -> f64 {
+        self.tables
+            .iter()
+            .fold(f64::INFINITY, |least, table| least.min(table.friction))
+    }
+
     /// The chart of the highest friction that does not exceed the ground's.
     pub(crate) fn at(&self, friction: f64) -> Option<&Table> {
         self.tables

@@ -131,6 +131,8 @@ impl Diagnosis<'_> {
             y_m: f64::midpoint(from[1], to[1]),
             height_m: rise_m.abs(),
             up,
+            friction,
+            needs_friction: table.is_none().then(|| self.chart.least_friction()),
             charted: best.is_some(),
             allowed_m,
             side_deg,

@@ -64,6 +64,10 @@ pub struct LackingEdge {
     pub height_m: f64,
     /// Is it a step up, on the way that lacks least?
     pub up: bool,
+    /// Friction of the ground there.
+    pub friction: f64,
+    /// Least friction of the charts, where the ground has less: then what follows is 0.
+    pub needs_friction: Option<f64>,
     /// Does the chart have such steps of any side? If not, what follows is 0.
     pub charted: bool,
     /// The most that may be planned with, of all sides \[m\].
@@ -87,6 +91,13 @@ impl std::fmt::Display for LackingEdge {
             self.y_m,
             mm(self.height_m)
         )?;
+        if let Some(least) = self.needs_friction {
+            let friction = self.friction;
+            return write!(
+                f,
+                ", on ground of friction {friction}, and the chart is for {least} or more (omnistep chart --friction {friction})"
+            );
+        }
         if !self.charted {
             return write!(
                 f,

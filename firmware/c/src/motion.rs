@@ -1,12 +1,13 @@
-//! Before the loops and after them: a command within limits and counts in, PWM duty out.
+//! Before the loops and after them: a command within limits, counts and inertial readings in, PWM duty out.
 
 use core::mem::MaybeUninit;
 
 use omni_core::estimate::{Encoder, EncoderState};
+use omni_core::policy::Imu;
 use omni_core::shaping::{TwistLimiter, TwistLimiterState};
 use omni_core::{BodyTwist, TorqueLimit};
 
-use crate::status::{Status, at};
+use crate::status::{Status, at, finite};
 
 /// Brings `command` within the vehicle's limits, for one control period; `limited` is what to give
 /// to the step. `state` is all zero at the start: `static omni_limiter_state state;`.
@@ -86,6 +87,27 @@ pub extern "C" fn omni_encoder_missed(
     };
     encoder.step(state, None, None);
     Status::Ok
+}
+
+/// Makes the readings of an inertial measurement unit ready for the first one, if it computes no angles itself.
+#[unsafe(no_mangle)]
+pub extern "C" fn omni_imu_init(imu: Option<&mut MaybeUninit<Imu<f32>>>) -> Status {
+    let Some(imu) = imu else {
+        return Status::NullPointer;
+    };
+    imu.write(Imu::silent());
+    Status::Ok
+}
+
+/// Follows `roll_rad` and `pitch_rad` by `rate_rad_s` and `specific_force_m_s2`, which were read `period_s` [s] after
+/// the last time. `OMNI_STATUS_NOT_FINITE` if one of them is no number, or the first force is far from 1 g: the angles
+/// stay, and the unit counts as not received.
+#[unsafe(no_mangle)]
+pub extern "C" fn omni_imu_update_angles(imu: Option<&mut Imu<f32>>, period_s: f32) -> Status {
+    let Some(imu) = imu else {
+        return Status::NullPointer;
+    };
+    finite(imu.update_angles(period_s)).into()
 }
 
 /// The duty, -1 to 1, of a bridge without a current loop that applies `torque_n_m` [N.m] at `velocity_rad_s` [rad/s],

@@ -10,7 +10,7 @@ pub enum Status {
     NullPointer = 1,
     /// The state was not made ready by its `init`.
     NotReady = 2,
-    /// A number is not finite, or it is a deviation below 0.
+    /// A number is not finite, it is a deviation below 0, or a force that says nothing of where up is.
     NotFinite = 3,
 }
 

@@ -123,9 +123,11 @@ struct WheelHistory<R> {
     good: u16,
 }
 
-/// Weight of a period of evidence, and of a period in which only the torque contradicts a reading.
+/// Weight of a period of evidence, of a period in which only the torque contradicts a reading, and of one in which it
+/// contradicts several, which may be a vehicle before an obstacle.
 const FULL: f64 = 10.0;
 const FAINT: f64 = 1.0;
+const FAINTEST: f64 = 0.5;
 
 impl<R: Real> WheelHistory<R> {
     const FRESH: Self = Self {
@@ -373,7 +375,8 @@ impl<R: Real> FaultMonitor<R> {
         // From a wheel without a count any reference is away.
         let no_count = wheel.last == Some(R::zero());
         let is_away = away.abs() > self.config.stuck_rad_s || (no_count && towards);
-        // If another wheel is pulled hard without a count too, the vehicle more probably stands before an obstacle.
+        // If another wheel is pulled hard without a count too, the vehicle more probably stands before an obstacle. Yet
+        // encoders of one supply die together, and then nothing else says how the vehicle runs away.
         let alone = || {
             let wheels = state
                 .wheel
@@ -391,7 +394,7 @@ impl<R: Real> FaultMonitor<R> {
             return if !hard || !(is_away || towards) {
                 None
             } else if N > 3 {
-                alone().then_some(R::of(FAINT))
+                Some(R::of(if alone() { FAINT } else { FAINTEST }))
             } else {
                 // Of three wheels no other ever determines it.
                 Some(R::of(if is_away && others_turn { FULL } else { FAINT }))
@@ -407,7 +410,14 @@ impl<R: Real> FaultMonitor<R> {
             return Some(R::of(FAINT));
         }
         let pulled = if torque < R::zero() { -said } else { said };
-        (hard && alone()).then_some(pulled * R::of(FAINT))
+        let weight = |alone| {
+            if alone {
+                pulled * R::of(FAINT)
+            } else {
+                R::of(FAINTEST)
+            }
+        };
+        hard.then(|| weight(alone()))
     }
 
     /// Judges one reading; returns the velocity for further use if the wheel has no fault.

@@ -19,6 +19,8 @@ const STUCK_PART: f64 = 0.5;
 const STUCK_STANDING_S: f64 = 1.0;
 const STUCK_TURNING_S: f64 = 0.25;
 const STUCK_AGAIN_S: f64 = 4.0;
+/// A wheel that stands pushes the vehicle with more than this fraction of its torque.
+const PUSH_PART: f64 = 0.1;
 
 impl<R: Real, const N: usize> Traction<R, N> {
     /// Rates of the wheels, 0 of those that are not usable. A wheel is not usable where its reading
@@ -27,6 +29,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         let period_s = self.config.period_s;
         let (resting, raw, watched) = (state.is_resting(), state.raw, state.watched);
         let (mut known, mut driven) = (0, 0);
+        let (begins, mut stood, mut push_n) = (state.unseen.is_none(), false, [R::zero(); 2]);
         let mut rates = [R::zero(); N];
         for (i, rate) in rates.iter_mut().enumerate() {
             let wheel = &mut state.wheels[i];
@@ -38,6 +41,14 @@ impl<R: Real, const N: usize> Traction<R, N> {
                 && !wheel.doubted;
             // One that reads exactly zero may be stuck because it is blocked: it counts as one that works.
             let works = wheel.usable || (read == Some(R::zero()) && !wheel.doubted);
+            let stands = wheel.usable && read == Some(R::zero());
+            wheel.stood = stands && (begins || wheel.stood) && wheel.pushes(PUSH_PART);
+            if wheel.stood {
+                stood = true;
+                let travel = &state.travel[i];
+                push_n[0] += travel.rate_rad_m * wheel.applied_n_m;
+                push_n[1] += travel.side_rate_rad_m * wheel.applied_n_m;
+            }
             known += usize::from(works);
             driven += usize::from(works && state.travel[i].driven);
             let Some(read) = read.filter(|_| wheel.usable) else {
@@ -57,6 +68,11 @@ impl<R: Real, const N: usize> Traction<R, N> {
             if !before {
                 wheel.measured_rad_s = *rate; // one that is usable again has not changed its rate
             }
+        }
+        if stood && !resting {
+            self.doubt_standing(state, &readings.imu, push_n);
+        } else {
+            state.unseen = None;
         }
         let gyro = is_plausible(readings.imu.rate_rad_s[2]) && self.knows_zero(state);
         let spare = known >= if gyro { MOTIONS } else { MOTIONS + 1 } && driven > 1;
@@ -173,10 +189,9 @@ impl<R: Real> super::state::WheelState<R> {
     fn check_stuck(&mut self, read_rad_s: R, period_s: R, resting: bool, watched: bool) -> bool {
         let zero = R::zero();
         let stands = read_rad_s == zero;
-        let pushes = self.applied_n_m.abs() > R::of(STUCK_PART) * self.most_n_m;
         if resting || (stands && watched) || !read_rad_s.same_bits(self.read_rad_s) {
             self.same_s = zero;
-        } else if pushes || self.is_same_for_long(stands) {
+        } else if self.pushes(STUCK_PART) || self.is_same_for_long(stands) {
             self.same_s += period_s;
         }
         if stands && self.same_s > R::of(STUCK_AGAIN_S) {
@@ -184,6 +199,11 @@ impl<R: Real> super::state::WheelState<R> {
         }
         self.read_rad_s = read_rad_s;
         self.is_same_for_long(stands)
+    }
+
+    /// It applies more than this part of its torque.
+    fn pushes(&self, part: f64) -> bool {
+        self.applied_n_m.abs() > R::of(part) * self.most_n_m
     }
 
     fn is_same_for_long(&self, stands: bool) -> bool {

@@ -2,6 +2,7 @@
 
 use super::encoder::EncoderState;
 use super::loops::TractionLoops;
+use super::unseen::Unseen;
 use crate::Real;
 use crate::geometry::BodyTwist;
 use crate::linkage::{LinkageMotion, MAX_HINGES};
@@ -85,6 +86,8 @@ pub struct TractionState<R, const N: usize> {
     /// For how long one wheel has shown a slow vehicle while the ground carried most driven wheels,
     /// less four times the time for which it was not so \[s\].
     pub(super) carried_s: R,
+    /// What the accelerometer sees while driven wheels push and stand; none if there are no such wheels.
+    pub(super) unseen: Option<Unseen<R>>,
     /// Part of the gain of slip control that is in use: less where wheels swing from limit to limit.
     pub(super) slip_gain_part: R,
     #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
@@ -97,8 +100,11 @@ pub struct TractionState<R, const N: usize> {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct WheelState<R> {
     pub(super) usable: bool,
-    /// It showed a slow vehicle while the ground carried the others: not usable until the command rests.
+    /// It showed a slow vehicle while the ground carried the others, or stood while the vehicle went where it pushed:
+    /// not usable until the command rests.
     pub(super) doubted: bool,
+    /// It has stood and pushed for as long as `unseen` says.
+    pub(super) stood: bool,
     pub(super) encoder: EncoderState<R>,
     /// What was read last \[rad/s\], and for how long just that while it pushed \[s\].
     pub(super) read_rad_s: R,
@@ -122,6 +128,7 @@ impl<R: Real> WheelState<R> {
         Self {
             usable: false,
             doubted: false,
+            stood: false,
             encoder: EncoderState::new(),
             read_rad_s: R::ZERO,
             same_s: R::ZERO,
@@ -190,6 +197,7 @@ impl<R: Real, const N: usize> TractionState<R, N> {
             redundant_again_s: R::ZERO,
             full_thrust_n_m: R::ZERO,
             carried_s: R::ZERO,
+            unseen: None,
             slip_gain_part: R::ONE,
             wheels: [WheelState::new(); N],
         }

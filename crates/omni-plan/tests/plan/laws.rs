@@ -323,9 +323,24 @@ fn ice_before_a_step_needs_a_chart_for_ice() {
         walled(x, y, [6.0, 4.0], if x > 3.0 { 0.03 } else { 0.0 })
     });
     let ice = Area::rectangle([0.0, 6.0], [0.0, 2.4]).expect("an area");
-    let map = map.with_friction_area(ice, 0.2).expect("a friction");
     let (start, goal) = (Pose::new(1.5, 1.2, 0.0), Goal::place(4.5, 1.2));
     let dry = chart(&FRONT_ONLY);
+    let everywhere = Area::rectangle([0.0, 6.0], [0.0, 4.0]).expect("an area");
+    let slippery = map
+        .clone()
+        .with_friction_area(everywhere, 0.2)
+        .expect("a friction");
+    let reason = planner(&slippery, &dry, Options::default())
+        .plan(&start, &goal)
+        .expect_err("no route")
+        .to_string();
+    assert!(
+        reason.ends_with(
+            "30 mm up, on ground of friction 0.2, and the chart is for 0.7 or more (omnistep chart --friction 0.2)"
+        ),
+        "{reason}"
+    );
+    let map = map.with_friction_area(ice, 0.2).expect("a friction");
     let route = planner(&map, &dry, Options::default())
         .plan(&start, &goal)
         .expect("a route");

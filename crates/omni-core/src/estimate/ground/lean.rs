@@ -3,11 +3,9 @@
 use super::input::GroundInput;
 use crate::Real;
 use crate::linkage::{Attitude, MAX_HINGES};
-use crate::policy::Imu;
+use crate::policy::{GRAVITY_M_S2, Imu, turned};
 use crate::scalar::{all_plausible, follow, is_plausible, max, min};
 
-/// Standard gravity \[m/s^2\].
-const GRAVITY_M_S2: f64 = 9.81;
 /// Readings that a mean is as good as before the first: without a rest no single reading, as in the jolt of a start,
 /// is a bias.
 const PRIOR_READINGS: f64 = 20.0;
@@ -142,13 +140,7 @@ impl<R: Real> Lean<R> {
         if level {
             (attitude.nose_up_rad, attitude.left_up_rad) = (zero, zero);
         } else {
-            // Heights of the tips of x and y axis, which turn with the base.
-            let ((x, cx), (y, cy)) = (
-                attitude.nose_up_rad.sine_cosine(),
-                attitude.left_up_rad.sine_cosine(),
-            );
-            let up = (R::one() - x * x - y * y).limited(R::of(0.01), R::one()).sqrt();
-            let turned = [(p * up - r * x) * period_s / cy, (r * y - q * up) * period_s / cx];
+            let turned = turned(attitude.left_up_rad, attitude.nose_up_rad, [p, q, r], period_s);
             let most = (R::of(LARGEST_SINE), R::of(JUMP_RAD_S) * period_s);
             let angles = [
                 (&mut attitude.left_up_rad, imu.roll_rad),

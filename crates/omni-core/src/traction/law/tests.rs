@@ -11,7 +11,7 @@ use super::*;
 use crate::geometry::{BodyTwist, Kinematics, WheelLayout};
 use crate::linkage::{CarriedWheel, HingeGeometry, Linkage};
 use crate::motor::TorqueLimit;
-use crate::policy::{Imu, Policy, Readings};
+use crate::policy::{GRAVITY_M_S2, Imu, Policy, Readings};
 use crate::shaping::{AxisLimits, TwistLimiter, TwistLimits};
 use crate::traction::encoder::{EncoderState, window_s};
 use crate::traction::*;

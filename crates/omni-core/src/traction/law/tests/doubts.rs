@@ -1,6 +1,6 @@
 //! When traction control leaves a wheel out, and when it leaves all of them to their own loops.
 
-use super::laws::{engaged, with};
+use super::laws::{Noise, engaged, with};
 use super::*;
 
 /// Wheel 4 reads `dead` from the first second on: when it is left out, and the largest speed of the vehicle.
@@ -280,4 +280,92 @@ fn counts_that_come_often_are_estimated_although_they_hide_slip() {
     // A hundredth: nothing holds the plant back, and the wheels' counts need not agree.
     assert!((speed - 0.1).abs() < 0.01 * 0.1, "{speed} m/s");
     assert!(heat < 0.01, "{heat} N2.m2");
+}
+
+/// Encoders of `dead` wheels read 0 from the first second on: when all of them that push are left out, and the largest
+/// speed until then: on a slope the vehicle rolls on.
+fn with_dead_wheels(dead: &[usize], target_m_s: f64, nose_up_rad: f64) -> (Option<usize>, f64) {
+    let (traction, mut plant) = (preset(), Plant::new(10.0));
+    let (mut state, mut out, mut fastest_m_s) = (engaged(&traction), None, 0.0_f64);
+    plant.drag_n = Plant::MASS_KG * GRAVITY_M_S2 * nose_up_rad.sin();
+    let ahead = BodyTwist {
+        vx_m_s: target_m_s,
+        ..BodyTwist::ZERO
+    };
+    let mut before_m_s = 0.0;
+    for period in 0..3000 {
+        let mut rates = plant.rate_rad_s;
+        if period >= 1000 {
+            dead.iter().for_each(|&wheel| rates[wheel] = 0.0);
+        }
+        let mut readings = level(ahead, &rates);
+        let gained = (plant.speed_m_s - before_m_s) / T;
+        before_m_s = plant.speed_m_s;
+        readings.imu.pitch_rad = nose_up_rad;
+        readings.imu.specific_force_m_s2 = [
+            gained + GRAVITY_M_S2 * nose_up_rad.sin(),
+            0.0,
+            GRAVITY_M_S2 * nose_up_rad.cos(),
+        ];
+        let sample = traction.step(&mut state, &readings, &TractionTarget::at(target_m_s));
+        plant.step(&sample.wheels.applied.n_m);
+        if out.is_none() {
+            fastest_m_s = fastest_m_s.max(plant.speed_m_s);
+        }
+        if period >= 1000
+            && out.is_none()
+            && dead
+                .iter()
+                .all(|&wheel| Plant::SIGNS[wheel] == 0.0 || !sample.wheels.active[wheel])
+        {
+            out = Some(period - 1000);
+        }
+    }
+    (out, fastest_m_s)
+}
+
+#[test]
+fn encoders_that_die_together_are_found_by_the_accelerometer() {
+    let driven: &[usize] = &[0, 2, 3, 4, 6];
+    for dead in [driven, &[0, 1, 2, 3, 4, 5, 6], &[0, 3, 4, 6]] {
+        for (target_m_s, nose_up_rad) in [(0.1, 0.0), (0.3, 0.0), (0.3, 0.1), (0.3, -0.1), (0.6, 0.0)] {
+            let (out, fastest_m_s) = with_dead_wheels(dead, target_m_s, nose_up_rad);
+            let case =
+                std::format!("{dead:?}, {target_m_s} m/s, {nose_up_rad} rad: {out:?}, {fastest_m_s} m/s");
+            // 0.3 m/s are gained within half a second, and what the vehicle has had stays; less of it, by the leak.
+            assert!(out.is_some_and(|period| period < 500), "{case}");
+            assert!(fastest_m_s < target_m_s + 0.6, "{case}");
+        }
+    }
+}
+
+#[test]
+fn a_vehicle_before_an_obstacle_keeps_its_wheels_whatever_its_accelerometer_reads() {
+    let mut noise = Noise(11);
+    // What the unit reads beyond gravity: it trembles, its zero is off, the attitude is off by 3 degrees, it is hit
+    // every half second, it was never filled in.
+    type Reads = fn(usize, f64) -> [f64; 3];
+    let readings: [Reads; 5] = [
+        |_, noise| [3.0 * noise, 3.0 * noise, GRAVITY_M_S2],
+        |_, _| [0.5, 0.5, GRAVITY_M_S2],
+        |_, _| [GRAVITY_M_S2 * 0.05, -GRAVITY_M_S2 * 0.05, GRAVITY_M_S2],
+        |period, _| [[50.0, -50.0, 0.0][(period % 500 / 5).min(2)], 0.0, GRAVITY_M_S2],
+        |_, _| [0.0; 3],
+    ];
+    for (which, read) in readings.iter().enumerate() {
+        let (traction, mut state) = (preset(), TractionState::new());
+        for period in 0..8000 {
+            let mut readings = level(AHEAD, &[0.0; 7]);
+            readings.imu.specific_force_m_s2 = read(period, noise.next(1.0));
+            if which == 4 {
+                readings.imu.pitch_rad = -0.2; // nose down: by gravity alone it would run away
+            }
+            let sample = traction.step(&mut state, &readings, &TractionTarget::at(0.3));
+            assert!(
+                state.wheels.iter().all(|wheel| !wheel.doubted),
+                "{which}, period {period}"
+            );
+            assert!(period < 500 || sample.thrust_n_m > 0.0);
+        }
+    }
 }

@@ -3,10 +3,10 @@
 use super::*;
 
 /// Noise of zero mean and this size, the same in every run.
-struct Noise(u64);
+pub(super) struct Noise(pub(super) u64);
 
 impl Noise {
-    fn next(&mut self, size: f64) -> f64 {
+    pub(super) fn next(&mut self, size: f64) -> f64 {
         self.0 = self
             .0
             .wrapping_mul(6_364_136_223_846_793_005)
