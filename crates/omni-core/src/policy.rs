@@ -74,7 +74,8 @@ impl<R: Real> Imu<R> {
 
     /// Follows [`roll_rad`](Self::roll_rad) and [`pitch_rad`](Self::pitch_rad) by the rates and the specific force that
     /// were read in this period, for a unit that does not compute angles itself. False, and the angles stay, if one of
-    /// the readings is no number, or the first force is far from 1 g: then pass [`silent`](Self::silent) in this period.
+    /// the readings is no number, or the first force is far from 1 g: then pass [`silent`](Self::silent) in this
+    /// period.
     ///
     /// The gyro turns the angles, and the accelerometer corrects them with a time constant of 2 s, as long as it reads
     /// nearly 1 g. From [`silent`](Self::silent) the first reading gives the angles at once.

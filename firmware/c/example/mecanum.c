@@ -7,7 +7,7 @@ bool read_counter(int wheel, uint32_t *counter);      /* of a timer in encoder m
 bool read_inertial(float gyro_deg_s[3], float acc_g[3]); /* x forward, y left, z up; false where nothing new came */
 bool read_command(omni_twist *command);               /* m/s, m/s, rad/s; false where none came since the last period */
 bool emergency_pressed(void);                         /* true for as long as it is pressed */
-bool released(void);                                  /* true once somebody has looked at the robot and lets it go on */
+bool released(void);                                  /* true once the robot has been looked at and may go on */
 void set_duty(int wheel, float duty);                 /* PWM and direction of a bridge: -1 to 1; 0 shorts the motor */
 void open_bridge(int wheel);                          /* the wheel rolls freely */
 

@@ -71,7 +71,7 @@ enum omni_status
   OMNI_STATUS_NULL_POINTER = 1,
   // The state was not made ready by its `init`.
   OMNI_STATUS_NOT_READY = 2,
-  // A number is not finite, or it is a deviation below 0.
+  // A number is not finite, it is a deviation below 0, or a force that says nothing of where up is.
   OMNI_STATUS_NOT_FINITE = 3,
 };
 #ifndef __cplusplus
@@ -716,9 +716,9 @@ typedef struct {
   // `stuck_periods`, 1e-9 or more. A reading of 0 that the other wheels can check is stuck once they imply that the
   // wheel has turned by `stuck_rad_s` in that time. Of three wheels, which cannot check each other, one of 0 or so
   // far away is stuck after `stuck_periods` if another wheel turns faster than `stuck_rad_s`. A wheel that is
-  // blocked while others turn looks the same. If another wheel is pulled as hard and reads 0 too, the vehicle more
-  // probably stands before an obstacle: that is no evidence but of three wheels, where either all encoders are dead
-  // or all motors push in vain.
+  // blocked while others turn looks the same. If another wheel is pulled as hard and reads 0 too, the vehicle may
+  // stand before an obstacle, or encoders of one supply are dead: of more than three wheels both are then stuck
+  // after twenty times `stuck_periods`.
   float stuck_torque_n_m;
   // Periods of evidence in a row that make a reading stuck, 2 to 65535.
   uint16_t stuck_periods;
@@ -1141,7 +1141,7 @@ typedef struct {
 // State of a drive with traction control. Private.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[396];
+  uint32_t memory[399];
 } omni3_traction_drive_state;
 
 // What a step with traction control reports. Nothing in it is ever NaN.
@@ -1648,7 +1648,7 @@ typedef struct {
 // State of a drive with traction control. Private.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[448];
+  uint32_t memory[451];
 } omni4_traction_drive_state;
 
 // What a step with traction control reports. Nothing in it is ever NaN.
@@ -2046,7 +2046,7 @@ typedef struct {
 // State of a drive with traction control. Private.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[502];
+  uint32_t memory[505];
 } omni5_traction_drive_state;
 
 // What a step with traction control reports. Nothing in it is ever NaN.
@@ -2444,7 +2444,7 @@ typedef struct {
 // State of a drive with traction control. Private.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[555];
+  uint32_t memory[558];
 } omni6_traction_drive_state;
 
 // What a step with traction control reports. Nothing in it is ever NaN.
@@ -2842,7 +2842,7 @@ typedef struct {
 // State of a drive with traction control. Private.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[607];
+  uint32_t memory[610];
 } omni7_traction_drive_state;
 
 // What a step with traction control reports. Nothing in it is ever NaN.
@@ -3240,7 +3240,7 @@ typedef struct {
 // State of a drive with traction control. Private.
 typedef struct {
   uint32_t ready;
-  uint32_t memory[659];
+  uint32_t memory[662];
 } omni8_traction_drive_state;
 
 // What a step with traction control reports. Nothing in it is ever NaN.
@@ -4236,6 +4236,15 @@ omni_status omni_encoder_step_after(const omni_encoder *encoder,
 // A control period in which the counter could not be read, instead of `omni_encoder_step`: the
 // next reading is right about the time.
 omni_status omni_encoder_missed(const omni_encoder *encoder, omni_encoder_state *state);
+
+// Makes the readings of an inertial measurement unit ready for the first one, if it computes no angles itself.
+omni_status omni_imu_init(omni_imu *imu);
+
+// Follows `roll_rad` and `pitch_rad` by `rate_rad_s` and `specific_force_m_s2`, which were read `period_s` [s] after
+// the last time. `OMNI_STATUS_NOT_FINITE` if one of them is no number, or the first force is far from 1 g: the angles
+// stay, and the unit counts as not received.
+omni_status omni_imu_update_angles(omni_imu *imu,
+                                   float period_s);
 
 // The duty, -1 to 1, of a bridge without a current loop that applies `torque_n_m` [N.m] at `velocity_rad_s` [rad/s],
 // or the nearest there is: `OMNI_MOTORS[i]`. 0 shorts the motor, which brakes; to let a wheel go, open the bridge.

@@ -112,7 +112,7 @@ fn what_is_no_number_changes_no_angle() {
 
 #[test]
 fn angles_stay_angles_whatever_is_read() {
-    // A base that rolls over and spins as no vehicle does: the angles are wrong then, but bounded, and right again later.
+    // A base that rolls over and spins as no vehicle does: the angles are wrong then, but bounded, and right later.
     let mut last = 1.0;
     let wild = |time_s: f64| {
         if time_s < 5.0 {

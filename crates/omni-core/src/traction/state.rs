@@ -2,7 +2,6 @@
 
 use super::encoder::EncoderState;
 use super::loops::TractionLoops;
-use super::unseen::Unseen;
 use crate::Real;
 use crate::geometry::BodyTwist;
 use crate::linkage::{LinkageMotion, MAX_HINGES};
@@ -279,6 +278,15 @@ impl<R: Real, const N: usize> TractionState<R, N> {
             R::one()
         }
     }
+}
+
+/// Speed and way that the accelerometer sees while wheels push and do not turn \[m/s, m\].
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(super) struct Unseen<R> {
+    pub(super) gained_m_s: R,
+    pub(super) gone_m: R,
 }
 
 /// A wheel on a direction of travel.

@@ -1,29 +1,20 @@
 //! Encoders that are dead together: the accelerometer sees the vehicle gain speed, and wheels that push it stand.
 
 use super::model::Traction;
-use super::state::TractionState;
+use super::state::{TractionState, Unseen};
 use crate::Real;
 use crate::policy::{GRAVITY_M_S2, Imu};
 use crate::scalar::{all_plausible, max};
 
-/// So much speed is enough \[m/s\], gained within about this time \[s\]: what errors of the attitude by 3 degrees make of
+/// Gained speed \[m/s\] that is enough, within about this time \[s\]: what an error of the attitude by 3 degrees makes of
 /// gravity is less.
 const GAINED_M_S: f64 = 0.3;
 const WITHIN_S: f64 = 0.5;
-/// So much way \[m\], and this many counts: a wheel that turns has shown it by then.
+/// The way that goes with it \[m\], also in counts: a wheel that turns has shown it by then.
 const GONE_M: f64 = 0.02;
 const GONE_COUNTS: f64 = 3.0;
-/// A unit of which nobody has filled in the accelerometer reads less \[m/s^2\].
+/// A unit whose accelerometer is not filled in reads less \[m/s^2\].
 const LEAST_M_S2: f64 = 1.0;
-
-/// Speed and way that the accelerometer sees beyond wheels that push and do not turn \[m/s, m\].
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub(super) struct Unseen<R> {
-    gained_m_s: R,
-    gone_m: R,
-}
 
 impl<R: Real, const N: usize> Traction<R, N> {
     /// Leaves out the wheels that stand and push while the vehicle goes where they push it: their encoders are dead.

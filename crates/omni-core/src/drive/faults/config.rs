@@ -37,9 +37,9 @@ pub struct FaultConfig<R> {
     /// `stuck_periods`, 1e-9 or more. A reading of 0 that the other wheels can check is stuck once they imply that the
     /// wheel has turned by `stuck_rad_s` in that time. Of three wheels, which cannot check each other, one of 0 or so
     /// far away is stuck after `stuck_periods` if another wheel turns faster than `stuck_rad_s`. A wheel that is
-    /// blocked while others turn looks the same. If another wheel is pulled as hard and reads 0 too, the vehicle may stand
-    /// before an obstacle, or encoders of one supply are dead: of more than three wheels both are then stuck after
-    /// twenty times `stuck_periods`.
+    /// blocked while others turn looks the same. If another wheel is pulled as hard and reads 0 too, the vehicle may
+    /// stand before an obstacle, or encoders of one supply are dead: of more than three wheels both are then stuck
+    /// after twenty times `stuck_periods`.
     pub stuck_torque_n_m: R,
     /// Periods of evidence in a row that make a reading stuck, 2 to 65535.
     pub stuck_periods: u16,
