@@ -6,8 +6,8 @@ use crate::Real;
 use crate::policy::{GRAVITY_M_S2, Imu};
 use crate::scalar::{all_plausible, max};
 
-/// Gained speed \[m/s\] that is enough, within about this time \[s\]: an error of the attitude by 3 degrees makes less of
-/// gravity.
+/// Speed \[m/s\] gained within about this time \[s\] that is enough: an attitude that is off by 3 degrees makes less
+/// of gravity.
 const GAINED_M_S: f64 = 0.3;
 const WITHIN_S: f64 = 0.5;
 /// The way that goes with it \[m\], also in counts: a wheel that turns has shown it by then.
