@@ -429,6 +429,30 @@ private:
     omni_encoder_state state_{};
 };
 
+/// Pitch and roll of an inertial measurement unit that computes no angles itself.
+class Attitude {
+public:
+    /// Ready for the first reading.
+    Attitude() noexcept { (void)omni_imu_init(&imu_); }
+
+    /// Takes in what gyro and accelerometer read `since_reading_s` [s] after the last time: the readings for a drive or an
+    /// estimator. None if one is no number, or the first force is far from 1 g: the unit then counts as not read.
+    [[nodiscard]] std::optional<Imu> step(const std::array<float, 3>& rate_rad_s, const std::array<float, 3>& specific_force_m_s2,
+                                          float since_reading_s) noexcept {
+        for (std::size_t i = 0; i < 3; i++) {
+            imu_.rate_rad_s[i] = rate_rad_s[i];
+            imu_.specific_force_m_s2[i] = specific_force_m_s2[i];
+        }
+        if (omni_imu_update_angles(&imu_, since_reading_s) != OMNI_STATUS_OK) {
+            return std::nullopt;
+        }
+        return Imu{rate_rad_s, specific_force_m_s2, imu_.roll_rad, imu_.pitch_rad};
+    }
+
+private:
+    omni_imu imu_{};
+};
+
 /// The duty, -1 to 1, of a bridge without a current loop that gives `torque_n_m` [N.m] at `velocity_rad_s` [rad/s], or the
 /// nearest there is; `motor` is `OMNI_MOTORS[i]`. 0 shorts the motor, which brakes; to let a wheel go, open the bridge.
 [[nodiscard]] inline float duty(const omni_motor& motor, float torque_n_m, float velocity_rad_s) noexcept {

@@ -231,6 +231,15 @@ void motion() {
             check(rad_s > 0.999f * counted && rad_s < 1.001f * counted, "a missed reading is no step", k);
         }
     }
+    omnistep::Attitude attitude;
+    check(!attitude.step({0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, 0.001f), "a fall says where up is", 0);
+    for (int k = 0; k < 400; k++) {
+        // Nose up by 30 degrees, and up on.
+        const auto read = attitude.step({0.0f, -0.1f, 0.0f}, {4.905f, 0.0f, 8.4957f}, 0.001f);
+        const float pitch_rad = 0.5235988f + 0.0001f * static_cast<float>(k);
+        check(read && read->pitch_rad > pitch_rad - 0.005f && read->pitch_rad < pitch_rad + 0.005f, "pitch", k);
+        check(!attitude.step({0.0f, NAN_F, 0.0f}, {0.0f, 0.0f, 9.81f}, 0.001f), "what is no number is used", k);
+    }
     for (int k = 0; k < 1000; k++) {
         counter = (counter + static_cast<std::uint32_t>(k / 10)) % 65536;
         const float since_s = k % 3 == 0 ? 0.0004f : NAN_F;
