@@ -29,7 +29,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         let period_s = self.config.period_s;
         let (resting, raw, watched) = (state.is_resting(), state.raw, state.watched);
         let (mut known, mut driven) = (0, 0);
-        let (begins, mut stood, mut push_n) = (state.unseen.is_none(), false, [R::zero(); 2]);
+        let (begins, mut stood, mut push) = (state.unseen.is_none(), false, [R::zero(); 3]);
         let mut rates = [R::zero(); N];
         for (i, rate) in rates.iter_mut().enumerate() {
             let wheel = &mut state.wheels[i];
@@ -46,8 +46,10 @@ impl<R: Real, const N: usize> Traction<R, N> {
             if wheel.stood {
                 stood = true;
                 let travel = &state.travel[i];
-                push_n[0] += travel.rate_rad_m * wheel.applied_n_m;
-                push_n[1] += travel.side_rate_rad_m * wheel.applied_n_m;
+                let rates = [travel.rate_rad_m, travel.side_rate_rad_m, self.turned_by(i)];
+                for (push, rate) in push.iter_mut().zip(rates) {
+                    *push += rate * wheel.applied_n_m;
+                }
             }
             known += usize::from(works);
             driven += usize::from(works && state.travel[i].driven);
@@ -70,7 +72,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
             }
         }
         if stood && !resting {
-            self.doubt_standing(state, &readings.imu, push_n);
+            self.doubt_standing(state, &readings.imu, push);
         } else {
             state.unseen = None;
         }

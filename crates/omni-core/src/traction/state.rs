@@ -85,7 +85,7 @@ pub struct TractionState<R, const N: usize> {
     /// For how long one wheel has shown a slow vehicle while the ground carried most driven wheels,
     /// less four times the time for which it was not so \[s\].
     pub(super) carried_s: R,
-    /// What the accelerometer sees while driven wheels push and stand; none if there are no such wheels.
+    /// What the inertial unit sees while driven wheels push and stand; none if there are no such wheels.
     pub(super) unseen: Option<Unseen<R>>,
     /// Part of the gain of slip control that is in use: less where wheels swing from limit to limit.
     pub(super) slip_gain_part: R,
@@ -280,13 +280,15 @@ impl<R: Real, const N: usize> TractionState<R, N> {
     }
 }
 
-/// Speed and way that the accelerometer sees while wheels push and do not turn \[m/s, m\].
+/// Speed and way that the inertial unit sees the vehicle gain while wheels push and do not turn \[m/s, m\].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Unseen<R> {
     pub(super) gained_m_s: R,
     pub(super) gone_m: R,
+    /// The gyro in the period before.
+    pub(super) yaw_rad_s: R,
 }
 
 /// A wheel on a direction of travel.

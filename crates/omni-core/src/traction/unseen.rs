@@ -1,4 +1,4 @@
-//! Encoders that are dead together: the accelerometer sees the vehicle gain speed, and wheels that push it stand.
+//! Encoders that are dead together: the inertial unit sees the vehicle gain speed, and wheels that push it stand.
 
 use super::model::Traction;
 use super::state::{TractionState, Unseen};
@@ -13,37 +13,50 @@ const WITHIN_S: f64 = 0.5;
 /// The way that goes with it \[m\], also in counts: a wheel that turns has shown it by then.
 const GONE_M: f64 = 0.02;
 const GONE_COUNTS: f64 = 3.0;
+/// Turning counts as motion at this distance \[m\].
+const LEVER_M: f64 = 0.3;
 /// A unit whose accelerometer is not filled in reads less \[m/s^2\].
 const LEAST_M_S2: f64 = 1.0;
 
 impl<R: Real, const N: usize> Traction<R, N> {
     /// Leaves out the wheels that stand and push while the vehicle goes where they push it: their encoders are dead.
-    /// Those that stood so throughout are known; `push_n` is what they push along the direction of travel and to the
-    /// left of it.
-    pub(super) fn doubt_standing(&self, state: &mut TractionState<R, N>, imu: &Imu<R>, push_n: [R; 2]) {
+    /// Those that stood so throughout are known; `push` is what they push along the direction of travel, to the left of
+    /// it \[N\], and about the vertical \[N.m\].
+    pub(super) fn doubt_standing(&self, state: &mut TractionState<R, N>, imu: &Imu<R>, push: [R; 3]) {
         let [fx, fy, fz] = imu.specific_force_m_s2;
-        let read = [fx, fy, fz, imu.pitch_rad, imu.roll_rad];
-        let least = R::of(LEAST_M_S2);
-        let push = (push_n[0] * push_n[0] + push_n[1] * push_n[1]).sqrt();
-        if !all_plausible(&read) || fx * fx + fy * fy + fz * fz < least * least || push <= R::zero() {
+        let read = [fx, fy, fz, imu.pitch_rad, imu.roll_rad, imu.rate_rad_s[2]];
+        let (least, zero) = (R::of(LEAST_M_S2), R::zero());
+        let [ahead_n, left_n, turn_n] = [push[0], push[1], push[2] / R::of(LEVER_M)];
+        let push_n = (ahead_n * ahead_n + left_n * left_n + turn_n * turn_n).sqrt();
+        if !all_plausible(&read) || fx * fx + fy * fy + fz * fz < least * least || push_n <= zero {
             state.unseen = None;
             return;
         }
         let period_s = self.config.period_s;
-        let ((ahead, _), (left, _)) = (imu.pitch_rad.sine_cosine(), imu.roll_rad.sine_cosine());
-        let gravity = R::of(GRAVITY_M_S2);
+        let ((nose_up, _), (left_up, _)) = (imu.pitch_rad.sine_cosine(), imu.roll_rad.sine_cosine());
+        let (ax, ay) = (
+            fx - R::of(GRAVITY_M_S2) * nose_up,
+            fy - R::of(GRAVITY_M_S2) * left_up,
+        );
         let [dx, dy] = state.direction;
-        let (ax, ay) = (fx - gravity * ahead, fy - gravity * left);
-        let gained_m_s2 = ((ax * dx + ay * dy) * push_n[0] + (ay * dx - ax * dy) * push_n[1]) / push;
+        let (ahead_m_s2, left_m_s2) = (ax * dx + ay * dy, ay * dx - ax * dy);
+        let yaw_rad_s = imu.rate_rad_s[2];
         let mut unseen = state.unseen.unwrap_or(Unseen {
-            gained_m_s: R::zero(),
-            gone_m: R::zero(),
+            gained_m_s: zero,
+            gone_m: zero,
+            yaw_rad_s,
         });
-        unseen.gained_m_s += (gained_m_s2 - unseen.gained_m_s / R::of(WITHIN_S)) * period_s;
-        unseen.gained_m_s = max(unseen.gained_m_s, R::zero());
+        // The power of the push by a change of the motion, over the push: a blocked wheel does no work, also if the
+        // vehicle turns about it.
+        let turned_m_s = R::of(LEVER_M) * (yaw_rad_s - unseen.yaw_rad_s);
+        let gained_m_s =
+            ((ahead_m_s2 * ahead_n + left_m_s2 * left_n) * period_s + turned_m_s * turn_n) / push_n;
+        unseen.yaw_rad_s = yaw_rad_s;
+        unseen.gained_m_s += gained_m_s - unseen.gained_m_s / R::of(WITHIN_S) * period_s;
+        unseen.gained_m_s = max(unseen.gained_m_s, zero);
         unseen.gone_m += unseen.gained_m_s * period_s;
-        let counts_m = R::of(GONE_COUNTS) * self.times.count_rad / state.largest_rate_rad_m;
         state.unseen = Some(unseen);
+        let counts_m = R::of(GONE_COUNTS) * self.times.count_rad / state.largest_rate_rad_m;
         if unseen.gained_m_s > R::of(GAINED_M_S) && unseen.gone_m > max(R::of(GONE_M), counts_m) {
             for wheel in &mut state.wheels {
                 wheel.doubted |= wheel.stood;

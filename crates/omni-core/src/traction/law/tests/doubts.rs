@@ -369,3 +369,43 @@ fn a_vehicle_before_an_obstacle_keeps_its_wheels_whatever_its_accelerometer_read
         }
     }
 }
+
+/// Wheel 1 stands from the first period on and pushes ahead, while the unit reads that the vehicle's middle gains
+/// speed ahead and turns. Is it doubted within a second?
+fn stands_while_it_turns(yaw_rad_s_per_m_s: f64) -> bool {
+    let traction = preset();
+    let mut state = engaged(&traction);
+    let mut speed_m_s = 0.0;
+    for _ in 0..1000 {
+        speed_m_s += T;
+        let mut rates = [speed_m_s / 0.066; 7];
+        rates[0] = 0.0;
+        for (rate, sign) in rates.iter_mut().zip(Plant::SIGNS) {
+            *rate *= sign;
+        }
+        let mut readings = level(AHEAD, &rates);
+        readings.imu.specific_force_m_s2[0] = 1.0;
+        readings.imu.rate_rad_s[2] = yaw_rad_s_per_m_s * speed_m_s;
+        let _ = traction.step(&mut state, &readings, &TractionTarget::at(1.2));
+        state.wheels[0].applied_n_m = 1.0;
+        if state.unseen.is_some() {
+            state
+                .wheels
+                .iter_mut()
+                .skip(1)
+                .for_each(|wheel| wheel.stood = false);
+        }
+        if state.wheels[0].doubted {
+            return true;
+        }
+    }
+    false
+}
+
+#[test]
+fn a_blocked_wheel_about_which_the_vehicle_turns_is_not_taken_for_dead() {
+    // A wheel that is y to the left goes v - y w ahead: nothing where the vehicle turns by 1 / y for each m/s.
+    let left_m = PLACES[0][1];
+    assert!(!stands_while_it_turns(1.0 / left_m));
+    assert!(stands_while_it_turns(0.0) && stands_while_it_turns(-1.0 / left_m));
+}
