@@ -81,7 +81,7 @@ link traction traction
 link path path
 link three_wheels "three three_bench" $c/three
 mkdir -p $c/mecanum && constants firmware/scenarios/mecanum.toml >$c/mecanum/constants.h
-link mecanum "mecanum mecanum_bench" $c/mecanum
+link mecanum_wheels "mecanum mecanum_bench" $c/mecanum
 # Three wheels in C++, with neither exceptions nor a library of C++.
 arm-none-eabi-g++ $m4 -std=c++17 -fno-exceptions -fno-rtti -I$c/three -c c/example/three_in_cpp.cpp -o $c/three_in_cpp.o
 link three_wheels_in_cpp three_bench $c/three $c/three_in_cpp.o
@@ -124,7 +124,7 @@ in_cpp=$(./qemu.sh mps2-an386 $c/three_wheels_in_cpp 2>&1) || { echo "$in_cpp" >
 echo "$in_c, in C, C++ and Rust"
 [ "$in_c" = "$in_cpp" ] || { echo "C++ computes something else: $in_cpp" >&2; exit 1; }
 [ "$in_c" = "$in_rust" ] || { echo "Rust computes something else: $in_rust" >&2; exit 1; }
-./qemu.sh mps2-an386 $c/mecanum
+./qemu.sh mps2-an386 $c/mecanum_wheels
 
 cd ..
 # The processor in the loop: the whole climb, and faults of every kind in both directions.

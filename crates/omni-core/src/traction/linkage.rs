@@ -29,7 +29,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         let period_s = self.config.period_s;
         let (resting, raw, watched) = (state.is_resting(), state.raw, state.watched);
         let (mut known, mut driven) = (0, 0);
-        let (begins, mut stood, mut push) = (state.unseen.is_none(), false, [R::zero(); 3]);
+        let (begins, mut stood, mut push) = (!state.any_stood, false, [R::zero(); 3]);
         let mut rates = [R::zero(); N];
         for (i, rate) in rates.iter_mut().enumerate() {
             let wheel = &mut state.wheels[i];
@@ -74,7 +74,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         if stood && !resting {
             self.doubt_standing(state, &readings.imu, push);
         } else {
-            state.unseen = None;
+            state.any_stood = false;
         }
         let gyro = is_plausible(readings.imu.rate_rad_s[2]) && self.knows_zero(state);
         let spare = known >= if gyro { MOTIONS } else { MOTIONS + 1 } && driven > 1;

@@ -85,8 +85,10 @@ pub struct TractionState<R, const N: usize> {
     /// For how long one wheel has shown a slow vehicle while the ground carried most driven wheels,
     /// less four times the time for which it was not so \[s\].
     pub(super) carried_s: R,
-    /// What the inertial unit sees while driven wheels push and stand; none if there are no such wheels.
-    pub(super) unseen: Option<Unseen<R>>,
+    /// What the inertial unit sees while driven wheels push and stand, if there are such wheels.
+    pub(super) unseen: Unseen<R>,
+    /// There are.
+    pub(super) any_stood: bool,
     /// Part of the gain of slip control that is in use: less where wheels swing from limit to limit.
     pub(super) slip_gain_part: R,
     #[cfg_attr(feature = "serde", serde(with = "serde_big_array::BigArray"))]
@@ -196,7 +198,8 @@ impl<R: Real, const N: usize> TractionState<R, N> {
             redundant_again_s: R::ZERO,
             full_thrust_n_m: R::ZERO,
             carried_s: R::ZERO,
-            unseen: None,
+            unseen: Unseen::NONE,
+            any_stood: false,
             slip_gain_part: R::ONE,
             wheels: [WheelState::new(); N],
         }
@@ -289,6 +292,14 @@ pub(super) struct Unseen<R> {
     pub(super) gone_m: R,
     /// The gyro in the period before.
     pub(super) yaw_rad_s: R,
+}
+
+impl<R: Real> Unseen<R> {
+    pub(super) const NONE: Self = Self {
+        gained_m_s: R::ZERO,
+        gone_m: R::ZERO,
+        yaw_rad_s: R::ZERO,
+    };
 }
 
 /// A wheel on a direction of travel.

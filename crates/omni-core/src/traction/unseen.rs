@@ -29,7 +29,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         let [ahead_n, left_n, turn_n] = [push[0], push[1], push[2] / R::of(LEVER_M)];
         let push_n = (ahead_n * ahead_n + left_n * left_n + turn_n * turn_n).sqrt();
         if !all_plausible(&read) || fx * fx + fy * fy + fz * fz < least * least || push_n <= zero {
-            state.unseen = None;
+            state.any_stood = false;
             return;
         }
         let period_s = self.config.period_s;
@@ -41,11 +41,12 @@ impl<R: Real, const N: usize> Traction<R, N> {
         let [dx, dy] = state.direction;
         let (ahead_m_s2, left_m_s2) = (ax * dx + ay * dy, ay * dx - ax * dy);
         let yaw_rad_s = imu.rate_rad_s[2];
-        let mut unseen = state.unseen.unwrap_or(Unseen {
-            gained_m_s: zero,
-            gone_m: zero,
-            yaw_rad_s,
-        });
+        if !state.any_stood {
+            state.unseen = Unseen::NONE;
+            state.unseen.yaw_rad_s = yaw_rad_s;
+            state.any_stood = true;
+        }
+        let unseen = &mut state.unseen;
         // The power of the push by a change of the motion, over the push: a blocked wheel does no work, also if the
         // vehicle turns about it.
         let turned_m_s = R::of(LEVER_M) * (yaw_rad_s - unseen.yaw_rad_s);
@@ -55,13 +56,12 @@ impl<R: Real, const N: usize> Traction<R, N> {
         unseen.gained_m_s += gained_m_s - unseen.gained_m_s / R::of(WITHIN_S) * period_s;
         unseen.gained_m_s = max(unseen.gained_m_s, zero);
         unseen.gone_m += unseen.gained_m_s * period_s;
-        state.unseen = Some(unseen);
         let counts_m = R::of(GONE_COUNTS) * self.times.count_rad / state.largest_rate_rad_m;
         if unseen.gained_m_s > R::of(GAINED_M_S) && unseen.gone_m > max(R::of(GONE_M), counts_m) {
             for wheel in &mut state.wheels {
                 wheel.doubted |= wheel.stood;
             }
-            state.unseen = None;
+            state.any_stood = false;
         }
     }
 }

@@ -388,7 +388,7 @@ fn stands_while_it_turns(yaw_rad_s_per_m_s: f64) -> bool {
         readings.imu.rate_rad_s[2] = yaw_rad_s_per_m_s * speed_m_s;
         let _ = traction.step(&mut state, &readings, &TractionTarget::at(1.2));
         state.wheels[0].applied_n_m = 1.0;
-        if state.unseen.is_some() {
+        if state.any_stood {
             state
                 .wheels
                 .iter_mut()
