@@ -21,6 +21,8 @@ const STUCK_TURNING_S: f64 = 0.25;
 const STUCK_AGAIN_S: f64 = 4.0;
 /// A wheel that stands pushes the vehicle with more than this fraction of its torque.
 const PUSH_PART: f64 = 0.1;
+/// One that begins to stand counts as one that stood throughout until the inertial unit has seen this way \[m\].
+const JOINS_M: f64 = 0.002;
 
 impl<R: Real, const N: usize> Traction<R, N> {
     /// Rates of the wheels, 0 of those that are not usable. A wheel is not usable where its reading
@@ -29,7 +31,8 @@ impl<R: Real, const N: usize> Traction<R, N> {
         let period_s = self.config.period_s;
         let (resting, raw, watched) = (state.is_resting(), state.raw, state.watched);
         let (mut known, mut driven) = (0, 0);
-        let (begins, mut stood, mut push) = (!state.any_stood, false, [R::zero(); 3]);
+        let joins = !state.any_stood || state.unseen.gone_m < R::of(JOINS_M);
+        let (mut stood, mut push) = (false, [R::zero(); 3]);
         let mut rates = [R::zero(); N];
         for (i, rate) in rates.iter_mut().enumerate() {
             let wheel = &mut state.wheels[i];
@@ -42,7 +45,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
             // One that reads exactly zero may be stuck because it is blocked: it counts as one that works.
             let works = wheel.usable || (read == Some(R::zero()) && !wheel.doubted);
             let stands = wheel.usable && read == Some(R::zero());
-            wheel.stood = stands && (begins || wheel.stood) && wheel.pushes(PUSH_PART);
+            wheel.stood = stands && (joins || wheel.stood) && wheel.pushes(PUSH_PART);
             if wheel.stood {
                 stood = true;
                 let travel = &state.travel[i];

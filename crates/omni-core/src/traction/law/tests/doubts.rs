@@ -296,7 +296,9 @@ fn with_dead_wheels(dead: &[usize], target_m_s: f64, nose_up_rad: f64) -> (Optio
     for period in 0..3000 {
         let mut rates = plant.rate_rad_s;
         if period >= 1000 {
-            dead.iter().for_each(|&wheel| rates[wheel] = 0.0);
+            // One after the other, as estimators of their velocities come to rest.
+            let now = dead.iter().take(1 + (period - 1000) / 3);
+            now.for_each(|&wheel| rates[wheel] = 0.0);
         }
         let mut readings = level(ahead, &rates);
         let gained = (plant.speed_m_s - before_m_s) / T;
