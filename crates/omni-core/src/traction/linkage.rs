@@ -2,6 +2,7 @@
 
 use super::model::Traction;
 use super::state::TractionState;
+use super::unseen::PUSH_PART;
 use crate::Real;
 use crate::linkage::{Attitude, LinkageMotion, MAX_HINGES, NO_RISE, rolled};
 use crate::policy::Readings;
@@ -19,10 +20,6 @@ const STUCK_PART: f64 = 0.5;
 const STUCK_STANDING_S: f64 = 1.0;
 const STUCK_TURNING_S: f64 = 0.25;
 const STUCK_AGAIN_S: f64 = 4.0;
-/// A wheel that stands pushes the vehicle with more than this fraction of its torque.
-const PUSH_PART: f64 = 0.1;
-/// One that begins to stand counts as one that stood throughout until the inertial unit has seen this way \[m\].
-const JOINS_M: f64 = 0.002;
 
 impl<R: Real, const N: usize> Traction<R, N> {
     /// Rates of the wheels, 0 of those that are not usable. A wheel is not usable where its reading
@@ -31,8 +28,7 @@ impl<R: Real, const N: usize> Traction<R, N> {
         let period_s = self.config.period_s;
         let (resting, raw, watched) = (state.is_resting(), state.raw, state.watched);
         let (mut known, mut driven) = (0, 0);
-        let joins = !state.any_stood || state.unseen.gone_m < R::of(JOINS_M);
-        let (mut stood, mut push) = (false, [R::zero(); 3]);
+        let mut stands = false;
         let mut rates = [R::zero(); N];
         for (i, rate) in rates.iter_mut().enumerate() {
             let wheel = &mut state.wheels[i];
@@ -43,17 +39,9 @@ impl<R: Real, const N: usize> Traction<R, N> {
             wheel.usable = read.is_some_and(|read| !wheel.check_stuck(read, period_s, resting, watched))
                 && !wheel.doubted;
             // One that reads exactly zero may be stuck because it is blocked: it counts as one that works.
-            let works = wheel.usable || (read == Some(R::zero()) && !wheel.doubted);
-            let stands = wheel.usable && read == Some(R::zero());
-            wheel.stood = stands && (joins || wheel.stood) && wheel.pushes(PUSH_PART);
-            if wheel.stood {
-                stood = true;
-                let travel = &state.travel[i];
-                let rates = [travel.rate_rad_m, travel.side_rate_rad_m, self.turned_by(i)];
-                for (push, rate) in push.iter_mut().zip(rates) {
-                    *push += rate * wheel.applied_n_m;
-                }
-            }
+            let is_zero = read == Some(R::zero());
+            let works = wheel.usable || (is_zero && !wheel.doubted);
+            stands |= is_zero && wheel.pushes(PUSH_PART);
             known += usize::from(works);
             driven += usize::from(works && state.travel[i].driven);
             let Some(read) = read.filter(|_| wheel.usable) else {
@@ -74,8 +62,8 @@ impl<R: Real, const N: usize> Traction<R, N> {
                 wheel.measured_rad_s = *rate; // one that is usable again has not changed its rate
             }
         }
-        if stood && !resting {
-            self.doubt_standing(state, &readings.imu, push);
+        if stands && !resting {
+            self.doubt_standing(state, &readings.imu);
         } else {
             state.any_stood = false;
         }
@@ -191,6 +179,7 @@ impl<R: Real> super::state::WheelState<R> {
     /// Is the reading stuck? Notes for how long it has been the same. A wheel that stands has
     /// longer than one that turns, because it may be blocked, and is used again after a while;
     /// where a fault monitor watches, that judges it.
+    #[inline(always)]
     fn check_stuck(&mut self, read_rad_s: R, period_s: R, resting: bool, watched: bool) -> bool {
         let zero = R::zero();
         let stands = read_rad_s == zero;
@@ -207,10 +196,12 @@ impl<R: Real> super::state::WheelState<R> {
     }
 
     /// It applies more than this part of its torque.
-    fn pushes(&self, part: f64) -> bool {
+    #[inline(always)]
+    pub(super) fn pushes(&self, part: f64) -> bool {
         self.applied_n_m.abs() > R::of(part) * self.most_n_m
     }
 
+    #[inline(always)]
     fn is_same_for_long(&self, stands: bool) -> bool {
         self.same_s > R::of(if stands { STUCK_STANDING_S } else { STUCK_TURNING_S })
     }

@@ -6,6 +6,10 @@ use crate::Real;
 use crate::policy::{GRAVITY_M_S2, Imu};
 use crate::scalar::{all_plausible, max};
 
+/// A wheel that stands pushes the vehicle with more than this fraction of its torque.
+pub(super) const PUSH_PART: f64 = 0.1;
+/// One that begins to stand counts as one that stood throughout until the inertial unit has seen this way \[m\].
+const JOINS_M: f64 = 0.002;
 /// Speed \[m/s\] gained within about this time \[s\] that is enough: an attitude that is off by 3 degrees makes less
 /// of gravity.
 const GAINED_M_S: f64 = 0.3;
@@ -20,9 +24,22 @@ const LEAST_M_S2: f64 = 1.0;
 
 impl<R: Real, const N: usize> Traction<R, N> {
     /// Leaves out the wheels that stand and push while the vehicle goes where they push it: their encoders are dead.
-    /// Those that stood so throughout are known; `push` is what they push along the direction of travel, to the left of
-    /// it \[N\], and about the vertical \[N.m\].
-    pub(super) fn doubt_standing(&self, state: &mut TractionState<R, N>, imu: &Imu<R>, push: [R; 3]) {
+    #[inline(never)]
+    pub(super) fn doubt_standing(&self, state: &mut TractionState<R, N>, imu: &Imu<R>) {
+        let joins = !state.any_stood || state.unseen.gone_m < R::of(JOINS_M);
+        // What they push along the direction of travel, to the left of it \[N\], and about the vertical \[N.m\].
+        let mut push = [R::zero(); 3];
+        for i in 0..N {
+            let (travel, wheel) = (&state.travel[i], &mut state.wheels[i]);
+            let stands = wheel.usable && wheel.read_rad_s == R::zero() && wheel.pushes(PUSH_PART);
+            wheel.stood = stands && (joins || wheel.stood);
+            if wheel.stood {
+                let rates = [travel.rate_rad_m, travel.side_rate_rad_m, self.turned_by(i)];
+                for (push, rate) in push.iter_mut().zip(rates) {
+                    *push += rate * wheel.applied_n_m;
+                }
+            }
+        }
         let [fx, fy, fz] = imu.specific_force_m_s2;
         let read = [fx, fy, fz, imu.pitch_rad, imu.roll_rad, imu.rate_rad_s[2]];
         let (least, zero) = (R::of(LEAST_M_S2), R::zero());
