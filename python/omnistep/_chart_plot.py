@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 _SIZES = {
     "step": "step up",
     "drop": "step down",
-    "sill": "half-round sill",
+    "bar": "half-round bar",
     "slope": "rise of a slope on 1 m",
     "gap": "width of a gap",
 }
@@ -46,7 +46,7 @@ def chart(
     Args:
         charts: what :func:`omnistep.climb_chart` returned or :meth:`omnistep.ClimbChart.read` read; several of one
             vehicle under different policies are drawn over one another.
-        edge: ``step``, ``drop``, ``sill``, ``slope`` or ``gap``.
+        edge: ``step``, ``drop``, ``bar``, ``slope`` or ``gap``.
         skew_deg: direction of travel off the edge's normal [deg], one that the charts contain.
         ax: polar axes of matplotlib; a new figure by default.
 

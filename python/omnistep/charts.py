@@ -130,7 +130,7 @@ class ClimbChart:
         Args:
             side_deg: direction of travel in the vehicle's axes [deg], counter-clockwise; 0 is forward.
             skew_deg: direction of travel off the edge's normal [deg].
-            edge: ``step``, ``drop``, ``sill``, ``slope`` or ``gap``.
+            edge: ``step``, ``drop``, ``bar``, ``slope`` or ``gap``.
 
         Returns:
             The size; 0 beyond the sides and skews of the chart.
@@ -183,7 +183,7 @@ def climb_chart(
     vehicle: str | PathLike[str] | Vehicle = "chugo7",
     *,
     policy: str | None = None,
-    edges: Sequence[Literal["step", "drop", "sill", "slope", "gap"]] = ("step", "drop"),
+    edges: Sequence[Literal["step", "drop", "bar", "slope", "gap"]] = ("step", "drop"),
     sides_deg: Sequence[float] | None = None,
     skews_deg: Sequence[float] = (0.0,),
     friction: float = 0.7,
@@ -203,7 +203,7 @@ def climb_chart(
         vehicle: a built-in name (see :func:`omnistep.list_vehicles`), the path of a .toml file or a
             :class:`omnistep.Vehicle`.
         policy: a coordination policy; the best that the vehicle allows by default.
-        edges: kinds of obstacle: steps up, steps down (``drop``), half-round bars (``sill``), slopes, gaps.
+        edges: kinds of obstacle: steps up, steps down (``drop``), half-round bars (``bar``), slopes, gaps.
         sides_deg: directions of travel in the vehicle's axes [deg], -180 to 180; every 15 degrees by default.
         skews_deg: directions of travel off the edge's normal [deg], -80 to 80, each for every side.
         friction: Coulomb coefficient between wheels and ground, 0 to 2.

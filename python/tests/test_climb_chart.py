@@ -77,7 +77,7 @@ def test_between_cells_the_smallest_neighbour_counts_and_nothing_beyond_is_known
 @pytest.mark.parametrize(
     ("keywords", "line"),
     [
-        ({"edges": ["kerb"]}, 'edges: "kerb", allowed: step, drop, sill, slope, gap'),
+        ({"edges": ["kerb"]}, 'edges: "kerb", allowed: step, drop, bar, slope, gap'),
         ({"sides_deg": [200]}, "chart: sides_deg: 200, allowed: -180 to 180"),
         ({"margin": 0}, "chart: margin: 0, allowed: 0.1 to 1"),
         ({"starts": -1}, "starts: -1, allowed: 3 to 100"),

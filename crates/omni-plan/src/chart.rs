@@ -33,7 +33,7 @@ pub(crate) struct Side {
     pub(crate) side_deg: f64,
     pub(crate) step: Option<Limit>,
     pub(crate) drop: Option<Limit>,
-    pub(crate) sill: Option<Limit>,
+    pub(crate) bar: Option<Limit>,
 }
 
 /// A chart at one friction.
@@ -269,17 +269,17 @@ impl Table {
                         side_deg,
                         step: None,
                         drop: None,
-                        sill: None,
+                        bar: None,
                     });
                     sides.len() - 1
                 });
                 match &*cell.edge {
                     "step" => sides[at].step = Some(limit),
                     "drop" => sides[at].drop = Some(limit),
-                    "sill" => sides[at].sill = Some(limit),
+                    "bar" => sides[at].bar = Some(limit),
                     "gap" => {}
                     other => {
-                        let message = format!("{other:?}, allowed: step, drop, sill, slope, gap");
+                        let message = format!("{other:?}, allowed: step, drop, bar, slope, gap");
                         return Err(refused(file, &key("edge"), message));
                     }
                 }

@@ -391,8 +391,8 @@ impl PortalMaker<'_> {
         if down_m > 0.0 {
             needed.push((down_m, side.drop));
         }
-        if up_m > 0.0 && down_m > 0.0 && side.sill.is_some() {
-            needed.push((up_m.max(down_m), side.sill));
+        if up_m > 0.0 && down_m > 0.0 && side.bar.is_some() {
+            needed.push((up_m.max(down_m), side.bar));
         }
         for (height_m, limit) in needed {
             let limit_m = table.allowed_m(limit?, self.options.margin);

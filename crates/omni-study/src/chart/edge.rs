@@ -24,7 +24,7 @@ pub enum Edge {
     /// A step down, of that height.
     Drop,
     /// A half-round bar of that height, twice as wide: up and down at once.
-    Sill,
+    Bar,
     /// A slope that rises by that height on 1 m, measured level.
     Slope,
     /// A gap of that width, deeper than the largest wheel is high.
@@ -33,7 +33,7 @@ pub enum Edge {
 
 impl Edge {
     /// All of them, in the order of a chart.
-    pub const ALL: [Self; 5] = [Self::Step, Self::Drop, Self::Sill, Self::Slope, Self::Gap];
+    pub const ALL: [Self; 5] = [Self::Step, Self::Drop, Self::Bar, Self::Slope, Self::Gap];
 
     /// The name in files and tables, as `step`.
     #[must_use]
@@ -41,7 +41,7 @@ impl Edge {
         match self {
             Self::Step => "step",
             Self::Drop => "drop",
-            Self::Sill => "sill",
+            Self::Bar => "bar",
             Self::Slope => "slope",
             Self::Gap => "gap",
         }
@@ -50,7 +50,7 @@ impl Edge {
     /// The difference between neighbouring sizes that are tried \[mm\].
     pub(super) fn grid_mm(self) -> u32 {
         match self {
-            Self::Step | Self::Drop | Self::Sill => 1,
+            Self::Step | Self::Drop | Self::Bar => 1,
             Self::Gap => 2,
             Self::Slope => 10,
         }
@@ -68,7 +68,7 @@ impl Edge {
     pub(super) fn length_m(self, size_m: f64) -> f64 {
         match self {
             Self::Step | Self::Drop => 0.0,
-            Self::Sill => 2.0 * size_m,
+            Self::Bar => 2.0 * size_m,
             Self::Slope => SLOPE_M,
             Self::Gap => size_m,
         }
@@ -79,7 +79,7 @@ impl Edge {
         let (kind, keys) = match self {
             Self::Step => ("step", vec![("height_m", size_m)]),
             Self::Drop => ("step_down", vec![("height_m", size_m)]),
-            Self::Sill => (
+            Self::Bar => (
                 "bumps",
                 vec![
                     ("height_m", size_m),
@@ -98,7 +98,7 @@ impl Edge {
         };
         let mut table = Table::new();
         table.insert("kind".into(), kind.into());
-        if self == Self::Sill {
+        if self == Self::Bar {
             table.insert("count".into(), 1.into());
         }
         let all = [("friction", friction), ("start_x_m", start_x_m)];

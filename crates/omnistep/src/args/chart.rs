@@ -15,7 +15,7 @@ pub(crate) struct ChartArgs {
     /// traction_runup or traction; the best that the vehicle allows if left out.
     #[arg(long)]
     pub(crate) policy: Option<String>,
-    /// Kinds of obstacle: step, drop, sill, slope or gap, several with commas.
+    /// Kinds of obstacle: step, drop, bar, slope or gap, several with commas.
     #[arg(
         long,
         value_enum,
@@ -81,7 +81,7 @@ pub(crate) struct ChartArgs {
 pub(crate) enum EdgeArg {
     Step,
     Drop,
-    Sill,
+    Bar,
     Slope,
     Gap,
 }
@@ -92,7 +92,7 @@ impl From<EdgeArg> for Edge {
         match edge {
             EdgeArg::Step => Self::Step,
             EdgeArg::Drop => Self::Drop,
-            EdgeArg::Sill => Self::Sill,
+            EdgeArg::Bar => Self::Bar,
             EdgeArg::Slope => Self::Slope,
             EdgeArg::Gap => Self::Gap,
         }
