@@ -80,7 +80,12 @@ def climb_charts() -> Axes:
     _, axes = plt.subplots(3, 2, figsize=(7.8, 12.3), subplot_kw={"projection": "polar"}, layout="constrained")
     for ax, (chart, edge) in zip(axes.ravel(), drawn, strict=True):
         omnistep.plot.chart(chart, edge=edge, ax=ax).get_legend().remove()
+        ax.set_title(ax.get_title().replace(":", ", traction control:"), fontsize="large")
     axes[0, 1].set_title("chugo7, plain PID: step up [mm]", fontsize="large")
+    most = max(ax.get_ylim()[1] for ax in axes[0])
+    for ax in axes[0]:  # one vehicle under two policies: one scale
+        ax.set_ylim(0.0, most)
+        ax.set_yticks([20.0, 40.0])
     return axes[0, 0]
 
 
@@ -95,6 +100,9 @@ PICTURES: dict[str, Callable[[], Any]] = {
     "figure-11": lambda: omnistep.plot.climb(omnistep.run("step", policy="independent"))[0],
     "climb-charts": climb_charts,
     "climb-map": climb_map,
+    "two-policies": lambda: omnistep.plot.climbs(
+        omnistep.compare("hard_step", policies=["independent", "traction"], overrides={"physics.engine": "articulated"})
+    )[0, 0],
     "square-path": lambda: omnistep.plot.path(omnistep.run("square", overrides=SQUARE)),
     "wheel-fight": wheel_fight,
 }
