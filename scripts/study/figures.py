@@ -142,7 +142,7 @@ def safety(rows: pd.DataFrame) -> plt.Figure:
             ax.plot(x, y, "o", ms=3, alpha=0.5, mew=0, label=vehicle)
         ax.axhline(1, color="0.6", lw=1)
         ax.axvline(1, color="0.6", lw=1)
-        ax.set(xscale="log", yscale="log", title=f"{title}, in limits", xlabel="independent")
+        ax.set(xscale="log", yscale="log", title=f"{title} / its limit", xlabel="independent")
     axes[0].set_ylabel("traction control")
     handles, labels = axes[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=3, markerscale=2, fontsize="small")
