@@ -33,7 +33,8 @@ pub struct Drive {
     /// How old a command may become before the vehicle rests \[s\], 0 to 3600; 0.5 by default.
     #[garde(adapt(ranges), range(min = TIME_S.min, max = TIME_S.max))]
     pub command_timeout_s: f64,
-    /// Deceleration in an emergency stop and in a safe stop \[m/s^2\], 0.001 to 1e4; 2 by default.
+    /// Deceleration in an emergency stop and in a safe stop, and the most without a command
+    /// \[m/s^2\], 0.001 to 1e4; 2 by default.
     #[garde(adapt(ranges), range(min = ACCELERATION_M_S2.min, max = ACCELERATION_M_S2.max))]
     pub stop_m_s2: f64,
     /// The same for the yaw rate \[rad/s^2\], 0.001 to 1e5; 8 by default.

@@ -25,8 +25,8 @@ use crate::error::{of_core, refused};
 ///         the speed grows; otherwise per axis, three numbers each, and the path bends while an axis lags.
 ///     timeout_s: greatest age of a command [s], 0 or more; an older command is replaced by rest. No time-out if left
 ///         out.
-///     emergency_deceleration: deceleration of an emergency stop (linear [m/s^2], yaw [rad/s^2]), above 0; an immediate
-///         stop if left out.
+///     emergency_deceleration: deceleration of an emergency stop (linear [m/s^2], yaw [rad/s^2]), above 0, and the
+///         most after a time-out; an immediate stop if left out.
 ///
 /// Raises:
 ///     ConfigError: an argument is out of range, or has the wrong length.

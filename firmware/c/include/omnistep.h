@@ -668,8 +668,8 @@ typedef struct {
 // keeps the limits and stops in an emergency. The changing state is in `ShaperState`.
 //
 // A rejected command counts as none: the last valid command stays in force until it expires. A command that expires is
-// followed by rest, within the limits. An emergency stop has its own deceleration and no jerk limit. After its release
-// commands are followed from the velocity reached.
+// followed by rest, within the limits and no harder than an emergency stop, which has its own deceleration and no jerk
+// limit. After its release commands are followed from the velocity reached.
 typedef struct {
   omni_limiter limiter;
   // The highest age at which a command counts.

@@ -89,7 +89,7 @@ pub struct ShapingConfig<R> {
     pub limits: TwistLimits<R>,
     /// How old a command may become \[s\], finite and >= 0; 0 uses it in one period only, `None` for ever.
     pub timeout_s: Option<R>,
-    /// Deceleration of an emergency stop; `None` stops at once.
+    /// Deceleration of an emergency stop, and the most where no command is in force; `None` stops at once.
     pub emergency_deceleration: Option<EmergencyDeceleration<R>>,
     /// When the vehicle moves again.
     pub restart: Restart,
@@ -295,8 +295,8 @@ impl<R: Real> ShaperState<R> {
 /// keeps the limits and stops in an emergency. The changing state is in [`ShaperState`].
 ///
 /// A rejected command counts as none: the last valid command stays in force until it expires. A command that expires is
-/// followed by rest, within the limits. An emergency stop has its own deceleration and no jerk limit. After its release
-/// commands are followed from the velocity reached.
+/// followed by rest, within the limits and no harder than an emergency stop, which has its own deceleration and no jerk
+/// limit. After its release commands are followed from the velocity reached.
 ///
 /// ```
 /// use omni_core::shaping::{
@@ -407,7 +407,12 @@ impl<R: Real> CommandShaper<R> {
             Some(_) if state.age > self.oldest => (rest, CommandStatus::TimedOut),
             Some(command) => (command, CommandStatus::Following),
         };
-        let twist = self.limiter.step(&mut state.limiter, &target);
+        let before = state.twist();
+        let mut twist = self.limiter.step(&mut state.limiter, &target);
+        if matches!(status, CommandStatus::Idle | CommandStatus::TimedOut) && before != rest {
+            state.limiter.brake_no_harder(&before, &self.braked(&before));
+            twist = state.twist();
+        }
         let status = if status == CommandStatus::Following && twist != target {
             CommandStatus::Limited
         } else {

@@ -152,6 +152,24 @@ impl<R: Real> TwistLimiterState<R> {
         }
     }
 
+    /// Where the last step, from `before` on, took more of the linear or of the yaw speed than `braked` does, it takes
+    /// as much as that.
+    pub(crate) fn brake_no_harder(&mut self, before: &BodyTwist<R>, braked: &BodyTwist<R>) {
+        let now = self.twist();
+        let speed = |twist: &BodyTwist<R>| linear_part(twist.to_array()).norm();
+        let harder = [
+            is_harder(speed(before), speed(braked), speed(&now)),
+            is_harder(before.wz_rad_s.abs(), braked.wz_rad_s.abs(), now.wz_rad_s.abs()),
+        ];
+        let (from, to) = (before.to_array(), braked.to_array());
+        for (i, axis) in self.axes.iter_mut().enumerate() {
+            if harder[i / 2] {
+                axis.velocity = Sum::of(to[i]);
+                axis.step = Sum::of(to[i] - from[i]);
+            }
+        }
+    }
+
     /// The twist that the last step returned.
     ///
     /// ```
@@ -324,6 +342,11 @@ impl<R: Real> Vector<R> {
             y: self.y + other.y,
         }
     }
+}
+
+/// Is less left than of a brake? One that takes as much but for rounding is none, so that its jerk goes on.
+fn is_harder<R: Real>(before: R, braked: R, now: R) -> bool {
+    braked - now > R::of(1e-3) * (before - braked)
 }
 
 fn linear_part<R: Real>([x, y, _]: [R; 3]) -> Vector<R> {

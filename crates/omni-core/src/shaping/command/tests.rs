@@ -157,6 +157,72 @@ fn without_any_command_the_vehicle_comes_to_rest() {
     assert_eq!(state.twist(), BodyTwist::ZERO);
 }
 
+/// Linear and yaw speeds of ten periods without a command, from 1.5 m/s and 3 rad/s on.
+fn left_alone(shaper: &CommandShaper<f64>, mut state: ShaperState<f64>) -> [[f64; 2]; 10] {
+    [0; 10].map(|_| {
+        let [x, y, w] = shaper.step(&mut state, None).twist.to_array();
+        assert!((4.0 * x - 3.0 * y).abs() < 1e-14); // straight on
+        [x.hypot(y), w.abs()]
+    })
+}
+
+#[test]
+fn without_a_command_nothing_brakes_harder_than_an_emergency_stop() {
+    let moving = || ShaperState::at(&twist([0.9, 1.2, -3.0]));
+    let brakes = Some([5.0, 10.0]);
+    // No limits: never commanded, timed out, released in the middle of an emergency stop.
+    let free_shaper = shaper::<f64>(free(), Some(0.0), brakes);
+    let mut commanded = ShaperState::default();
+    free_shaper.step(&mut commanded, Some(&twist([0.9, 1.2, -3.0])));
+    let mut released = ShaperState::at(&twist([1.2, 1.6, -4.0]));
+    released.emergency_stop();
+    free_shaper.step(&mut released, None);
+    released.release();
+    for state in [moving(), commanded, released] {
+        let expected = [[1.0, 2.0], [0.5, 1.0], [0.0, 0.0], [0.0, 0.0]];
+        for (left, expected) in left_alone(&free_shaper, state).iter().zip(expected) {
+            assert!((left[0] - expected[0]).abs() < 1e-14 && (left[1] - expected[1]).abs() < 1e-14);
+        }
+    }
+    // A command of rest is one: it acts at once.
+    assert_eq!(
+        free_shaper.step(&mut moving(), Some(&BodyTwist::ZERO)).twist,
+        BodyTwist::ZERO
+    );
+    // Gentler limits hold alone, to the bit.
+    assert_eq!(
+        left_alone(&shaper(gentle(), Some(0.0), brakes), moving()),
+        left_alone(&shaper(gentle(), Some(0.0), None), moving())
+    );
+}
+
+#[test]
+fn limits_that_brake_harder_keep_their_jerk_beside_the_brake() {
+    let limits = MotionLimits {
+        deceleration: 9.0,
+        jerk: 20.0,
+        ..MotionLimits::unlimited()
+    };
+    let limits = TwistLimits::AlongMotion {
+        linear: limits,
+        yaw: limits,
+    };
+    let shaper = shaper::<f64>(limits, None, Some([4.0, 4.0]));
+    let left = left_alone(&shaper, ShaperState::at(&twist([0.9, 1.2, 0.0])));
+    let speeds: Vec<f64> = core::iter::once(1.5).chain(left.map(|[v, _]| v)).collect();
+    // 20 m/s^3 for a period of 0.1 s is 2 m/s^2: 0.2, then 0.4 a period, which is the brake, and less at the end.
+    let taken: Vec<f64> = speeds.windows(2).map(|v| v[0] - v[1]).collect();
+    assert!(
+        (taken[0] - 0.2).abs() < 1e-14 && (taken[1] - 0.4).abs() < 1e-14,
+        "{taken:?}"
+    );
+    assert!(
+        taken.iter().all(|step| (-1e-14..0.4 + 1e-14).contains(step)),
+        "{taken:?}"
+    );
+    assert!(speeds[10] == 0.0, "{speeds:?}");
+}
+
 #[test]
 fn an_emergency_stop_brakes_at_its_own_deceleration_without_easing_in() {
     let shaper = shaper::<f64>(gentle(), None, Some([5.0, 20.0]));

@@ -321,9 +321,9 @@ fn too_late<const N: usize>(
                     last_torque(single, stop, encoders, broken),
                 ] {
                     // A time-out of 0.1 s. A command of rest acts at once, unless unusable readings
-                    // began a safe stop 0.09 s before. 0.316 m/s at 2 m/s^2 in an emergency stop or
-                    // a safe stop. Times in f32 end in the next period.
-                    let slowed = [101, 70, 159, 159][stop];
+                    // began a safe stop 0.09 s before. 0.316 m/s at 2 m/s^2 in a time-out, an emergency
+                    // stop or a safe stop. Times in f32 end in the next period.
+                    let slowed = [260, 70, 159, 159][stop];
                     // Then 0.5 s of bleeding.
                     if reference > slowed || torque > reference + 500 {
                         late.push(std::format!(
