@@ -152,8 +152,7 @@ impl<R: Real> TwistLimiterState<R> {
         }
     }
 
-    /// Where the last step, from `before` on, took more of the linear or of the yaw speed than `braked` does, it takes
-    /// as much as that.
+    /// The last step, which began at `before`, takes no more of the linear and of the yaw speed than `braked` does.
     pub(crate) fn brake_no_harder(&mut self, before: &BodyTwist<R>, braked: &BodyTwist<R>) {
         let now = self.twist();
         let speed = |twist: &BodyTwist<R>| linear_part(twist.to_array()).norm();
