@@ -77,11 +77,11 @@ def climb_charts() -> Axes:
         (omni3, "step"),
         (rocker_bogie6, "step"),
     ]
+    names = {"traction": "traction control", "independent": "plain PID"}
     _, axes = plt.subplots(3, 2, figsize=(7.8, 12.3), subplot_kw={"projection": "polar"}, layout="constrained")
     for ax, (chart, edge) in zip(axes.ravel(), drawn, strict=True):
         omnistep.plot.chart(chart, edge=edge, ax=ax).get_legend().remove()
-        ax.set_title(ax.get_title().replace(":", ", traction control:"), fontsize="large")
-    axes[0, 1].set_title("chugo7, plain PID: step up [mm]", fontsize="large")
+        ax.set_title(ax.get_title().replace(":", f", {names[chart.policy]}:"), fontsize="large")
     most = max(ax.get_ylim()[1] for ax in axes[0])
     for ax in axes[0]:  # one vehicle under two policies: one scale
         ax.set_ylim(0.0, most)

@@ -319,19 +319,13 @@ fn a_second_dead_encoder_is_found_where_the_first_took_the_redundancy() {
 /// Encoders of one plug or one supply fail together, and what is left of them may agree: two of four mecanum wheels on
 /// a diagonal do not see the vehicle go along it.
 fn encoders_that_die_together_end_in_a_safe_stop() {
-    let every = |vehicle: &str| {
-        load(
-            "flat",
-            &[Override::parse(&format!("vehicle={vehicle}")).expect("KEY=VALUE")],
-        )
-    };
     for (vehicle, dead) in [
         ("mecanum4", &["front_left", "rear_right"][..]),
         ("mecanum4", &[]),
         ("chugo7", &[]),
         ("rocker_bogie6", &[]),
     ] {
-        let flat = every(vehicle).expect("valid");
+        let flat = load("flat", &[Override::new("vehicle", vehicle)]).expect("valid");
         let all: Vec<_> = flat.vehicle().wheel.iter().map(|wheel| &*wheel.name).collect();
         let dead = if dead.is_empty() { &all[..] } else { dead };
         let faults: Vec<_> = dead

@@ -49,7 +49,7 @@ impl<R: Real> Imu<R> {
         let zero = R::zero();
         Self {
             rate_rad_s: [zero; 3],
-            specific_force_m_s2: [zero, zero, R::of(9.81)],
+            specific_force_m_s2: [zero, zero, R::of(GRAVITY_M_S2)],
             roll_rad: zero,
             pitch_rad: zero,
         }

@@ -212,11 +212,9 @@ impl Chart {
             .map_or(0.0, |limit| table.allowed_m(limit, margin))
     }
 
-    /// The least friction of all of its ground.
-    pub(crate) fn least_friction(&self) -> f64 {
-        self.tables
-            .iter()
-            .fold(f64::INFINITY, |least, table| least.min(table.friction))
+    /// The least friction that it is for.
+    pub(crate) fn least_friction(&self) -> Option<f64> {
+        self.tables.first().map(|table| table.friction)
     }
 
     /// The chart of the highest friction that does not exceed the ground's.

@@ -132,7 +132,7 @@ impl Diagnosis<'_> {
             height_m: rise_m.abs(),
             up,
             friction,
-            needs_friction: table.is_none().then(|| self.chart.least_friction()),
+            needs_friction: self.chart.least_friction().filter(|_| table.is_none()),
             charted: best.is_some(),
             allowed_m,
             side_deg,

@@ -410,14 +410,13 @@ impl<R: Real> FaultMonitor<R> {
             return Some(R::of(FAINT));
         }
         let pulled = if torque < R::zero() { -said } else { said };
-        let weight = |alone| {
-            if alone {
+        hard.then(|| {
+            if alone() {
                 pulled * R::of(FAINT)
             } else {
                 R::of(FAINTEST)
             }
-        };
-        hard.then(|| weight(alone()))
+        })
     }
 
     /// Judges one reading; returns the velocity for further use if the wheel has no fault.

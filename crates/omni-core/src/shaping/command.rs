@@ -408,11 +408,11 @@ impl<R: Real> CommandShaper<R> {
             Some(command) => (command, CommandStatus::Following),
         };
         let before = state.twist();
-        let mut twist = self.limiter.step(&mut state.limiter, &target);
+        self.limiter.step(&mut state.limiter, &target);
         if matches!(status, CommandStatus::Idle | CommandStatus::TimedOut) && before != rest {
             state.limiter.brake_no_harder(&before, &self.braked(&before));
-            twist = state.twist();
         }
+        let twist = state.twist();
         let status = if status == CommandStatus::Following && twist != target {
             CommandStatus::Limited
         } else {

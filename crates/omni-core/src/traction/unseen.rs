@@ -59,8 +59,10 @@ impl<R: Real, const N: usize> Traction<R, N> {
         let (ahead_m_s2, left_m_s2) = (ax * dx + ay * dy, ay * dx - ax * dy);
         let yaw_rad_s = imu.rate_rad_s[2];
         if !state.any_stood {
-            state.unseen = Unseen::NONE;
-            state.unseen.yaw_rad_s = yaw_rad_s;
+            state.unseen = Unseen {
+                yaw_rad_s,
+                ..Unseen::NONE
+            };
             state.any_stood = true;
         }
         let unseen = &mut state.unseen;
